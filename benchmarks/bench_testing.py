@@ -48,7 +48,7 @@ def fake(name: str) -> Behavior:
 def covered(name: str) -> Behavior:
     """Return a behavior with the fake robot whose coverage is measured."""
     b = fake(name)
-    Hits().watch(lambda: b.document, b.run.tree)
+    Hits().watch(lambda: b.document, b.tree)
     return b
 
 

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
     from .behavior import Behavior as Behavior
-    from .calls import Call as Call
     from .errors import BehaviorFailed as BehaviorFailed
     from .errors import DocumentInvalid as DocumentInvalid
     from .errors import UnknownName as UnknownName
+    from .journal import Call as Call
     from .plugin import MakeBehavior as MakeBehavior
     from .properties import check_properties as check_properties
     from .robot import Ball as Ball
@@ -23,7 +23,7 @@ _MODULES: Final = {
     "Ball": "robot",
     "Behavior": "behavior",
     "BehaviorFailed": "errors",
-    "Call": "calls",
+    "Call": "journal",
     "DocumentInvalid": "errors",
     "MakeBehavior": "plugin",
     "RobotUnderTest": "robot",

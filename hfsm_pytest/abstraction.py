@@ -31,7 +31,9 @@ def abstract_component(document: Document, path: Path) -> type[Component]:
 def _automaton(model: Model, automaton: AutomatonModel) -> Automaton:
     return Automaton(
         id=automaton.source.id,
-        name=_name(model, automaton),
+        name=model.path.stem
+        if automaton.parent < 0
+        else model.automata[automaton.parent].states[automaton.owner].source.name,
         period=automaton.interval / _SECOND,
         states=tuple(
             _state(model, state, initial=state.index == automaton.initial) for state in automaton.states
@@ -46,7 +48,7 @@ def _state(model: Model, state: StateModel, *, initial: bool) -> State:
         name=state.source.name,
         initial=initial,
         final=state.final,
-        entry=_nothing if state.owes else None,  # it takes the first cycle, as the real one does
+        entry=(lambda: None) if state.owes else None,  # it takes the first cycle, as the real one does
         children=tuple(_automaton(model, model.automata[child]) for child in state.children),
         restart=state.restart,
     )
@@ -63,27 +65,7 @@ def _transition(automaton: AutomatonModel, transition: TransitionModel) -> Trans
         seconds=transition.delay / _SECOND if timed else None,
         event=transition.event,
         finished=transition.finished,
-        guard=_false if guarded else None,
+        guard=(lambda *_: False) if guarded else None,
         condition=(transition.source.guard.text or transition.source.trigger.text) if guarded else "",
-        priority=_priority(automaton, transition),
+        priority=1 + automaton.states[transition.origin].outgoing.index(transition),  # they are in order
     )
-
-
-def _priority(automaton: AutomatonModel, transition: TransitionModel) -> int:
-    """Return the place of a transition among those out of its origin: the model has them in their order."""
-    outgoing = automaton.states[transition.origin].outgoing
-    return 1 + next(place for place, each in enumerate(outgoing) if each is transition)
-
-
-def _name(model: Model, automaton: AutomatonModel) -> str:
-    if automaton.parent < 0:
-        return model.path.stem
-    return model.automata[automaton.parent].states[automaton.owner].source.name
-
-
-def _nothing() -> None:
-    """Do nothing."""
-
-
-def _false(*_: object) -> bool:
-    return False

@@ -17,21 +17,17 @@ from hfsm_runtime.robot import commands_taken, stop_robot
 from hfsm_runtime.supervision import UNAVAILABLE
 from hfsm_runtime.tree import Run
 from hfsm_runtime.variables import assign, values_of
-from hfsm_runtime.virtual import Change
-from interfaces.hfsm import ErrorReport
 from interfaces.jderobot import CommandRefusedException
 from interfaces.nao import SafetyPrx
 from zenoh_ice import Object
 
-from .calls import Call
 from .clock import TaskClock
-from .communicator import VirtualNetwork
+from .communicator import VirtualNetwork, make_stub
 from .errors import BehaviorFailed, UnknownName, says_it_all
 from .guards import GuardTable, path_of
-from .journal import Fired, Journal
+from .journal import Call, Fired
 from .loading import load_component
 from .robot import CameraKind, RobotKind, RobotUnderTest
-from .stubs import make_stub
 
 __all__ = ["Behavior", "Condition"]
 __tracebackhide__ = says_it_all
@@ -42,14 +38,17 @@ Condition = str | Callable[[], object] | Callable[["Behavior"], object]
 _LIMIT: Final = 60.0
 
 
-class Behavior:
-    """A component under test. Made by the fixture `behavior`; nothing runs but while the time is moved on.
+class Behavior(ReloadableRun):
+    """A component under test, in virtual time and with a robot; the fixture `behavior` makes it.
 
     An exception in its code fails the test, unless `on_error` is given: then the policy applies, `errors`
     tells what happened, and when it is `stop` the robot is stopped as by the real component. A refused
     command is no error where the document lets it pause the component. Automata are named by their name,
     their path (`followBall/green`: the states that own them) or their id.
     """
+
+    component: Any
+    """What user code sees as `self`: its parameters, proxies and functions."""
 
     def __init__(
         self,
@@ -66,55 +65,41 @@ class Behavior:
         self.document = document
         """The file of the document, if it is known."""
         self._strict = on_error is None
-        self._clock: Final = TaskClock()
-        self._network: Final = VirtualNetwork(self._clock)
+        clock: Final = TaskClock()
+        self._network: Final = VirtualNetwork(clock)
         self._robot: Final = (
-            None
-            if robot is None
-            else RobotUnderTest(robot, self._clock, self._network, camera=camera, **settings)
+            None if robot is None else RobotUnderTest(robot, clock, self._network, camera=camera, **settings)
         )
         try:
             for name, stub in (stubs or {}).items():
                 self._stub(component, name, stub)
             self._set_parameters(component, parameters or {})
             self._connect(component)
-            self._journal: Final = Journal(self._network.calls, self._clock.now)
+            self._journal: Final = self._network.journal
             safety = SafetyPrx.uncheckedCast(self._network.communicator.stringToProxy("Safety"))
-            self.run: Final = ReloadableRun(
+            super().__init__(
                 component,
-                clock=self._clock,
+                clock=clock,
                 on_error=on_error,
                 on_halt=lambda: stop_robot(self.component),
                 commands_taken=partial(commands_taken, safety),
             )
-            """The driver of the automata, and in its `tree` all that is known of them."""
         except BaseException:
             self.close()
             raise
-        self._guards = GuardTable(self.run.tree)
-        self._journal.begin(self.run.tree.runs)
-        self.run.tree.observers.append(self._journal)
+        self._guards = GuardTable(self.tree)
+        self._journal.begin(self.tree.runs)
+        self.tree.observers.append(self._journal)
         self._tolerated = 0
-        self._away = False
-
-    @property
-    def component(self) -> Any:  # noqa: ANN401 - each document has its own
-        """What user code sees as `self`: its parameters, proxies and functions."""
-        return self.run.component
 
     # -- time ----------------------------------------------------------------------------------------------
-
-    @property
-    def time(self) -> float:
-        """The time since the start in s."""
-        return self.run.time
 
     def advance(self, seconds: float) -> None:
         """Run all cycles that fall due in the next `seconds`, the end included.
 
         Raises BehaviorFailed when user code raises an exception and no `on_error` was given.
         """
-        self.run.advance(seconds)
+        super().advance(seconds)
         self._check()
 
     def run_until(self, condition: Condition, limit: float = _LIMIT) -> float:
@@ -123,48 +108,25 @@ class Behavior:
         A path holds when it, or anything below it, is active. Raises BehaviorFailed after `limit` s.
         """
         holds = self._condition(condition)
-        end = self._clock.now() + limit  # the component's own time may stand still
-        step = min(run.automaton.period for run in self.run.tree.runs)
+        end = self.clock.now() + limit  # the component's own time may stand still
+        step = min(run.automaton.period for run in self.tree.runs)
         while not holds():
-            if self._clock.now() >= end - 1e-9 or self.run.halted or self.run.finished:
-                what = "halted" if self.run.halted else "finished" if self.run.finished else f"{limit:g} s"
+            if self.clock.now() >= end - 1e-9 or self.halted or self.finished:
+                what = "halted" if self.halted else "finished" if self.finished else f"{limit:g} s"
                 raise BehaviorFailed(
                     f"{_describe(condition)} did not come true: {what} at {self.time:.3f} s, "
                     f"in {self.active}\n{self.timeline}"
                 )
             # To the next multiple of the shortest period: there the cycles are.
             left = (int(self.time / step + 1e-6) + 1) * step - self.time
-            self.advance(min(left, end - self._clock.now()))
+            self.advance(min(left, end - self.clock.now()))
         return self.time
 
     # -- what it is doing ----------------------------------------------------------------------------------
 
-    @property
-    def active(self) -> str:
-        """The names of the current states from the root down, such as `followBall/green/follow`.
-
-        Where a state owns several automata this is the first branch; `active_paths` has all.
-        """
-        return self.run.active
-
-    @property
-    def active_paths(self) -> tuple[str, ...]:
-        """The paths of current states, one for each branch."""
-        return self.run.active_paths
-
     def is_active(self, path: str) -> bool:
         """Return whether the states of a path from the root are current ones: `followBall/green`."""
         return any(f"{active}/".startswith(f"{path}/") for active in self.active_paths)
-
-    @property
-    def finished(self) -> bool:
-        """Whether the root has reached a final state."""
-        return self.run.finished
-
-    @property
-    def halted(self) -> bool:
-        """Whether an error has ended it."""
-        return self.run.halted
 
     def state(self, automaton: str | int) -> str:
         """Return the current state of an automaton: of a ghost the one that it remembers."""
@@ -176,7 +138,7 @@ class Behavior:
 
     def automaton(self, name: str | int) -> Run:
         """Return an automaton as it runs; raises UnknownName when there is none, or more than one."""
-        runs = self.run.tree.runs
+        runs = self.tree.runs
         found = [run for run in runs if name in (run.automaton.id, path_of(run))]
         if not found:
             found = [run for run in runs if run.automaton.name == name]
@@ -195,32 +157,22 @@ class Behavior:
     # -- what it did ---------------------------------------------------------------------------------------
 
     @property
-    def trace(self) -> list[Change]:
-        """Every change since the start: when which automaton entered or resumed which state."""
-        return self.run.trace
-
-    @property
     def fired(self) -> list[Fired]:
         """Every transition that fired."""
         return list(self._journal.fired_transitions)
 
     def changes(self, automaton: str) -> list[tuple[float, str]]:
         """Return when an automaton entered which state, its initial one included."""
-        return self.run.changes(self.automaton(automaton).automaton.name)
+        return super().changes(self.automaton(automaton).automaton.name)
 
     def calls(self, target: str = "") -> list[Call]:
         """Return the calls of an operation (`Head.setPose`) or of a servant (`Head`), or all, in order."""
-        return self._network.calls.find(target)
-
-    @property
-    def errors(self) -> list[ErrorReport]:
-        """The newest errors of its code, oldest first."""
-        return list(self.run.errors)
+        return self._journal.calls(target)
 
     @property
     def timeline(self) -> str:
         """What happened, as text; a test that fails shows it."""
-        name = self.run.tree.root.automaton.name
+        name = self.tree.root.automaton.name
         head = f"timeline of {name}, {self.time:.3f} s, in {', '.join(self.active_paths)}"
         return f"{head}\n{self._journal.text()}"
 
@@ -239,10 +191,6 @@ class Behavior:
             assign(self.automaton(automaton).automaton, name, value)
             self._journal.note(f"sets {name} of {automaton} to {value!r}")
 
-    def send(self, event: str, data: object = None) -> None:
-        """Send an event, as from outside."""
-        self.run.send(event, data)
-
     def force(self, automaton: str | int, transition: str | int) -> None:
         """Let a transition out of the current state fire at the next cycle, whatever its guard says."""
         run = self.automaton(automaton)
@@ -255,9 +203,9 @@ class Behavior:
         self._journal.note(f"forces {found[0].name or found[0].id} of {run.automaton.name}")
 
     @property
-    def guards(self) -> GuardTable:
-        """The guards by name, with what `guard` has set them to."""
-        return self._guards
+    def guards(self) -> tuple[str, ...]:
+        """The names of the guards that can be set."""
+        return self._guards.names
 
     def guard(self, name: str, value: bool | None) -> None:
         """Let a guard be true or false whatever its code says; None lets the code say again.
@@ -280,14 +228,14 @@ class Behavior:
     @contextmanager
     def server_away(self, *servants: str) -> Iterator[None]:
         """Let servants be away for a while, all without names: calls fail as over a cut connection."""
-        with self._network.without(list(servants)):
-            before, self._away = self._away, True
-            self._journal.note(f"takes {', '.join(servants) or 'the server'} away")
-            try:
-                yield
-            finally:
-                self._away = before
-                self._journal.note("brings it back")
+        network = self._network
+        before, network.away = network.away, network.away.union(servants or network.communicator.identities())
+        self._journal.note(f"takes {', '.join(servants) or 'the server'} away")
+        try:
+            yield
+        finally:
+            network.away = before
+            self._journal.note("brings it back")
 
     def reload(self, document: str | Path) -> tuple[str, ...]:
         """Go on with another version of the document, as a running component does that is reloaded.
@@ -298,9 +246,9 @@ class Behavior:
         path = (self.document or Path()).parent / document
         component = load_component(path)()
         self._connect(component)
-        not_kept = self.run.reload(component)
+        not_kept = self.exchange(component)
         self.document = path
-        self._guards = GuardTable(self.run.tree)
+        self._guards = GuardTable(self.tree)
         self._journal.note(f"reloads {path.name}")
         return not_kept
 
@@ -310,10 +258,7 @@ class Behavior:
             if self._robot is not None:
                 self._robot.close()
         finally:
-            self._network.close()
-
-    def __repr__(self) -> str:
-        return f"<behavior {self.run.tree.root.automaton.name} at {self.time:.3f} s in {self.active}>"
+            self._network.communicator.destroy()
 
     # ------------------------------------------------------------------------------------------------------
 
@@ -326,13 +271,13 @@ class Behavior:
             setattr(component, name, value)
 
     def _connect(self, component: Component) -> None:
-        served = self._network.identities()
         for name, declared in proxies_of(component).items():
             if name in vars(component):
                 continue
             untyped = self._network.communicator.stringToProxy(declared.identity)
+            served = self._network.servant(declared.identity) is not None
             # Without a servant the calls say so: a test need not stub what it does not reach.
-            cast = declared.type.checkedCast if declared.identity in served else declared.type.uncheckedCast
+            cast = declared.type.checkedCast if served else declared.type.uncheckedCast
             vars(component)[name] = cast(untyped)
 
     def _stub(self, component: Component, name: str, stub: Object | Mapping[str, object]) -> None:
@@ -356,7 +301,7 @@ class Behavior:
         for run, error in new:
             if pauses and isinstance(error, CommandRefusedException):
                 continue
-            if self._strict and not (self._away and isinstance(error, UNAVAILABLE)):
+            if self._strict and not (self._network.away and isinstance(error, UNAVAILABLE)):
                 location = self.errors[-1].location if self.errors else ""
                 raise BehaviorFailed(
                     f"the code of {run.automaton.name} raised {type(error).__name__}: {error}"

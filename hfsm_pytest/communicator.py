@@ -1,15 +1,15 @@
 """The servants and the proxies of a test, joined within the process, in virtual time.
 
 They are the real ones, over a transport without a network: arguments and results are encoded, validated and
-decoded as they would travel, at once and on the thread that calls.
+decoded as they would travel, at once and on the thread that calls. Servants that no robot serves are made by
+hand, operation by operation.
 """
 
 from __future__ import annotations
 
 import logging
 import threading
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
 from typing import Any, Final
 
 import msgspec
@@ -23,7 +23,7 @@ from zenoh_ice import (
     SystemException,
 )
 from zenoh_ice.in_process import InProcessTransport, Pool
-from zenoh_ice.interface import Operation
+from zenoh_ice.interface import Interface, Operation
 from zenoh_ice.transport import (
     Arrived,
     Caller,
@@ -39,14 +39,15 @@ from zenoh_ice.transport import (
     encode_sample_attachment,
 )
 
-from .calls import CallLog
 from .clock import TaskClock
+from .errors import UnknownName
+from .journal import Journal
 
-__all__ = ["VirtualNetwork"]
+__all__ = ["VirtualNetwork", "make_stub"]
 
 Polls = dict[str, Callable[[], Any]]
 
-_LOOK_AGAIN: Final = 0.01  # s of virtual time
+_ZEROS: Final[dict[object, object]] = {str: "", int: 0, float: 0.0, bool: False, bytes: b""}
 
 _logger = logging.getLogger(__name__)
 
@@ -58,11 +59,12 @@ class VirtualNetwork:
     """
 
     def __init__(self, clock: TaskClock) -> None:
-        self.calls: Final = CallLog(clock.now)
+        self.journal: Final = Journal(clock.now)
         self.on_listening: Callable[[], object] = _nothing
         self.polls: Final[dict[str, Polls]] = {}
         """Of stubs: what returns the newest value of a stream, by identity and operation."""
         self.away: set[str] = set()
+        """The identities of servants whose calls fail as over a cut link."""
         self.communicator: Final = _VirtualCommunicator(
             Settings(clock="sim"),
             pool=Pool(0, "test"),
@@ -85,24 +87,6 @@ class VirtualNetwork:
     def servant(self, identity: str) -> Object | None:
         """Return the servant of an identity, or None."""
         return self._adapter.find(identity)
-
-    def identities(self) -> list[str]:
-        """Return the identities that are served and not away, sorted."""
-        return [name for name in self.communicator.identities() if name not in self.away]
-
-    @contextmanager
-    def without(self, identities: list[str]) -> Iterator[None]:
-        """Let servants be away, all without names: calls raise ConnectionLostException as over a cut link."""
-        before = self.away
-        self.away = before | set(identities or self.communicator.identities())
-        try:
-            yield
-        finally:
-            self.away = before
-
-    def close(self) -> None:
-        """End everything."""
-        self.communicator.destroy()
 
 
 class _VirtualCommunicator(Communicator):
@@ -204,7 +188,7 @@ class _LoggedCaller:
         codec = self._operation.arguments
         arguments = codec.unpack(payload, self._what, self._network.communicator.stringToProxy)
         named = dict(zip(codec.fields, msgspec.structs.astuple(arguments), strict=True))
-        self._network.calls.add(self._what, named, result, error)
+        self._network.journal.called(self._what, named, result, error)
 
 
 class _StampedOutlet:
@@ -291,15 +275,15 @@ class _VirtualTiming:
         return holds()
 
     def repeat(self, period: float, job: Callable[[], object]) -> Served:
-        running = [True]
+        ended = threading.Event()
 
         def run() -> None:
-            if running[0]:
+            if not ended.is_set():
                 job()
                 self._clock.call_at(self._clock.now() + period, run)
 
         self._clock.call_at(self._clock.now() + period, run)
-        return Closing(lambda: running.__setitem__(0, False))
+        return Closing(ended.set)
 
 
 def _stamped(attachment: bytes, clock: TaskClock) -> bytes:
@@ -310,3 +294,57 @@ def _stamped(attachment: bytes, clock: TaskClock) -> bytes:
 
 def _nothing() -> None:
     """Do nothing."""
+
+
+def make_stub(
+    identity: str, interface: Interface, answers: Mapping[str, object], below: Object | None = None
+) -> tuple[Object, dict[str, Callable[[], Any]]]:
+    """Return a servant that answers some operations, and what its streams yield by operation.
+
+    An answer is a function of the operation's arguments, an exception, which is raised, or a value, which is
+    returned. Other operations go to the servant `below`. A stream of a stubbed operation yields what the
+    operation returns for arguments that are empty. Raises UnknownName for what is no operation.
+    """
+    operations = interface.all_operations
+    for name in answers:
+        if name not in operations:
+            raise UnknownName(f"{identity} has no operation {name!r}; it has {', '.join(operations)}")
+    methods: dict[str, Any] = {
+        operation.method: _answering(answers[name])
+        if name in answers
+        else _passing_on(f"{identity}.{name}", operation, below)
+        for name, operation in operations.items()
+    }
+    servant: Object = type("Stub", (Object,), {"ice_interface": interface, **methods})()
+    if below is not None:
+        vars(servant)["_ice_publishers"] = below.ice_publishers()  # its streams go on
+    polls = {name: _poll(answers[name], operations[name]) for name in answers if operations[name].streamed}
+    return servant, polls
+
+
+def _answering(answer: object) -> Callable[..., object]:
+    def call(self: Object, *arguments: object) -> object:  # noqa: ARG001
+        return _answer(answer, arguments[:-1])  # the last is the Current
+
+    return call
+
+
+def _passing_on(what: str, operation: Operation[..., Any], below: Object | None) -> Callable[..., object]:
+    def call(self: Object, *arguments: object) -> object:  # noqa: ARG001
+        if below is None:
+            raise NotImplementedError(f"{what} is not stubbed")
+        return getattr(below, operation.method)(*arguments)
+
+    return call
+
+
+def _poll(answer: object, operation: Operation[..., Any]) -> Callable[[], object]:
+    fields = msgspec.structs.fields(operation.arguments.struct)
+    empty = tuple(_ZEROS.get(getattr(field.type, "__origin__", field.type)) for field in fields)
+    return lambda: _answer(answer, empty)
+
+
+def _answer(answer: object, arguments: tuple[object, ...]) -> object:
+    if isinstance(answer, BaseException):
+        raise answer
+    return answer(*arguments) if callable(answer) else answer

@@ -7,8 +7,8 @@ what the documents have, and prints a table and what is missing.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -35,32 +35,19 @@ _Key = tuple[str, int, str, int]
 which id."""
 
 
-class Hits:
+class Hits(Counter[_Key]):
     """How often states were `entered`, transitions `fired`, and guards `true` and `false`."""
-
-    def __init__(self) -> None:
-        self.counts: Counter[_Key] = Counter()
 
     def watch(self, document: Callable[[], Path | None], tree: Tree) -> None:
         """Count what automata do from now on; where they are now counts as entered.
 
         `document` returns the file of which they are, which changes when it is reloaded.
         """
-        counter = _Counter(self.counts, document)
+        counter = _Counter(self, document)
         for run in tree.runs:
             if run.active:
                 counter.changed(0, run, ChangeKind.ENTERED)
         tree.observers.append(counter)
-
-    def to_plain(self) -> list[list[Any]]:
-        """Return the counts as plain values, for another process."""
-        return [[*key, count] for key, count in self.counts.items()]
-
-    def add_plain(self, counts: Iterable[list[Any]]) -> None:
-        """Add what `to_plain` returned in another process."""
-        for *key, count in counts:
-            document, automaton, what, element = key
-            self.counts[document, automaton, what, element] += count
 
 
 class _Counter(Observer):
@@ -83,56 +70,29 @@ class _Counter(Observer):
         self._counts[document, run.automaton.id, what, id] += 1
 
 
-@dataclass(frozen=True, slots=True)
-class _Ratio:
-    """So many of so many."""
+@dataclass
+class _Covered:
+    """Which states, transitions and values of guards were hit; `missing` is where the others are written."""
 
-    hit: int = 0
-    total: int = 0
+    name: str
+    states: list[bool] = field(default_factory=list)
+    transitions: list[bool] = field(default_factory=list)
+    guards: list[bool] = field(default_factory=list)
+    missing: list[str] = field(default_factory=list)
 
-    @classmethod
-    def of(cls, values: Iterable[object]) -> _Ratio:
-        """Return how many values are true."""
-        found = [bool(value) for value in values]
-        return cls(sum(found), len(found))
-
-    def __add__(self, other: _Ratio) -> _Ratio:
-        return _Ratio(self.hit + other.hit, self.total + other.total)
-
-    def __str__(self) -> str:
-        return f"{self.hit}/{self.total}" if self.total else "-"
+    @property
+    def all(self) -> list[bool]:
+        return self.states + self.transitions + self.guards
 
     @property
     def percent(self) -> float:
-        """The share in percent, 100 of nothing."""
-        return 100.0 * self.hit / self.total if self.total else 100.0
+        return 100.0 * sum(self.all) / len(self.all) if self.all else 100.0
 
-
-@dataclass(frozen=True)
-class _Covered:
-    """What of an automaton, of a document or of all is covered; `missing` is where it is written."""
-
-    name: str
-    states: _Ratio = _Ratio()
-    transitions: _Ratio = _Ratio()
-    guards: _Ratio = _Ratio()
-    missing: tuple[str, ...] = ()
-
-    @property
-    def all(self) -> _Ratio:
-        """Everything together."""
-        return self.states + self.transitions + self.guards
-
-    @classmethod
-    def sum(cls, name: str, parts: Sequence[_Covered]) -> _Covered:
-        """Add up what several things have covered."""
-        return cls(
-            name,
-            sum((part.states for part in parts), _Ratio()),
-            sum((part.transitions for part in parts), _Ratio()),
-            sum((part.guards for part in parts), _Ratio()),
-            tuple(line for part in parts for line in part.missing),
-        )
+    def add(self, other: _Covered) -> None:
+        self.states += other.states
+        self.transitions += other.transitions
+        self.guards += other.guards
+        self.missing += other.missing
 
 
 class CoverageSession:
@@ -145,21 +105,24 @@ class CoverageSession:
         self._documents: Final = self._read_documents()
         self._least: Final[float | None] = config.getoption("--hfsm-cov-fail-under")
         self._covered: list[_Covered] | None = None
+        self._total: Final = _Covered("total")
 
     def pytest_sessionfinish(self, session: pytest.Session) -> None:
         """Hand over what was counted, or put it together and fail when it is too little."""
         output: dict[str, Any] | None = getattr(self._config, "workeroutput", None)
         if output is not None:  # a worker of xdist
-            output[_OUTPUT] = self.hits.to_plain()
+            output[_OUTPUT] = dict(self.hits)
             return
         self._covered = [self._cover(file, document) for file, document in self._documents.items()]
+        for each in self._covered:
+            self._total.add(each)
         if self._too_little and session.exitstatus == pytest.ExitCode.OK:
             session.exitstatus = pytest.ExitCode.TESTS_FAILED
 
     @pytest.hookimpl(optionalhook=True)
     def pytest_testnodedown(self, node: Any, error: object) -> None:  # noqa: ANN401, ARG002 - of xdist
         """Add what a worker has counted."""
-        self.hits.add_plain(getattr(node, "workeroutput", {}).get(_OUTPUT, ()))
+        self.hits.update(getattr(node, "workeroutput", {}).get(_OUTPUT, {}))
 
     def pytest_terminal_summary(self, terminalreporter: TerminalReporter) -> None:
         """Print the table, what is missing, and whether it is too little."""
@@ -170,19 +133,15 @@ class CoverageSession:
             terminalreporter.write_line(line, red=missing)
         if self._too_little:
             terminalreporter.write_line(
-                f"FAIL: {self._total.all.percent:.1f} % of the automata is covered, "
+                f"FAIL: {self._total.percent:.1f} % of the automata is covered, "
                 f"less than the required {self._least:g} %",
                 red=True,
                 bold=True,
             )
 
     @property
-    def _total(self) -> _Covered:
-        return _Covered.sum("total", self._covered or [])
-
-    @property
     def _too_little(self) -> bool:
-        return self._least is not None and self._total.all.percent < self._least
+        return self._least is not None and self._total.percent < self._least
 
     def _read_documents(self) -> dict[Path, Document]:
         base = self._config.invocation_params.dir
@@ -193,43 +152,38 @@ class CoverageSession:
             raise pytest.UsageError(str(error)) from error
 
     def _cover(self, file: Path, document: Document) -> _Covered:
+        covered = _Covered(self._shown(file))
         names = {each.id: _path(document, each) or file.stem for each in document.automata}
-        several = {name for name, count in Counter(names.values()).items() if count > 1}
-        parts = []
         for each in document.automata:
             name = names[each.id]
-            name = f"{name} ({each.id})" if name in several else name
-            parts.append(self._cover_automaton(file, each, name, self._shown(each.path or file)))
-        return _Covered.sum(self._shown(file), parts)
+            several = list(names.values()).count(name) > 1
+            self._cover_automaton(covered, file, each, f"{name} ({each.id})" if several else name)
+        return covered
 
-    def _cover_automaton(self, file: Path, automaton: Automaton, name: str, shown: str) -> _Covered:
+    def _cover_automaton(self, covered: _Covered, file: Path, automaton: Automaton, name: str) -> None:
         def hit(what: str, id: int) -> bool:
-            return self.hits.counts[str(file), automaton.id, what, id] > 0
+            return self.hits[str(file), automaton.id, what, id] > 0
 
         names = {state.id: state.name or f"state {state.id}" for state in automaton.states}
-        guarded = [t for t in automaton.transitions if t.type == "condition" or not t.guard.is_blank]
-        missing = [
-            (state.line, f"state {name}/{names[state.id]} was never entered")
-            for state in automaton.states
-            if not hit("entered", state.id)
-        ]
+        missing = []
+        for state in automaton.states:
+            covered.states.append(hit("entered", state.id))
+            if not hit("entered", state.id):
+                missing.append((state.line, f"state {name}/{names[state.id]} was never entered"))
         for each in automaton.transitions:
+            covered.transitions.append(hit("fired", each.id))
             problems = [] if hit("fired", each.id) else ["never fired"]
-            unseen = [value for value in ("true", "false") if each in guarded and not hit(value, each.id)]
-            if unseen:
-                guard = f"its guard was never {unseen[0]}"
-                problems.append(guard if len(unseen) == 1 else "its guard was never asked")
+            if each.type == "condition" or not each.guard.is_blank:
+                covered.guards += [hit("true", each.id), hit("false", each.id)]
+                unseen = [value for value in ("true", "false") if not hit(value, each.id)]
+                if unseen:
+                    problems.append(f"its guard was never {'asked' if len(unseen) == 2 else unseen[0]}")
             if problems:
                 ends = (names.get(end, f"state {end}") for end in (each.origin, each.destination))
                 what = f"transition {each.name or f'transition {each.id}'} of {name} ({' -> '.join(ends)})"
                 missing.append((each.line, f"{what}: {', '.join(problems)}"))
-        return _Covered(
-            name,
-            _Ratio.of(hit("entered", state.id) for state in automaton.states),
-            _Ratio.of(hit("fired", each.id) for each in automaton.transitions),
-            _Ratio.of(hit(value, each.id) for each in guarded for value in ("true", "false")),
-            tuple(f"{shown}:{line}: {what}" for line, what in sorted(missing)),
-        )
+        shown = self._shown(automaton.path or file)
+        covered.missing += [f"{shown}:{line}: {what}" for line, what in sorted(missing)]
 
     def _shown(self, file: Path) -> str:
         """Return a file as reports name it: relative to the root of the project, if it is below."""
@@ -248,9 +202,11 @@ def _table(documents: Sequence[_Covered], total: _Covered) -> Iterator[tuple[str
         if each is total:
             yield rule
         # Never 100 % while something is missing.
-        percent = 100 if each.all.hit == each.all.total else int(each.all.percent)
-        ratios = f"{each.states!s:>8}  {each.transitions!s:>11}  {each.guards!s:>8}"
-        yield f"{each.name:<{width}}  {ratios}  {percent:>6} %", each.all.hit < each.all.total
+        percent = 100 if all(each.all) else min(99, int(each.percent))
+        kinds = (each.states, each.transitions, each.guards)
+        states, transitions, guards = (f"{sum(hits)}/{len(hits)}" if hits else "-" for hits in kinds)
+        ratios = f"{states:>8}  {transitions:>11}  {guards:>8}"
+        yield f"{each.name:<{width}}  {ratios}  {percent:>6} %", not all(each.all)
     if total.missing:
         yield from (("", False), ("missing:", False), *((f"  {line}", True) for line in total.missing))
 

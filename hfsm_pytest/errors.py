@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+import pytest
 
 __all__ = ["BehaviorFailed", "DocumentInvalid", "UnknownName", "says_it_all"]
 
@@ -19,11 +19,7 @@ class BehaviorFailed(AssertionError):
     """The behavior did what a test does not allow: its code raised, or it never did what was waited for."""
 
 
-class _Caught(Protocol):
-    def errisinstance(self, kinds: tuple[type[BaseException], ...]) -> bool: ...
-
-
-def says_it_all(caught: _Caught) -> bool:
+def says_it_all(caught: pytest.ExceptionInfo[BaseException]) -> bool:
     """Return whether an exception says what is wrong with a test, so that pytest need not show our code.
 
     A module assigns it to `__tracebackhide__`.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from typing import Any, Final
 
 from hfsm_runtime import Transition
@@ -27,8 +27,8 @@ class _SetGuard:
         return self._code(*event) if self.value is None else self.value
 
 
-class GuardTable(Mapping[str, bool | None]):
-    """What the guards of a behavior were set to, by name, None for those that run their code.
+class GuardTable:
+    """The guards of a behavior, by name.
 
     The name of a guard is that of its transition behind the path of its automaton (`followBall/red/lost`);
     any end of it will do that is unique (`red/lost`). Of transitions of one name the id tells: `lost#2`.
@@ -36,16 +36,7 @@ class GuardTable(Mapping[str, bool | None]):
 
     def __init__(self, tree: Tree) -> None:
         self._transitions: Final = dict(_named(tree))
-
-    def __getitem__(self, name: str) -> bool | None:
-        guard = self._find(name).guard
-        return guard.value if isinstance(guard, _SetGuard) else None
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._transitions)
-
-    def __len__(self) -> int:
-        return len(self._transitions)
+        self.names: Final = tuple(self._transitions)
 
     def set(self, name: str, value: bool | None) -> None:
         """Set a guard; None lets it run its code again. Raises UnknownName."""

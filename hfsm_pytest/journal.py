@@ -4,18 +4,50 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 from hfsm_runtime import Event, Transition
 from hfsm_runtime.observer import Observer
 from hfsm_runtime.tree import ChangeKind, Run
 
-from .calls import CallLog
-
-__all__ = ["Entry", "Fired", "Journal"]
+__all__ = ["Call", "Fired", "Journal"]
 
 _SECOND: Final = 1_000_000_000
 _LONGEST: Final = 200
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """A call that the behavior made, at a time in s, and what came of it.
+
+    `automaton` and `state` are the names of those whose code made it, empty for calls outside of any cycle.
+    """
+
+    time: float
+    target: str
+    """Servant and operation, as in `Head.setPose`."""
+    arguments: dict[str, Any]
+    """What was handed over, by the names of the parameters."""
+    result: Any
+    error: Exception | None
+    automaton: str
+    state: str
+
+    def __getattr__(self, name: str) -> Any:  # noqa: ANN401
+        """Return an argument: `call.pan` is `call.arguments["pan"]`."""
+        if name.startswith("__"):  # asked for by copy and pickle, also while there are no arguments yet
+            raise AttributeError(name)
+        try:
+            return self.arguments[name]
+        except KeyError:
+            known = ", ".join(self.arguments) or "none"
+            raise AttributeError(f"{self.target} has no argument {name!r}; it has {known}") from None
+
+    def __str__(self) -> str:
+        arguments = ", ".join(f"{name}={_short(value)}" for name, value in self.arguments.items())
+        outcome = f"raised {self.error!r}" if self.error else f"-> {_short(self.result)}"
+        place = f"  [{self.automaton}/{self.state}]" if self.automaton else ""
+        return f"{self.time:9.3f} s  {self.target}({arguments}) {outcome}{place}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,12 +72,13 @@ class Entry:
 
 
 class Journal(Observer):
-    """Write down what the automata of a run do, and tell the log of calls who makes them."""
+    """Write down what the automata of a run do, and their calls."""
 
-    def __init__(self, calls: CallLog, now: Callable[[], float]) -> None:
-        self._calls = calls
+    def __init__(self, now: Callable[[], float]) -> None:
         self._now = now
-        self._stack: list[Run | None] = []
+        self._calls: list[Call] = []
+        self._running: list[Run] = []
+        """The automata whose cycles run, the innermost last."""
         self._firing: Run | None = None
         self.fired_transitions: list[Fired] = []
         self.entries: list[Entry] = []
@@ -60,12 +93,11 @@ class Journal(Observer):
 
     def cycle_began(self, run: Run, at: int) -> None:  # noqa: ARG002
         """Note whose code runs."""
-        self._stack.append(self._calls.run)
-        self._calls.run = run
+        self._running.append(run)
 
     def cycle_ended(self, run: Run, at: int) -> None:  # noqa: ARG002
         """Note that its code runs no longer."""
-        self._calls.run = self._stack.pop() if self._stack else None
+        self._running.remove(run)
 
     def fired(self, run: Run, transition: Transition, at: int) -> None:
         """Write down a transition."""
@@ -100,6 +132,16 @@ class Journal(Observer):
         text = f"{run.automaton.name}: in {run.current.name} raises {type(error).__name__}: {error}"
         self.entries.append(Entry(self._now(), run.depth, text[:_LONGEST]))
 
+    def called(self, target: str, arguments: dict[str, Any], result: object, error: Exception | None) -> None:
+        """Write down a call of the code that runs."""
+        run = self._running[-1] if self._running else None
+        place = (run.automaton.name, run.current.name) if run else ("", "")
+        self._calls.append(Call(self._now(), target, arguments, result, error, *place))
+
+    def calls(self, target: str = "") -> list[Call]:
+        """Return the calls of an operation (`Head.setPose`) or of a servant (`Head`), or all."""
+        return [call for call in self._calls if target in ("", call.target, call.target.partition(".")[0])]
+
     def note(self, text: str) -> None:
         """Write down what the test did."""
         self.entries.append(Entry(self._now(), 0, f"the test {text}"))
@@ -128,3 +170,8 @@ def _why(transition: Transition) -> str:
     if transition.event:
         return f" at event {transition.event}"
     return f" when {transition.condition}" if transition.condition else ""
+
+
+def _short(value: object) -> str:
+    text = repr(value) if not isinstance(value, float) else f"{value:.4g}"
+    return text if len(text) <= 60 else text[:57] + "..."

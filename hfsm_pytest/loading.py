@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import linecache
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from functools import lru_cache
 from pathlib import Path
 from types import ModuleType
@@ -63,7 +64,7 @@ def load_component(document: Path, include: Sequence[Path] = ()) -> type[Compone
         linecache.cache[file] = (len(text), None, text.splitlines(keepends=True), file)
     module = ModuleType(target.stem)
     module.__file__ = file
-    with _importable(target.parent, include):
+    with _importable(target.parent, *include):
         exec(_code(text, file), vars(module))  # noqa: S102 - the component under test
     (found,) = components_in(module)
     return found
@@ -84,15 +85,13 @@ def _code(text: str, file: str) -> Any:  # noqa: ANN401 - a code object
     return compile(text, file, "exec")
 
 
-class _importable:  # noqa: N801 - a context manager
+@contextmanager
+def _importable(*directories: Path) -> Iterator[None]:
     """Let a component import what stands beside its document, and the packages of stub interfaces."""
-
-    def __init__(self, directory: Path, include: Sequence[Path]) -> None:
-        self._added = [str(path) for path in (directory, *include)]
-
-    def __enter__(self) -> None:
-        sys.path[:0] = self._added
-
-    def __exit__(self, *_: object) -> None:
-        for path in self._added:
+    added = [str(path) for path in directories]
+    sys.path[:0] = added
+    try:
+        yield
+    finally:
+        for path in added:
             sys.path.remove(path)

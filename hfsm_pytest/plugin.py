@@ -100,7 +100,7 @@ def behavior(request: pytest.FixtureRequest) -> Iterator[MakeBehavior]:
         behavior = Behavior(component(), document=path, **options)
         made.append(behavior)
         if coverage is not None and path is not None:
-            coverage.hits.watch(lambda: behavior.document, behavior.run.tree)
+            coverage.hits.watch(lambda: behavior.document, behavior.tree)
         return behavior
 
     yield make

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Final
 
@@ -23,7 +21,7 @@ from .errors import BehaviorFailed, DocumentInvalid, says_it_all
 from .loading import load_component, read
 from .strategies import Step, stimuli
 
-__all__ = ["Invariant", "check_properties"]
+__all__ = ["check_properties"]
 __tracebackhide__ = says_it_all
 
 Invariant = Callable[[Behavior], object]
@@ -82,16 +80,10 @@ def check_properties(
         finally:
             b.close()
 
-    with _quiet(component._hfsm_log):
-        run()
-
-
-@contextmanager
-def _quiet(log: logging.Logger) -> Iterator[None]:
-    """Log nothing in a `with` block: on the way to the fewest steps the same goes wrong many times."""
-    before, log.disabled = log.disabled, True
+    log = component._hfsm_log
+    before, log.disabled = log.disabled, True  # on the way to the fewest steps the same goes wrong many times
     try:
-        yield
+        run()
     finally:
         log.disabled = before
 
@@ -106,7 +98,7 @@ class _Examination(Observer):
         self._b = b
         self._checks = checks
         self._broken: tuple[str, float, str] | None = None
-        b.run.tree.observers.append(self)
+        b.tree.observers.append(self)
 
     def run(self, steps: Sequence[Step]) -> None:
         """Take the steps; raises BehaviorFailed at the first after which a check has failed."""
@@ -170,7 +162,7 @@ class _Stated:
 
     def start(self, b: Behavior) -> _Check:
         """Return the check for a run."""
-        runs = [b.run.tree.run(automaton.source.id) for automaton in self._model.automata]
+        runs = [b.tree.run(automaton.source.id) for automaton in self._model.automata]
         seen = False
 
         def check(b: Behavior) -> bool:

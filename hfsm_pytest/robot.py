@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Final, Literal, Protocol, cast, runtime_checkable
+from typing import TYPE_CHECKING, Any, Final, Literal, cast
 
 import numpy as np
 
@@ -33,24 +33,11 @@ _YELLOW: Final = (200, 200, 40)
 _BEHIND: Final = math.pi
 
 
-@runtime_checkable
-class _Placeable(JointDevice, Protocol):
-    """A device that a test may set to a place at once."""
-
-    def place(self, positions: Mapping[str, float]) -> None:
-        """Put some joints somewhere at once."""
-
-
 class Ball:
     """A ball, for a test to place: its bearing in rad, positive to the left, distance and height in m."""
 
     def __init__(self, device: JointDevice) -> None:
         self._device: Final = device
-
-    @property
-    def name(self) -> str:
-        """The name of its mechanism, such as `BallGreen`."""
-        return self._device.name
 
     @property
     def position(self) -> tuple[float, float, float]:
@@ -62,7 +49,7 @@ class Ball:
         self, pan: float | None = None, distance: float | None = None, height: float | None = None
     ) -> None:
         """Put it somewhere at once; it keeps what is not given."""
-        cast("_Placeable", self._device).place(self._targets(pan, distance, height))
+        cast("Any", self._device).place(self._targets(pan, distance, height))
 
     def move(
         self,
@@ -79,10 +66,6 @@ class Ball:
     def hide(self) -> None:
         """Put it behind the robot, where no camera sees it."""
         self.place(pan=_BEHIND)
-
-    def __repr__(self) -> str:
-        pan, distance, height = self.position
-        return f"<{self.name} at {pan:.2f} rad, {distance:.2f} m, {height:.2f} m high>"
 
     def _targets(self, pan: float | None, distance: float | None, height: float | None) -> dict[str, float]:
         given = zip(self._device.joints, (pan, distance, height), strict=True)
@@ -144,11 +127,6 @@ class RobotUnderTest:
         events, _, _ = self._assembly.events.snapshot()
         return [f"{event.time:.2f} s {event.source}: {event.message}" for event in events]
 
-    @property
-    def balls(self) -> dict[str, Ball]:
-        """The balls, by the names of their mechanisms."""
-        return {device.name: Ball(device) for device in self.device.mechanisms}
-
     def joint(self, name: str) -> float:
         """Return where a joint is in rad."""
         try:
@@ -158,14 +136,15 @@ class RobotUnderTest:
 
     def ball(self, name: str) -> Ball:
         """Return a ball by its color or its full name: `green` or `BallGreen`."""
-        for full, ball in self.balls.items():
-            if name in (full, full.removeprefix("Ball").lower()):
-                return ball
-        raise UnknownName(f"there is no ball {name!r}; there are {', '.join(self.balls) or 'none'}")
+        for device in self.device.mechanisms:
+            if name in (device.name, device.name.removeprefix("Ball").lower()):
+                return Ball(device)
+        known = ", ".join(device.name for device in self.device.mechanisms) or "none"
+        raise UnknownName(f"there is no ball {name!r}; there are {known}")
 
     def place(self, **joints: float) -> None:
         """Put some joints somewhere at once, in rad, past the safety layer."""
-        cast("_Placeable", self.device).place(joints)
+        cast("Any", self.device).place(joints)
 
     def look(self, camera: str = "Camera", width: int = 320, height: int = 240) -> Frame:
         """Return what a camera sees now."""

@@ -140,11 +140,11 @@ def _facts(document: str | Path) -> _Facts:
 def _read_facts(path: Path, changed: int) -> _Facts:  # noqa: ARG001
     document = read(path)
     b = Behavior(abstract_component(document, path)())
-    automata: list[Automaton] = [run.automaton for run in b.run.tree.runs]
+    automata: list[Automaton] = [run.automaton for run in b.tree.runs]
     transitions = [transition for automaton in automata for transition in automaton.transitions]
     declared = [event.name for event in document.events]
     return _Facts(
-        guards=tuple(b.guards),
+        guards=b.guards,
         declared=tuple(declared),
         events=tuple(dict.fromkeys([*declared, *(each.event for each in transitions if each.event)])),
         period=min(automaton.period for automaton in automata),

@@ -9,15 +9,15 @@ import msgspec
 __all__ = ["Begin", "Difference", "Divergence", "Line", "Outcome", "Progress", "Side", "Step"]
 
 
-class Side(msgspec.Struct, frozen=True):
+class Side(msgspec.Struct):
     """What one of the two did in the cycle in which they part."""
 
     state: str
-    guards: dict[str, bool]
-    fired: list[str]
-    errors: list[str]
     state_after: str
-    ran: bool
+    guards: dict[str, bool] = {}
+    fired: list[str] = []
+    errors: list[str] = []
+    ran: bool = True
     """Whether it had that cycle at all."""
 
 

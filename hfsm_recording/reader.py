@@ -111,7 +111,7 @@ class RecordingFile:
         except OSError as error:
             raise RecordingError(f"the recording {self._path} cannot be read: {error.strerror}") from error
 
-    def image(self, place: int, hash: str) -> bytes | None:
+    def image_at(self, place: int, hash: str) -> bytes | None:
         """Return the bytes of the image of a hash, from the record of the file that begins at `place`."""
         with self._path.open("rb") as file:
             file.seek(place)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import inspect
+import re
 import shlex
 import threading
 import time
@@ -140,7 +141,7 @@ Exit codes: 0 done, 1 an error, 2 wrong usage, 130 Ctrl-C, 143 SIGTERM."""
         record: _Record = None,
         record_images: _RecordImages = False,
     ) -> None:
-        first = _ids(begin_at)
+        first = None if begin_at is None else _ids(begin_at)
         breakpoints = [_breakpoint(each) for each in breakpoint or []]
         if record_images and record is None:
             raise typer.BadParameter("--record-images needs --record")
@@ -181,32 +182,27 @@ def _example(component: type[Component], name: str) -> str:
     return ""
 
 
-def _ids(text: str | None) -> tuple[int, int] | None:
+_PLACE: Final = re.compile(r"(\d{1,11})\.(t?)(\d{1,11})", re.ASCII)
+
+
+def _ids(text: str) -> tuple[int, int]:
     """Return the ids of an automaton and a state; raises BadParameter."""
-    if text is None:
-        return None
-    automaton, _, state = text.partition(".")
-    if not (_is_id(automaton) and _is_id(state)):
+    found = _PLACE.fullmatch(text)
+    if not found or found[2]:
         raise typer.BadParameter(f"--begin-at takes AUTOMATON.STATE, such as 4.2, not {text!r}")
-    return int(automaton), int(state)
+    return int(found[1]), int(found[3])
 
 
 def _breakpoint(text: str) -> Breakpoint:
     """Return a breakpoint; raises BadParameter."""
     place, _, condition = text.partition(":")
-    automaton, _, element = place.partition(".")
-    transition = element.startswith("t")
-    number = element.removeprefix("t")
-    if not (_is_id(automaton) and _is_id(number)):
+    found = _PLACE.fullmatch(place)
+    if not found:
         raise typer.BadParameter(
             f"--breakpoint takes AUTOMATON.STATE[:CONDITION], such as 4.2 or 4.t3, not {text!r}"
         )
-    ids = (0, int(number)) if transition else (int(number), 0)
-    return Breakpoint(int(automaton), *ids, condition.strip())
-
-
-def _is_id(text: str) -> bool:
-    return text.isascii() and text.isdigit() and len(text) < 12
+    ids = (0, int(found[3])) if found[2] else (int(found[3]), 0)
+    return Breakpoint(int(found[1]), *ids, condition.strip())
 
 
 def _run(

@@ -27,21 +27,6 @@ from .errors import (
     locate,
 )
 
-__all__ = [
-    "Component",
-    "Parameter",
-    "Proxy",
-    "equip",
-    "libraries",
-    "load_extension",
-    "load_module",
-    "make_automata",
-    "parameter_values",
-    "parameters_of",
-    "proxies_of",
-    "source_of",
-]
-
 P = TypeVar("P")
 _D = TypeVar("_D", bound="_Declared[Any]")
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
-from numbers import Integral, Real
 from typing import Final, Protocol
 
-from .automaton import REQUIRED, Automaton, Event, Input, State, Transition
+from .automaton import REQUIRED, Automaton, Event, State, Transition
 from .errors import ArgumentError, ComponentStoppedError, CycleCutError
 from .tree import Run, Tree
+from .variables import convert
 
 __all__ = ["CycleEnded", "Supervisor", "hand_over", "run_cycle"]
 
@@ -218,7 +218,7 @@ def hand_over(state: State, arguments: Mapping[int, Mapping[str, object]]) -> No
     """Set the inputs of a state's automata; those without an argument keep their value.
 
     `arguments` are values by the automaton's id and the input's name. Nothing is set when one of them cannot
-    be: raises ArgumentError.
+    be: raises ArgumentError, and ValueTypeError for a value of another type.
     """
     unknown = arguments.keys() - {child.id for child in state.children}
     if unknown:
@@ -238,24 +238,7 @@ def _check(state: State, child: Automaton, values: Mapping[str, object]) -> dict
     for declared in child.inputs:
         if declared.default is REQUIRED and declared.name not in values:
             raise ArgumentError(f"{label} is not handed its input {declared.name!r}, which has no default")
-    return {name: _convert(value, inputs[name], label) for name, value in values.items()}
-
-
-def _convert(value: object, declared: Input, label: str) -> object:
-    """Return a value as the input's type; NumPy's numbers count as Python's."""
-    wanted = declared.type
-    if wanted is object:
-        return value
-    truth = isinstance(value, bool) or type(value).__name__ in ("bool_", "bool")
-    if wanted is bool and truth:
-        return bool(value)
-    if wanted is int and isinstance(value, Integral) and not truth:
-        return int(value)
-    if wanted is float and isinstance(value, Real) and not truth:
-        return float(value)
-    if wanted is str and isinstance(value, str):
-        return value
-    raise ArgumentError(
-        f"the input {declared.name!r} of {label} is {wanted.__name__} and was handed a "
-        f"{type(value).__name__}: {value!r:.80}"
-    )
+    return {
+        name: convert(value, inputs[name].type, f"the input {name!r} of {label}")
+        for name, value in values.items()
+    }

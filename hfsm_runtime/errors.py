@@ -10,26 +10,6 @@ from pathlib import Path
 from types import TracebackType
 from typing import Final
 
-__all__ = [
-    "ArgumentError",
-    "ComponentError",
-    "ComponentStoppedError",
-    "CycleCutError",
-    "DefinitionError",
-    "EventError",
-    "MissingLibraryError",
-    "NotConnectedError",
-    "OnError",
-    "OnRefused",
-    "ReloadRefusedError",
-    "UnknownElementError",
-    "ValueTypeError",
-    "VariablesError",
-    "describe",
-    "locate",
-    "part_of_component",
-]
-
 _LONGEST: Final = 4000
 
 

@@ -10,7 +10,7 @@ from typing import Final
 from interfaces.hfsm import ComponentStatus, ErrorReport
 from zenoh_ice.clock import Clock
 
-from .automaton import Automaton, Transition
+from .automaton import Automaton
 from .automaton_run import make_event
 from .component import Component, equip, make_automata, parameters_of
 from .errors import ComponentStoppedError, OnError, OnRefused, ReloadRefusedError, UnknownElementError
@@ -165,7 +165,9 @@ class Runtime(Observer):
         Raises UnknownElementError, also when the transition does not leave the current state.
         """
         run = self.run(automaton)
-        found = _transition(run, transition)
+        found = next((each for each in run.automaton.transitions if each.id == transition), None)
+        if found is None:
+            raise UnknownElementError(f"automaton {automaton} has no transition {transition}")
         with self.tree.lock:
             if found.origin != run.current.id:
                 origin = run.automaton.state(found.origin).name
@@ -287,10 +289,3 @@ class Runtime(Observer):
             self.failed = True
             self.component._hfsm_log.critical("the thread of %s failed", run.automaton.name, exc_info=error)
         self.request_stop()
-
-
-def _transition(run: Run, id: int) -> Transition:
-    for transition in run.automaton.transitions:
-        if transition.id == id:
-            return transition
-    raise UnknownElementError(f"automaton {run.automaton.id} has no transition {id}")

@@ -190,7 +190,7 @@ class Threads(Observer):
                 interval, slot = run.automaton.interval, 0
                 delay = delay_in_slot(worker.index, interval)
             if run.stepping:
-                self._cycle(run, self._timeline.now())
+                run_cycle(self._tree, run, self._timeline.now(), self._supervisor)
                 worker.stepped.set()
             elif self._tree.held or not run.active or run.finished:
                 worker.wake.wait(_IDLE)
@@ -201,11 +201,8 @@ class Threads(Observer):
                     self._timeline.wait_until(slot + delay, worker.wake)
                     continue
                 at = max(slot, slot_at(now, interval))
-                self._cycle(run, at)
+                run_cycle(self._tree, run, at, self._supervisor)
                 slot = slot_after(max(at, self._timeline.now() - delay), interval)
-
-    def _cycle(self, run: Run, at: int) -> None:
-        run_cycle(self._tree, run, at, self._supervisor)
 
     def guard(self, worker: _Worker) -> None:
         """Run an automaton and tell when its thread ends before its time."""

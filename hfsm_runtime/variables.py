@@ -9,7 +9,8 @@ from __future__ import annotations
 import difflib
 import itertools
 import reprlib
-from collections.abc import Callable, Collection, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable
+from numbers import Integral, Real
 from types import CellType, ModuleType
 from typing import Final
 
@@ -48,8 +49,13 @@ def values_of(automaton: Automaton) -> dict[str, object]:
 
 def cells_of(automaton: Automaton) -> dict[str, CellType]:
     """Return where the closures of an automaton's code keep its variables, by name."""
+    functions: list[Callable[..., object] | None] = [automaton.set_inputs]
+    for state in automaton.states:
+        functions += [state.entry, state.code, state.exit, state.arguments]
+    for transition in automaton.transitions:
+        functions += [transition.guard, transition.code]
     cells: dict[str, CellType] = {}
-    for code in _functions(automaton):
+    for code in filter(None, functions):
         closure = getattr(code, "__closure__", None)
         if closure:
             for name, cell in zip(code.__code__.co_freevars, closure, strict=True):
@@ -82,10 +88,18 @@ def assign(automaton: Automaton, name: str, value: object) -> None:
 
 
 def convert(value: object, wanted: type, what: str) -> object:
-    """Return a value that came as JSON as the type of a parameter or an input; raises ValueTypeError."""
-    if wanted is object or type(value) is wanted:
+    """Return a value as the type of a parameter or an input; raises ValueTypeError.
+
+    NumPy's numbers count as Python's.
+    """
+    truth = isinstance(value, bool) or type(value).__name__ in ("bool_", "bool")
+    if wanted is object or (wanted is str and isinstance(value, str)):
         return value
-    if wanted is float and type(value) is int:
+    if wanted is bool and truth:
+        return bool(value)
+    if wanted is int and isinstance(value, Integral) and not truth:
+        return int(value)
+    if wanted is float and isinstance(value, Real) and not truth:
         return float(value)
     raise ValueTypeError(f"{what} is {wanted.__name__}, not {type(value).__name__}: {value!r:.80}")
 
@@ -108,18 +122,6 @@ def short_repr(value: object) -> str:
     if len(text) > _LONGEST:
         text = text[: _LONGEST - 3] + "..."
     return text.encode("utf-8", "backslashreplace").decode()
-
-
-def _functions(automaton: Automaton) -> Iterator[Callable[..., object]]:
-    for state in automaton.states:
-        yield from _given(state.entry, state.code, state.exit, state.arguments)
-    for transition in automaton.transitions:
-        yield from _given(transition.guard, transition.code)
-    yield from _given(automaton.set_inputs)
-
-
-def _given(*code: Callable[..., object] | None) -> Iterator[Callable[..., object]]:
-    return (function for function in code if function is not None)
 
 
 class _BoundedRepr(reprlib.Repr):
@@ -154,11 +156,10 @@ class _BoundedRepr(reprlib.Repr):
     def repr_frozenset(self, value: frozenset[object], level: int) -> str:
         return f"frozenset({{{self._elements(value, level)}}})" if value else "frozenset()"
 
-    def repr_bytes(self, value: bytes, level: int) -> str:  # noqa: ARG002 - reprlib calls it so
+    def repr_bytes(self, value: bytes | bytearray, level: int) -> str:  # noqa: ARG002 - reprlib calls it so
         return repr(value[:_LONGEST])
 
-    def repr_bytearray(self, value: bytearray, level: int) -> str:  # noqa: ARG002
-        return repr(value[:_LONGEST])
+    repr_bytearray = repr_bytes
 
     def repr_instance(self, x: object, level: int) -> str:
         # Images and their samples: their own repr would write out every byte.

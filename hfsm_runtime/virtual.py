@@ -38,7 +38,15 @@ class Change(NamedTuple):
     kind: ChangeKind = ChangeKind.ENTERED
 
 
-class VirtualRun(Observer):
+class _Tracer(Observer):
+    def __init__(self) -> None:
+        self.changes: list[Change] = []
+
+    def changed(self, now: int, run: Run, kind: ChangeKind) -> None:
+        self.changes.append(Change(now / _SECOND, run.automaton.name, run.current.name, kind))
+
+
+class VirtualRun:
     """A component that runs while `advance` is called.
 
     Proxies are not connected: assign to the component's attributes what stands for them. `trace` is every
@@ -62,14 +70,15 @@ class VirtualRun(Observer):
         self.component = component
         self.clock = clock or VirtualClock()
         equip(component, self.clock, self._sleep, self.send)
-        self.trace: list[Change] = []
         self.halted = False
         self._on_halt = on_halt
         self.refusal: Refusal | None = None
         self._commands_taken = commands_taken
         self._until_retry = 0
         self.tree = Tree(make_automata(component))
-        self.tree.observers.append(self)
+        tracer = _Tracer()
+        self.tree.observers.append(tracer)
+        self.trace = tracer.changes
         self._timeline = Timeline(self.clock)
         self._supervision = Supervision(
             self.tree,
@@ -195,10 +204,6 @@ class VirtualRun(Observer):
 
     def _halt(self) -> None:
         self.halted = True
-
-    def changed(self, now: int, run: Run, kind: ChangeKind) -> None:
-        """Write a change into the trace."""
-        self.trace.append(Change(now / _SECOND, run.automaton.name, run.current.name, kind))
 
 
 def run(component: Component, seconds: float) -> VirtualRun:

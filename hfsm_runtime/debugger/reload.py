@@ -102,7 +102,7 @@ class ReloadableRun(VirtualRun):
         super().__init__(component, **options)
         self._first = first_values_of(self.tree.runs)
 
-    def reload(self, component: Component) -> tuple[str, ...]:
+    def exchange(self, component: Component) -> tuple[str, ...]:
         """Go on in another version, as a reload of a running component does; return what is not kept."""
         replacement = Replacement(self.component, component)
         self.replace(component, partial(replacement.apply, self.tree, self._first))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable
 from contextlib import nullcontext
-from typing import Any, Final, Protocol
+from typing import Any, Final
 
 import msgspec
 
@@ -38,7 +38,6 @@ from .writer import Entry
 __all__ = ["LogRecorder", "Recorder", "VariableWatch", "automaton_context", "describe_error", "topics_of"]
 
 _SECOND: Final = 1_000_000_000
-_FOXGLOVE_LEVELS: Final = ((logging.CRITICAL, 5), (logging.ERROR, 4), (logging.WARNING, 3), (logging.INFO, 2))
 _LONGEST_MESSAGE: Final = 4000
 
 
@@ -47,29 +46,21 @@ def automaton_context(id: int) -> str:
     return f"automaton {id}"
 
 
-class Sink(Protocol):
-    """Where messages go: a file, or in a replay whoever compares them."""
-
-    @property
-    def crowded(self) -> bool:
-        """Whether so much waits that large things should stay away."""
-
-    def put(self, entry: Entry) -> None:
-        """Take a message; never waits."""
-
-
 class Recorder(Observer):
     """What everything that records goes through: the order of things, their time, and their context.
 
-    `start` is the wall time of the start in ns.
+    `write` takes a message and never waits, and `start` is the wall time of the start in ns. `context` says
+    whose code this thread runs, by default whose turn it is.
     """
 
     def __init__(
-        self, writer: Sink, start: int, turns: Turns | None = None, *, with_images: bool = False
+        self, write: Callable[[Entry], object], start: int, context: Callable[[], str | None] | None = None
     ) -> None:
-        self.with_images = with_images
-        self.writer = writer
-        self.turns = turns or Turns(self._overlap)
+        self._write = write
+        self.turns = Turns(self._overlap)
+        self.takes_images: Callable[[], bool] = lambda: False
+        """Returns whether images are recorded now."""
+        self._context = context or (lambda: self.turns.context)
         self.component_time: Callable[[], int] = lambda: 0
         """Returns the component time in ns; set as soon as there is one."""
         self._start = start
@@ -87,11 +78,11 @@ class Recorder(Observer):
 
     def put(self, topic: str, message: Message | Callable[[], Message], size: int = 200) -> None:
         """Record a message that belongs to this moment."""
-        self.writer.put(Entry(topic, self.now(), message, size))
+        self._write(Entry(topic, self.now(), message, size))
 
     def reading(self, kind: str, value: object) -> None:
         """Record what user code read; nothing outside of it."""
-        context = self.turns.context
+        context = self._context()
         if context is not None:
             self.put("/readings", Reading(context, kind, value))
 
@@ -148,7 +139,7 @@ class Recorder(Observer):
 
     def event_sent(self, event: Event, now: int) -> None:  # noqa: ARG002
         """Record an event."""
-        self.put("/events", EventSent(event.name, readable(event.data), self.turns.context or ""))
+        self.put("/events", EventSent(event.name, readable(event.data), self._context() or ""))
 
     def code_failed(self, run: Run, error: Exception) -> None:
         """Record an exception of user code."""
@@ -206,7 +197,7 @@ class LogRecorder(logging.Handler):
             text = record.getMessage()[:_LONGEST_MESSAGE]
         except Exception:  # noqa: BLE001 - its arguments are the user's own
             text = str(record.msg)[:_LONGEST_MESSAGE]
-        level = next((value for least, value in _FOXGLOVE_LEVELS if record.levelno >= least), 1)
+        level = min(max(record.levelno // 10, 1), 5)  # of foxglove.Log: from 1, debug, to 5, fatal
         stamp = Stamp.of(self._recorder.now())
         self._recorder.put("/log", LogLine(stamp, level, text, record.name, record.filename, record.lineno))
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections import OrderedDict
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cache, partial
@@ -54,28 +54,23 @@ class Results:
         self._recorder = recorder
         self._attribute = attribute
         self._resolve = resolve
-        self._written: OrderedDict[str, None] = OrderedDict()
+        self._written: deque[str] = deque(maxlen=_REMEMBERED)
 
     def put(self, exchange: Exchange, context: str) -> None:
         """Record an exchange."""
         topic = f"/proxy/{self._attribute}/{exchange.operation.name}"
         payload, exchange.packed = exchange.packed, None
         packed, bulk = (None, []) if payload is None else take_bulk(exchange.operation, payload)
-        if packed is not None and self._recorder.with_images and not self._recorder.writer.crowded:
+        if packed is not None and self._recorder.takes_images():
             for missing, data in bulk:
                 if missing.hash not in self._written:
-                    self._remember(missing.hash)
+                    self._written.append(missing.hash)
                     image = partial(_image, packed, data, missing.hash, self._attribute, self._recorder.now())
                     self._recorder.put(f"/images/{self._attribute}", image, 400 + len(data))
         found = [missing for missing, _ in bulk]
         message = partial(_message, exchange, context, packed, found, self._resolve)
         size = 400 + len(packed or b"") + len(exchange.arguments or b"")
         self._recorder.put(topic, message, size)
-
-    def _remember(self, hash: str) -> None:
-        self._written[hash] = None
-        if len(self._written) > _REMEMBERED:
-            self._written.popitem(last=False)
 
 
 def arguments_of(payload: bytes) -> Any:  # noqa: ANN401 - JSON
@@ -106,9 +101,7 @@ def take_bulk(operation: Operation[..., Any], payload: bytes | Parted) -> tuple[
     return msgspec.msgpack.encode(plain), found
 
 
-@cache
-def _paths(struct: type[msgspec.Struct]) -> tuple[tuple[str, ...], ...]:
-    return byte_sequences(struct)
+_paths = cache(byte_sequences)
 
 
 def _take_bytes(value: Any, path: list[str | int], found: Bulk) -> Any:  # noqa: ANN401

@@ -30,7 +30,6 @@ from ..timeline import Timeline
 from ..tree import Replaced, Run, Tree
 from .clocks import AskedClock, RecordingTimeline, asked_time
 from .recorder import LogRecorder, Recorder, automaton_context
-from .results import digest
 from .transport import recorded_proxies
 from .writer import RecordingWriter
 
@@ -68,12 +67,9 @@ def recording(component: Component, path: Path, *, with_images: bool = False) ->
         "python": platform.python_version(),
         **{package: _version(package) for package in _PACKAGES},
     }
-    sources = _sources(component)
-    metadata |= {
-        f"hash {name}": digest(text.encode("utf-8", "surrogateescape")) for name, text in sources.items()
-    }
-    writer = RecordingWriter(path, metadata, sources, start)
-    recorder = Recorder(writer, start, with_images=with_images)
+    writer = RecordingWriter(path, metadata, _sources(component), start)
+    recorder = Recorder(writer.put, start)
+    recorder.takes_images = lambda: with_images and not writer.crowded
     log = LogRecorder(recorder)
     try:
         logging.getLogger().addHandler(log)

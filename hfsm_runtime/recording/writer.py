@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import IO, Final, NamedTuple
 
 import msgspec
+from mcap.writer import CompressionType, Writer
 
 from hfsm_recording.messages import MESSAGES, METADATA, Gap, Message, schema_of
 
@@ -67,10 +68,6 @@ class RecordingWriter:
         self._schemas: dict[type[Message], int] = {}
         self._names = {message: name for name, message in MESSAGES.items()}
         self._encoder = msgspec.json.Encoder()
-        try:
-            from mcap.writer import CompressionType, Writer  # only who records pays for loading it
-        except ImportError as error:
-            raise RecordingFailedError("recordings need the package mcap: pip install mcap") from error
         try:
             self._file: IO[bytes] = path.open("wb" if _is_device(path) else "xb")
         except FileExistsError:

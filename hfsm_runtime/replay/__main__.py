@@ -27,8 +27,7 @@ from ..debugger.reload import components_in
 from ..errors import ComponentError
 from .comparison import Comparison
 from .engine import Replay
-from .errors import ReplayError
-from .script import Recording
+from .script import Recording, ReplayError
 
 __all__ = ["main"]
 

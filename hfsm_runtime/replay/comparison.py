@@ -37,15 +37,10 @@ _MOST_BEHIND: Final = 10_000
 
 @dataclass
 class _Frame:
-    """One cycle of one automaton."""
+    """One cycle of one automaton; it has `variables` once it has ended."""
 
-    state: str
-    guards: dict[str, bool] = field(default_factory=dict)
-    fired: list[str] = field(default_factory=list)
-    errors: list[str] = field(default_factory=list)
-    variables: dict[str, Any] = field(default_factory=dict)
-    state_after: str = ""
-    done: bool = False
+    side: Side
+    variables: dict[str, Any] | None = None
 
 
 @dataclass
@@ -60,12 +55,12 @@ class _Half:
     variables: dict[str, Any] = field(default_factory=dict)
 
     def side(self, at: int, steps: list[Step]) -> Side:
-        frame = self.frames.get(at)
-        if frame is None:  # no cycle, or none that the comparison still has
-            before = [step.state for step in steps if step.time < at / _SECOND]
-            after = [step.state for step in steps if step.time <= at / _SECOND]
-            return Side(before[-1] if before else "", {}, [], [], after[-1] if after else "", False)
-        return Side(frame.state, frame.guards, frame.fired, frame.errors, frame.state_after, True)
+        if at in self.frames:
+            return self.frames[at].side
+        # No cycle, or none that the comparison still has.
+        before = ["", *(step.state for step in steps if step.time < at / _SECOND)]
+        after = ["", *(step.state for step in steps if step.time <= at / _SECOND)]
+        return Side(before[-1], after[-1], ran=False)
 
 
 @dataclass
@@ -167,7 +162,7 @@ class Comparison:
         match message:
             case Cycle(begins=True, at=at):
                 half.at = at
-                half.frames[at] = _Frame(half.state, state_after=half.state)
+                half.frames[at] = _Frame(Side(half.state, half.state))
                 if len(half.frames) > _MOST_BEHIND:
                     del half.frames[next(iter(half.frames))]
                 self.cycles += not recorded
@@ -175,7 +170,7 @@ class Comparison:
             case Cycle():
                 half.at = None
                 if frame is not None:
-                    frame.variables, frame.done = dict(half.variables), True
+                    frame.variables = dict(half.variables)
             case Change():
                 half.state = message.state_name
                 step = Step(
@@ -185,17 +180,17 @@ class Comparison:
                 if len(steps) < _MOST_STEPS:
                     steps.append(step)
                 if frame is not None:
-                    frame.state_after = message.state_name
+                    frame.side.state_after = message.state_name
             case Variables():
                 half.variables.update(message.values)
                 for name in message.gone:
                     half.variables.pop(name, None)
             case Guard() if frame is not None:
-                frame.guards[_name(message)] = message.value
+                frame.side.guards[_name(message)] = message.value
             case Firing() if frame is not None:
-                frame.fired.append(_name(message))
+                frame.side.fired.append(_name(message))
             case Failure() if frame is not None:
-                frame.errors.append(message.message)
+                frame.side.errors.append(message.message)
 
     def _compare_acts(self, pair: _Pair) -> None:
         ours, theirs = pair.recorded.acts, pair.replayed.acts
@@ -211,10 +206,10 @@ class Comparison:
 
     def _compare_values(self, pair: _Pair, at: int) -> None:
         ours, theirs = pair.recorded.frames.get(at), pair.replayed.frames.get(at)
-        if ours is None or theirs is None or not (ours.done and theirs.done):
+        if ours is None or theirs is None or ours.variables is None or theirs.variables is None:
             return
         kinds: tuple[tuple[Literal["guard", "variable"], dict[str, Any], dict[str, Any]], ...] = (
-            ("guard", ours.guards, theirs.guards),
+            ("guard", ours.side.guards, theirs.side.guards),
             ("variable", ours.variables, theirs.variables),
         )
         for kind, mine, other in kinds:

@@ -4,25 +4,23 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from functools import partial
-from typing import Final, Self
+from typing import Any, Final, Self
 
-from hfsm_recording.messages import Action, Change, Cycle, Gap, Overlap, Reading, Result
+from hfsm_recording.messages import Action, Change, Cycle, Gap, Message, Overlap, Reading, Result
 
 from ..component import Component
 from ..cycle import run_cycle
 from ..errors import OnError, OnRefused
 from ..recording.recorder import Recorder, automaton_context
 from ..recording.run import MONITOR, START, restore_random
-from ..recording.turns import Turns
 from ..recording.writer import Entry
 from ..timeline import slot_after, slot_from
 from ..tree import ChangeKind, Run
 from .comparison import Comparison
-from .errors import ReplayError
 from .host import Host, act
-from .script import Record, Recording, Script, context_of
+from .script import Record, Recording, ReplayError, Script, context_of
 from .strands import Answers, Strand, Strands
 
 __all__ = ["Replay"]
@@ -56,13 +54,12 @@ class Replay:
         self._edited = edited
         self._since = since
         self._progress = progress
-        self._told_at = time.monotonic()
+        self._reported_at = time.monotonic()
         self._strands = Strands()
         self._script = Script(recording, until, self._passed)
         self._answers = Answers(self._script, self._strands)
-        recorder = Recorder(_ComparisonSink(self._answers), 0, _StrandContext(self._strands))
+        recorder = Recorder(self._compare, 0, lambda: self._strands.context)
         recorder.component_time = self.now
-        self._host = Host(recording, self._answers, recorder)
         self._begun: set[str] = set()
         """The contexts of automata in the middle of a recorded cycle."""
         self._recorded_active: set[int] = set()
@@ -72,7 +69,7 @@ class Replay:
         self._on_refused: OnRefused | None = None
         self._stack = ExitStack()
         self._stack.callback(self._strands.close)
-        self._stack.enter_context(self._host)
+        self._host = Host(recording, self._answers, recorder, self._stack)
 
     def __enter__(self) -> Self:
         return self
@@ -88,7 +85,7 @@ class Replay:
     @property
     def guesses(self) -> dict[str, int]:
         """How often the recording had no answer and something older was taken, by what was asked for."""
-        return dict(self._answers.knowledge.guesses)
+        return self._answers.knowledge.guesses
 
     def now(self) -> int:
         """Return the component time in ns at which the replay is."""
@@ -108,18 +105,14 @@ class Replay:
                 self._exchange(self._edited)
                 self._edited = None
             self._step(record)
-            self._tell_progress()
+            if time.monotonic() - self._reported_at >= _PROGRESS:
+                self._reported_at = time.monotonic()
+                self._progress(self.now() / _SECOND)
             if self._answers.fatal is not None:
                 raise self._answers.fatal
         self._run_unrecorded(self._script.time)
         self.comparison.finish()
         return self.comparison
-
-    def _tell_progress(self) -> None:
-        now = time.monotonic()
-        if now - self._told_at >= _PROGRESS:
-            self._told_at = now
-            self._progress(self.now() / _SECOND)
 
     def _begin(self) -> None:
         """Make the component, on a strand, since its variables may read whatever they like."""
@@ -164,7 +157,11 @@ class Replay:
             self._script.stop()
         elif isinstance(message, Overlap):
             self._script.advance()
-            self._note_overlap(message)
+            if len(self.notes) < _MOST_OVERLAPS:
+                self.notes.append(
+                    f"the code of {message.beside} blocked at {self.now() / _SECOND:.3f} s, and "
+                    f"{message.context} ran beside it: in which order is not known"
+                )
         elif isinstance(message, Cycle) and not message.begins:
             self._end_cycle(message)
             self._script.advance()
@@ -276,12 +273,13 @@ class Replay:
             strand.run(partial(act, self._host, action, self.now()))
             self._look_after(strand)
 
-    def _take_settings(self, arguments: dict[str, object]) -> None:
+    def _take_settings(self, arguments: dict[str, Any]) -> None:
         """Take the settings of the component: its policies, and the periods of its automata."""
-        policy, periods = arguments.get("on_error"), arguments.get("periods")
-        self._on_error = OnError(policy) if isinstance(policy, str) and policy in set(OnError) else None
-        policy = arguments.get("on_refused")
-        self._on_refused = OnRefused(policy) if isinstance(policy, str) and policy in set(OnRefused) else None
+        with suppress(ValueError):  # that of the document, then
+            self._on_error = OnError(arguments.get("on_error", ""))
+        with suppress(ValueError):
+            self._on_refused = OnRefused(arguments.get("on_refused", ""))
+        periods = arguments.get("periods")
         if isinstance(periods, dict):
             self._periods = {int(key): value for key, value in periods.items() if str(key).isdecimal()}
 
@@ -329,35 +327,6 @@ class Replay:
             else:
                 self._recorded_active.add(message.automaton)
 
-    def _note_overlap(self, message: Overlap) -> None:
-        text = (
-            f"the code of {message.beside} blocked at {self.now() / _SECOND:.3f} s, and "
-            f"{message.context} ran beside it: in which order is not known"
-        )
-        if len(self.notes) < _MOST_OVERLAPS:
-            self.notes.append(text)
-
-
-class _ComparisonSink:
-    """Where what the replay does is told: to the comparison."""
-
-    crowded: Final = True
-
-    def __init__(self, answers: Answers) -> None:
-        self._answers = answers
-
-    def put(self, entry: Entry) -> None:
-        message = entry.message if not callable(entry.message) else entry.message()
-        self._answers.comparison.replayed(entry.time, message)
-
-
-class _StrandContext(Turns):
-    """Turns that nobody takes: the code of a context is that on its strand."""
-
-    def __init__(self, strands: Strands) -> None:
-        super().__init__(lambda _context, _beside: None)
-        self._strands = strands
-
-    @property
-    def context(self) -> str | None:
-        return self._strands.context
+    def _compare(self, entry: Entry) -> None:
+        message = entry.message if isinstance(entry.message, Message) else entry.message()
+        self.comparison.replayed(entry.time, message)

@@ -41,7 +41,7 @@ _SECOND: Final = 1_000_000_000
 
 
 class Host(Observer):
-    """Hold the component of a replay and its automata; use it in a `with` block.
+    """Hold the component of a replay and its automata; what it opens is closed with `stack`.
 
     `make` and `exchange` run user code, so they belong on a strand.
     """
@@ -50,21 +50,15 @@ class Host(Observer):
     component: Component
     supervision: Supervision
 
-    def __init__(self, recording: Recording, answers: Answers, recorder: Recorder) -> None:
+    def __init__(self, recording: Recording, answers: Answers, recorder: Recorder, stack: ExitStack) -> None:
         self.ended = threading.Event()
         self.started = False
         self._recording = recording
         self._answers = answers
         self._recorder = recorder
-        self._stack = ExitStack()
+        self._stack = stack
         self._transport = ReplayTransport(recording, answers)
         self._stack.enter_context(self._transport.communicator)
-
-    def __enter__(self) -> Host:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._stack.close()
 
     def make(self, make: Callable[[], Component]) -> None:
         """Make the component and its automata."""

@@ -21,9 +21,8 @@ from hfsm_recording.messages import (
 )
 from hfsm_recording.reader import ImageHash, RecordingError, RecordingFile, decode
 
+from ..errors import ComponentError
 from ..recording.recorder import automaton_context
-
-__all__ = ["Knowledge", "Record", "Recording", "Script", "Want", "attribute_of", "context_of"]
 
 _FAR: Final = 5000
 """Messages that are looked through for what belongs to a cycle."""
@@ -40,6 +39,18 @@ _POLL: Final = 1000
 """ns that pass when an edited document reads a clock, so that a loop that waits by it comes to its end."""
 
 
+class ReplayError(ComponentError):
+    """A replay cannot go on."""
+
+
+class NothingRecordedError(ReplayError):
+    """The edited document reads what nobody had read until then, so the recording has no value for it."""
+
+
+class ReplayEndedError(BaseException):
+    """The recording is over: ends code that waits for more, and is no Exception so that it gets through."""
+
+
 class Record(NamedTuple):
     """A message, and its time in ns since the start of the component."""
 
@@ -50,38 +61,33 @@ class Record(NamedTuple):
     """The message as it stands in the file."""
 
 
-class Recording:
+class Recording(RecordingFile):
     """A recording to replay: it is walked through once when it is made, and once more for each iteration.
 
-    `duration` are the ns from the start of the component to the last message; `truncated` tells whether it
-    ends in the middle, as that of a process that was killed does. Raises RecordingError.
+    `duration` are the ns from the start of the component to the last message. Raises RecordingError.
     """
 
     def __init__(self, path: Path) -> None:
-        self._file = RecordingFile(path)
+        super().__init__(path)
         self._images: dict[str, int] = {}
-        self.metadata: Final = self._file.metadata
-        self.sources: Final = self._file.sources
-        self.start: Final = self._file.start
         self.duration = 0
-        for raw in self._file.messages():
+        for raw in self.messages():
             if raw.kind is Image:
                 if len(self._images) >= _MOST_IMAGES:
                     raise RecordingError(f"the recording {path} has more than {_MOST_IMAGES} images")
                 self._images[decode(raw, ImageHash).hash] = raw.place
                 continue
             self.duration = max(self.duration, raw.time - self.start)
-        self.truncated: Final = self._file.truncated
 
     def __iter__(self) -> Iterator[Record]:
-        for raw in self._file.messages():
+        for raw in self.messages():
             if raw.kind is not Image:
                 yield Record(raw.time - self.start, raw.topic, decode(raw, raw.kind), raw.data)
 
     def image(self, hash: str) -> bytes | None:
         """Return the bytes of an image, or None when the recording does not have them."""
         place = self._images.get(hash)
-        return None if place is None else self._file.image(place, hash)
+        return None if place is None else self.image_at(place, hash)
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,8 +10,7 @@ from hfsm_recording.messages import Reading, Result
 
 from ..recording.results import arguments_of
 from .comparison import Comparison
-from .errors import ReplayEndedError, ReplayError
-from .script import Knowledge, Record, Script, Want, context_of
+from .script import Knowledge, Record, ReplayEndedError, ReplayError, Script, Want, context_of
 
 __all__ = ["Answers", "Strand", "Strands"]
 

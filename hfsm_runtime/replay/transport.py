@@ -20,8 +20,7 @@ from zenoh_ice.transport import Arrived, Caller, Inlet, Outcome, Target, decode_
 from ..component import Component, proxies_of
 from ..recording.results import put_bytes
 from ..recording.transport import NOTHING, ObservedTransport, arrived, released, target_of
-from .errors import NothingRecordedError, ReplayError
-from .script import Record, Recording, Want
+from .script import NothingRecordedError, Record, Recording, ReplayError, Want
 from .strands import Answers
 
 __all__ = ["ReplayTransport"]

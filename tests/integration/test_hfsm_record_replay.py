@@ -26,8 +26,7 @@ from hfsm_runtime.recording import writer
 from hfsm_runtime.recording.run import RecordedRuntime, recording
 from hfsm_runtime.replay.comparison import Comparison
 from hfsm_runtime.replay.engine import Replay
-from hfsm_runtime.replay.errors import ReplayError
-from hfsm_runtime.replay.script import Recording
+from hfsm_runtime.replay.script import Recording, ReplayError
 from hfsm_runtime.robot import connect
 from interfaces.hfsm import Breakpoint
 from interfaces.jderobot import CommandRefusedException, ImageProviderPrx

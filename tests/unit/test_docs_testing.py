@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from hfsm_pytest import Behavior, RobotUnderTest, strategies
+from hfsm_pytest import MakeBehavior, strategies
 from tests.support.pages import DOCS
 
 pytest_plugins = "pytester"
@@ -23,11 +23,12 @@ def test_the_examples_pass(pytester: pytest.Pytester) -> None:
     result.assert_outcomes(passed=len(re.findall(r"^def test_", "".join(EXAMPLES), re.M)))
 
 
-def test_what_the_tables_name_is_there() -> None:
+def test_what_the_tables_name_is_there(behavior: MakeBehavior) -> None:
+    b = behavior(DOCS.parent / "behaviors" / "dance.xml", robot="fake")
     for name in re.findall(r"\bb\.(\w+)", PAGE):
-        assert hasattr(Behavior, name) or name in ("robot", "component"), name
+        assert hasattr(b, name), name
     for name in re.findall(r"\bb\.robot\.(\w+)", PAGE):
-        assert hasattr(RobotUnderTest, name), name
+        assert hasattr(b.robot, name), name
     section = PAGE.partition("The strategies of Hypothesis")[2].partition("```")[0]
     assert set(re.findall(r"`(\w+)\(", section)) == set(strategies.__all__)
 

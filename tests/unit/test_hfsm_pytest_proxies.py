@@ -9,7 +9,7 @@ from collections.abc import Callable
 import pytest
 
 from hfsm_pytest import BehaviorFailed, MakeBehavior
-from hfsm_pytest.stubs import make_stub
+from hfsm_pytest.communicator import make_stub
 from hfsm_runtime import Automaton, Component, Proxy, State
 from interfaces.jderobot import (
     CameraPrx,

@@ -67,7 +67,7 @@ def running(automaton: Automaton, seconds: float) -> ReloadableRun:
 
 
 def reload(run: ReloadableRun, automaton: Automaton) -> tuple[str, ...]:
-    return run.reload(component(lambda self: automaton))
+    return run.exchange(component(lambda self: automaton))
 
 
 def test_a_state_is_kept_with_the_time_that_was_spent_in_it() -> None:
@@ -226,7 +226,7 @@ def test_variables_are_kept_and_code_is_new() -> None:
     run = ReloadableRun(component(counting))
     run.advance(0.4)
     assert user(run).seen == (5, [1, 2], 5)
-    assert run.reload(component(lambda self: counting(self, step=10))) == ()
+    assert run.exchange(component(lambda self: counting(self, step=10))) == ()
     run.advance(0.1)
     assert user(run).seen == (15, [1, 2], 15)
 
@@ -234,10 +234,10 @@ def test_variables_are_kept_and_code_is_new() -> None:
 def test_variables_that_nobody_changed_get_the_value_of_the_new_version() -> None:
     run = ReloadableRun(component(counting))
     run.advance(0.4)
-    run.reload(component(lambda self: counting(self, first=100, limits=(7,))))
+    run.exchange(component(lambda self: counting(self, first=100, limits=(7,))))
     run.advance(0.1)
     assert user(run).seen == (6, [7], 6)  # the count was changed, the table was not
-    run.reload(component(lambda self: counting(self, first=100, limits=(8,))))
+    run.exchange(component(lambda self: counting(self, first=100, limits=(8,))))
     run.advance(0.1)
     assert user(run).seen == (7, [8], 7)
 
@@ -259,7 +259,7 @@ def test_a_variable_that_has_no_first_value_keeps_its_value() -> None:
 
     run = ReloadableRun(component(version))
     run.advance(0.1)
-    run.reload(component(version))
+    run.exchange(component(version))
     vars(run.component).clear()
     run.advance(0.1)
     assert run.errors == ()
@@ -278,7 +278,7 @@ def test_a_list_that_was_changed_in_place_is_kept() -> None:
 
     run = ReloadableRun(component(lambda self: version(self, 1)))
     run.advance(0.0)
-    run.reload(component(lambda self: version(self, 2)))
+    run.exchange(component(lambda self: version(self, 2)))
     run.advance(0.1)
     assert user(run).found == [1, 3, 3]
 
@@ -296,7 +296,7 @@ def test_attributes_of_self_are_one_and_the_same_for_both_versions() -> None:
     old.camera = model = object()
     new = component(lambda self: timed("follow", "dance"), turn=lambda self: None)
     old.turn = 3
-    assert run.reload(new) == ("self.turn was an attribute, and is now defined by the document",)
+    assert run.exchange(new) == ("self.turn was an attribute, and is now defined by the document",)
     assert new.camera is model
     assert callable(new.turn)
     old.later = 5  # as a callback of the old version does
@@ -312,7 +312,7 @@ def test_parameters_keep_their_values_while_their_type_stays() -> None:
     old.speed, old.turns = 0.5, 5
     run = ReloadableRun(old)
     new = version(speed=0.1, turns="many", color="green")
-    assert sorted(run.reload(new)) == [
+    assert sorted(run.exchange(new)) == [
         "the parameter gone is gone", "the parameter turns is str now and has its default again"
     ]  # fmt: skip
     assert (new.speed, new.turns, new.color) == (0.5, "many", "green")
@@ -324,7 +324,7 @@ def test_proxies_are_kept_while_they_are_of_the_same_servant() -> None:
     old.head, old.arm = head, arm
     run = ReloadableRun(old)
     new = component(lambda self: timed("a", "b"), head=Proxy("Head", object), arm=Proxy("RightArm", object))
-    run.reload(new)
+    run.exchange(new)
     assert new.head is head
     with pytest.raises(AttributeError, match="RightArm"):
         _ = new.arm
@@ -354,7 +354,7 @@ def test_inputs_and_events_on_their_way_are_kept() -> None:
     run = ReloadableRun(component(version))
     run.advance(0.15)
     run.send("lost")
-    run.reload(component(version))
+    run.exchange(component(version))
     assert run.active == "s/a"
     run.advance(0.1)
     assert run.active == "s/b"
