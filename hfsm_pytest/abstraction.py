@@ -12,8 +12,6 @@ from codegen.hfsm.document import Document
 from codegen.hfsm.model_checker.model import AutomatonModel, Model, StateModel, TransitionModel, read_model
 from hfsm_runtime import Automaton, Component, State, Transition
 
-__all__ = ["abstract_component"]
-
 _SECOND: Final = 1e9
 
 

@@ -29,7 +29,6 @@ from .journal import Call, Fired
 from .loading import load_component
 from .robot import CameraKind, RobotKind, RobotUnderTest
 
-__all__ = ["Behavior", "Condition"]
 __tracebackhide__ = says_it_all
 
 Condition = str | Callable[[], object] | Callable[["Behavior"], object]
@@ -73,7 +72,11 @@ class Behavior(ReloadableRun):
         try:
             for name, stub in (stubs or {}).items():
                 self._stub(component, name, stub)
-            self._set_parameters(component, parameters or {})
+            for name, value in (parameters or {}).items():
+                if name not in parameters_of(component):
+                    known = ", ".join(parameters_of(component)) or "none"
+                    raise UnknownName(f"the component has no parameter {name!r}; there are {known}")
+                setattr(component, name, value)
             self._connect(component)
             self._journal: Final = self._network.journal
             safety = SafetyPrx.uncheckedCast(self._network.communicator.stringToProxy("Safety"))
@@ -83,13 +86,12 @@ class Behavior(ReloadableRun):
                 on_error=on_error,
                 on_halt=lambda: stop_robot(self.component),
                 commands_taken=partial(commands_taken, safety),
+                observers=[self._journal],
             )
         except BaseException:
             self.close()
             raise
         self._guards = GuardTable(self.tree)
-        self._journal.begin(self.tree.runs)
-        self.tree.observers.append(self._journal)
         self._tolerated = 0
 
     # -- time ----------------------------------------------------------------------------------------------
@@ -114,7 +116,7 @@ class Behavior(ReloadableRun):
             if self.clock.now() >= end - 1e-9 or self.halted or self.finished:
                 what = "halted" if self.halted else "finished" if self.finished else f"{limit:g} s"
                 raise BehaviorFailed(
-                    f"{_describe(condition)} did not come true: {what} at {self.time:.3f} s, "
+                    f"{name_of(condition, 'the condition')} did not come true: {what} at {self.time:.3f} s, "
                     f"in {self.active}\n{self.timeline}"
                 )
             # To the next multiple of the shortest period: there the cycles are.
@@ -262,14 +264,6 @@ class Behavior(ReloadableRun):
 
     # ------------------------------------------------------------------------------------------------------
 
-    def _set_parameters(self, component: Component, parameters: Mapping[str, object]) -> None:
-        declared = parameters_of(component)
-        for name, value in parameters.items():
-            if name not in declared:
-                known = ", ".join(declared) or "none"
-                raise UnknownName(f"the component has no parameter {name!r}; there are {known}")
-            setattr(component, name, value)
-
     def _connect(self, component: Component) -> None:
         for name, declared in proxies_of(component).items():
             if name in vars(component):
@@ -317,7 +311,6 @@ class Behavior(ReloadableRun):
         return condition  # type: ignore[return-value]
 
 
-def _describe(condition: Condition) -> str:
-    if isinstance(condition, str):
-        return condition
-    return getattr(condition, "__name__", repr(condition)).replace("<lambda>", "the condition")
+def name_of(function: object, nameless: str) -> str:
+    """Return the name of a function, or how to call one that has none."""
+    return str(getattr(function, "__name__", function)).replace("<lambda>", nameless)

@@ -10,8 +10,6 @@ from typing import Final
 
 from zenoh_ice import VirtualClock
 
-__all__ = ["TaskClock"]
-
 _NANOSECONDS: Final = 1_000_000_000
 _POLL: Final = 10_000_000
 """Time in ns after which who waits for an event looks again."""

@@ -43,8 +43,6 @@ from .clock import TaskClock
 from .errors import UnknownName
 from .journal import Journal
 
-__all__ = ["VirtualNetwork", "make_stub"]
-
 Polls = dict[str, Callable[[], Any]]
 
 _ZEROS: Final[dict[object, object]] = {str: "", int: 0, float: 0.0, bool: False, bytes: b""}
@@ -59,8 +57,9 @@ class VirtualNetwork:
     """
 
     def __init__(self, clock: TaskClock) -> None:
+        self.clock: Final = clock
         self.journal: Final = Journal(clock.now)
-        self.on_listening: Callable[[], object] = _nothing
+        self.on_listening: Callable[[], object] = lambda: None
         self.polls: Final[dict[str, Polls]] = {}
         """Of stubs: what returns the newest value of a stream, by identity and operation."""
         self.away: set[str] = set()
@@ -68,7 +67,7 @@ class VirtualNetwork:
         self.communicator: Final = _VirtualCommunicator(
             Settings(clock="sim"),
             pool=Pool(0, "test"),
-            transport=lambda pool: _VirtualTransport(self, clock, pool),
+            transport=lambda pool: _VirtualTransport(self, pool),
             clock=clock,
             timing=_VirtualTiming(clock),
         )
@@ -107,10 +106,9 @@ class _VirtualCommunicator(Communicator):
 class _VirtualTransport(InProcessTransport):
     """The transport within the process, with a log of calls, servants that are away, and stubs of streams."""
 
-    def __init__(self, network: VirtualNetwork, clock: TaskClock, pool: Pool) -> None:
+    def __init__(self, network: VirtualNetwork, pool: Pool) -> None:
         super().__init__(pool)
         self._network: Final = network
-        self._clock: Final = clock
 
     def caller(self, target: Target, operation: Operation[..., Any], *, timeout: float) -> Caller:
         genuine = super().caller(target, operation, timeout=timeout)
@@ -127,12 +125,11 @@ class _VirtualTransport(InProcessTransport):
             changed()
             self._network.on_listening()
 
-        return _StampedOutlet(super().publish(target, operation, listened), self._clock)
+        return _StampedOutlet(super().publish(target, operation, listened), self._network.clock)
 
     def subscribe(self, target: Target, operation: Operation[..., Any], queue: int = 1) -> Inlet:
         """Return a listening end of a stream, which a stub may feed."""
-        genuine = super().subscribe(target, operation, queue)
-        return _PolledInlet(self._network, genuine, target, operation, self._clock)
+        return _PolledInlet(self._network, super().subscribe(target, operation, queue), target, operation)
 
 
 class _LoggedCaller:
@@ -145,6 +142,7 @@ class _LoggedCaller:
         self._genuine: Final = genuine
         self._target: Final = target
         self._operation: Final = operation
+        self._what: Final = f"{target.identity}.{operation.name}"
 
     def call(self, payload: bytes, attachment: bytes) -> Outcome:
         try:
@@ -173,16 +171,12 @@ class _LoggedCaller:
         except SystemException as error:
             outcome = error
         done(outcome)
-        return _nothing
+        return lambda: None
 
     def send(self, payload: bytes, attachment: bytes) -> None:
         """Call at once, whatever comes of it."""
         self._genuine.send(payload, attachment)
         self._note(payload, None, None)
-
-    @property
-    def _what(self) -> str:
-        return f"{self._target.identity}.{self._operation.name}"
 
     def _note(self, payload: bytes, result: object, error: Exception | None) -> None:
         codec = self._operation.arguments
@@ -211,25 +205,20 @@ class _PolledInlet:
     """The listening end of a stream; a stub's samples are made when they are asked for."""
 
     def __init__(
-        self,
-        network: VirtualNetwork,
-        genuine: Inlet,
-        target: Target,
-        operation: Operation[..., Any],
-        clock: TaskClock,
+        self, network: VirtualNetwork, genuine: Inlet, target: Target, operation: Operation[..., Any]
     ) -> None:
-        self._network: Final = network
+        self._clock: Final = network.clock
+        self._polls: Final = network.polls
         self._genuine: Final = genuine
         self._identity: Final = target.identity
         self._operation: Final = operation
-        self._clock: Final = clock
         self._polled_at = -1.0
         self._count = 0
         self.close: Final = genuine.close
 
     def poll(self) -> Arrived | None:
         """Return the next sample: of a stub, one for each moment; one that raises gives none."""
-        poll = self._network.polls.get(self._identity, {}).get(self._operation.name)
+        poll = self._polls.get(self._identity, {}).get(self._operation.name)
         if poll is None:
             sample: Arrived | None = self._genuine.poll()
             return sample
@@ -290,10 +279,6 @@ def _stamped(attachment: bytes, clock: TaskClock) -> bytes:
     """Return the attachment of a sample, sent at this virtual time."""
     about = msgspec.structs.replace(decode_attachment(attachment), wall_time=clock.now())
     return msgspec.msgpack.encode(about)
-
-
-def _nothing() -> None:
-    """Do nothing."""
 
 
 def make_stub(

@@ -26,8 +26,6 @@ from .loading import read
 if TYPE_CHECKING:
     from _pytest.terminal import TerminalReporter
 
-__all__ = ["CoverageSession", "Hits"]
-
 _OUTPUT: Final = "hfsm_coverage"
 
 _Key = tuple[str, int, str, int]

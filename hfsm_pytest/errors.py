@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import pytest
 
-__all__ = ["BehaviorFailed", "DocumentInvalid", "UnknownName", "says_it_all"]
-
 
 class UnknownName(LookupError):
     """A test names an automaton, a transition, a ball that is not there; the text says what there is."""

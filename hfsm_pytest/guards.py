@@ -10,8 +10,6 @@ from hfsm_runtime.tree import Run, Tree
 
 from .errors import UnknownName
 
-__all__ = ["GuardTable", "path_of"]
-
 
 class _SetGuard:
     """A guard that is what it was set to; as before when that is None."""
@@ -77,9 +75,8 @@ def _named(tree: Tree) -> Iterator[tuple[str, Transition]]:
         for transition in run.automaton.transitions:
             if transition.guard is None:
                 continue
-            name = transition.name or f"#{transition.id}"
-            if names.count(transition.name) > 1 and transition.name:
-                name = f"{name}#{transition.id}"
+            unique = transition.name and names.count(transition.name) == 1
+            name = transition.name if unique else f"{transition.name}#{transition.id}"
             full = f"{path}/{name}" if path else name
             if full in taken:  # several automata of one path
                 full = f"{full}@{run.automaton.id}"

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Final
 
 from hfsm_runtime import Event, Transition
 from hfsm_runtime.observer import Observer
 from hfsm_runtime.tree import ChangeKind, Run
-
-__all__ = ["Call", "Fired", "Journal"]
 
 _SECOND: Final = 1_000_000_000
 _LONGEST: Final = 200
@@ -62,15 +60,6 @@ class Fired:
     destination: str
 
 
-@dataclass(frozen=True, slots=True)
-class Entry:
-    """A line of the timeline; `depth` is that of the automaton in the tree."""
-
-    time: float
-    depth: int
-    text: str
-
-
 class Journal(Observer):
     """Write down what the automata of a run do, and their calls."""
 
@@ -81,15 +70,9 @@ class Journal(Observer):
         """The automata whose cycles run, the innermost last."""
         self._firing: Run | None = None
         self.fired_transitions: list[Fired] = []
-        self.entries: list[Entry] = []
+        self._lines: list[str] = []
         self.failures: list[tuple[Run, Exception]] = []
         """The exceptions of user code, with their automata."""
-
-    def begin(self, runs: Sequence[Run]) -> None:
-        """Write down where the automata are before the first cycle."""
-        for run in runs:
-            if run.active:
-                self.changed(0, run, ChangeKind.ENTERED)
 
     def cycle_began(self, run: Run, at: int) -> None:  # noqa: ARG002
         """Note whose code runs."""
@@ -103,34 +86,31 @@ class Journal(Observer):
         """Write down a transition."""
         automaton = run.automaton
         destination = automaton.state(transition.destination).name
-        fired = Fired(
-            at / _SECOND, automaton.name, transition.name, transition.id, run.current.name, destination
-        )
+        time, origin = at / _SECOND, run.current.name
+        fired = Fired(time, automaton.name, transition.name, transition.id, origin, destination)
         self.fired_transitions.append(fired)
         self._firing = run
         name = transition.name or f"transition {transition.id}"
-        self._write(at, run, f"{fired.origin} -> {destination}  by {name}{_why(transition)}")
+        what = f"{automaton.name}: {origin} -> {destination}  by {name}{_why(transition)}"
+        self._write(time, run.depth, what)
 
     def changed(self, now: int, run: Run, kind: ChangeKind) -> None:
         """Write down a change that no transition of the automaton itself told of."""
-        if kind is ChangeKind.ENTERED:
-            if self._firing is run:
-                self._firing = None  # `fired` has written it down
-            else:
-                self._write(now, run, f"enters {run.current.name}")
+        if kind is ChangeKind.ENTERED and self._firing is run:
+            self._firing = None  # `fired` has written it down
         else:
-            self._write(now, run, f"{_VERBS[kind]} {run.current.name}")
+            self._write(now / _SECOND, run.depth, f"{run.automaton.name}: {_VERBS[kind]} {run.current.name}")
 
     def event_sent(self, event: Event, now: int) -> None:
         """Write down an event."""
         data = "" if event.data is None else f" with {event.data!r}"
-        self.entries.append(Entry(now / _SECOND, 0, f"event {event.name}{data}"))
+        self._write(now / _SECOND, 0, f"event {event.name}{data}")
 
     def code_failed(self, run: Run, error: Exception) -> None:
         """Write down an exception of user code."""
         self.failures.append((run, error))
         text = f"{run.automaton.name}: in {run.current.name} raises {type(error).__name__}: {error}"
-        self.entries.append(Entry(self._now(), run.depth, text[:_LONGEST]))
+        self._write(self._now(), run.depth, text[:_LONGEST])
 
     def called(self, target: str, arguments: dict[str, Any], result: object, error: Exception | None) -> None:
         """Write down a call of the code that runs."""
@@ -144,20 +124,19 @@ class Journal(Observer):
 
     def note(self, text: str) -> None:
         """Write down what the test did."""
-        self.entries.append(Entry(self._now(), 0, f"the test {text}"))
+        self._write(self._now(), 0, f"the test {text}")
 
     def text(self, last: int = 60) -> str:
         """Return the timeline, its newest lines at the bottom."""
-        shown = self.entries[-last:]
-        lines = [f"{entry.time:10.3f} s  {'  ' * entry.depth}{entry.text}" for entry in shown]
-        left_out = len(self.entries) - len(shown)
-        return "\n".join([f"({left_out} lines before)"] * (left_out > 0) + lines)
+        left_out = max(0, len(self._lines) - last)
+        return "\n".join([f"({left_out} lines before)"] * (left_out > 0) + self._lines[left_out:])
 
-    def _write(self, now: int, run: Run, text: str) -> None:
-        self.entries.append(Entry(now / _SECOND, run.depth, f"{run.automaton.name}: {text}"))
+    def _write(self, time: float, depth: int, text: str) -> None:
+        self._lines.append(f"{time:10.3f} s  {'  ' * depth}{text}")
 
 
 _VERBS: Final = {
+    ChangeKind.ENTERED: "enters",
     ChangeKind.GHOST: "becomes a ghost in",
     ChangeKind.RESUMED: "resumes",
     ChangeKind.FINISHED: "finishes in",

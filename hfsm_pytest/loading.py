@@ -19,7 +19,6 @@ from hfsm_runtime.debugger.reload import components_in
 
 from .errors import DocumentInvalid, says_it_all
 
-__all__ = ["document_of", "find_document", "load_component", "read"]
 __tracebackhide__ = says_it_all
 
 

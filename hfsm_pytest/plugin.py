@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from .behavior import Behavior
     from .robot import CameraKind, RobotKind
 
-__all__ = ["MakeBehavior"]
 __tracebackhide__ = says_it_all
 
 _BEHAVIORS: Final = pytest.StashKey["list[Behavior]"]()

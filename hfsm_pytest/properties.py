@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -16,12 +16,11 @@ from hfsm_runtime.observer import Observer
 from hfsm_runtime.tree import Run
 
 from .abstraction import abstract_component
-from .behavior import Behavior
+from .behavior import Behavior, name_of
 from .errors import BehaviorFailed, DocumentInvalid, says_it_all
 from .loading import load_component, read
 from .strategies import Step, stimuli
 
-__all__ = ["check_properties"]
 __tracebackhide__ = says_it_all
 
 Invariant = Callable[[Behavior], object]
@@ -54,6 +53,7 @@ def check_properties(
     path = Path(document).resolve()
     model = read_model(read(path), path)
     stated = [_Stated(each, model) for each in model.document.properties]
+    named = [(name_of(invariant, "the invariant"), invariant) for invariant in invariants]
     component = abstract_component(model.document, path) if abstract else load_component(path)
 
     @settings(
@@ -76,7 +76,7 @@ def check_properties(
     def run(taken: list[Step]) -> None:
         b = Behavior(component(), document=path, **options)
         try:
-            _Examination(b, [*_named(invariants), *(each.start(b) for each in stated)]).run(taken)
+            _Examination(b, [*named, *(each.start(b) for each in stated)]).run(taken)
         finally:
             b.close()
 
@@ -136,11 +136,6 @@ class _Examination(Observer):
 
 def _listed(steps: Sequence[Step]) -> str:
     return "".join(f"\n    {step!r}" for step in steps) or "\n    (none)"
-
-
-def _named(invariants: Sequence[Invariant]) -> Iterator[_Check]:
-    for invariant in invariants:
-        yield getattr(invariant, "__name__", repr(invariant)).replace("<lambda>", "the invariant"), invariant
 
 
 class _Stated:

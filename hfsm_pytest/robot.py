@@ -23,8 +23,6 @@ from .errors import UnknownName
 if TYPE_CHECKING:
     from naoserver_sim.robot import SimulatedRobot
 
-__all__ = ["Ball", "CameraKind", "RobotKind", "RobotUnderTest"]
-
 RobotKind = Literal["fake", "sim"]
 CameraKind = Literal["auto", "drawn", "rendered"]
 

@@ -6,8 +6,6 @@ from typing import Any, Literal
 
 import msgspec
 
-__all__ = ["Begin", "Difference", "Divergence", "Line", "Outcome", "Progress", "Side", "Step"]
-
 
 class Side(msgspec.Struct):
     """What one of the two did in the cycle in which they part."""

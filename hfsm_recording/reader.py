@@ -22,8 +22,6 @@ from mcap.records import Attachment, Channel, Chunk, Metadata, Schema
 
 from .messages import MESSAGES, METADATA, SOURCES, Image, Message
 
-__all__ = ["ImageHash", "RawMessage", "RecordingError", "RecordingFile", "decode"]
-
 LARGEST: Final = 64 << 20
 """Bytes of a record, of what a chunk unpacks to, and of all sources together."""
 LARGEST_MESSAGE: Final = 4 << 20

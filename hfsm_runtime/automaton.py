@@ -10,8 +10,6 @@ from typing import Any, Final
 
 from .errors import DefinitionError
 
-__all__ = ["REQUIRED", "Automaton", "Event", "Input", "State", "Transition"]
-
 REQUIRED: Final = object()
 """Stands for the default of an input that has none."""
 

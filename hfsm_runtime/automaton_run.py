@@ -15,9 +15,6 @@ from typing import Any, Final
 from .automaton import REQUIRED, Automaton, Event, State, Transition
 from .errors import DefinitionError, EventError
 
-__all__ = ["CAPACITY", "ChangeKind", "Run", "grow", "make_event", "owes"]
-
-
 CAPACITY: Final = 64
 """How many events an automaton keeps; of more the oldest are lost."""
 

@@ -27,8 +27,6 @@ from .robot import commands_taken, servers_present, stop_robot
 from .robot import connect as connect_proxies
 from .runtime import Runtime
 
-__all__ = ["main", "make_app", "make_component", "option_of", "with_parameters"]
-
 _LOOK: Final = 0.1  # s after which the main thread looks whether a signal came
 _RETRY: Final = 1.0  # s between two questions whether refused commands are taken again
 

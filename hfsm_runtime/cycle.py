@@ -11,8 +11,6 @@ from .errors import ArgumentError, ComponentStoppedError, CycleCutError
 from .tree import Run, Tree
 from .variables import convert
 
-__all__ = ["CycleEnded", "Supervisor", "hand_over", "run_cycle"]
-
 HAND_OVER: Final = 1.0
 """The longest wait in s of wall time for the cycles below a state that is left."""
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 from .automaton import Event, Transition
 from .automaton_run import ChangeKind, Run
 
-__all__ = ["Observer"]
-
 
 class Observer:
     """Looks on and does nothing: override what is of interest, and add it to `Tree.observers`.

@@ -12,8 +12,6 @@ from zenoh_ice import Communicator, ConnectFailedException, ObjectNotExistExcept
 from .component import Component, proxies_of
 from .errors import ComponentError
 
-__all__ = ["commands_taken", "connect", "servers_present", "stop_robot"]
-
 _STOP: Final = 1.0
 """The longest wait in wall seconds for the robot's answer to being stopped."""
 

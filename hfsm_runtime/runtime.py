@@ -21,8 +21,6 @@ from .timeline import Timeline
 from .tree import ChangeKind, Replaced, Run, Tree
 from .variables import assign, convert, did_you_mean
 
-__all__ = ["Runtime"]
-
 _STOP: Final = 2.0
 """The longest wait in wall seconds for the running cycles when the component ends."""
 _GAP: Final = 0.5

@@ -26,8 +26,6 @@ from .errors import OnError, OnRefused, describe, locate, part_of_component
 from .timeline import Timeline
 from .tree import Run, Tree
 
-__all__ = ["Refusal", "Supervision"]
-
 _KEPT: Final = 20
 _LONGEST_MESSAGE: Final = 1000
 _QUIET: Final = 10.0

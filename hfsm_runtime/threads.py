@@ -18,8 +18,6 @@ from .observer import Observer
 from .timeline import Timeline, delay_in_slot, slot_after, slot_at, slot_from
 from .tree import ChangeKind, Run, Tree
 
-__all__ = ["Alarm", "Threads"]
-
 _logger = logging.getLogger(__name__)
 
 _IDLE: Final = 2.0

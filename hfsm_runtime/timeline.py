@@ -7,8 +7,6 @@ from typing import Final
 
 from zenoh_ice.clock import Clock
 
-__all__ = ["Timeline", "delay_in_slot", "slot_after", "slot_at", "slot_from"]
-
 _SECOND: Final = 1_000_000_000
 _LONGEST_WAIT: Final = 0.5
 """The longest wait on the clock in s: a simulation that starts anew must not hold a component up."""

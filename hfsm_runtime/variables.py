@@ -21,8 +21,6 @@ from zenoh_ice import Sample
 from .automaton import Automaton
 from .errors import UnknownElementError, ValueTypeError
 
-__all__ = ["assign", "cells_of", "convert", "did_you_mean", "short_repr", "values_of", "variables_of"]
-
 _LONGEST: Final = 120
 
 

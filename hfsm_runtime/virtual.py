@@ -7,7 +7,7 @@ ancestors run first.
 from __future__ import annotations
 
 import heapq
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Final, NamedTuple
 
 from interfaces.hfsm import ErrorReport
@@ -21,8 +21,6 @@ from .observer import Observer
 from .supervision import Refusal, Supervision
 from .timeline import Timeline, slot_after, slot_at
 from .tree import ChangeKind, Run, Tree
-
-__all__ = ["Change", "VirtualRun", "run"]
 
 _SECOND: Final = 1_000_000_000
 _RETRY: Final = _SECOND
@@ -66,6 +64,7 @@ class VirtualRun:
         on_error: str | None = None,
         on_halt: Callable[[], None] | None = None,
         commands_taken: Callable[[str], bool] = lambda _holder: True,
+        observers: Iterable[Observer] = (),
     ) -> None:
         self.component = component
         self.clock = clock or VirtualClock()
@@ -77,7 +76,7 @@ class VirtualRun:
         self._until_retry = 0
         self.tree = Tree(make_automata(component))
         tracer = _Tracer()
-        self.tree.observers.append(tracer)
+        self.tree.observers += [tracer, *observers]
         self.trace = tracer.changes
         self._timeline = Timeline(self.clock)
         self._supervision = Supervision(

@@ -16,8 +16,6 @@ from ..tree import Run
 from ..variables import cells_of, did_you_mean, values_of
 from .expressions import Expression, ExpressionError, Members
 
-__all__ = ["Breakpoints"]
-
 _MOST: Final = 1000
 """How many breakpoints a component takes."""
 _SELF: Final = "self"

@@ -12,8 +12,6 @@ from ..tree import Run, Tree
 from ..variables import short_repr, values_of
 from .expressions import values_in
 
-__all__ = ["explain"]
-
 _SECOND: Final = 1e9
 _LONGEST_CONDITION: Final = 200
 _LONGEST_VALUE: Final = 60

@@ -17,8 +17,6 @@ from typing import Any, Final
 
 import msgspec
 
-__all__ = ["Expression", "ExpressionError", "Members", "plain", "values_in"]
-
 _LONGEST: Final = 500
 _LARGEST_INTEGER: Final = 2**256
 _MOST_ELEMENTS: Final = 10_000

@@ -36,8 +36,6 @@ from .expressions import plain
 from .reload import Reloading
 from .snapshot import structure_of, take_snapshot
 
-__all__ = ["Monitor"]
-
 _INTERVAL: Final = 0.1
 """Seconds of wall time between snapshots while nothing changes."""
 _CLOSE: Final = 2.0

@@ -37,8 +37,6 @@ from ..variables import cells_of, values_of
 from ..virtual import VirtualRun
 from .expressions import plain
 
-__all__ = ["ReloadableRun", "Reloading", "Replacement", "components_in", "first_values_of"]
-
 
 class Reloading:
     """Reload one component, as often as asked; make it before the component starts.

@@ -22,8 +22,6 @@ from ..tree import Run
 from ..variables import short_repr, variables_of
 from .breakpoints import Breakpoints
 
-__all__ = ["structure_of", "take_snapshot"]
-
 
 def structure_of(runtime: Runtime) -> ComponentStructure:
     """Return the automata of a component, the root first, each before its children."""

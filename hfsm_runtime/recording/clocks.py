@@ -15,8 +15,6 @@ from zenoh_ice.clock import Clock
 from ..timeline import Timeline
 from .recorder import Recorder
 
-__all__ = ["Ask", "AskedClock", "RecordingTimeline", "asked_time"]
-
 _TIME_FUNCTIONS: Final = (
     "time", "time_ns", "monotonic", "monotonic_ns", "perf_counter", "perf_counter_ns", "process_time",
     "sleep",

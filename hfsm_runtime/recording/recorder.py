@@ -35,8 +35,6 @@ from .turns import Turns
 from .values import readable, without_addresses
 from .writer import Entry
 
-__all__ = ["LogRecorder", "Recorder", "VariableWatch", "automaton_context", "describe_error", "topics_of"]
-
 _SECOND: Final = 1_000_000_000
 _LONGEST_MESSAGE: Final = 4000
 

@@ -19,8 +19,6 @@ from zenoh_ice.transport import Parted, byte_sequences, encode_error
 from .recorder import Recorder, describe_error
 from .values import readable
 
-__all__ = ["Exchange", "Results", "arguments_of", "digest", "put_bytes"]
-
 _BULK: Final = 1024
 """Bytes sequences of more bytes than this are kept apart from the values that hold them."""
 _LARGEST: Final = 256 * 1024

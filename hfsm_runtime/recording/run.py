@@ -33,8 +33,6 @@ from .recorder import LogRecorder, Recorder, automaton_context
 from .transport import recorded_proxies
 from .writer import RecordingWriter
 
-__all__ = ["MONITOR", "START", "RecordedRuntime", "recording"]
-
 START: Final = "start"
 """The context of what runs before the first cycle."""
 MONITOR: Final = "monitor"

@@ -43,8 +43,6 @@ from ..component import Component, proxies_of
 from .recorder import Recorder
 from .results import Exchange, Results
 
-__all__ = ["NOTHING", "ObservedTransport", "arrived", "recorded_proxies", "released", "target_of"]
-
 V = TypeVar("V")
 
 NOTHING: Final = b"\x80"

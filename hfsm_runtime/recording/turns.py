@@ -12,8 +12,6 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Final
 
-__all__ = ["Turns"]
-
 PATIENCE: Final = 0.1
 """Wall seconds that a thread waits for its turn: code that blocks unseen must not hold the others up."""
 

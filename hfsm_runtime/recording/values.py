@@ -13,8 +13,6 @@ from zenoh_ice import Sample
 
 from ..variables import short_repr
 
-__all__ = ["readable", "without_addresses"]
-
 _MOST_NODES: Final = 256
 _LONGEST_TEXT: Final = 1024
 _DEEPEST: Final = 8

@@ -17,8 +17,6 @@ from hfsm_recording.messages import MESSAGES, METADATA, Gap, Message, schema_of
 
 from ..errors import ComponentError
 
-__all__ = ["Entry", "RecordingFailedError", "RecordingWriter"]
-
 _logger = logging.getLogger(__name__)
 
 _LOOK: Final = 0.1

@@ -29,8 +29,6 @@ from .comparison import Comparison
 from .engine import Replay
 from .script import Recording, ReplayError
 
-__all__ = ["main"]
-
 _SECOND: Final = 1e9
 _MOST_STEPS: Final = 20_000
 _numbers: Final = count(1)

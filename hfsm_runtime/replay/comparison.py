@@ -24,8 +24,6 @@ from hfsm_recording.outcome import Difference, Divergence, Side, Step
 
 from .script import Record
 
-__all__ = ["Comparison"]
-
 _SECOND: Final = 1e9
 _ACTS: Final = (Change, Firing, Failure, EventSent)
 _MOST_DIFFERENCES: Final = 200

@@ -23,8 +23,6 @@ from .host import Host, act
 from .script import Record, Recording, ReplayError, Script, context_of
 from .strands import Answers, Strand, Strands
 
-__all__ = ["Replay"]
-
 _SECOND: Final = 1_000_000_000
 _PROGRESS: Final = 1.0
 """Wall seconds between words of how far it is."""

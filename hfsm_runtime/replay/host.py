@@ -35,8 +35,6 @@ from .script import Recording
 from .strands import Answers
 from .transport import ReplayTransport
 
-__all__ = ["Host", "act"]
-
 _SECOND: Final = 1_000_000_000
 
 

@@ -12,8 +12,6 @@ from ..recording.results import arguments_of
 from .comparison import Comparison
 from .script import Knowledge, Record, ReplayEndedError, ReplayError, Script, Want, context_of
 
-__all__ = ["Answers", "Strand", "Strands"]
-
 _PATIENCE: Final = 30.0
 """Wall seconds that a piece of user code may take until it asks for something recorded, or ends."""
 _CLOSE: Final = 2.0

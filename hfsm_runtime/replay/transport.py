@@ -23,8 +23,6 @@ from ..recording.transport import NOTHING, ObservedTransport, arrived, released,
 from .script import NothingRecordedError, Record, Recording, ReplayError, Want
 from .strands import Answers
 
-__all__ = ["ReplayTransport"]
-
 
 class ReplayTransport(ObservedTransport):
     """Answer calls, and bring samples, from a recording."""
