@@ -53,7 +53,7 @@ def check_properties(
     path = Path(document).resolve()
     model = read_model(read(path), path)
     stated = [_Stated(each, model) for each in model.document.properties]
-    named = [(name_of(invariant, "the invariant"), invariant) for invariant in invariants]
+    checks = [(name_of(invariant, "the invariant"), invariant) for invariant in invariants]
     component = abstract_component(model.document, path) if abstract else load_component(path)
 
     @settings(
@@ -76,7 +76,7 @@ def check_properties(
     def run(taken: list[Step]) -> None:
         b = Behavior(component(), document=path, **options)
         try:
-            _Examination(b, [*named, *(each.start(b) for each in stated)]).run(taken)
+            _Examination(b, [*checks, *(each.start(b) for each in stated)]).run(taken)
         finally:
             b.close()
 

@@ -27,8 +27,6 @@ RobotKind = Literal["fake", "sim"]
 CameraKind = Literal["auto", "drawn", "rendered"]
 
 _COLORS: Final = {"BallRed": (220, 30, 30), "BallGreen": (30, 200, 40)}
-_YELLOW: Final = (200, 200, 40)
-_BEHIND: Final = math.pi
 
 
 class Ball:
@@ -63,7 +61,7 @@ class Ball:
 
     def hide(self) -> None:
         """Put it behind the robot, where no camera sees it."""
-        self.place(pan=_BEHIND)
+        self.place(pan=math.pi)
 
     def _targets(self, pan: float | None, distance: float | None, height: float | None) -> dict[str, float]:
         given = zip(self._device.joints, (pan, distance, height), strict=True)
@@ -224,6 +222,6 @@ class _DrawnCameras:
             pan, distance, up = device.read().positions
             ball = np.array([distance * math.cos(pan), distance * math.sin(pan), up])
             x, y, z = ((ball - place) @ axes).tolist()  # right, up, backwards
-            balls.append(((-z, -x, y), _COLORS.get(device.name, _YELLOW)))
+            balls.append(((-z, -x, y), _COLORS.get(device.name, (200, 200, 40))))
         time = self._robot.read().time
         return Frame(camera, time, width, height, paint(facts, (width, height), balls, BALL_RADIUS))

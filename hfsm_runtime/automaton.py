@@ -113,7 +113,12 @@ class Automaton:
         leaving: dict[int, list[Transition]] = {origin: [] for origin in by_id}
         for transition in self.transitions:
             leaving.setdefault(transition.origin, []).append(transition)
-        outgoing = {origin: tuple(sorted(found, key=_rank)) for origin, found in leaving.items()}
+        outgoing = {
+            origin: tuple(
+                sorted(found, key=lambda each: math.inf if each.priority is None else each.priority)
+            )
+            for origin, found in leaving.items()
+        }
         object.__setattr__(self, "_outgoing", outgoing)
         self._check()
 
@@ -170,10 +175,6 @@ class Automaton:
                 raise DefinitionError(f"{what} needs a time, an event or a guard")
             if transition.seconds is not None and not _positive(transition.seconds):
                 raise DefinitionError(f"{what} fires after {transition.seconds} s: it is a positive number")
-
-
-def _rank(transition: Transition) -> float:
-    return math.inf if transition.priority is None else transition.priority
 
 
 def _positive(seconds: float) -> bool:

@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from functools import partial
 from pathlib import Path, PurePath
-from typing import Annotated, Any, Final, NoReturn, TypeVar
+from typing import Annotated, Any, Final, NoReturn
 
 import typer
 
@@ -242,8 +242,6 @@ def _wait(runtime: Runtime, seconds: float | None, stop: threading.Event, safety
             return
 
 
-_C = TypeVar("_C", bound=Component)
-
 _PREFIX: Final = "parameter_"
 """What the names of the options begin with in Python, so that they meet no others there."""
 
@@ -275,7 +273,7 @@ def option_of(name: str) -> str:
     return f"--{name.replace('_', '-')}"
 
 
-def make_component(component: type[_C], parameters: Mapping[str, object]) -> _C:
+def make_component(component: type[Component], parameters: Mapping[str, object]) -> Any:  # noqa: ANN401
     """Return a component with the values of its parameters, which its `__init__` sees already."""
     made = component.__new__(component)
     vars(made).update(parameters)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import threading
 import time
 from collections import deque
@@ -142,17 +143,20 @@ class Supervision:
         location = locate(error, self._file, self._document)
         message = describe(error)[:_LONGEST_MESSAGE]
         if isinstance(error, UNAVAILABLE):
-            self._server_away(run, location, message)
+            self._wait(self._without_server, run, location, message, "waiting for the server")
             raise CycleEnded from error
         if isinstance(error, CommandRefusedException) and self._on_refused is OnRefused.PAUSE:
-            self._refuse(run, location, message, error.holder)
+            self._wait(self._refused, run, location, message, "pauses until commands are taken again")
+            self._pause(Refusal(f"{_place(run)}: {message}", error.holder, time.monotonic()))
             raise CycleEnded from error
         self._record(run, location, message)
         place = f" at {location}" if location else ""
         self._log_seldom(run, location, f"{_place(run)}: {message}{place}", error)
         if self._on_error is OnError.STOP:
-            if isinstance(error, HardwareFailedException) and self._hardware_may_recover(run):
-                raise CycleEnded from error
+            if isinstance(error, HardwareFailedException):
+                failures = self._hardware_failures[run] = self._hardware_failures.get(run, 0) + 1
+                if failures < _HARDWARE_FAILURES:
+                    raise CycleEnded from error
             self._log.error("the component halts; `onerror` continue would go on")
             self._halt()
             raise CycleEnded from error
@@ -193,25 +197,13 @@ class Supervision:
         self._record(run, "", message)
         self._log_seldom(run, event.name, f"{_place(run)}: {message}", None)
 
-    def _server_away(self, run: Run, location: str, message: str) -> None:
+    def _wait(self, outage: _Outage, run: Run, location: str, message: str, what: str) -> None:
         with self._lock:
-            first = self._without_server.add(run)
+            first = outage.add(run)
         if first:
             self._record(run, location, message)
-            self._log.error("%s: %s; waiting for the server", _place(run), message)
-
-    def _refuse(self, run: Run, location: str, message: str, holder: str) -> None:
-        with self._lock:
-            first = self._refused.add(run)
-        if first:
-            self._record(run, location, message)
-            self._log.warning("%s: %s; pauses until commands are taken again", _place(run), message)
-        self._pause(Refusal(f"{_place(run)}: {message}", holder, time.monotonic()))
-
-    def _hardware_may_recover(self, run: Run) -> bool:
-        """Count a cycle that ended because hardware failed; false when there were too many in a row."""
-        failures = self._hardware_failures[run] = self._hardware_failures.get(run, 0) + 1
-        return failures < _HARDWARE_FAILURES
+            level = logging.WARNING if outage is self._refused else logging.ERROR
+            self._log.log(level, "%s: %s; %s", _place(run), message, what)
 
     def _record(self, run: Run, location: str, message: str) -> None:
         report = ErrorReport(self.now() / 1e9, run.automaton.id, run.current.id, location, message)

@@ -207,10 +207,9 @@ class Threads(Observer):
         self._own.worker = worker
         try:
             self.run_cycles(worker)
-        except ComponentStoppedError:
-            pass
-        except BaseException as error:  # noqa: BLE001 - nothing may end a thread without being told
-            self._crashed(worker.run, error)
+        except BaseException as error:  # noqa: BLE001 - nothing may end a thread without being reported
+            if not isinstance(error, ComponentStoppedError):
+                self._crashed(worker.run, error)
 
 
 class _Worker:

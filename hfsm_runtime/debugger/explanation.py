@@ -23,10 +23,8 @@ def explain(tree: Tree, run: Run, timeline: Timeline) -> Explanation:
     with tree.lock:
         now = timeline.now()
         asked = dict(run.guards)
-        ghost = run.parent is not None and not run.active
-        outgoing = run.automaton.outgoing(run.current)
         reasons = []
-        for order, transition in enumerate(outgoing, 1):
+        for order, transition in enumerate(run.automaton.outgoing(run.current), 1):
             value, at = asked.get(transition.id, (False, None))
             left = None if transition.delay is None else max(0, transition.delay - run.active_time(now))
             reason = TransitionExplanation(
@@ -36,42 +34,35 @@ def explain(tree: Tree, run: Run, timeline: Timeline) -> Explanation:
                 value=value,
                 askedAt=-1.0 if at is None else at / _SECOND,
                 remaining=-1.0 if left is None else left / _SECOND,
-                reason=_reason(run, transition, order, value=value, asked_at=at, remaining=left, now=now),
+                reason="",
             )
+            reason.reason = _reason(run, transition, reason, now)
             reasons.append(reason)
         return Explanation(
             automaton=run.automaton.id,
             state=run.current.id,
-            ghost=ghost,
+            ghost=run.parent is not None and not run.active,
             enteredBy=run.last_transition,
             transitions=reasons,
-            summary=_summary(run, outgoing, reasons, ghost=ghost, paused=timeline.paused, now=now),
+            summary=_summary(run, reasons, paused=timeline.paused, now=now),
         )
 
 
-def _reason(
-    run: Run,
-    transition: Transition,
-    order: int,
-    *,
-    value: bool,
-    asked_at: int | None,
-    remaining: int | None,
-    now: int,
-) -> str:
+def _reason(run: Run, transition: Transition, found: TransitionExplanation, now: int) -> str:
     if run.current.final:
         return "the state is final: no transition is tried"
     if run.forced is transition:
         return "it is forced, and fires in the next cycle"
     if run.owed:
         return "it is not tried before the entry code of the state has run to its end"
-    if remaining:
-        return f"its time comes after {_seconds(remaining)} more in the state"
-    if asked_at is not None:
-        return _asked(transition, value=value, ago=now - asked_at) + _values(run, transition.condition)
-    if remaining == 0 and transition.guard is None:
+    if found.remaining > 0:
+        return f"its time comes after {found.remaining:.2f} s more in the state"
+    if found.askedAt >= 0:
+        ago = now / _SECOND - found.askedAt
+        return _asked(transition, value=found.value, ago=ago) + _values(run, transition.condition)
+    if found.remaining == 0 and transition.guard is None:
         return "its time has come: it fires in the next cycle"
-    first = _fired_before(run, order)
+    first = _fired_before(run, found.order)
     if first is not None:
         return f"it was not asked: {_name_of(run, first)}, which comes first, fired"
     if transition.event:
@@ -81,16 +72,16 @@ def _reason(
     return "its guard has not been asked since the state was entered"
 
 
-def _asked(transition: Transition, *, value: bool, ago: int) -> str:
+def _asked(transition: Transition, *, value: bool, ago: float) -> str:
     condition = transition.condition
     if len(condition) > _LONGEST_CONDITION:
         condition = condition[: _LONGEST_CONDITION - 3] + "..."
     guard = f"its guard `{condition}`" if condition else "its guard"
-    when = f"when it was asked {_seconds(ago)} ago"
+    when = f"when it was asked {ago:.2f} s ago"
     if transition.delay is not None:
         when = f"though its time has come, {when}"
     elif transition.event:
-        when = f"when {transition.event} came {_seconds(ago)} ago"
+        when = f"when {transition.event} came {ago:.2f} s ago"
     return f"{guard} was {'true' if value else 'false'} {when}"
 
 
@@ -120,25 +111,15 @@ def _fired_before(run: Run, order: int) -> Transition | None:
     return None
 
 
-def _summary(
-    run: Run,
-    outgoing: tuple[Transition, ...],
-    reasons: list[TransitionExplanation],
-    *,
-    ghost: bool,
-    paused: bool,
-    now: int,
-) -> str:
-    parts = []
-    if paused:
-        parts.append("The component is paused.")
+def _summary(run: Run, reasons: list[TransitionExplanation], *, paused: bool, now: int) -> str:
+    parts = ["The component is paused."] if paused else []
     name, state = run.automaton.name, run.current.name
     by = next((t for t in run.automaton.transitions if t.id == run.last_transition), None)
     entered = f", entered by {_name_of(run, by)}" if by is not None else ""
-    spent = _seconds(run.active_time(now))
+    spent = f"{run.active_time(now) / _SECOND:.2f} s"
     if run.entered is None:
         parts.append(f"{name} has not run yet: {_above(run)}.")
-    elif ghost:
+    elif run.parent is not None and not run.active:
         parts.append(f"{name} is a ghost in {state}: {_above(run)}. It has been active there for {spent}.")
     elif run.finished:
         parts.append(f"{name} has finished in {state}{entered}.")
@@ -146,7 +127,7 @@ def _summary(
         parts.append(f"{name} has been in {state} for {spent}{entered}.")
     if not reasons and not run.current.final:
         parts.append("No transition leaves the state.")
-    for transition, each in zip(outgoing, reasons, strict=True):
+    for transition, each in zip(run.automaton.outgoing(run.current), reasons, strict=True):
         parts.append(f"{each.order}. {_name_of(run, transition)}: {each.reason}.")
     return " ".join(parts)
 
@@ -167,7 +148,3 @@ def _above(run: Run) -> str:
 def _name_of(run: Run, transition: Transition) -> str:
     """Return the name of a transition, or that of the state it leads to."""
     return transition.name or f"the transition to {run.automaton.state(transition.destination).name}"
-
-
-def _seconds(nanoseconds: int) -> str:
-    return f"{nanoseconds / _SECOND:.2f} s"

@@ -11,17 +11,7 @@ from typing import Any, Final, Self
 
 import msgspec
 
-from interfaces.hfsm import (
-    Breakpoint,
-    ComponentSnapshot,
-    ComponentStructure,
-    Explanation,
-    HfsmMonitor,
-    InvalidValue,
-    NoSuchElement,
-    ReloadRefused,
-    ReloadReport,
-)
+from interfaces import hfsm
 from zenoh_ice import Communicator, Current
 
 from ..component import Component
@@ -48,7 +38,7 @@ _LARGEST_VALUE: Final = 65_536
 _logger = logging.getLogger(__name__)
 
 
-class _Servant(HfsmMonitor):
+class _Servant(hfsm.HfsmMonitor):
     """The servant of one component; `connect` connects proxies that a reload brings."""
 
     ice_concurrent = True  # a step may last, and must not keep others from looking
@@ -61,14 +51,11 @@ class _Servant(HfsmMonitor):
         self._reloading = Reloading(runtime, connect)
         self._started_at = time.time()
 
-    def snapshot(self) -> ComponentSnapshot:
-        return take_snapshot(self._runtime, self._breakpoints, self._started_at)
-
-    def getStructure(self, current: Current) -> ComponentStructure:  # noqa: ARG002
+    def getStructure(self, current: Current) -> hfsm.ComponentStructure:  # noqa: ARG002
         return structure_of(self._runtime)
 
-    def getSnapshot(self, current: Current) -> ComponentSnapshot:  # noqa: ARG002
-        return self.snapshot()
+    def getSnapshot(self, current: Current | None = None) -> hfsm.ComponentSnapshot:  # noqa: ARG002
+        return take_snapshot(self._runtime, self._breakpoints, self._started_at)
 
     def pause(self, current: Current) -> None:  # noqa: ARG002
         self._runtime.pause()
@@ -88,11 +75,11 @@ class _Servant(HfsmMonitor):
         with _told():
             self._runtime.force(automaton, transition)
 
-    def setBreakpoints(self, breakpoints: list[Breakpoint], current: Current) -> None:  # noqa: ARG002
+    def setBreakpoints(self, breakpoints: list[hfsm.Breakpoint], current: Current) -> None:  # noqa: ARG002
         with _told():
             self._breakpoints.set(breakpoints)
 
-    def getBreakpoints(self, current: Current) -> list[Breakpoint]:  # noqa: ARG002
+    def getBreakpoints(self, current: Current) -> list[hfsm.Breakpoint]:  # noqa: ARG002
         return self._breakpoints.all
 
     def setVariable(self, automaton: int, name: str, value: str, current: Current) -> None:  # noqa: ARG002
@@ -103,11 +90,11 @@ class _Servant(HfsmMonitor):
         with _told():
             self._runtime.send(_checked(name), _read_json(data) if data else None)
 
-    def explain(self, automaton: int, current: Current) -> Explanation:  # noqa: ARG002
+    def explain(self, automaton: int, current: Current) -> hfsm.Explanation:  # noqa: ARG002
         with _told():
             return explain(self._runtime.tree, self._runtime.run(automaton), self._runtime.timeline)
 
-    def reload(self, current: Current) -> ReloadReport:  # noqa: ARG002
+    def reload(self, current: Current) -> hfsm.ReloadReport:  # noqa: ARG002
         with _told():
             report = self._reloading.reload()
         report.notKept += self._breakpoints.renew()
@@ -124,11 +111,11 @@ def _told() -> Iterator[None]:
     try:
         yield
     except UnknownElementError as error:
-        raise NoSuchElement(str(error)) from error
+        raise hfsm.NoSuchElement(str(error)) from error
     except (ValueTypeError, EventError) as error:
-        raise InvalidValue(str(error)) from error
+        raise hfsm.InvalidValue(str(error)) from error
     except ReloadRefusedError as error:
-        raise ReloadRefused(str(error)[:_LONGEST_REASON]) from error
+        raise hfsm.ReloadRefused(str(error)[:_LONGEST_REASON]) from error
 
 
 def _read_json(text: str) -> Any:  # noqa: ANN401 - whatever JSON knows
@@ -156,7 +143,7 @@ class Monitor(Observer):
     """
 
     def __init__(
-        self, runtime: Runtime, communicator: Communicator, breakpoints: Iterable[Breakpoint] = ()
+        self, runtime: Runtime, communicator: Communicator, breakpoints: Iterable[hfsm.Breakpoint] = ()
     ) -> None:
         self.identity: Final = f"Hfsm.{runtime.name}"
         self._runtime = runtime
@@ -192,7 +179,7 @@ class Monitor(Observer):
             last = self._closing
             if publisher.listening:
                 try:
-                    publisher.publish(self._servant.snapshot(), self._runtime.clock.now())
+                    publisher.publish(self._servant.getSnapshot(), self._runtime.clock.now())
                     told = False
                 except Exception:  # variables are user objects, and a watcher must not end the watching
                     if not told:  # ten times a second would hide all else

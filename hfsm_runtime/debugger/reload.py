@@ -6,7 +6,6 @@ connected. Only then the old ones are exchanged for them, between two cycles.
 
 from __future__ import annotations
 
-import inspect
 import linecache
 import sys
 import threading
@@ -66,7 +65,8 @@ class Reloading:
         runtime = self._runtime
         if runtime.tree.root.entered is None or runtime.ended.is_set():
             raise ReloadRefusedError("the component does not run")
-        former, loaded = type(runtime.component), _load_again(runtime.component)
+        former = type(runtime.component)
+        loaded = _load_again(former, Path(source_of(runtime.component)))
         try:
             replacement = self._make(loaded)
             name = replacement.runs[0].automaton.name
@@ -175,11 +175,9 @@ def _label(run: Run) -> str:
 
 
 def _carry_variables(old: Automaton, new: Automaton, first: FirstValues) -> list[str]:
-    """Give the variables of a new version of an automaton the values that those of the old one have.
+    """Give variables of a new version of an automaton their old values; return the names of those lost.
 
-    A variable that still has its first value gets that of the new version: a number that was changed in the
-    document counts. Functions, classes and modules are always those of the new version. Return the names of
-    variables that have a value and are not in the new version.
+    One that still has its first value gets that of the new version: a number changed in the document counts.
     """
     cells = cells_of(new)
     lost = []
@@ -204,11 +202,7 @@ def _carry_variables(old: Automaton, new: Automaton, first: FirstValues) -> list
 
 
 def _share_attributes(old: Component, new: Component) -> None:
-    """Make the attributes of the old version of a component those of the new one.
-
-    From then on they are one and the same: what a callback or a thread of the old version's code assigns is
-    seen by the new one.
-    """
+    """Make the attributes of both versions one and the same: threads of old code go on assigning them."""
     shared = vars(old)
     kept, _ = _kept(old, type(new))
     for name in [name for name in shared if name not in kept]:
@@ -219,11 +213,7 @@ def _share_attributes(old: Component, new: Component) -> None:
 
 
 def _kept(old: Component, new: type[Component]) -> tuple[set[str], list[str]]:
-    """Return the names of the attributes that another version of a component takes, and what it does not.
-
-    It takes parameters of the same type, proxies of the same servant and interface, and what it does not
-    define anew.
-    """
+    """Return the names of the attributes that another version of a component takes, and what it does not."""
     former, present = _declarations(old), _declarations(new)
     lost = [f"the parameter {name} is gone" for name in parameters_of(old) if name not in parameters_of(new)]
     kept = set()
@@ -271,21 +261,29 @@ _numbers = count(1)
 _MARK: Final = "_reloaded_"
 
 
-def _load_again(component: Component) -> type[Component]:
-    """Return the class of a component as its file, and its extension, define it now.
-
-    The module gets a name of its own; the one that the component came from stays as it is. Raises
-    ReloadRefusedError.
-    """
-    former = type(component)
-    path = source_of(component)
-    if not Path(path).is_file():
+def _load_again(former: type[Component], path: Path) -> type[Component]:
+    """Return the class that a component's file defines now, in a new module; raises ReloadRefusedError."""
+    if not path.is_file():
         raise ReloadRefusedError(f"the component was not loaded from a file that is there: {path}")
-    module = _load(path, former)
+    package = getattr(sys.modules.get(former.__module__), "__package__", "") or ""
+    above = f"{package}." if package else ""
+    extension = f"{above}{path.stem}_ext"
+    former_extension = sys.modules.pop(extension, None)  # so that the component imports it again
     try:
-        return _component_of(module, former)
+        module = load_module(f"{above}{path.stem}{_MARK}{next(_numbers)}", path, package)
+    except (Exception, SystemExit) as error:
+        if former_extension is not None:
+            sys.modules[extension] = former_extension
+        raise ReloadRefusedError(_explain(error, str(path), former)) from error
     finally:
-        linecache.checkcache(path)
+        linecache.checkcache(str(path))
+    found = components_in(module)
+    if len(found) > 1:
+        found = [value for value in found if value.__name__ == former.__name__]
+    if len(found) != 1:
+        del sys.modules[module.__name__]
+        raise ReloadRefusedError(f"{path.name} does not define one component any more")
+    return found[0]
 
 
 def components_in(module: ModuleType) -> list[type[Component]]:
@@ -302,31 +300,6 @@ def _forget(component: type[Component]) -> None:
     """Let go of the module that a component was loaded from anew; its code may still run."""
     if _MARK in component.__module__:
         sys.modules.pop(component.__module__, None)
-
-
-def _load(path: str, former: type[Component]) -> ModuleType:
-    origin = inspect.getmodule(former)
-    package = (getattr(origin, "__package__", "") or "") if origin else ""
-    stem = f"{Path(path).stem}{_MARK}{next(_numbers)}"
-    above = f"{package}." if package else ""
-    extension = f"{above}{Path(path).stem}_ext"
-    former_extension = sys.modules.pop(extension, None)  # so that the component imports it again
-    try:
-        return load_module(above + stem, Path(path), package)
-    except (Exception, SystemExit) as error:
-        if former_extension is not None:
-            sys.modules[extension] = former_extension
-        raise ReloadRefusedError(_explain(error, path, former)) from error
-
-
-def _component_of(module: ModuleType, former: type[Component]) -> type[Component]:
-    found = components_in(module)
-    if len(found) > 1:
-        found = [value for value in found if value.__name__ == former.__name__]
-    if len(found) != 1:
-        del sys.modules[module.__name__]
-        raise ReloadRefusedError(f"{Path(module.__file__ or '').name} does not define one component any more")
-    return found[0]
 
 
 def _explain(error: BaseException, path: str, former: type[Component]) -> str:

@@ -2,18 +2,7 @@
 
 from __future__ import annotations
 
-from interfaces.hfsm import (
-    AutomatonSnapshot,
-    AutomatonStructure,
-    ComponentSnapshot,
-    ComponentStructure,
-    GuardSnapshot,
-    ParameterStructure,
-    StateStructure,
-    TimerSnapshot,
-    TransitionKind,
-    TransitionStructure,
-)
+from interfaces import hfsm
 
 from ..automaton import Transition
 from ..component import parameter_values, parameters_of
@@ -23,28 +12,28 @@ from ..variables import short_repr, variables_of
 from .breakpoints import Breakpoints
 
 
-def structure_of(runtime: Runtime) -> ComponentStructure:
+def structure_of(runtime: Runtime) -> hfsm.ComponentStructure:
     """Return the automata of a component, the root first, each before its children."""
-    return ComponentStructure(
+    return hfsm.ComponentStructure(
         name=runtime.name,
         document=runtime.component._hfsm_document,
         generation=runtime.generation,
         parameters=[
-            ParameterStructure(name=name, type=type(p.default).__name__, description=p.description)
+            hfsm.ParameterStructure(name=name, type=type(p.default).__name__, description=p.description)
             for name, p in parameters_of(runtime.component).items()
         ],
         automata=[_structure(run) for run in runtime.tree.runs],
     )
 
 
-def take_snapshot(runtime: Runtime, points: Breakpoints, started_at: float) -> ComponentSnapshot:
+def take_snapshot(runtime: Runtime, points: Breakpoints, started_at: float) -> hfsm.ComponentSnapshot:
     """Return what a component is doing that was started at a wall time in s since the epoch."""
     with runtime.tree.lock:
         now, generation = runtime.timeline.now(), runtime.generation
         automata = [(run.automaton, _snapshot(run, now)) for run in runtime.tree.runs]
     for automaton, snapshot in automata:
         snapshot.variables = variables_of(automaton)  # user code, so without the lock
-    return ComponentSnapshot(
+    return hfsm.ComponentSnapshot(
         startedAt=started_at,
         time=now / 1e9,
         status=runtime.status,
@@ -57,9 +46,9 @@ def take_snapshot(runtime: Runtime, points: Breakpoints, started_at: float) -> C
     )
 
 
-def _structure(run: Run) -> AutomatonStructure:
+def _structure(run: Run) -> hfsm.AutomatonStructure:
     automaton = run.automaton
-    return AutomatonStructure(
+    return hfsm.AutomatonStructure(
         id=automaton.id,
         name=automaton.name,
         parent=run.parent.automaton.id if run.parent else 0,
@@ -67,7 +56,7 @@ def _structure(run: Run) -> AutomatonStructure:
         period=automaton.period,
         source=automaton.source,
         states=[
-            StateStructure(
+            hfsm.StateStructure(
                 id=state.id,
                 name=state.name,
                 initial=state.initial,
@@ -78,7 +67,7 @@ def _structure(run: Run) -> AutomatonStructure:
             for state in automaton.states
         ],
         transitions=[
-            TransitionStructure(
+            hfsm.TransitionStructure(
                 id=transition.id,
                 name=transition.name,
                 origin=transition.origin,
@@ -94,17 +83,17 @@ def _structure(run: Run) -> AutomatonStructure:
     )
 
 
-def _kind(transition: Transition) -> TransitionKind:
+def _kind(transition: Transition) -> hfsm.TransitionKind:
     if transition.seconds is not None:
-        return TransitionKind.OnTime
+        return hfsm.TransitionKind.OnTime
     if transition.event:
-        return TransitionKind.OnEvent
-    return TransitionKind.OnFinished if transition.finished else TransitionKind.OnCondition
+        return hfsm.TransitionKind.OnEvent
+    return hfsm.TransitionKind.OnFinished if transition.finished else hfsm.TransitionKind.OnCondition
 
 
-def _snapshot(run: Run, now: int) -> AutomatonSnapshot:
+def _snapshot(run: Run, now: int) -> hfsm.AutomatonSnapshot:
     waited = run.active_time(now)
-    return AutomatonSnapshot(
+    return hfsm.AutomatonSnapshot(
         id=run.automaton.id,
         state=run.current.id,
         ghost=run.parent is not None and not run.active,  # the root is none, not even before it starts
@@ -112,11 +101,13 @@ def _snapshot(run: Run, now: int) -> AutomatonSnapshot:
         lastTransition=run.last_transition,
         enteredAt=(run.entered or 0) / 1e9,
         timers=[
-            TimerSnapshot(transition=transition.id, remaining=max(0, transition.delay - waited) / 1e9)
+            hfsm.TimerSnapshot(transition=transition.id, remaining=max(0, transition.delay - waited) / 1e9)
             for transition in run.automaton.outgoing(run.current)
             if transition.delay is not None
         ],
-        guards=[GuardSnapshot(transition=key, value=value) for key, (value, _) in dict(run.guards).items()],
+        guards=[
+            hfsm.GuardSnapshot(transition=key, value=value) for key, (value, _) in dict(run.guards).items()
+        ],
         variables={},
         cycles=run.cycles,
         overruns=run.overruns,

@@ -13,7 +13,6 @@ from typing import Any, Final
 from zenoh_ice.clock import Clock
 
 from ..timeline import Timeline
-from .recorder import Recorder
 
 _TIME_FUNCTIONS: Final = (
     "time", "time_ns", "monotonic", "monotonic_ns", "perf_counter", "perf_counter_ns", "process_time",
@@ -63,19 +62,16 @@ class AskedClock:
         return bool(self._ask("clock.wait", lambda: self._clock.wait(event, timeout), lambda: timeout))
 
 
-class RecordingTimeline(Timeline):
-    """Component time, of which the readings within cycles are recorded."""
+class AskedTimeline(Timeline):
+    """Component time while it is recorded or replayed: each reading is asked for."""
 
-    def __init__(self, clock: Clock, recorder: Recorder) -> None:
+    def __init__(self, clock: Clock, ask: Ask) -> None:
         super().__init__(clock)
-        self._recorder = recorder
-        recorder.component_time = super().now
+        self._ask = ask
 
     def now(self) -> int:
         """Return the component time in ns."""
-        value = super().now()
-        self._recorder.reading("component", value)
-        return value
+        return int(self._ask("component", super().now, None))
 
 
 @contextmanager

@@ -9,22 +9,7 @@ from typing import Any, Final
 
 import msgspec
 
-from hfsm_recording.messages import (
-    Action,
-    Change,
-    Cycle,
-    EventSent,
-    Failure,
-    Firing,
-    Guard,
-    LogLine,
-    Message,
-    Overlap,
-    Reading,
-    Stamp,
-    Timers,
-    Variables,
-)
+from hfsm_recording import messages
 
 from ..automaton import Automaton, Event, Transition
 from ..errors import describe
@@ -74,7 +59,9 @@ class Recorder(Observer):
         """Return the time of a message in ns since the epoch."""
         return self._start + self.component_time()
 
-    def put(self, topic: str, message: Message | Callable[[], Message], size: int = 200) -> None:
+    def put(
+        self, topic: str, message: messages.Message | Callable[[], messages.Message], size: int = 200
+    ) -> None:
         """Record a message that belongs to this moment."""
         self._write(Entry(topic, self.now(), message, size))
 
@@ -82,7 +69,7 @@ class Recorder(Observer):
         """Record what user code read; nothing outside of it."""
         context = self._context()
         if context is not None:
-            self.put("/readings", Reading(context, kind, value))
+            self.put("/readings", messages.Reading(context, kind, value))
 
     def ask(self, kind: str, read: Callable[[], Any], waits: Callable[[], float] | None) -> Any:  # noqa: ANN401
         """Return a reading of a clock, recorded; while it waits others have their turns."""
@@ -93,61 +80,65 @@ class Recorder(Observer):
 
     def action(self, kind: str, **arguments: Any) -> None:  # noqa: ANN401 - JSON
         """Record that somebody steers the component."""
-        self.put("/actions", Action(kind, arguments))
-
-    def failure(self, run: Run, message: str, location: str) -> None:
-        """Record an error."""
-        name = run.automaton.name
-        self.put("/errors", Failure(run.automaton.id, name, run.current.name, message, location))
+        self.put("/actions", messages.Action(kind, arguments))
 
     # The observer.
 
     def cycle_began(self, run: Run, at: int) -> None:
         """Record the beginning of a cycle."""
-        self._put(run, "/cycles", Cycle(run.automaton.id, run.automaton.name, True, at))
+        self._put(run, "/cycles", messages.Cycle(run.automaton.id, run.automaton.name, True, at))
 
     def guard_evaluated(self, run: Run, transition: Transition, value: bool, at: int) -> None:  # noqa: ARG002
         """Record the value of a guard."""
         automaton = run.automaton
-        self._put(run, "/guards", Guard(automaton.id, automaton.name, transition.id, transition.name, value))
+        self._put(
+            run,
+            "/guards",
+            messages.Guard(automaton.id, automaton.name, transition.id, transition.name, value),
+        )
 
     def fired(self, run: Run, transition: Transition, at: int) -> None:  # noqa: ARG002
         """Record that a transition fires."""
         automaton = run.automaton
         names = (automaton.state(each).name for each in (transition.origin, transition.destination))
-        firing = Firing(automaton.id, automaton.name, transition.id, transition.name, *names)
+        firing = messages.Firing(automaton.id, automaton.name, transition.id, transition.name, *names)
         self._put(run, "/transitions", firing)
 
     def cycle_ended(self, run: Run, at: int) -> None:
         """Record the variables that the cycle changed, and its end."""
         values, gone = self._variables.changes(run.automaton)
         if values or gone:
-            changed = Variables(run.automaton.id, run.automaton.name, values, gone)
+            changed = messages.Variables(run.automaton.id, run.automaton.name, values, gone)
             self._put(run, "/variables", changed)
-        self._put(run, "/cycles", Cycle(run.automaton.id, run.automaton.name, False, at))
+        self._put(run, "/cycles", messages.Cycle(run.automaton.id, run.automaton.name, False, at))
 
     def changed(self, now: int, run: Run, kind: ChangeKind) -> None:
         """Record a change of state and what is left to the timers."""
         automaton, state = run.automaton, run.current
-        change = Change(automaton.id, automaton.name, state.id, state.name, kind.value, now)
+        change = messages.Change(automaton.id, automaton.name, state.id, state.name, kind.value, now)
         self._put(run, "/automata", change)
-        remaining = remaining_times(run, now)
+        remaining = {
+            transition.name or str(transition.id): max(0, transition.delay - run.active_time(now)) / _SECOND
+            for transition in automaton.outgoing(state)
+            if transition.delay is not None
+        }
         if remaining:
-            self._put(run, "/timers", Timers(automaton.id, automaton.name, state.name, remaining))
+            self._put(run, "/timers", messages.Timers(automaton.id, automaton.name, state.name, remaining))
 
     def event_sent(self, event: Event, now: int) -> None:  # noqa: ARG002
         """Record an event."""
-        self.put("/events", EventSent(event.name, readable(event.data), self._context() or ""))
+        self.put("/events", messages.EventSent(event.name, readable(event.data), self._context() or ""))
 
     def code_failed(self, run: Run, error: Exception) -> None:
         """Record an exception of user code."""
-        self.failure(run, describe_error(error), "")
+        name, state = run.automaton.name, run.current.name
+        self.put("/errors", messages.Failure(run.automaton.id, name, state, describe_error(error)))
 
-    def _put(self, run: Run, kind: str, message: Message) -> None:
+    def _put(self, run: Run, kind: str, message: messages.Message) -> None:
         self.put(f"{kind}/{self._topics.get(run.automaton.id, run.automaton.id)}", message)
 
     def _overlap(self, context: str, beside: str) -> None:
-        self.put("/overlaps", Overlap(context, beside))
+        self.put("/overlaps", messages.Overlap(context, beside))
 
 
 class VariableWatch:
@@ -196,18 +187,10 @@ class LogRecorder(logging.Handler):
         except Exception:  # noqa: BLE001 - its arguments are the user's own
             text = str(record.msg)[:_LONGEST_MESSAGE]
         level = min(max(record.levelno // 10, 1), 5)  # of foxglove.Log: from 1, debug, to 5, fatal
-        stamp = Stamp.of(self._recorder.now())
-        self._recorder.put("/log", LogLine(stamp, level, text, record.name, record.filename, record.lineno))
-
-
-def remaining_times(run: Run, now: int) -> dict[str, float]:
-    """Return the s that are left to the timed transitions out of a state, by name."""
-    waited = run.active_time(now)
-    return {
-        transition.name or str(transition.id): max(0, transition.delay - waited) / _SECOND
-        for transition in run.automaton.outgoing(run.current)
-        if transition.delay is not None
-    }
+        stamp = messages.Stamp.of(self._recorder.now())
+        self._recorder.put(
+            "/log", messages.LogLine(stamp, level, text, record.name, record.filename, record.lineno)
+        )
 
 
 def describe_error(error: BaseException) -> str:

@@ -11,6 +11,7 @@ import random
 import sys
 import time
 from collections.abc import Callable, Iterator
+from functools import partial
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any, Final
@@ -28,7 +29,7 @@ from ..runtime import Runtime
 from ..supervision import Refusal
 from ..timeline import Timeline
 from ..tree import Replaced, Run, Tree
-from .clocks import AskedClock, RecordingTimeline, asked_time
+from .clocks import AskedClock, AskedTimeline, asked_time
 from .recorder import LogRecorder, Recorder, automaton_context
 from .transport import recorded_proxies
 from .writer import RecordingWriter
@@ -49,6 +50,7 @@ def recording(component: Component, path: Path, *, with_images: bool = False) ->
     Give the recorder to a `RecordedRuntime`. Raises RecordingFailedError.
     """
     start = time.time_ns()
+    proxies = [vars(component).get(name) for name in proxies_of(component)]
     metadata = {
         "name": Path(component._hfsm_document).stem or type(component).__name__,
         "document": component._hfsm_document,
@@ -60,7 +62,7 @@ def recording(component: Component, path: Path, *, with_images: bool = False) ->
         "on_error": component._hfsm_on_error.value,
         "on_refused": component._hfsm_on_refused.value,
         "parameters": msgspec.json.encode(parameter_values(component)).decode(),
-        "realm": _realm(component),
+        "realm": next((proxy.ice_getRealm() for proxy in proxies if isinstance(proxy, ObjectPrx)), ""),
         "proxies": msgspec.json.encode({n: p.identity for n, p in proxies_of(component).items()}).decode(),
         "python": platform.python_version(),
         **{package: _version(package) for package in _PACKAGES},
@@ -227,7 +229,9 @@ class RecordedRuntime(Runtime):
         return _RecordedTree(root, self._recorder)
 
     def _make_timeline(self, clock: Clock) -> Timeline:  # noqa: ARG002 - the same, as user code sees it
-        return RecordingTimeline(self._genuine_clock, self._recorder)
+        timeline = AskedTimeline(self._genuine_clock, self._recorder.ask)
+        self._recorder.component_time = partial(Timeline.now, timeline)
+        return timeline
 
     def _sleep(self, seconds: float) -> None:
         ending = "done"
@@ -265,7 +269,8 @@ def _sources(component: Component) -> dict[str, str]:
         found[f"{document}/{path.name}"] = path
     found[f"{python}/{file.name}"] = file
     extension = file.with_name(f"{file.stem}_ext.py")
-    if extension.name in {Path(inspect.getfile(base)).name for base in _user_classes(component)}:
+    classes = (base for base in type(component).__mro__ if base not in (object, Component))
+    if extension.name in {Path(inspect.getfile(base)).name for base in classes}:
         found[f"{by_hand}/{extension.name}"] = extension
     found |= {f"{imported}/{name}": file.parent / name for name in _imported(file)}
     texts: dict[str, str] = {}
@@ -286,17 +291,6 @@ def _imported(file: Path) -> set[str]:
         node.value for node in ast.walk(tree) if isinstance(node, ast.keyword) and node.arg == "source"
     }
     return {node.value for node in sources if isinstance(node, ast.Constant) and isinstance(node.value, str)}
-
-
-def _user_classes(component: Component) -> Iterator[type]:
-    return (base for base in type(component).__mro__ if base not in (object, Component))
-
-
-def _realm(component: Component) -> str:
-    """Return the realm that a component is connected to; empty for one without proxies."""
-    proxies = (vars(component).get(name) for name in proxies_of(component))
-    realms = (proxy.ice_getCommunicator().realm for proxy in proxies if isinstance(proxy, ObjectPrx))
-    return next(realms, "")
 
 
 def _version(package: str) -> str:

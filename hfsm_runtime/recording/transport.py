@@ -175,11 +175,7 @@ def recorded_proxies(component: Component, recorder: Recorder) -> Iterator[None]
 
 
 class _RecordingTransport(ObservedTransport):
-    """Call and listen through the communicator of proxies, and record what a component's own code sees.
-
-    A servant is recorded under the name of its proxy, the component's attribute, and one whose proxy came in
-    a value under its own.
-    """
+    """Call and listen through the communicator of proxies, and record what a component's own code sees."""
 
     def __init__(self, recorder: Recorder, proxies: Mapping[str, ObjectPrx]) -> None:
         self.below: Final = next(iter(proxies.values())).ice_getCommunicator()

@@ -65,7 +65,11 @@ def _convert(value: Any, left: list[int], depth: int) -> Any:  # noqa: ANN401
         return items
     if isinstance(value, set | frozenset) and _is_plain(value):
         # In an order that does not depend on the process; to sort millions would take too long.
-        value = sorted(value, key=_rank) if len(value) <= _MOST_NODES else ["..."]
+        value = (
+            sorted(value, key=lambda item: (type(item).__name__, short_repr(item)))
+            if len(value) <= _MOST_NODES
+            else ["..."]
+        )
     if isinstance(value, Sequence) and _is_plain(value):
         elements: list[Any] = []
         for item in value:
@@ -79,7 +83,3 @@ def _convert(value: Any, left: list[int], depth: int) -> Any:  # noqa: ANN401
 def _is_plain(value: object) -> bool:
     """Return whether it is safe to walk through: not what user code defined, nor what computes its items."""
     return type(value).__module__ in ("builtins", "collections", "types")
-
-
-def _rank(value: object) -> tuple[str, str]:
-    return type(value).__name__, short_repr(value)

@@ -67,7 +67,8 @@ class RecordingWriter:
         self._names = {message: name for name, message in MESSAGES.items()}
         self._encoder = msgspec.json.Encoder()
         try:
-            self._file: IO[bytes] = path.open("wb" if _is_device(path) else "xb")
+            # What is there and no file, such as a pipe, is written to: that destroys nothing.
+            self._file: IO[bytes] = path.open("wb" if path.exists() and not path.is_file() else "xb")
         except FileExistsError:
             raise RecordingFailedError(
                 f"the recording {path} exists, and is not overwritten: choose another name, or delete it"
@@ -172,8 +173,3 @@ class RecordingWriter:
             channel = self._writer.register_channel(topic, "json", self._schemas[message])
             self._channels[topic, message] = channel
         return channel
-
-
-def _is_device(path: Path) -> bool:
-    """Return whether writing to a path destroys nothing, as with a pipe."""
-    return path.exists() and not path.is_file()

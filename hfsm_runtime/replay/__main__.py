@@ -55,7 +55,8 @@ def replay(
     The output are lines of JSON: `begin`, then `end`. What user code prints goes to stderr.
     """
     signal.signal(signal.SIGTERM, signal.SIG_DFL)  # there is nothing to clean up, and user code may not end
-    output = _take_output()
+    output = os.dup(1)
+    os.dup2(2, 1)
     logging.disable(logging.CRITICAL)
     recorded = Recording(recording)
     end = recorded.duration if until is None else round(until * _SECOND)
@@ -96,13 +97,6 @@ def _outcome(run: Replay, comparison: Comparison, error: str) -> Outcome:
         guesses=run.guesses,
         notes=run.notes,
     )
-
-
-def _take_output() -> int:
-    """Return a descriptor of stdout for ourselves; what user code prints goes to stderr from now on."""
-    own = os.dup(1)
-    os.dup2(2, 1)
-    return own
 
 
 def _report(output: int, what: Line) -> None:

@@ -8,24 +8,13 @@ from typing import Any, Final, Literal
 
 import msgspec
 
-from hfsm_recording.messages import (
-    Change,
-    Cycle,
-    EventSent,
-    Failure,
-    Firing,
-    Guard,
-    Message,
-    OfAutomaton,
-    Timers,
-    Variables,
-)
+from hfsm_recording import messages
 from hfsm_recording.outcome import Difference, Divergence, Side, Step
 
 from .script import Record
 
 _SECOND: Final = 1e9
-_ACTS: Final = (Change, Firing, Failure, EventSent)
+_ACTS: Final = (messages.Change, messages.Firing, messages.Failure, messages.EventSent)
 _MOST_DIFFERENCES: Final = 200
 _MOST_AUTOMATA: Final = 10_000
 _MOST_STEPS: Final = 100_000
@@ -102,7 +91,7 @@ class Comparison:
         """Take a record of the recording."""
         self._take(record.time, record.message, record.data, recorded=True)
 
-    def replayed(self, time: int, message: Message) -> None:
+    def replayed(self, time: int, message: messages.Message) -> None:
         """Take what the replay would have recorded."""
         self._take(time, message, self._encoder.encode(message), recorded=False)
 
@@ -128,12 +117,12 @@ class Comparison:
         self.unmatched = max(0, self._recorded_cycles - self.cycles)
         self.divergences.sort(key=lambda divergence: divergence.time)
 
-    def _take(self, time: int, message: Message, data: bytes, *, recorded: bool) -> None:
-        if isinstance(message, Timers):  # they follow from the changes of state
+    def _take(self, time: int, message: messages.Message, data: bytes, *, recorded: bool) -> None:
+        if isinstance(message, messages.Timers):  # they follow from the changes of state
             return
-        if isinstance(message, EventSent):
+        if isinstance(message, messages.EventSent):
             pair = self._pair(f"events of {message.context}", 0, message.context or "events from outside")
-        elif isinstance(message, OfAutomaton):
+        elif isinstance(message, messages.OfAutomaton):
             pair = self._pair(message.automaton, message.automaton, message.name)
         else:
             return
@@ -144,10 +133,10 @@ class Comparison:
         if pair.parted_at is not None:
             return
         if isinstance(message, _ACTS):
-            at = message.at if isinstance(message, Change) else half.at
+            at = message.at if isinstance(message, messages.Change) else half.at
             half.acts.append((time if at is None else at, data))
             self._compare_acts(pair)
-        elif isinstance(message, Cycle) and not message.begins:
+        elif isinstance(message, messages.Cycle) and not message.begins:
             self._compare_values(pair, message.at)
 
     def _pair(self, key: object, automaton: int, name: str) -> _Pair | None:
@@ -155,21 +144,21 @@ class Comparison:
             self._pairs[key] = _Pair(automaton, name)
         return self._pairs.get(key)
 
-    def _note(self, half: _Half, message: Message, *, recorded: bool) -> None:
+    def _note(self, half: _Half, message: messages.Message, *, recorded: bool) -> None:
         frame = half.frames.get(half.at) if half.at is not None else None
         match message:
-            case Cycle(begins=True, at=at):
+            case messages.Cycle(begins=True, at=at):
                 half.at = at
                 half.frames[at] = _Frame(Side(half.state, half.state))
                 if len(half.frames) > _MOST_BEHIND:
                     del half.frames[next(iter(half.frames))]
                 self.cycles += not recorded
                 self._recorded_cycles += recorded
-            case Cycle():
+            case messages.Cycle():
                 half.at = None
                 if frame is not None:
                     frame.variables = dict(half.variables)
-            case Change():
+            case messages.Change():
                 half.state = message.state_name
                 step = Step(
                     message.at / _SECOND, message.automaton, message.name, message.state_name, message.kind
@@ -179,15 +168,15 @@ class Comparison:
                     steps.append(step)
                 if frame is not None:
                     frame.side.state_after = message.state_name
-            case Variables():
+            case messages.Variables():
                 half.variables.update(message.values)
                 for name in message.gone:
                     half.variables.pop(name, None)
-            case Guard() if frame is not None:
+            case messages.Guard() if frame is not None:
                 frame.side.guards[_name(message)] = message.value
-            case Firing() if frame is not None:
+            case messages.Firing() if frame is not None:
                 frame.side.fired.append(_name(message))
-            case Failure() if frame is not None:
+            case messages.Failure() if frame is not None:
                 frame.side.errors.append(message.message)
 
     def _compare_acts(self, pair: _Pair) -> None:
@@ -230,5 +219,5 @@ class Comparison:
             self.differences.append(found)
 
 
-def _name(message: Guard | Firing) -> str:
+def _name(message: messages.Guard | messages.Firing) -> str:
     return message.transition_name or str(message.transition)

@@ -180,7 +180,7 @@ class Replay:
             self._script.advance()
             self._deliver(strand, record, context)
             if record.message.kind == "async" and strand.idle:
-                self._strands.drop(context)  # nothing more arrives there
+                self._strands.pop(context).close()  # nothing more arrives there
         elif isinstance(record.message, Cycle) or strand.idle:
             self._script.advance()
         else:

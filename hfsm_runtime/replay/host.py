@@ -25,10 +25,9 @@ from ..errors import (
     UnknownElementError,
 )
 from ..observer import Observer
-from ..recording.clocks import AskedClock, asked_time
+from ..recording.clocks import AskedClock, AskedTimeline, asked_time
 from ..recording.recorder import Recorder
 from ..supervision import Refusal, Supervision
-from ..timeline import Timeline
 from ..tree import ChangeKind, Run, Tree
 from ..variables import assign
 from .script import Recording
@@ -66,7 +65,7 @@ class Host(Observer):
         self._recorder.watch(self.tree)
         self.tree.observers.append(self)
         self._first = first_values_of(self.tree.runs)
-        self._timeline = _ReplayTimeline(self._answers)
+        self._timeline = AskedTimeline(VirtualClock(), self._answers.ask)
 
     def begin_at(self, arguments: Mapping[str, object]) -> None:
         """Let the state be the first one that was it in the recording, if it is still there."""
@@ -108,7 +107,12 @@ class Host(Observer):
 
     def _equip(self, component: Component) -> None:
         """Give a component what it sees of the world."""
-        _set_parameters(component, self._recording)
+        with suppress(msgspec.MsgspecError, AttributeError):
+            values = msgspec.json.decode(self._recording.metadata.get("parameters", "{}").encode())
+            declared = parameters_of(component)
+            for name, value in values.items():
+                if name in declared and type(value) is type(declared[name].default):
+                    setattr(component, name, value)
         self._transport.connect(component)
         self._stack.enter_context(asked_time(type(component), self._answers.ask))
         equip(component, AskedClock(VirtualClock(), self._answers.ask), self._sleep, self._send)
@@ -155,15 +159,6 @@ class _ReplayTree(Tree):
         return [each for each in found if each is not None]
 
 
-def _set_parameters(component: Component, recording: Recording) -> None:
-    with suppress(msgspec.MsgspecError, AttributeError):
-        values = msgspec.json.decode(recording.metadata.get("parameters", "{}").encode())
-        declared = parameters_of(component)
-        for name, value in values.items():
-            if name in declared and type(value) is type(declared[name].default):
-                setattr(component, name, value)
-
-
 def act(host: Host, action: Action, now: int) -> None:
     """Do what an action says at a component time in ns; one that was refused is refused again."""
     arguments = action.arguments
@@ -183,14 +178,3 @@ def act(host: Host, action: Action, now: int) -> None:
                 assign(run.automaton, name, value)
             elif name in parameters_of(host.component):
                 setattr(host.component, name, value)
-
-
-class _ReplayTimeline(Timeline):
-    """Component time as it was."""
-
-    def __init__(self, answers: Answers) -> None:
-        super().__init__(VirtualClock())
-        self._answers = answers
-
-    def now(self) -> int:
-        return int(self._answers.ask("component"))

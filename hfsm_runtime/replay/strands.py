@@ -97,12 +97,12 @@ class Strand:
             self._back.release()
 
 
-class Strands:
+class Strands(dict[str, Strand]):
     """The strands of a replay, by context, made as they are needed."""
 
     def __init__(self) -> None:
+        super().__init__()
         self._here = threading.local()
-        self._all: dict[str, Strand] = {}
 
     @property
     def current(self) -> Strand | None:
@@ -116,22 +116,15 @@ class Strands:
         strand = self.current
         return strand.context if strand else None
 
-    def __getitem__(self, context: str) -> Strand:
-        if context not in self._all:
-            if len(self._all) >= _MOST:
-                raise ReplayError(f"the recording has the code of more than {_MOST} contexts at a time")
-            self._all[context] = Strand(context, self._here)
-        return self._all[context]
-
-    def drop(self, context: str) -> None:
-        """End the thread of a context that runs no more code."""
-        strand = self._all.pop(context, None)
-        if strand is not None:
-            strand.close()
+    def __missing__(self, context: str) -> Strand:
+        if len(self) >= _MOST:
+            raise ReplayError(f"the recording has the code of more than {_MOST} contexts at a time")
+        self[context] = strand = Strand(context, self._here)
+        return strand
 
     def close(self) -> None:
         """End all threads."""
-        for strand in self._all.values():
+        for strand in self.values():
             strand.close()
 
 
