@@ -21,17 +21,15 @@ def abstract_component(document: Document, path: Path) -> type[Component]:
 
     class Abstract(Component, document=path.name):
         def automaton(self) -> Automaton:
-            return _automaton(model, model.automata[0])
+            return _automaton(model, model.automata[0], path.stem)
 
     return Abstract
 
 
-def _automaton(model: Model, automaton: AutomatonModel) -> Automaton:
+def _automaton(model: Model, automaton: AutomatonModel, name: str) -> Automaton:
     return Automaton(
         id=automaton.source.id,
-        name=model.path.stem
-        if automaton.parent < 0
-        else model.automata[automaton.parent].states[automaton.owner].source.name,
+        name=name,
         period=automaton.interval / _SECOND,
         states=tuple(
             _state(model, state, initial=state.index == automaton.initial) for state in automaton.states
@@ -47,7 +45,9 @@ def _state(model: Model, state: StateModel, *, initial: bool) -> State:
         initial=initial,
         final=state.final,
         entry=(lambda: None) if state.owes else None,  # it takes the first cycle, as the real one does
-        children=tuple(_automaton(model, model.automata[child]) for child in state.children),
+        children=tuple(
+            _automaton(model, model.automata[child], state.source.name) for child in state.children
+        ),
         restart=state.restart,
     )
 

@@ -34,8 +34,6 @@ __tracebackhide__ = says_it_all
 Condition = str | Callable[[], object] | Callable[["Behavior"], object]
 """A path of states, or a function, of nothing or of the behavior, that returns whether it holds."""
 
-_LIMIT: Final = 60.0
-
 
 class Behavior(ReloadableRun):
     """A component under test, in virtual time and with a robot; the fixture `behavior` makes it.
@@ -104,7 +102,7 @@ class Behavior(ReloadableRun):
         super().advance(seconds)
         self._check()
 
-    def run_until(self, condition: Condition, limit: float = _LIMIT) -> float:
+    def run_until(self, condition: Condition, limit: float = 60.0) -> float:
         """Run cycle by cycle until a condition holds, and return the time at which it does.
 
         A path holds when it, or anything below it, is active. Raises BehaviorFailed after `limit` s.
@@ -261,8 +259,6 @@ class Behavior(ReloadableRun):
                 self._robot.close()
         finally:
             self._network.communicator.destroy()
-
-    # ------------------------------------------------------------------------------------------------------
 
     def _connect(self, component: Component) -> None:
         for name, declared in proxies_of(component).items():

@@ -52,8 +52,7 @@ class TaskClock(VirtualClock):
 
     def wait(self, event: threading.Event, timeout: float) -> bool:
         """Move the time forward until a task sets an event, at most `timeout` s; return whether it is set."""
-        self.wait_for(event.is_set, timeout)
-        return event.is_set()
+        return self.wait_for(event.is_set, timeout)
 
     def wait_for(self, condition: Callable[[], bool], timeout: float) -> bool:
         """Move the time forward, task by task, until a condition holds; return whether it does."""

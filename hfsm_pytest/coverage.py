@@ -185,9 +185,8 @@ class CoverageSession:
 
     def _shown(self, file: Path) -> str:
         """Return a file as reports name it: relative to the root of the project, if it is below."""
-        resolved = file.resolve()
-        below = resolved.is_relative_to(self._root)
-        return (resolved.relative_to(self._root) if below else resolved).as_posix()
+        file = file.resolve()
+        return (file.relative_to(self._root) if file.is_relative_to(self._root) else file).as_posix()
 
 
 def _table(documents: Sequence[_Covered], total: _Covered) -> Iterator[tuple[str, bool]]:

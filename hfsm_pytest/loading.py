@@ -44,8 +44,7 @@ def find_document(path: Path, directories: Sequence[Path]) -> Path:
 
 def document_of(component: type[Component]) -> Path | None:
     """Return the document that stands beside a generated component, or None."""
-    name = component._hfsm_document
-    path = Path(component.automaton.__code__.co_filename).resolve().with_name(name or " ")
+    path = Path(component.automaton.__code__.co_filename).resolve().with_name(component._hfsm_document or " ")
     return path if path.is_file() else None
 
 

@@ -14,8 +14,6 @@ from typing import Final, NamedTuple
 from hypothesis import strategies as st
 from hypothesis.strategies import SearchStrategy
 
-from hfsm_runtime.automaton import Automaton
-
 from .abstraction import abstract_component
 from .behavior import Behavior
 from .errors import says_it_all
@@ -94,9 +92,8 @@ def balls(*names: str) -> SearchStrategy[Step]:
     """Return steps that put balls in front of the robot, where the head can turn to them, or behind it."""
     places = st.tuples(_tenths(-12, 12), _tenths(6, 20), _tenths(2, 9))
     ball = st.sampled_from(names or _BALLS)
-    return st.builds(Step, st.just("place"), places, ball) | st.builds(
-        Step, st.just("hide"), st.just(()), ball
-    )
+    hidden = st.builds(Step, st.just("hide"), st.just(()), ball)
+    return st.builds(Step, st.just("place"), places, ball) | hidden
 
 
 def stimuli(
@@ -140,7 +137,7 @@ def _facts(document: str | Path) -> _Facts:
 def _read_facts(path: Path, changed: int) -> _Facts:  # noqa: ARG001
     document = read(path)
     b = Behavior(abstract_component(document, path)())
-    automata: list[Automaton] = [run.automaton for run in b.tree.runs]
+    automata = [run.automaton for run in b.tree.runs]
     transitions = [transition for automaton in automata for transition in automaton.transitions]
     declared = [event.name for event in document.events]
     return _Facts(

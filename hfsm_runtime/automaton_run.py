@@ -17,7 +17,6 @@ from .errors import DefinitionError, EventError
 
 CAPACITY: Final = 64
 """How many events an automaton keeps; of more the oldest are lost."""
-
 _DEEPEST: Final = 32
 
 

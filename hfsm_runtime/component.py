@@ -67,10 +67,9 @@ class Proxy(_Declared[P]):
 
 
 class Parameter(_Declared[P]):
-    """Declare a parameter of a component: its default, which also tells its type, and what it is for.
+    """Declare a parameter of a component: its default, of type int, float, bool or str, and what it is for.
 
-    The type is int, float, bool or str. The attribute is the default until the command line, or a test, sets
-    it.
+    The attribute is the default until the command line, or a test, sets it.
     """
 
     def __init__(self, default: P, description: str = "") -> None:

@@ -209,9 +209,6 @@ def _call(tree: Tree, run: Run, code: Callable[[], object], supervisor: Supervis
         return None
 
 
-_NOTHING: Final[Mapping[str, object]] = {}
-
-
 def hand_over(state: State, arguments: Mapping[int, Mapping[str, object]]) -> None:
     """Set the inputs of a state's automata; those without an argument keep their value.
 
@@ -221,7 +218,7 @@ def hand_over(state: State, arguments: Mapping[int, Mapping[str, object]]) -> No
     unknown = arguments.keys() - {child.id for child in state.children}
     if unknown:
         raise ArgumentError(f"the state {state.name!r} owns no automaton {min(unknown)}")
-    checked = [(child, _check(state, child, arguments.get(child.id, _NOTHING))) for child in state.children]
+    checked = [(child, _check(state, child, arguments.get(child.id, {}))) for child in state.children]
     for child, values in checked:
         if values and child.set_inputs is not None:
             child.set_inputs(values)

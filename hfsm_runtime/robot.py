@@ -14,7 +14,6 @@ from .errors import ComponentError
 
 _STOP: Final = 1.0
 """The longest wait in wall seconds for the robot's answer to being stopped."""
-
 _ASK: Final = 1000.0
 """The longest wait in wall milliseconds for who may command the robot."""
 

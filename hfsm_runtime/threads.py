@@ -22,10 +22,8 @@ _logger = logging.getLogger(__name__)
 
 _IDLE: Final = 2.0
 """The longest wait in wall seconds of a thread that has nothing to do; whatever concerns it wakes it."""
-
 _RESOLUTION: Final = 1e-9
 """Seconds; sums of floats are not exact."""
-
 _STEP: Final = 2.0
 """The longest wait in wall seconds for a cycle that was asked for."""
 

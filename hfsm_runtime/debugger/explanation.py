@@ -105,10 +105,9 @@ def _unfinished(run: Run) -> str:
 
 def _fired_before(run: Run, order: int) -> Transition | None:
     """Return the transition that led back into this state and is tried before another one."""
-    for transition in run.automaton.outgoing(run.current)[: order - 1]:
-        if transition.id == run.last_transition and transition.destination == run.current.id:
-            return transition
-    return None
+    before = run.automaton.outgoing(run.current)[: order - 1]
+    by = (each for each in before if each.id == run.last_transition and each.destination == run.current.id)
+    return next(by, None)
 
 
 def _summary(run: Run, reasons: list[TransitionExplanation], *, paused: bool, now: int) -> str:

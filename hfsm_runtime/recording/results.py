@@ -23,6 +23,7 @@ _BULK: Final = 1024
 """Bytes sequences of more bytes than this are kept apart from the values that hold them."""
 _LARGEST: Final = 256 * 1024
 _REMEMBERED: Final = 64
+_paths: Final = cache(byte_sequences)
 _MALFORMED: Final = (ValueError, TypeError, RecursionError, OverflowError, MemoryError)
 
 Bulk = list[tuple[Missing, bytes]]
@@ -97,9 +98,6 @@ def take_bulk(operation: Operation[..., Any], payload: bytes | Parted) -> tuple[
     except _MALFORMED:  # whoever decodes it is told
         return payload, found
     return msgspec.msgpack.encode(plain), found
-
-
-_paths = cache(byte_sequences)
 
 
 def _take_bytes(value: Any, path: list[str | int], found: Bulk) -> Any:  # noqa: ANN401

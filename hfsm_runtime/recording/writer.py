@@ -138,16 +138,12 @@ class RecordingWriter:
             self._file.close()
         except OSError as error:
             _logger.error("the recording %s is incomplete: %s", self._path, error.strerror)
-            self._lose_everything()
         except Exception:
             _logger.exception("the recording %s is incomplete", self._path)
-            self._lose_everything()
         finally:
             with suppress(OSError):
                 self._file.close()
-
-    def _lose_everything(self) -> None:
-        while not self._stopping.wait(1.0):
+        while not self._stopping.wait(1.0):  # it could not be written: nothing is kept for it
             self._queue.clear()
 
     def _drain(self) -> None:

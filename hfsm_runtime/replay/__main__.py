@@ -25,7 +25,6 @@ from zenoh_ice.command import run as run_command
 from ..component import Component, load_module
 from ..debugger.reload import components_in
 from ..errors import ComponentError
-from .comparison import Comparison
 from .engine import Replay
 from .script import Recording, ReplayError
 
@@ -75,28 +74,25 @@ def replay(
         except (ReplayError, RecordingError) as problem:
             error, comparison = str(problem), run.comparison
             comparison.finish()
-        _report(output, _outcome(run, comparison, error))
+        outcome = Outcome(
+            error=error,
+            seconds=run.now() / _SECOND,
+            cycles=comparison.cycles,
+            identical=comparison.identical,
+            missing_cycles=comparison.unmatched,
+            divergences=comparison.divergences,
+            differences=comparison.differences,
+            recorded=comparison.recorded_steps[:_MOST_STEPS],
+            replayed=comparison.replayed_steps[:_MOST_STEPS],
+            guesses=run.guesses,
+            notes=run.notes,
+        )
+        _report(output, outcome)
 
 
 def main() -> NoReturn:
     """Run the command."""
     run_command(app, expected=(ComponentError, RecordingError))
-
-
-def _outcome(run: Replay, comparison: Comparison, error: str) -> Outcome:
-    return Outcome(
-        error=error,
-        seconds=run.now() / _SECOND,
-        cycles=comparison.cycles,
-        identical=comparison.identical,
-        missing_cycles=comparison.unmatched,
-        divergences=comparison.divergences,
-        differences=comparison.differences,
-        recorded=comparison.recorded_steps[:_MOST_STEPS],
-        replayed=comparison.replayed_steps[:_MOST_STEPS],
-        guesses=run.guesses,
-        notes=run.notes,
-    )
 
 
 def _report(output: int, what: Line) -> None:

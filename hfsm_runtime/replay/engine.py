@@ -56,6 +56,10 @@ class Replay:
         self._strands = Strands()
         self._script = Script(recording, until, self._passed)
         self._answers = Answers(self._script, self._strands)
+        self.now: Final = self._answers.now
+        self.comparison: Final = self._answers.comparison
+        self.guesses: Final = self._answers.knowledge.guesses
+        """How often the recording had no answer and something older was taken, by what was asked for."""
         recorder = Recorder(self._compare, 0, lambda: self._strands.context)
         recorder.component_time = self.now
         self._begun: set[str] = set()
@@ -74,20 +78,6 @@ class Replay:
 
     def __exit__(self, *_: object) -> None:
         self._stack.close()
-
-    @property
-    def comparison(self) -> Comparison:
-        """What was found so far."""
-        return self._answers.comparison
-
-    @property
-    def guesses(self) -> dict[str, int]:
-        """How often the recording had no answer and something older was taken, by what was asked for."""
-        return self._answers.knowledge.guesses
-
-    def now(self) -> int:
-        """Return the component time in ns at which the replay is."""
-        return self._answers.now()
 
     def run(self) -> Comparison:
         """Replay to the end; raises ReplayError."""
