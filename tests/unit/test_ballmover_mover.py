@@ -286,7 +286,9 @@ def test_a_simulation_that_begins_anew_does_not_stop_it() -> None:
 
 
 def test_a_fast_simulation_does_not_get_more_setpoints_than_it_can_take() -> None:
-    run = Run([A, B], clock=VirtualClock(rate=20.0)).finish()
+    clock = VirtualClock()
+    clock.rate = 20.0
+    run = Run([A, B], clock=clock).finish()
     times = [time for time, _ in run.ball.commands]
     assert all(b - a == pytest.approx(0.1) for a, b in pairwise(times))
     assert run.log.names[-1] == "arrive b"
