@@ -1,4 +1,4 @@
-"""Who is there: servants by their liveliness tokens, the links that lead to them, and why a call failed."""
+"""Who is there: servants and clients by their liveliness tokens, links, and why a call failed."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ import math
 import threading
 import time
 from collections.abc import Callable, Mapping
-from typing import Final
+from typing import Any, Final, Self
 
-from ._tokens import ABSENT, ServantInfo, ServantTable, parse_servant_token
+from ._tokens import ServantInfo, ServantToken, any_client, parse_client_token, parse_servant_token
 from .exceptions import (
     AccessDeniedException,
     CommunicatorDestroyedException,
@@ -22,7 +22,16 @@ from .exceptions import (
 )
 from .transport import Served, Target, Transport
 
-__all__ = ["Presence"]
+__all__ = ["ClientWatch", "Presence"]
+
+Submit = Callable[[Callable[[], object]], None]
+"""Runs a function on another thread."""
+
+# No robot has more of these: somebody floods the realm.
+_MOST_SERVANTS: Final = 4096
+_MOST_TOKENS: Final = 1 << 14  # of all servants
+_MOST_OF_SERVANT: Final = 64  # tokens: of one identity, one for each interface of each server
+_MOST_CLIENTS: Final = 1 << 14
 
 _LOOK: Final = 0.5  # s after which a wait looks anyway
 # By which the delay of tokens is longer in an empty realm: a server listens before its robot is ready.
@@ -30,12 +39,15 @@ _START_GRACE: Final = 4
 _GRACE_SHARE: Final = 0.1  # of the limit, where that is more: a long one means a busy machine
 # s between the end of a link and the end of the tokens that came over it, or the other way round.
 _SAME_MOMENT: Final = 0.5
-# s to wait for word of the end of a link after the end of a token that came over it; measured 1 ms.
+# s within which the end of a link is reported after the end of a token that came over it; measured 1 ms.
 _LINK_NOTICE: Final = 0.1
 # s in which the token of a servant that died during a call goes away; measured 2-3 ms.
 _LOSS_NOTICE: Final = 0.25
 
 _MOST_NAMED: Final = 8  # servants in an error message
+
+_ABSENT: Final[Mapping[str, str]] = {}
+_NEVER: Final = (-1.0, "")
 
 _logger = logging.getLogger(__name__)
 
@@ -45,14 +57,21 @@ class Presence:
 
     The transport's threads run the handlers here, so they only note what they are given, and nothing asks the
     transport for anything while it holds the lock that they take. `submit` runs a function on another thread.
+    What is remembered is bounded, whatever tokens a stranger declares.
     """
 
-    def __init__(self, transport: Transport, submit: Callable[[Callable[[], object]], None]) -> None:
+    def __init__(self, transport: Transport, submit: Submit) -> None:
         self._transport: Final = transport
         self._submit: Final = submit
         self._endpoints: Final = tuple(transport.endpoints)
         self._changed: Final = threading.Condition()
-        self._table: Final = ServantTable()
+        self._tokens: Final[dict[Target, dict[str, ServantToken]]] = {}
+        """Those of each servant by their keys."""
+        self._count = 0  # of these tokens
+        self._interfaces: Final[dict[Target, Mapping[str, str]]] = {}
+        """Their fingerprints by type id; each mapping is replaced, not changed: readers take no lock."""
+        self._came: Final[dict[Target, float]] = {}  # when, of servants that are there
+        self._lost: Final[dict[Target, tuple[float, str]]] = {}  # when, and the id of the last server
         self._listeners: list[Callable[[], object]] = []
         self._notifying = False  # the listeners, or about to
         self._linked: set[str] = set()
@@ -65,38 +84,37 @@ class Presence:
     # Lookups.
 
     def interfaces(self, target: Target) -> Mapping[str, str]:
-        """Return the fingerprints of a servant's interfaces by type id; none when it is not there."""
-        return self._table.interfaces.get(target, ABSENT)
+        """Return the fingerprints of a servant's interfaces by type id; none when it is not there.
 
-    def servants(self, realm: str) -> list[ServantInfo]:
-        """Return the servants of a realm, sorted by identity."""
-        with self._changed:
-            found = [
-                info
-                for target, servers in self._table.servers.items()
-                if target.realm == realm
-                for info in servers.values()
-            ]
-        return sorted(found, key=lambda info: (info.identity, info.since))
-
-    def servers(self, target: Target) -> list[ServantInfo]:
-        """Return who serves an identity, the first to do so in front."""
-        with self._changed:
-            found = list(self._table.servers.get(target, {}).values())
-        return sorted(found, key=lambda info: (info.since, info.server))
+        Where an identity has several servers that differ, those of the first of them.
+        """
+        return self._interfaces.get(target, _ABSENT)
 
     def identities(self, realm: str) -> list[str]:
         """Return the identities that are served in a realm, sorted."""
         with self._changed:
-            return sorted(target.identity for target in self._table.interfaces if target.realm == realm)
+            return sorted(target.identity for target in self._tokens if target.realm == realm)
+
+    def servants(self, realm: str) -> list[ServantInfo]:
+        """Return the servants of a realm, sorted by identity."""
+        return [info for identity in self.identities(realm) for info in self.servers(Target(realm, identity))]
+
+    def servers(self, target: Target) -> list[ServantInfo]:
+        """Return who serves an identity, the first to do so in front."""
+        found: dict[str, ServantInfo] = {}
+        with self._changed:
+            for token in self._tokens.get(target, {}).values():
+                new = ServantInfo(target.identity, {}, token.server, token.since)
+                found.setdefault(token.server, new).interfaces[token.type_id] = token.fingerprint
+        return sorted(found.values(), key=lambda info: (info.since, info.server))
 
     def is_lost(self, target: Target) -> bool:
         """Return whether a servant was there and is no longer."""
-        return self._table.lost_at(target) > 0 and target not in self._table.interfaces
+        return target in self._lost and target not in self._interfaces
 
     def lost_since(self, target: Target, moment: float) -> bool:
         """Return whether a servant, or one of several, went away after a moment of the monotonic clock."""
-        return self._table.lost_at(target) >= moment
+        return self._lost.get(target, _NEVER)[0] >= moment
 
     def linked(self) -> bool:
         """Return whether any link to another process stands."""
@@ -127,7 +145,7 @@ class Presence:
                 until = deadline
                 if not self._endpoints or self._linked:
                     delay = self._transport.token_delay
-                    if not self._table.holds(target.realm):
+                    if not any(known.realm == target.realm for known in self._tokens):
                         delay *= _START_GRACE
                     grace = max(delay, timeout * _GRACE_SHARE) if delay else 0.0
                     until = min(until, max(start, self._last_news) + grace)
@@ -139,16 +157,16 @@ class Presence:
 
     def wait_for_return(self, target: Target, timeout: float) -> bool:
         """Wait for at most `timeout` s until a lost servant is there again; return whether it is."""
-        with self._changed:
-            self._changed.wait_for(lambda: self._closed or target in self._table.interfaces, timeout)
-            return target in self._table.interfaces
+        self._wait_until(lambda: target in self._interfaces, timeout)
+        return target in self._interfaces
 
     def wait_until_gone(self, target: Target, timeout: float, server: str) -> bool:
         """Wait for at most `timeout` s until a server no longer serves an identity; return whether so."""
+        return self._wait_until(lambda: not _serves(server, self._tokens.get(target, {})), timeout)
+
+    def _wait_until(self, condition: Callable[[], bool], timeout: float) -> bool:
         with self._changed:
-            return self._changed.wait_for(
-                lambda: self._closed or server not in self._table.servers.get(target, {}), timeout
-            )
+            return self._changed.wait_for(lambda: self._closed or condition(), timeout)
 
     # Explanations.
 
@@ -157,7 +175,7 @@ class Presence:
         if self._closed:
             return CommunicatorDestroyedException("the communicator was destroyed")
         endpoints = ", ".join(self._endpoints)
-        if self._lost_with_its_link(target):
+        if self._lost_with_its_process(target):
             return ConnectionLostException(
                 f"the server of {target} went away{f' (connecting to {endpoints})' if endpoints else ''}; "
                 "calls go on as soon as it is back"
@@ -191,17 +209,14 @@ class Presence:
         `is_served` finds that the servant is well, it did not get there: access control dropped it.
         """
         served = False
-        # Of one that was away before the call no more word will come.
-        if timeout is None and target in self._table.interfaces and not self.lost_since(target, started):
+        # Nothing more will come about one that was away before the call.
+        if timeout is None and target in self._interfaces and not self.lost_since(target, started):
             served = is_served()
             if not served:
-                with self._changed:
-                    self._changed.wait_for(
-                        lambda: self._closed or self.lost_since(target, started), _LOSS_NOTICE
-                    )
+                self._wait_until(lambda: self.lost_since(target, started), _LOSS_NOTICE)
         if self._closed:
             return CommunicatorDestroyedException(f"{what}: the communicator was destroyed during the call")
-        if target not in self._table.interfaces:
+        if target not in self._interfaces:
             return self.explain_absence(target)
         if self.lost_since(target, started):
             return ConnectionLostException(f"{what}: the server restarted during the call")
@@ -209,7 +224,7 @@ class Presence:
             return ConnectionLostException(f"{what}: the connection was lost during the call")
         if timeout is not None:
             return TimeoutException(f"{what} did not answer within {timeout:g} s")
-        if self._table.came_at(target) >= started:
+        if self._came.get(target, -math.inf) >= started:
             return ConnectionLostException(f"{what}: its servant came during the call, and missed it")
         if not served:
             return ConnectionLostException(f"{what} got no answer, and its process does not answer either")
@@ -218,27 +233,20 @@ class Presence:
             "call it; `security` in its settings, and in those of the router, says who may"
         )
 
-    def _lost_with_its_link(self, target: Target) -> bool:
+    def _lost_with_its_process(self, target: Target) -> bool:
         """Return whether a servant went away because its process did, or the way to it."""
-        with self._changed:
-            lost = self._table.lost_at(target)
-            if lost <= 0:
-                return False
-            if time.monotonic() - lost < _SAME_MOMENT:  # word of the link may still be on its way
-                self._changed.wait_for(lambda: abs(lost - self._last_link_lost) < _SAME_MOMENT, _LINK_NOTICE)
-            return (
-                abs(lost - self._last_link_lost) < _SAME_MOMENT
-                or not self._linked
-                or self._lost_behind_router(target)
-            )
+        lost, server = self._lost.get(target, _NEVER)
 
-    def _lost_behind_router(self, target: Target) -> bool:
-        """Return whether nothing is left of the server of a lost servant, to which no link of ours led."""
-        server = self._table.last_server(target)
-        if not server or server in self._linked or server == self._transport.id:
-            return False
-        # All its tokens go together, and arrive one by one.
-        return self._changed.wait_for(lambda: not self._table.serves(server), _LINK_NOTICE)
+        def gone() -> bool:
+            if abs(lost - self._last_link_lost) < _SAME_MOMENT or not self._linked:
+                return True
+            if server in self._linked or server == self._transport.id:
+                return False
+            return not any(_serves(server, tokens) for tokens in self._tokens.values())  # behind a router
+
+        # The ends of the link and of all tokens of a process are reported one by one.
+        fresh = time.monotonic() - lost < _SAME_MOMENT
+        return bool(server) and self._wait_until(gone, _LINK_NOTICE if fresh else 0.0)
 
     # Watching.
 
@@ -276,15 +284,48 @@ class Presence:
         if token is None:
             return
         with self._changed:
-            if came:
-                self._table.add(token)
-                self._last_news = time.monotonic()
-            else:
-                self._table.remove(token)
+            changed = self._add(key, token) if came else self._remove(key, token)
+            if not changed:
+                return
             self._changed.notify_all()
             notify, self._notifying = not self._notifying, True
         if notify:  # once for all that comes meanwhile: a flood of tokens must not fill the queue of jobs
             self._submit(self._notify)
+
+    def _add(self, key: str, token: ServantToken) -> bool:
+        target = token.target
+        self._last_news = time.monotonic()
+        tokens = self._tokens.get(target, {})
+        if key in tokens or len(tokens) >= _MOST_OF_SERVANT or self._count >= _MOST_TOKENS:
+            return False
+        if not tokens:
+            if len(self._tokens) >= _MOST_SERVANTS:
+                return False
+            self._tokens[target] = tokens
+            self._came[target] = self._last_news
+            if target in self._lost:
+                _logger.info("%s is back", target)
+        tokens[key] = token
+        self._count += 1
+        self._interfaces[target] = _merged(tokens)
+        return True
+
+    def _remove(self, key: str, token: ServantToken) -> bool:
+        target, server = token.target, token.server
+        tokens = self._tokens.get(target, {})
+        if tokens.pop(key, None) is None:
+            return False
+        self._count -= 1
+        if not _serves(server, tokens):
+            if target not in self._lost and len(self._lost) >= _MOST_SERVANTS:
+                del self._lost[next(iter(self._lost))]
+            self._lost[target] = time.monotonic(), server
+        if tokens:
+            self._interfaces[target] = _merged(tokens)
+        else:
+            del self._tokens[target], self._interfaces[target], self._came[target]
+            _logger.info("%s is gone", target)
+        return True
 
     def _notify(self) -> None:
         with self._changed:
@@ -306,3 +347,72 @@ class Presence:
                         "no process is linked any more; connecting again to %s", ", ".join(self._endpoints)
                     )
             self._changed.notify_all()
+
+
+def _serves(server: str, tokens: Mapping[str, ServantToken]) -> bool:
+    return any(token.server == server for token in tokens.values())
+
+
+def _merged(tokens: Mapping[str, ServantToken]) -> dict[str, str]:
+    """Return the interfaces of an identity; where its servers differ, those of the first of them."""
+    ordered = sorted(tokens.values(), key=lambda token: (token.since, token.server), reverse=True)
+    return {token.type_id: token.fingerprint for token in ordered}
+
+
+class ClientWatch:
+    """Call a function with the id of each client of a realm that goes away, one after the other.
+
+    `close` ends that, also as the end of a `with` block. A client is what it first appeared as: only the end
+    of that very token is its end. Others may declare tokens with its id, and end them, which changes nothing.
+    """
+
+    def __init__(
+        self, transport: Transport, realm: str, callback: Callable[[str], Any], submit: Submit
+    ) -> None:
+        self._callback: Final = callback
+        self._submit: Final = submit
+        self._lock: Final = threading.Lock()
+        self._first_tokens: Final[dict[str, str]] = {}  # of those that are there
+        self._lost: Final[dict[str, None]] = {}  # and not reported yet, in order
+        self._reporting = False
+        self._closed = False
+        self._following: Final = transport.watch(any_client(realm), self._on_token)
+
+    def close(self) -> None:
+        """Begin no call any more; one that runs goes on."""
+        self._closed = True
+        self._following.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _on_token(self, key: str, came: bool) -> None:  # on the transport's thread
+        token = parse_client_token(key)
+        if token is None:
+            return
+        client, _ = token
+        if came:
+            if len(self._first_tokens) < _MOST_CLIENTS:
+                self._first_tokens.setdefault(client, key)
+        elif self._first_tokens.get(client) == key:
+            del self._first_tokens[client]
+            with self._lock:
+                self._lost[client] = None
+                start, self._reporting = not self._reporting, True
+            if start:
+                self._submit(self._report_next)
+
+    def _report_next(self) -> None:
+        with self._lock:
+            client = next(iter(self._lost), None)
+            if client is None or self._closed:
+                self._reporting = False
+                return
+            del self._lost[client]
+        try:
+            self._callback(client)
+        finally:
+            self._submit(self._report_next)  # so that others get their turn in between

@@ -16,8 +16,7 @@ from contextlib import ExitStack
 from functools import partial
 from typing import Any, ClassVar, Final, Self
 
-from ._clients import Clients, ClientWatch
-from ._presence import Presence
+from ._presence import ClientWatch, Presence
 from ._threads import Coroutines, Pool, Pulse, is_marked_thread
 from ._tokens import ServantInfo
 from ._values import PROXY_TEXT, Struct
@@ -137,7 +136,6 @@ class Communicator:
                 is_heard=self._is_heard,
                 timing=timing or WallTiming(),
             )
-            self._clients: Final = Clients(self.transport, self.realm, self.pool.submit)
             on_failure.pop_all()
         _live.add(self)
 
@@ -264,7 +262,7 @@ class Communicator:
         `Current.client`. The function runs on a thread of the communicator; its exceptions are logged.
         """
         self.check()
-        return self._clients.watch(callback)
+        return ClientWatch(self.transport, self.realm, callback, self.pool.submit)
 
     def serve_status(self) -> None:
         """Answer those who ask for the status of this process, from now on."""
@@ -334,7 +332,6 @@ class Communicator:
             for adapter in adapters:
                 steps.callback(adapter.destroy)
             steps.callback(self.presence.close)
-            steps.callback(self._clients.close)
 
     def __enter__(self) -> Self:
         return self

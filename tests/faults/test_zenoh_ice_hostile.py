@@ -11,6 +11,7 @@ from contextlib import closing
 from typing import Any
 
 import msgpack
+import msgspec
 import pytest
 import zenoh
 
@@ -42,7 +43,7 @@ from zenoh_ice._wire import (
     encode_error,
     encode_sample_attachment,
 )
-from zenoh_ice._zenoh.shared_memory import MemoryReference, encode_reference
+from zenoh_ice._zenoh.shared_memory import MemoryReference
 from zenoh_ice.generated import Dispatched
 from zenoh_ice.transport import Target
 
@@ -69,7 +70,7 @@ RESULTS = [
     encode_error(CalculatorError("why")),
     encode_error(MarshalException("bad", "$.a")),
     encode_error(InterfaceMismatchException("other", "aa", "bb")),
-    encode_reference(MemoryReference(os.getpid(), 0, "ab" * 16, 0, 1, True, (0,), (1 << 16,), b"\x80")),
+    msgspec.msgpack.encode(MemoryReference(os.getpid(), 0, "ab" * 16, 0, 1, True, (0,), (1 << 16,), b"\x80")),
 ]
 SELECTORS = [
     *(f"{PREFIX}{name}" for name in ("add", "total", "fail", "echo", "split", "getReading", "ice_isA")),

@@ -51,7 +51,6 @@ from zenoh_ice._zenoh.shared_memory import (
     SLOTS,
     MemoryFile,
     MemoryReference,
-    encode_reference,
     memory_space,
 )
 from zenoh_ice.clock import RobotClock
@@ -278,7 +277,7 @@ def _references() -> Door:
         return True
 
     other = msgspec.structs.replace(_SENT, lent=False, slot=1, places=(1,), sizes=(LARGE,))
-    return Door("reference", [encode_reference(_SENT), encode_reference(other)], take)
+    return Door("reference", [msgspec.msgpack.encode(_SENT), msgspec.msgpack.encode(other)], take)
 
 
 # What is known of others.

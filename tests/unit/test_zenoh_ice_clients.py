@@ -7,13 +7,14 @@ from collections.abc import Callable
 
 import pytest
 
-from zenoh_ice._clients import Clients
+from zenoh_ice._presence import ClientWatch
 from zenoh_ice._threads import Pool
 from zenoh_ice._tokens import client_token
 from zenoh_ice.in_process import InProcessTransport
 
 SPACE = "0123456789abcdef"
 Jobs = deque[Callable[[], object]]
+Watch = Callable[[Callable[[str], object]], ClientWatch]
 
 
 @pytest.fixture
@@ -28,8 +29,8 @@ def jobs() -> Jobs:
 
 
 @pytest.fixture
-def clients(transport: InProcessTransport, jobs: Jobs) -> Clients:
-    return Clients(transport, "nao", jobs.append)
+def watch(transport: InProcessTransport, jobs: Jobs) -> Watch:
+    return lambda callback: ClientWatch(transport, "nao", callback, jobs.append)
 
 
 def run(jobs: Jobs) -> None:
@@ -38,10 +39,10 @@ def run(jobs: Jobs) -> None:
 
 
 def test_clients_are_reported_one_after_the_other_and_bounded(
-    transport: InProcessTransport, clients: Clients, jobs: Jobs
+    transport: InProcessTransport, watch: Watch, jobs: Jobs
 ) -> None:
     lost: list[str] = []
-    clients.watch(lost.append)
+    watch(lost.append)
     ids = [f"{number:x}" for number in range(20_000)]
     tokens = [transport.announce(client_token("nao", client)) for client in ids]
     for token in tokens:
@@ -54,7 +55,7 @@ def test_clients_are_reported_one_after_the_other_and_bounded(
 
 
 def test_a_callback_that_fails_keeps_no_client_from_being_reported(
-    transport: InProcessTransport, clients: Clients, jobs: Jobs
+    transport: InProcessTransport, watch: Watch, jobs: Jobs
 ) -> None:
     lost: list[str] = []
 
@@ -62,7 +63,7 @@ def test_a_callback_that_fails_keeps_no_client_from_being_reported(
         lost.append(client)
         raise RuntimeError(client)
 
-    clients.watch(callback)
+    watch(callback)
     for client in "ab":
         transport.announce(client_token("nao", client)).close()
     for _ in range(2):
@@ -73,10 +74,10 @@ def test_a_callback_that_fails_keeps_no_client_from_being_reported(
 
 @pytest.mark.parametrize("space", ["", SPACE])
 def test_the_end_of_a_token_that_another_declared_is_not_the_end_of_a_client(
-    transport: InProcessTransport, clients: Clients, jobs: Jobs, space: str
+    transport: InProcessTransport, watch: Watch, jobs: Jobs, space: str
 ) -> None:
     lost: list[str] = []
-    clients.watch(lost.append)
+    watch(lost.append)
     first = client_token("nao", "a", SPACE if space == "" else "")
     genuine = transport.announce(first)
     transport.announce(client_token("nao", "a", space)).close()
@@ -88,29 +89,27 @@ def test_the_end_of_a_token_that_another_declared_is_not_the_end_of_a_client(
 
 
 def test_clients_that_were_there_before_are_followed(
-    transport: InProcessTransport, clients: Clients, jobs: Jobs
+    transport: InProcessTransport, watch: Watch, jobs: Jobs
 ) -> None:
     genuine = transport.announce(client_token("nao", "a"))
     lost: list[str] = []
-    clients.watch(lost.append)
+    watch(lost.append)
     genuine.close()
     run(jobs)
     assert lost == ["a"]
 
 
 def test_clients_of_another_realm_are_not_reported(
-    transport: InProcessTransport, clients: Clients, jobs: Jobs
+    transport: InProcessTransport, watch: Watch, jobs: Jobs
 ) -> None:
-    clients.watch(lambda client: pytest.fail(client))
+    watch(lambda client: pytest.fail(client))
     transport.announce(client_token("other", "a")).close()
     run(jobs)
 
 
-def test_a_closed_watch_is_called_no_more(
-    transport: InProcessTransport, clients: Clients, jobs: Jobs
-) -> None:
+def test_a_closed_watch_is_called_no_more(transport: InProcessTransport, watch: Watch, jobs: Jobs) -> None:
     lost: list[str] = []
-    with clients.watch(lost.append):
+    with watch(lost.append):
         transport.announce(client_token("nao", "a")).close()
     transport.announce(client_token("nao", "b")).close()
     run(jobs)

@@ -13,9 +13,11 @@ from zenoh_ice._presence import Presence
 from zenoh_ice._threads import Pool
 from zenoh_ice._tokens import servant_token
 from zenoh_ice.in_process import InProcessTransport
-from zenoh_ice.transport import Target
+from zenoh_ice.transport import Served, Target
 
 HEAD = Target("nao", "Head")
+
+Announce = Callable[..., Served]
 
 
 def make_presence(
@@ -31,8 +33,8 @@ def flood() -> list[str]:
     """Return tokens of more servants, servers and interfaces than are remembered."""
     return [
         servant_token(Target("nao", f"I{identity}"), f"::flood::T{kind}", "f", f"{server:x}", 1.0)
-        for identity in range(120)
-        for server in range(1, 17)
+        for identity in range(300)
+        for server in range(1, 9)
         for kind in range(12)
     ]
 
@@ -92,3 +94,74 @@ def test_word_of_a_loss_that_comes_after_the_end_of_a_call_explains_it() -> None
     error = presence.explain_no_answer(HEAD, "Head.stop", time.monotonic(), timeout=None, is_served=is_served)
     assert isinstance(error, ConnectionLostException)
     assert "went away" in str(error)
+
+
+@pytest.fixture
+def realm() -> tuple[Presence, Announce]:
+    """What follows the servants of a realm, and what announces a token of the head."""
+    presence, transport = make_presence()
+
+    def announce(
+        type_id: str = "::nao::PoseHead", fingerprint: str = "f", server: str = "a", since: float = 1.0
+    ) -> Served:
+        return transport.announce(servant_token(HEAD, type_id, fingerprint, server, since))
+
+    return presence, announce
+
+
+class TestTokens:
+    def test_a_servant_has_the_interfaces_of_its_tokens(self, realm: tuple[Presence, Announce]) -> None:
+        presence, announce = realm
+        announce("::nao::PoseHead", "f1")
+        announce("::Ice::Object", "")
+        assert presence.interfaces(HEAD) == {"::nao::PoseHead": "f1", "::Ice::Object": ""}
+        (info,) = presence.servers(HEAD)
+        assert (info.identity, info.server, info.since) == ("Head", "a", 1.0)
+        assert info.interfaces == presence.interfaces(HEAD)
+
+    def test_it_is_there_until_the_last_token_goes(self, realm: tuple[Presence, Announce]) -> None:
+        presence, announce = realm
+        tokens = [announce("::nao::PoseHead"), announce("::Ice::Object")]
+        tokens[0].close()
+        assert presence.interfaces(HEAD) == {"::Ice::Object": "f"}
+        assert not presence.is_lost(HEAD)
+        assert not presence.lost_since(HEAD, 0.0)
+        tokens[1].close()
+        assert not presence.interfaces(HEAD)
+        assert presence.is_lost(HEAD)
+        assert presence.lost_since(HEAD, 0.0)
+        assert not presence.servers(HEAD)
+        assert not presence.identities("nao")
+
+    def test_the_end_of_another_token_changes_nothing(self, realm: tuple[Presence, Announce]) -> None:
+        presence, announce = realm
+        announce(fingerprint="f1")
+        announce(fingerprint="f2", since=0.5).close()
+        announce(server="b").close()
+        assert presence.interfaces(HEAD) == {"::nao::PoseHead": "f1"}
+        assert [info.server for info in presence.servers(HEAD)] == ["a"]
+
+    def test_of_two_servers_the_first_counts_where_they_differ(
+        self, realm: tuple[Presence, Announce]
+    ) -> None:
+        presence, announce = realm
+        announce(fingerprint="late", server="b", since=2.0)
+        early = announce(fingerprint="early", server="a", since=1.0)
+        announce("::late::Alone", server="b", since=2.0)
+        assert presence.interfaces(HEAD) == {"::nao::PoseHead": "early", "::late::Alone": "f"}
+        assert [info.server for info in presence.servers(HEAD)] == ["a", "b"]
+        early.close()
+        assert presence.interfaces(HEAD) == {"::nao::PoseHead": "late", "::late::Alone": "f"}
+        assert presence.lost_since(HEAD, 0.0)  # one of both
+        assert [info.server for info in presence.servers(HEAD)] == ["b"]
+
+    def test_a_token_that_comes_twice_goes_once(self, realm: tuple[Presence, Announce]) -> None:
+        presence, announce = realm
+        announced = [announce() for _ in range(2)]
+        announced[0].close()
+        assert not presence.interfaces(HEAD)
+        other = announce("::Ice::Object")
+        announced[1].close()  # the end of a token that is not there
+        assert presence.interfaces(HEAD) == {"::Ice::Object": "f"}
+        other.close()
+        assert not presence.interfaces(HEAD)

@@ -1,11 +1,10 @@
-"""Liveliness tokens as text, and the servants that they show."""
+"""Liveliness tokens as text."""
 
 from __future__ import annotations
 
 import pytest
 
 from zenoh_ice._tokens import (
-    ServantTable,
     ServantToken,
     any_client,
     client_token,
@@ -66,56 +65,3 @@ def test_what_no_servant_declares_is_no_token_of_one(key: str) -> None:
 )
 def test_what_no_client_declares_is_no_token_of_one(key: str) -> None:
     assert parse_client_token(key) is None
-
-
-class TestServantTable:
-    def test_a_servant_has_the_interfaces_of_its_tokens(self) -> None:
-        table = ServantTable()
-        table.add(token("::nao::PoseHead", "f1"))
-        table.add(token("::Ice::Object", ""))
-        assert table.interfaces[HEAD] == {"::nao::PoseHead": "f1", "::Ice::Object": ""}
-        (info,) = table.servers[HEAD].values()
-        assert (info.identity, info.server, info.since) == ("Head", "a", 1.0)
-
-    def test_it_is_there_until_the_last_token_goes(self) -> None:
-        table = ServantTable()
-        tokens = [token("::nao::PoseHead"), token("::Ice::Object")]
-        for each in tokens:
-            table.add(each)
-        assert table.came_at(HEAD) > 0
-        table.remove(tokens[0])
-        assert table.interfaces[HEAD] == {"::Ice::Object": "f"}
-        assert table.lost_at(HEAD) == -1
-        table.remove(tokens[1])
-        assert HEAD not in table.interfaces
-        assert table.lost_at(HEAD) > 0
-        assert table.last_server(HEAD) == "a"
-        assert table.came_at(HEAD) == -1
-        assert not table.holds("nao")
-
-    def test_the_end_of_a_token_that_never_came_changes_nothing(self) -> None:
-        table = ServantTable()
-        table.add(token(fingerprint="f1"))
-        table.remove(token(fingerprint="f2"))
-        table.remove(token(server="b"))
-        assert table.interfaces[HEAD] == {"::nao::PoseHead": "f1"}
-        assert table.lost_at(HEAD) == -1
-
-    def test_of_two_servers_the_first_counts_where_they_differ(self) -> None:
-        table = ServantTable()
-        table.add(token(fingerprint="late", server="b", since=2.0))
-        table.add(token(fingerprint="early", server="a", since=1.0))
-        table.add(token("::late::Alone", server="b", since=2.0))
-        assert table.interfaces[HEAD] == {"::nao::PoseHead": "early", "::late::Alone": "f"}
-        assert table.serves("a")
-        table.remove(token(fingerprint="early", server="a", since=1.0))
-        assert table.interfaces[HEAD] == {"::nao::PoseHead": "late", "::late::Alone": "f"}
-        assert table.lost_at(HEAD) > 0  # one of both
-        assert not table.serves("a")
-
-    def test_a_token_that_comes_twice_goes_once(self) -> None:
-        table = ServantTable()
-        for _ in range(2):
-            table.add(token())
-        table.remove(token())
-        assert HEAD not in table.interfaces

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import fcntl
 import hashlib
+import itertools
 import logging
 import math
 import mmap
@@ -36,7 +37,7 @@ from ..exceptions import ConnectionLostException, MarshalException
 from ..text import printable
 from ..transport import Closing, Served
 
-__all__ = ["LENT_FOR", "MemoryFile", "MemoryMaps", "MemoryReference", "Ring", "SharedMemory", "memory_space"]
+__all__ = ["LENT_FOR", "MemoryFile", "MemoryReference", "Ring", "SharedMemory", "memory_space"]
 
 LENT_FOR: Final = 5.0
 """Seconds after which what was lent is used again though nobody gave it back: its reader was killed."""
@@ -49,12 +50,13 @@ SLOT_START: Final = 64
 """Bytes from a slot's header to what it holds: a line of the processor's cache."""
 SLOTS: Final = 8
 """In each file."""
-SEALS: Final = 0x1 | 0x2 | 0x4
-"""F_SEAL_SEAL, F_SEAL_SHRINK and F_SEAL_GROW, by number: Python has the names on Linux alone."""
 
-_F_ADD_SEALS: Final = 1033
-_F_GET_SEALS: Final = 1034
-_PAGE: Final = mmap.PAGESIZE
+# By number: not every Python has the names.
+_ADD_SEALS: Final = 1033
+_GET_SEALS: Final = 1034
+_SEALS: Final = 0x1 | 0x2 | 0x4  # the seals themselves, shrinking and growing
+
+_NAME: Final = "zenoh_ice-"
 _CAPABILITIES: Final = re.compile(r"^Cap(?:Prm|Eff):\s*([0-9a-f]+)$", re.MULTILINE)
 
 _LAST_READS: Final = 0.5  # s
@@ -91,64 +93,52 @@ class SharedMemory:
         """
         self.space: Final = memory_space() if enabled else ""
         """The same in all processes that can read each other's memory; empty when this one takes no part."""
-        self._neighbors: Final = _Neighbors(watch_clients, self.space)
-        self.lender: Final = _Lender(self.make_file)
-        self._maps: Final = MemoryMaps(self._give_up)
-        self._on_unreadable: Final = on_unreadable
-        self._lock: Final = threading.Lock()
-        self._files: list[MemoryFile] = []
-        self._enabled = bool(self.space)
-        self._gave_up = False
-
-    @property
-    def readable_space(self) -> str:
+        self.readable_space = self.space
         """The space whose memory this process can read, as far as known by now."""
-        return "" if self._gave_up else self.space
-
-    def ring(self) -> Ring:
-        """Return memory to send one stream from."""
-        return Ring(self)
+        self._neighbors: Final = _Neighbors(watch_clients, self.space)
+        self._on_unreadable: Final = on_unreadable
+        self._lock: Final = threading.RLock()
+        self._files: Final[set[MemoryFile]] = set()
+        self._lent: Final[dict[int, MemoryFile]] = {}  # by capacity: what answers are lent from
+        self._may_make = bool(self.space)
+        self._maps: Final[dict[tuple[str, bool], tuple[Path, mmap.mmap]]] = {}  # by token, and whether lent
+        self._closed = False
 
     def lend(self, payload: Pieces, client: str) -> bytes | None:
         """Write what is large in a payload, for one reader, who gives the memory back.
 
         Return the reference to send; None where the client cannot read it, or where there is no room.
         """
-        return self.lender.place(payload) if self.space and self._neighbors.includes(client) else None
+        if not self._neighbors.includes(client):
+            return None
+        capacity = _capacity(payload)
+        with self._lock:
+            file = self._lent.get(capacity) or self.make_file(capacity)
+            if file is None:
+                return None
+            self._lent[capacity] = file
+        return file.place(payload, lent=True)
+
+    def ring(self) -> Ring:
+        """Return memory to send one stream from."""
+        return Ring(self)
 
     def readable_by_all(self) -> bool:
         """Return whether all clients of the realm can read this process's memory."""
-        return bool(self.space) and self._neighbors.are_all()
-
-    def read(self, payload: zenoh.ZBytes, limit: int, what: str) -> bytes | Parted:
-        """Return a payload that came, with what it refers to, if that is no more than `limit` bytes.
-
-        Raises MarshalException when it is more, ConnectionLostException when its memory is gone: its sender
-        ended, or it was not read for too long.
-        """
-        size = len(payload)
-        if size > limit:
-            raise _too_large(size, limit, what)
-        data = payload.to_bytes()
-        if not data or data[0] & _ARRAY_MASK != _ARRAY:
-            return data
-        reference = decode_reference(data, what)
-        if reference.size > limit:
-            raise _too_large(reference.size, limit, what)
-        return Parted(reference.rest, reference.places, self._maps.read(reference, what))
+        return self._neighbors.are_all()
 
     def make_file(self, capacity: int) -> MemoryFile | None:
         """Return memory with slots of `capacity` bytes; None where there is none."""
         with self._lock:
-            if not self._enabled or capacity > _LARGEST:
+            if not self._may_make or capacity > _LARGEST:
                 return None
             try:
                 file = MemoryFile(capacity)
             except OSError as error:
-                self._enabled = False
+                self._may_make = False
                 _logger.warning("no shared memory, large payloads go over the network: %s", error)
                 return None
-            self._files.append(file)
+            self._files.add(file)
             return file
 
     def drop_file(self, file: MemoryFile) -> None:
@@ -158,9 +148,24 @@ class SharedMemory:
                 self._files.remove(file)
                 file.close()
 
+    def read(self, payload: zenoh.ZBytes, limit: int, what: str) -> bytes | Parted:
+        """Return a payload that came, with what it refers to, if that is no more than `limit` bytes.
+
+        Raises MarshalException when it is more, ConnectionLostException when its memory is gone: its sender
+        ended, or it was not read for too long.
+        """
+        _check_size(len(payload), limit, what)
+        data = payload.to_bytes()
+        if not data or data[0] & _ARRAY_MASK != _ARRAY:
+            return data
+        reference = decode_reference(data, what)
+        _check_size(len(reference.rest) + sum(reference.sizes), limit, what)
+        return Parted(reference.rest, reference.places, self._read(reference, what))
+
     def close_ended(self) -> None:
         """Close the memory of processes that have ended."""
-        self._maps.close_ended()
+        with self._lock:
+            self._close_ended()
 
     def close(self) -> None:
         """Let go of everything; what is sent goes over the network from now on.
@@ -168,16 +173,54 @@ class SharedMemory:
         Waits for at most half a second for those who have not read yet what was lent to them.
         """
         with self._lock:
-            self._enabled = False
-        self.lender.close(_LAST_READS)
+            self._may_make = False
+            lent = list(self._lent.values())
+        deadline = time.monotonic() + _LAST_READS
+        while any(file.is_lent() for file in lent) and time.monotonic() < deadline:
+            time.sleep(_LOOK_AGAIN)
         with self._lock:
+            self._closed = True
+            self._lent.clear()
             while self._files:
                 self._files.pop().close()
-        self._maps.close()
+            while self._maps:
+                self._maps.popitem()[1][1].close()
+
+    def _read(self, reference: MemoryReference, what: str) -> list[bytes]:
+        key = reference.token, reference.lent
+        try:
+            _, memory = self._maps.get(key) or self._open(key, reference)
+            return _copy(memory, reference, what)
+        except (FileNotFoundError, ProcessLookupError, ValueError) as error:
+            raise ConnectionLostException(
+                f"{what} was lost with its shared memory: its sender ended, or it was not read in time"
+            ) from error
+        except OSError as error:
+            self._give_up()
+            raise ConnectionLostException(
+                f"{what}: the shared memory of process {reference.process} cannot be read from here "
+                f"({error}); the next comes over the network"
+            ) from error
+
+    def _open(self, key: tuple[str, bool], reference: MemoryReference) -> tuple[Path, mmap.mmap]:
+        with self._lock:
+            if self._closed:
+                raise ValueError("this end was closed")
+            if key not in self._maps:
+                self._close_ended()
+                if len(self._maps) >= _MOST_MAPS:
+                    self._maps.pop(next(iter(self._maps)))[1].close()
+                self._maps[key] = _map(reference)
+            return self._maps[key]
+
+    def _close_ended(self) -> None:
+        for key, (path, _) in list(self._maps.items()):
+            if not _is_open(path, key[0]):
+                self._maps.pop(key)[1].close()
 
     def _give_up(self) -> None:
         with self._lock:
-            first, self._gave_up = not self._gave_up, True
+            first, self.readable_space = bool(self.readable_space), ""
         if first:
             _logger.warning(
                 "this process may not read the memory of others, though it looks as if: large payloads come "
@@ -186,73 +229,12 @@ class SharedMemory:
             self._on_unreadable()
 
 
-class _Lender:
-    """Memory for payloads that have one reader, who gives it back."""
-
-    def __init__(self, make_file: Callable[[int], MemoryFile | None]) -> None:
-        self._make_file: Final = make_file
-        self._lock: Final = threading.Lock()
-        self._files: dict[int, tuple[MemoryFile, list[float]]] = {}
-        """By capacity: the memory, and until when each slot is lent."""
-
-    def place(self, payload: Pieces) -> bytes | None:
-        """Write what is large in a payload, and return the reference to it; None where there is no room."""
-        with self._lock:
-            try:
-                taken = self._take(sum(map(len, payload.large)))
-            except ValueError:  # closed
-                return None
-        if taken is None:
-            return None
-        lent, file, slot = taken
-        try:
-            return _write(file, slot, payload, lent=True)
-        finally:
-            # From now on, not from before: a thread that stood still in between must not share its slot.
-            lent[slot] = time.monotonic() + LENT_FOR
-
-    def close(self, timeout: float) -> None:
-        """Wait for at most `timeout` s until nobody has anything that is lent, and lend nothing any more."""
-        deadline = time.monotonic() + timeout
-        while self._is_lent() and time.monotonic() < deadline:
-            time.sleep(_LOOK_AGAIN)
-        with self._lock:
-            self._files.clear()
-
-    def _is_lent(self) -> bool:
-        with self._lock:
-            now = time.monotonic()
-            return any(
-                until >= now and not file.returned(slot)
-                for file, lent in self._files.values()
-                for slot, until in enumerate(lent)
-            )
-
-    def _take(self, size: int) -> tuple[list[float], MemoryFile, int] | None:
-        capacity = _capacity(size)
-        if capacity not in self._files:
-            made = self._make_file(capacity)
-            if made is None:
-                return None
-            self._files[capacity] = made, [-math.inf] * SLOTS
-        file, lent = self._files[capacity]
-        now = time.monotonic()
-        # The first that is free: the processor's cache has what was used last.
-        for slot, until in enumerate(lent):
-            if until < now or file.returned(slot):
-                lent[slot] = math.inf
-                file.begin(slot)
-                return lent, file, slot
-        return None
-
-
 class Ring:
     """Memory for a stream: the newest payload takes the place of the oldest, read or not; for one thread."""
 
     def __init__(self, memory: SharedMemory) -> None:
         self._memory: Final = memory
         self._file: MemoryFile | None = None
-        self._next = 0
 
     def place(self, payload: Pieces) -> bytes | None:
         """Write what is large in a payload, and return the reference to it.
@@ -261,19 +243,11 @@ class Ring:
         """
         if not self._memory.readable_by_all():
             return None
-        size = sum(map(len, payload.large))
-        file = self._file
-        if file is None or size > file.capacity:
+        capacity = _capacity(payload)
+        if self._file is None or self._file.capacity < capacity:
             self.close()
-            file = self._file = self._memory.make_file(_capacity(size))
-            if file is None:
-                return None
-        slot, self._next = self._next, (self._next + 1) % SLOTS
-        try:
-            file.begin(slot)
-        except ValueError:  # closed
-            return None
-        return _write(file, slot, payload, lent=False)
+            self._file = self._memory.make_file(capacity)
+        return None if self._file is None else self._file.place(payload, lent=False)
 
     def close(self) -> None:
         """Let go of the memory."""
@@ -289,9 +263,9 @@ class _Neighbors:
     one: those only make its images come over the network.
     """
 
-    def __init__(self, watch: Callable[[Callable[[str, bool], object]], Served], memory_space: str) -> None:
+    def __init__(self, watch: Callable[[Callable[[str, bool], object]], Served], space: str) -> None:
         self._watch: Final = watch
-        self._space: Final = memory_space
+        self._space: Final = space
         self._lock: Final = threading.Lock()
         self._watching: Served | None = None
         self._known_at = math.inf
@@ -310,7 +284,7 @@ class _Neighbors:
         return not self._far and time.monotonic() >= self._known_at
 
     def _follow(self) -> None:
-        if self._watching is None:
+        if self._watching is None and self._space:
             with self._lock:
                 if self._watching is None:
                     self._known_at = time.monotonic() + _WORD_COMES
@@ -329,25 +303,60 @@ class _Neighbors:
 
 
 class MemoryFile:
-    """Eight slots of equal size in one file; who writes takes care that no two threads use one slot.
+    """Eight slots of equal size in one file, to write payloads into; for any thread.
 
     Raises OSError when the system has no room for it.
     """
 
     def __init__(self, capacity: int) -> None:
-        """Make a file with slots for `capacity` bytes each; memory is taken as they are written."""
+        """Make a file with slots of `capacity` bytes, whole pages; memory is taken as they are written."""
         self.capacity: Final = capacity
         self.token: Final = secrets.token_hex(16)
-        self._stride: Final = -(-(capacity + SLOT_START) // _PAGE) * _PAGE
+        self._lock: Final = threading.Lock()
+        self._stride: Final = capacity + mmap.PAGESIZE
         self._generations: Final = [0] * SLOTS
-        self.file: Final = os.memfd_create(_name(self.token), os.MFD_CLOEXEC | os.MFD_ALLOW_SEALING)
+        self._lent_until: Final = [-math.inf] * SLOTS
+        self._oldest: Final = itertools.cycle(range(SLOTS))  # slots of a stream
+        self.file: Final = os.memfd_create(_NAME + self.token, os.MFD_CLOEXEC | os.MFD_ALLOW_SEALING)
         try:
             os.ftruncate(self.file, self._stride * SLOTS)
-            fcntl.fcntl(self.file, _F_ADD_SEALS, SEALS)
+            fcntl.fcntl(self.file, _ADD_SEALS, _SEALS)
             self._memory: Final = mmap.mmap(self.file, self._stride * SLOTS)
         except OSError:
             os.close(self.file)
             raise
+
+    def place(self, payload: Pieces, *, lent: bool) -> bytes | None:
+        """Write what is large in a payload into a slot, and return the reference to it.
+
+        What is lent stays there until its one reader gives it back, other payloads until eight newer ones
+        have come. None where all slots are lent, and after `close`.
+        """
+        try:
+            with self._lock:
+                slot = self._take_free() if lent else next(self._oldest)
+                if slot is None:
+                    return None
+                self.begin(slot)
+            generation = self.write(slot, payload.large)
+        except ValueError:  # closed
+            return None
+        if lent:
+            # From now on, not from before: a thread that stood still in between must not share its slot.
+            self._lent_until[slot] = time.monotonic() + LENT_FOR
+        sizes, rest = tuple(map(len, payload.large)), payload.without_large()
+        reference = MemoryReference(
+            os.getpid(), self.file, self.token, slot, generation, lent, payload.places, sizes, rest
+        )
+        return msgspec.msgpack.encode(reference)
+
+    def _take_free(self) -> int | None:
+        # The first that is free: the processor's cache has what was used last.
+        for slot in range(SLOTS):
+            if not self._is_lent(slot):
+                self._lent_until[slot] = math.inf
+                return slot
+        return None
 
     def begin(self, slot: int) -> None:
         """Take a slot for something new; what it held cannot be read any more.
@@ -376,190 +385,22 @@ class MemoryFile:
         _, given_back = HEADER.unpack(self._memory[offset : offset + HEADER.size])
         return bool(given_back == self._generations[slot])
 
+    def is_lent(self) -> bool:
+        """Return whether anything is lent that was not given back."""
+        return any(map(self._is_lent, range(SLOTS)))
+
     def close(self) -> None:
         """Let go of the memory; who has it mapped goes on reading."""
         self._memory.close()
         os.close(self.file)
 
+    def _is_lent(self, slot: int) -> bool:
+        return self._lent_until[slot] >= time.monotonic() and not self.returned(slot)
+
     def _set_header(self, slot: int, generation: int) -> None:
         # By slices, which raise ValueError when the map was closed; the functions of struct raise TypeError.
         offset = slot * self._stride
         self._memory[offset : offset + HEADER.size] = HEADER.pack(generation, 0)
-
-
-def fence() -> None:
-    """Order what was read and written before and what comes after, in the eyes of other processes.
-
-    A processor such as ARM's keeps no such order by itself. To release a lock and then take one does.
-    """
-    for _ in range(2):
-        with _gate:
-            pass
-
-
-def link_name(token: str) -> str:
-    """Return what the link to such a file among the open files of its process says."""
-    return f"/memfd:{_name(token)} (deleted)"
-
-
-def memory_space() -> str:
-    """Return what is the same for all processes that can read each other's memory; empty where none can.
-
-    Those of one user and group with the same capabilities, on one machine, and in one container if in any, as
-    ptrace(2) tells under "Ptrace access mode checking".
-    """
-    if not hasattr(os, "memfd_create"):  # no Linux, or a Python that was built on an old one
-        return ""
-    try:
-        # Of a process that nobody of its user may look into, for its program has capabilities, say, they are
-        # root's.
-        if Path("/proc/self/fd").stat().st_uid != os.geteuid():
-            return ""
-        machine = Path("/proc/sys/kernel/random/boot_id").read_text("ascii").strip()
-        # A system that knows no such namespaces has one of each.
-        namespaces = [
-            path.stat().st_ino if path.exists() else 0
-            for path in (Path("/proc/self/ns", kind) for kind in ("pid", "user"))
-        ]
-        permitted, effective = _CAPABILITIES.findall(Path("/proc/self/status").read_text("utf-8", "replace"))
-    except (OSError, ValueError):  # no Linux, or no /proc
-        return ""
-    if permitted != effective:  # not even another such process
-        return ""
-    rights = f"{os.geteuid()} {os.getegid()} {permitted}"
-    return hashlib.sha256(f"{machine} {namespaces} {rights}".encode()).hexdigest()[:16]
-
-
-def _name(token: str) -> str:
-    return f"zenoh_ice-{token}"
-
-
-class MemoryMaps:
-    """The maps of a communicator, kept as long as their makers live; may be used from any thread."""
-
-    def __init__(self, on_unreadable: Callable[[], object]) -> None:
-        """Call a function when memory is there and may not be read."""
-        self._on_unreadable: Final = on_unreadable
-        self._lock: Final = threading.Lock()
-        self._maps: dict[str, _Map] = {}
-        self._closed = False
-
-    def read(self, reference: MemoryReference, what: str) -> list[bytes]:
-        """Return a copy of the byte sequences that a reference is to, and give the memory back if it is lent.
-
-        Raises ConnectionLostException when they are no longer there, or cannot be read from here;
-        MarshalException when the reference makes no sense.
-        """
-        found = self._maps.get(reference.token) or self._open(reference, what)
-        memory = found.memory
-        large = []
-        try:
-            stride = len(memory) // SLOTS
-            offset = reference.slot * stride
-            position = offset + SLOT_START
-            if SLOT_START + sum(reference.sizes) > stride:
-                raise MarshalException(f"{what}: a reference beyond the end of its slot of shared memory")
-            for size in reference.sizes:
-                large.append(memory[position : position + size])
-                position += size
-            fence()
-            generation, _ = HEADER.unpack(memory[offset : offset + HEADER.size])
-            whole = generation == reference.generation
-            if whole and found.writable:
-                end = offset + HEADER.size
-                memory[end - RETURNED.size : end] = RETURNED.pack(generation)
-        except ValueError as error:  # closed by another thread, as its maker ended
-            raise _gone(what) from error
-        if not whole:
-            raise _gone(what)
-        return large
-
-    def close(self) -> None:
-        """Let go of all memory; nothing can be read any more."""
-        with self._lock:
-            self._closed = True
-            while self._maps:
-                self._maps.popitem()[1].memory.close()
-
-    def _open(self, reference: MemoryReference, what: str) -> _Map:
-        with self._lock:
-            if self._closed:
-                raise _gone(what)
-            found = self._maps.get(reference.token)
-            if found is None:
-                self._close_ended()
-                if len(self._maps) >= _MOST_MAPS:
-                    self._close(next(iter(self._maps)))
-                try:
-                    found = self._maps[reference.token] = _map(reference)
-                except (FileNotFoundError, ProcessLookupError) as error:  # its maker has ended, or closed it
-                    raise _gone(what) from error
-                except (OSError, ValueError) as error:
-                    self._on_unreadable()
-                    raise ConnectionLostException(
-                        f"{what}: the shared memory of process {reference.process} cannot be read from here "
-                        f"({error}); the next comes over the network"
-                    ) from error
-            return found
-
-    def close_ended(self) -> None:
-        """Close what its maker has closed."""
-        with self._lock:
-            self._close_ended()
-
-    def _close_ended(self) -> None:
-        for token, each in list(self._maps.items()):
-            if not _is_open(each.path, token):
-                self._close(token)
-
-    def _close(self, token: str) -> None:
-        self._maps.pop(token).memory.close()
-
-
-class _Map:
-    """A file of another process's, mapped."""
-
-    __slots__ = ("memory", "path", "writable")
-
-    def __init__(self, path: Path, memory: mmap.mmap, *, writable: bool) -> None:
-        self.path: Final = path
-        self.memory: Final = memory
-        self.writable: Final = writable
-
-
-def _map(reference: MemoryReference) -> _Map:
-    """Map the memory that a reference is to; raises OSError or ValueError when that cannot be."""
-    path = Path("/proc", str(reference.process), "fd", str(reference.file))
-    # Only as a place at first: to open a device or a pipe may do something.
-    handle = os.open(path, os.O_PATH | os.O_CLOEXEC)
-    try:
-        found = Path("/proc/self/fd", str(handle))
-        if not _is_open(found, reference.token):
-            raise FileNotFoundError(str(path))
-        file = os.open(found, (os.O_RDWR if reference.lent else os.O_RDONLY) | os.O_CLOEXEC)
-    finally:
-        os.close(handle)
-    try:
-        if fcntl.fcntl(file, _F_GET_SEALS) & SEALS != SEALS:
-            raise PermissionError("it is not sealed")  # its maker could take it away under our eyes
-        access = mmap.ACCESS_WRITE if reference.lent else mmap.ACCESS_READ
-        return _Map(path, mmap.mmap(file, 0, access=access), writable=reference.lent)
-    finally:
-        os.close(file)
-
-
-def _is_open(path: Path, token: str) -> bool:
-    """Return whether the process that made a memory still has it."""
-    try:
-        return str(path.readlink()) == link_name(token)
-    except OSError:
-        return False
-
-
-def _gone(what: str) -> ConnectionLostException:
-    return ConnectionLostException(
-        f"{what} was lost with its shared memory: its sender ended, or it was not read in time"
-    )
 
 
 _Number = Annotated[int, Meta(ge=0, lt=1 << 62)]
@@ -582,19 +423,8 @@ class MemoryReference(msgspec.Struct, array_like=True, frozen=True):
     sizes: Annotated[tuple[_Number, ...], Meta(max_length=_MOST_PARTS)]
     rest: bytes
 
-    @property
-    def size(self) -> int:
-        """Bytes of the payload, roughly."""
-        return len(self.rest) + sum(self.sizes)
 
-
-_encoder: Final = msgspec.msgpack.Encoder()
 _decoder: Final = msgspec.msgpack.Decoder(MemoryReference)
-
-
-def encode_reference(reference: MemoryReference) -> bytes:
-    """Return a reference as it travels."""
-    return _encoder.encode(reference)
 
 
 def decode_reference(payload: bytes, what: str) -> MemoryReference:
@@ -608,30 +438,98 @@ def decode_reference(payload: bytes, what: str) -> MemoryReference:
     return reference
 
 
-def _capacity(size: int) -> int:
-    """Return the bytes of a slot for so many: images of one kind, compressed, say, differ in size."""
-    return max(LARGE, 1 << (size - 1).bit_length())
+def memory_space() -> str:
+    """Return what is the same for all processes that can read each other's memory; empty where none can.
 
-
-def _write(file: MemoryFile, slot: int, payload: Pieces, *, lent: bool) -> bytes | None:
+    Those of one user and group with the same capabilities, on one machine, and in one container if in any, as
+    ptrace(2) tells under "Ptrace access mode checking".
+    """
+    if not hasattr(os, "memfd_create"):  # no Linux, or a Python that was built on an old one
+        return ""
+    own = Path("/proc/self")
     try:
-        generation = file.write(slot, payload.large)
-    except ValueError:  # closed
-        return None
-    return encode_reference(
-        MemoryReference(
-            process=os.getpid(),
-            file=file.file,
-            token=file.token,
-            slot=slot,
-            generation=generation,
-            lent=lent,
-            places=payload.places,
-            sizes=tuple(map(len, payload.large)),
-            rest=payload.without_large(),
+        # Of a process that nobody of its user may look into, for its program has capabilities, say, they are
+        # root's.
+        if (own / "fd").stat().st_uid != os.geteuid():
+            return ""
+        machine = Path("/proc/sys/kernel/random/boot_id").read_text("ascii").strip()
+        # A system may lack one of these kinds.
+        namespaces = sorted(
+            path.stat().st_ino for path in (own / "ns").iterdir() if path.name in {"pid", "user"}
         )
-    )
+        permitted, effective = _CAPABILITIES.findall((own / "status").read_text("utf-8", "replace"))
+    except (OSError, ValueError):  # no Linux, or no /proc
+        return ""
+    if permitted != effective:  # not even another such process
+        return ""
+    rights = f"{os.geteuid()} {os.getegid()} {permitted}"
+    return hashlib.sha256(f"{machine} {namespaces} {rights}".encode()).hexdigest()[:16]
 
 
-def _too_large(size: int, limit: int, what: str) -> MarshalException:
-    return MarshalException(f"{what}: {size} bytes where at most {limit} are taken")
+def fence() -> None:
+    """Order what was read and written before and what comes after, in the eyes of other processes.
+
+    A processor such as ARM's keeps no such order by itself. To release a lock and then take one does.
+    """
+    for _ in range(2):
+        with _gate:
+            pass
+
+
+def _copy(memory: mmap.mmap, reference: MemoryReference, what: str) -> list[bytes]:
+    """Return what a reference is to, and give it back if it is lent; raises ValueError when it is gone."""
+    stride = len(memory) // SLOTS
+    offset = reference.slot * stride
+    position = offset + SLOT_START
+    if SLOT_START + sum(reference.sizes) > stride:
+        raise MarshalException(f"{what}: a reference beyond the end of its slot of shared memory")
+    large = []
+    for size in reference.sizes:
+        large.append(memory[position : position + size])
+        position += size
+    fence()
+    generation, _ = HEADER.unpack(memory[offset : offset + HEADER.size])
+    if generation != reference.generation:
+        raise ValueError("written again")
+    if reference.lent:
+        end = offset + HEADER.size
+        memory[end - RETURNED.size : end] = RETURNED.pack(generation)
+    return large
+
+
+def _map(reference: MemoryReference) -> tuple[Path, mmap.mmap]:
+    """Map the memory that a reference is to; raises OSError or ValueError when that cannot be."""
+    path = Path("/proc", str(reference.process), "fd", str(reference.file))
+    # Only as a place at first: to open a device or a pipe may do something.
+    handle = os.open(path, os.O_PATH | os.O_CLOEXEC)
+    try:
+        found = Path("/proc/self/fd", str(handle))
+        if not _is_open(found, reference.token):
+            raise FileNotFoundError(str(path))
+        file = os.open(found, (os.O_RDWR if reference.lent else os.O_RDONLY) | os.O_CLOEXEC)
+    finally:
+        os.close(handle)
+    try:
+        if fcntl.fcntl(file, _GET_SEALS) & _SEALS != _SEALS:
+            raise PermissionError("it is not sealed")  # its maker could take it away under our eyes
+        return path, mmap.mmap(file, 0, access=mmap.ACCESS_WRITE if reference.lent else mmap.ACCESS_READ)
+    finally:
+        os.close(file)
+
+
+def _is_open(path: Path, token: str) -> bool:
+    """Return whether the process that made a memory still has it."""
+    try:
+        return str(path.readlink()) == f"/memfd:{_NAME}{token} (deleted)"
+    except OSError:
+        return False
+
+
+def _capacity(payload: Pieces) -> int:
+    """Return the bytes of a slot for a payload: images of one kind, compressed, say, differ in size."""
+    return max(LARGE, 1 << (sum(map(len, payload.large)) - 1).bit_length())
+
+
+def _check_size(size: int, limit: int, what: str) -> None:
+    if size > limit:
+        raise MarshalException(f"{what}: {size} bytes where at most {limit} are taken")
