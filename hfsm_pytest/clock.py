@@ -42,14 +42,6 @@ class TaskClock(VirtualClock):
             task()  # which may move the time on, even beyond the end
         self._move_to(end)
 
-    def sleep(self, seconds: float) -> None:
-        """Move the time forward by a duration in s."""
-        self.advance(max(0.0, seconds))
-
-    def sleep_until(self, when: float) -> None:
-        """Move the time forward to a time in s."""
-        self.sleep(when - self.now())
-
     def wait(self, event: threading.Event, timeout: float) -> bool:
         """Move the time forward until a task sets an event, at most `timeout` s; return whether it is set."""
         return self.wait_for(event.is_set, timeout)

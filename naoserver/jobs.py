@@ -11,11 +11,9 @@ import math
 import threading
 import time
 from collections.abc import Callable, Iterable
-from contextlib import suppress
 from typing import Final, Protocol, Self
 
 from zenoh_ice import Clock
-from zenoh_ice.clock import ClockStalledException
 
 _logger = logging.getLogger(__name__)
 
@@ -251,10 +249,9 @@ class _JobThread(threading.Thread):
     def _wait(self) -> None:
         """Wait until something is due, or has changed."""
         now, begun = self._clock.now(), time.monotonic()
-        # On the jobs' clock also while idle: advancing a virtual one waits for its waiters.
+        # On the jobs' clock also while idle: advancing a stepped one waits for its waiters.
         seconds = min(min(job.due(now) for job in self._jobs) - now, _POLL * (self._clock.rate or 1.0))
-        with suppress(ClockStalledException):  # nobody advances the virtual clock
-            self._clock.wait(self.changed, max(0.0, seconds))
+        self._clock.wait(self.changed, max(0.0, seconds))
         # Neither a job that fails nor a clock that has ended makes a busy loop.
         if not self.stopping:
             time.sleep(max(0.0, begun + _SHORTEST - time.monotonic()))

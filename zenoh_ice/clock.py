@@ -1,7 +1,7 @@
 """Clocks: what a component sleeps by and measures time with.
 
-`WallClock` is steady wall time, `VirtualClock` stands still until a test advances it, `RobotClock` follows
-the robot's time by samples.
+`WallClock` is steady wall time, `VirtualClock` stands still until it is moved, `RobotClock` follows the
+robot's time by samples.
 """
 
 from __future__ import annotations
@@ -9,15 +9,13 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from collections.abc import Callable
 from typing import Final, Protocol, runtime_checkable
 
-from .exceptions import CommunicatorDestroyedException, MarshalException, ZenohIceError
+from .exceptions import CommunicatorDestroyedException, MarshalException
 from .transport import Served
 
-__all__ = ["Clock", "ClockStalledException", "RobotClock", "VirtualClock", "WallClock"]
+__all__ = ["Clock", "RobotClock", "VirtualClock", "WallClock"]
 
-_POLL: Final = 0.002  # s of wall time between looks at what notifies nobody: events, and threads that end
 _NANOSECONDS: Final = 1_000_000_000
 
 # Of a robot's clock.
@@ -30,10 +28,6 @@ _LATEST: Final = 1e11  # s: beyond every clock, and still exact to some 20 us
 _FASTEST: Final = 1e6  # s/s: beyond every simulation
 
 _logger = logging.getLogger(__name__)
-
-
-class ClockStalledException(ZenohIceError):
-    """Nobody advances a virtual clock that a thread waits on, or a woken thread does not come back to it."""
 
 
 @runtime_checkable
@@ -85,101 +79,40 @@ class WallClock:
 
 
 class VirtualClock:
-    """A clock for tests: it stands still until `advance` moves it.
+    """A clock for one thread: it moves when `advance` is called, or when somebody waits on it.
 
-    Threads that wait on it are woken in the order of their times (equal times: in the order in which they
-    began to wait), one at a time: the next is woken, and the time moves on, only when the last one waits on
-    the clock again or has ended. So a program runs the same way every time, as fast as the processor.
-
-    `limit` bounds every wait in s of wall time: one that nobody ends raises ClockStalledException.
+    So a program runs the same way every time, as fast as the processor.
     """
 
     rate = 1.0
     simulated: Final = True
 
-    def __init__(self, start: float = 0.0, *, limit: float = 10.0) -> None:
+    def __init__(self, start: float = 0.0) -> None:
         self._now = _nanoseconds(start)
-        self._limit = limit
-        self._changed = threading.Condition()
-        self._waiters: dict[threading.Thread, tuple[int, threading.Event]] = {}
-        """When the waiting threads are due, and the events that wake them earlier, in the order they came."""
 
     def now(self) -> float:
         """Return the time in s."""
         return self._now / _NANOSECONDS
 
-    @property
-    def waiting(self) -> int:
-        """Return how many threads wait on this clock."""
-        return len(self._waiters)
-
-    def wait_for_waiters(self, count: int) -> None:
-        """Wait until at least `count` threads wait on this clock.
-
-        Raises ClockStalledException after the limit.
-        """
-        with self._changed:
-            self._wait_until(
-                lambda: self.waiting >= count, lambda: f"{self.waiting} threads wait on it, not {count}"
-            )
+    def advance(self, seconds: float) -> None:
+        """Move the time forward by a duration in s; raises ValueError for a negative one."""
+        if seconds < 0:
+            raise ValueError(f"a clock does not run backwards: advance({seconds})")
+        self._now += _nanoseconds(seconds)
 
     def sleep(self, seconds: float) -> None:
-        """Wait until another thread has advanced the clock by a duration in s."""
-        self.wait(threading.Event(), seconds)
+        """Move the time forward by a duration in s; a negative one is none."""
+        self.advance(max(0.0, seconds))
 
     def sleep_until(self, when: float) -> None:
-        """Wait until another thread has advanced the clock to a time in s."""
+        """Move the time forward to a time in s; a past one changes nothing."""
         self.sleep(when - self.now())
 
     def wait(self, event: threading.Event, timeout: float) -> bool:
-        """Wait for an event, or until the clock has advanced by `timeout` s; return whether it is set."""
-        thread = threading.current_thread()
-        with self._changed:
-            due = self._now + _nanoseconds(timeout)
-            if due > self._now and not event.is_set():
-                self._waiters[thread] = due, event
-                self._changed.notify_all()
-                try:
-                    self._wait_until(
-                        lambda: thread not in self._waiters or event.is_set(),
-                        lambda: f"nobody advanced it to {due / _NANOSECONDS:g} s",
-                    )
-                finally:
-                    self._waiters.pop(thread, None)
+        """Move the time forward by `timeout` s unless an event is set; return whether it is."""
+        if not event.is_set():
+            self.sleep(timeout)
         return event.is_set()
-
-    def advance(self, seconds: float) -> None:
-        """Move the time forward by a duration in s, waking those whose time comes.
-
-        Raises ValueError for a negative duration, and ClockStalledException, naming the thread, when a woken
-        thread neither waits on the clock again nor ends within the limit.
-        """
-        if seconds < 0:
-            raise ValueError(f"a clock does not run backwards: advance({seconds})")
-        with self._changed:
-            end = self._now + _nanoseconds(seconds)
-            while (thread := min(self._waiters, key=self._due, default=None)) and self._due(thread) <= end:
-                self._now = max(self._now, self._due(thread))
-                del self._waiters[thread]
-                self._changed.notify_all()
-                self._wait_until(
-                    lambda: thread in self._waiters or not thread.is_alive(),
-                    lambda: f"thread {thread.name!r} did not come back after it was woken",
-                )
-            self._now = end
-
-    def _due(self, thread: threading.Thread) -> int:
-        due, event = self._waiters[thread]
-        return self._now if event.is_set() else due
-
-    def _wait_until(self, condition: Callable[[], bool], problem: Callable[[], str]) -> None:
-        deadline = time.monotonic() + self._limit
-        while not condition():
-            if time.monotonic() > deadline:
-                raise ClockStalledException(
-                    f"virtual clock at {self.now():g} s: {problem()} within {self._limit:g} s"
-                )
-            self._changed.wait(_POLL)
 
 
 def _nanoseconds(seconds: float) -> int:

@@ -14,6 +14,7 @@ from naoserver_qi.calls import Call
 from naoserver_qi.motion import ALMotion
 from naoserver_qi.postures import ALRobotPosture
 from tests.support.limits import LIMIT
+from tests.support.stepped_clock import SteppedClock
 from zenoh_ice import VirtualClock
 
 __all__ = ["LongCall", "Rig"]
@@ -24,7 +25,7 @@ _STEP: Final = 0.02
 class LongCall:
     """An operation that goes on in a thread."""
 
-    def __init__(self, clock: VirtualClock, operation: Callable[..., Any], *arguments: object) -> None:
+    def __init__(self, clock: SteppedClock, operation: Callable[..., Any], *arguments: object) -> None:
         self.call = Call(clock)
         self.result: Any = None
         self.error: Exception | None = None
@@ -52,7 +53,7 @@ class Rig:
     """A fake robot in virtual time behind its guards, and ALMotion over them."""
 
     def __init__(self) -> None:
-        self.clock = VirtualClock(limit=LIMIT)
+        self.clock = SteppedClock(limit=LIMIT)
         self.robot = FakeRobot(self.clock)
         self.assembly = Assembly(self.robot, ServerOptions(), VirtualClock())
         self.access = Access(self.robot, self.assembly)

@@ -16,7 +16,7 @@ from ballmover.mover import PERIOD, Mover
 from ballmover.route import Route, Stop
 from ballmover.waypoints import Waypoint
 from tests.support.limits import LIMIT
-from zenoh_ice.clock import VirtualClock
+from tests.support.stepped_clock import SteppedClock
 from zenoh_ice.exceptions import ConnectionLostException
 
 LIMITS = AxisLimits(-math.pi, math.pi, 0.3, 2.0, 0.05, 1.2, 2.0, 1.0)
@@ -28,7 +28,7 @@ class Ball:
 
     limits = LIMITS
 
-    def __init__(self, clock: VirtualClock, speed: float = 1.0) -> None:
+    def __init__(self, clock: SteppedClock, speed: float = 1.0) -> None:
         self.clock = clock
         self.speed = speed
         self.present = True
@@ -62,7 +62,7 @@ class Ball:
 class Log:
     """What the mover reported, with times."""
 
-    def __init__(self, clock: VirtualClock) -> None:
+    def __init__(self, clock: SteppedClock) -> None:
         self.clock = clock
         self.events: list[tuple[str, float]] = []
         self.lost_event = threading.Event()
@@ -104,10 +104,10 @@ class Run:
         *,
         ball_speed: float = 1.0,
         loop: bool = False,
-        clock: VirtualClock | None = None,
+        clock: SteppedClock | None = None,
         **options: float,
     ) -> None:
-        self.clock = clock or VirtualClock()
+        self.clock = clock or SteppedClock()
         self.ball = Ball(self.clock, ball_speed)
         self.log = Log(self.clock)
         self.route = Route.plan(waypoints, LIMITS, speed=0.25, loop=loop)
@@ -264,7 +264,7 @@ def test_a_lost_server_is_told_and_the_ball_goes_on_when_it_is_back() -> None:
     assert run.ball.commands[sent][1].point == pytest.approx(HOME.point, abs=0.02)
 
 
-class RestartingClock(VirtualClock):
+class RestartingClock(SteppedClock):
     """A virtual clock that can jump back as the clock of a simulation that began anew."""
 
     offset = 0.0
@@ -286,7 +286,7 @@ def test_a_simulation_that_begins_anew_does_not_stop_it() -> None:
 
 
 def test_a_fast_simulation_does_not_get_more_setpoints_than_it_can_take() -> None:
-    clock = VirtualClock()
+    clock = SteppedClock()
     clock.rate = 20.0
     run = Run([A, B], clock=clock).finish()
     times = [time for time, _ in run.ball.commands]

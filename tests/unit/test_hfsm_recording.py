@@ -34,7 +34,8 @@ from tests.support.documents import compile_to, document, state, sub
 from tests.support.examples import examples
 from tests.support.limits import LIMIT
 from tests.support.running import eventually
-from zenoh_ice.clock import VirtualClock, WallClock
+from tests.support.stepped_clock import SteppedClock
+from zenoh_ice.clock import WallClock
 
 STATE = {"name": "test", "start": "1000"}
 
@@ -345,7 +346,7 @@ def blinker() -> Component:
 
 def test_a_run_is_recorded_by_the_time_of_the_component(tmp_path: Path, blinker: Component) -> None:
     path = tmp_path / "run.mcap"
-    clock = VirtualClock(100.0)
+    clock = SteppedClock(100.0)
     with recording(blinker, path) as recorder:
         runtime = RecordedRuntime(blinker, clock, recorder)
         runtime.start()

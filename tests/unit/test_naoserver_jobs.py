@@ -10,6 +10,7 @@ from naoserver.jobs import JobThreads, Periodic
 from naoserver.servants.camera import WINDOW, RateMeter
 from tests.support.limits import LIMIT
 from tests.support.robot_server import eventually
+from tests.support.stepped_clock import SteppedClock
 from zenoh_ice import VirtualClock, WallClock
 
 
@@ -18,7 +19,7 @@ def running(clock, *jobs):
     """Do jobs in threads; the clock may be advanced as soon as all of them wait for it."""
     threads = JobThreads(jobs)
     with threads:
-        if isinstance(clock, VirtualClock):
+        if isinstance(clock, SteppedClock):
             clock.wait_for_waiters(len({job.thread for job in jobs}))
         yield threads
 
@@ -38,27 +39,27 @@ def times_of(clock, period, work=(), gap=0.0, seconds=1.0):
 
 
 def test_a_job_does_not_drift_when_a_round_is_a_little_late():
-    times = times_of(VirtualClock(), 0.1, [0.0, 0.13], seconds=0.5)
+    times = times_of(SteppedClock(), 0.1, [0.0, 0.13], seconds=0.5)
     assert times == pytest.approx([0.1, 0.2, 0.33, 0.4, 0.5])
 
 
 def test_a_job_keeps_its_pace_whatever_its_points_are_rounded_to():
-    times = times_of(VirtualClock(), 0.02, seconds=1.2)
+    times = times_of(SteppedClock(), 0.02, seconds=1.2)
     assert times == pytest.approx([0.02 * point for point in range(1, 61)])
 
 
 def test_a_job_goes_on_after_a_long_delay_without_a_burst():
-    times = times_of(VirtualClock(), 0.1, [0.0, 0.95], seconds=1.3)
+    times = times_of(SteppedClock(), 0.1, [0.0, 0.95], seconds=1.3)
     assert times == pytest.approx([0.1, 0.2, 1.15, 1.2, 1.3])
 
 
 def test_a_gap_is_kept_between_two_rounds():
-    times = times_of(VirtualClock(), 0.02, gap=0.05, seconds=0.2)
+    times = times_of(SteppedClock(), 0.02, gap=0.05, seconds=0.2)
     assert times == pytest.approx([0.02, 0.07, 0.12, 0.17])
 
 
 def test_a_job_that_is_not_wanted_rests_until_it_is():
-    clock, done, wanted = VirtualClock(), [], threading.Event()
+    clock, done, wanted = SteppedClock(), [], threading.Event()
     job = Periodic("test", clock, lambda: 0.1, lambda: done.append(clock.now()), wanted=wanted.is_set)
     with running(clock, job):
         clock.advance(0.33)
@@ -69,7 +70,7 @@ def test_a_job_that_is_not_wanted_rests_until_it_is():
 
 
 def test_a_wake_makes_a_job_due_at_its_next_point():
-    clock, done, wanted = VirtualClock(), [], threading.Event()
+    clock, done, wanted = SteppedClock(), [], threading.Event()
     job = Periodic("test", clock, lambda: 0.01, lambda: done.append(clock.now()), wanted=wanted.is_set)
     with running(clock, job) as threads:
         clock.advance(0.001)
@@ -81,14 +82,14 @@ def test_a_wake_makes_a_job_due_at_its_next_point():
 
 
 def test_a_job_follows_a_clock_that_was_restarted():
-    clock, done = VirtualClock(start=100.0), []
+    clock, done = SteppedClock(start=100.0), []
     job = Periodic("test", clock, lambda: 0.1, lambda: done.append(1))
     assert job.due(100.0) == pytest.approx(100.1)
     assert job.due(3.0) == pytest.approx(3.1)
 
 
 def test_work_that_fails_is_tried_again_after_a_second():
-    times, clock = [], VirtualClock()
+    times, clock = [], SteppedClock()
 
     def fail():
         times.append(clock.now())
@@ -125,7 +126,7 @@ def test_jobs_share_the_thread_that_they_name():
 
 
 def test_a_clock_that_has_ended_does_not_keep_a_thread_from_ending():
-    class EndedClock(VirtualClock):
+    class EndedClock(SteppedClock):
         def wait(self, event, timeout):
             return event.is_set()
 
