@@ -20,7 +20,7 @@ from .exceptions import (
     SystemException,
     TimeoutException,
 )
-from .transport import Served, Target, Transport
+from .transport import Target, Transport
 
 __all__ = ["ClientWatch", "Presence"]
 
@@ -78,8 +78,8 @@ class Presence:
         self._last_news = time.monotonic()
         self._last_link_lost = -math.inf
         self._closed = False
-        self._watched: dict[str, Served | None] = {}
-        self._links: Final = transport.watch_links(self._on_link)
+        self._realms: Final[set[str]] = set()
+        self._watches: Final = [transport.watch_links(self._on_link)]
 
     # Lookups.
 
@@ -253,29 +253,23 @@ class Presence:
     def watch(self, realm: str) -> None:
         """Follow the servants of a realm from now on."""
         with self._changed:
-            if realm in self._watched or self._closed:
+            if realm in self._realms or self._closed:
                 return
-            self._watched[realm] = None
-        self._watched[realm] = self._transport.watch(f"@servant/{realm}/**", self._on_token)
+            self._realms.add(realm)
+        self._watches.append(self._transport.watch(f"@servant/{realm}/**", self._on_token))
 
     def add_listener(self, listener: Callable[[], object]) -> None:
         """Call a function of ours whenever a servant comes or goes, and at the end."""
-        with self._changed:
-            self._listeners.append(listener)
+        self._listeners.append(listener)
 
     def close(self) -> None:
         """Follow nobody any longer; those who wait wake up."""
         with self._changed:
             self._closed = True
             self._changed.notify_all()
-            watched = [watch for watch in self._watched.values() if watch is not None]
-            self._watched.clear()
-            listeners = list(self._listeners)
-        for listener in listeners:
-            listener()
-        for watch in watched:
+        self._notify()
+        for watch in tuple(self._watches):
             watch.close()
-        self._links.close()
 
     # On the transport's threads.
 
@@ -284,8 +278,7 @@ class Presence:
         if token is None:
             return
         with self._changed:
-            changed = self._add(key, token) if came else self._remove(key, token)
-            if not changed:
+            if not (self._add(key, token) if came else self._remove(key, token)):
                 return
             self._changed.notify_all()
             notify, self._notifying = not self._notifying, True
@@ -330,8 +323,7 @@ class Presence:
     def _notify(self) -> None:
         with self._changed:
             self._notifying = False
-            listeners = list(self._listeners)
-        for listener in listeners:
+        for listener in tuple(self._listeners):
             listener()
 
     def _on_link(self, peer: str, up: bool) -> None:

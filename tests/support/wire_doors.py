@@ -246,9 +246,8 @@ def _memory_sent() -> Iterator[MemoryFile]:
         memory = MemoryFile(2 * LARGE)
     os.dup2(memory.file, _SENT.file, inheritable=False)
     try:
-        for slot in range(2):
-            memory.begin(slot)
-            memory.write(slot, _PHOTO[1:])
+        for _ in range(2):  # in both of the first two slots
+            assert memory.place(Pieces((b"",) * 3, _PHOTO[1:], (0, 1)), lent=False) is not None
         yield memory
     finally:
         os.close(_SENT.file)

@@ -17,6 +17,7 @@ from zenoh_ice._zenoh import shared_memory as module
 from zenoh_ice._zenoh.shared_memory import (
     HEADER,
     MemoryFile,
+    Ring,
     SharedMemory,
     decode_reference,
     memory_space,
@@ -59,20 +60,33 @@ def read(reader: SharedMemory, reference: bytes) -> bytes:
 
 
 def test_what_is_written_anew_cannot_be_read_before_it_is_whole(
-    make_memory: Callable[[], SharedMemory],
+    make_memory: Callable[[], SharedMemory], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    with closing(MemoryFile(LARGE)) as file:
-        reference = file.place(pieces(), lent=False)
-        assert reference is not None
-        assert read(make_memory(), reference) == PICTURE
-        file.begin(0)
+    genuine, reads = module.fence, 0
+
+    def read_meanwhile() -> None:
+        nonlocal reads
+        monkeypatch.setattr(module, "fence", genuine)
         with pytest.raises(ConnectionLostException):
             read(make_memory(), reference)
+        reads += 1
+        monkeypatch.setattr(module, "fence", read_meanwhile)
+
+    with closing(MemoryFile(LARGE)) as file:
+        for _ in range(8):
+            reference = file.place(pieces(), lent=False) or b""
+        assert read(make_memory(), reference) == PICTURE
+        for _ in range(7):
+            file.place(pieces(), lent=False)
+        assert read(make_memory(), reference) == PICTURE
+        monkeypatch.setattr(module, "fence", read_meanwhile)
+        file.place(pieces(), lent=False)
+        assert reads == 2  # before and after it was written
 
 
 def test_a_reference_into_a_picture_writes_nothing_into_it(make_memory: Callable[[], SharedMemory]) -> None:
     sender, reader = make_memory(), make_memory()
-    sound = sender.ring().place(pieces())
+    sound = Ring(sender).place(pieces())
     assert sound is not None
     for slot in range(8):
         forged = msgspec.structs.replace(decode_reference(sound, "it"), lent=True, slot=slot, sizes=(16,))
@@ -99,7 +113,7 @@ def test_more_than_a_process_needs_is_not_kept_mapped(
 def test_a_stream_that_needs_larger_memory_lets_go_of_the_smaller(
     make_memory: Callable[[], SharedMemory],
 ) -> None:
-    ring = make_memory().ring()
+    ring = Ring(make_memory())
     for size in (LARGE, 2 * LARGE, 8 * LARGE):
         assert ring.place(Pieces((b"", b""), (bytes(size),), (0,))) is not None
         assert open_memory_files() == 2  # the file and its map
@@ -138,15 +152,14 @@ def test_a_thread_that_stood_still_before_it_wrote_keeps_its_slot(
 ) -> None:
     sender, reader = make_memory(), make_memory()
     other: list[bytes | None] = []
-    genuine = MemoryFile.write
+    genuine = module.fence
 
-    def write_late(file: MemoryFile, slot: int, parts: object) -> int:
-        monkeypatch.setattr(MemoryFile, "write", genuine)
+    def stand_still() -> None:
+        monkeypatch.setattr(module, "fence", genuine)
         monkeypatch.setattr("time.monotonic", lambda: 1e9)  # long after it was taken
         other.append(sender.lend(Pieces((b"", b""), (b"o" * LARGE,), (0,)), NEAR))
-        return genuine(file, slot, parts)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(MemoryFile, "write", write_late)
+    monkeypatch.setattr(module, "fence", stand_still)
     first = sender.lend(pieces(), NEAR)
     assert first is not None
     assert other[0] is not None

@@ -144,7 +144,7 @@ def test_who_reads_too_late_does_not_give_back_what_is_another_s(
 def test_the_newest_of_a_stream_takes_the_place_of_the_oldest(
     sender: SharedMemory, reader: SharedMemory
 ) -> None:
-    ring = sender.ring()
+    ring = Ring(sender)
     references = [place(ring, fill) for fill in range(SLOTS + 1)]
     with pytest.raises(ConnectionLostException, match="not read in time"):
         read(reader, references[0])
@@ -153,7 +153,7 @@ def test_the_newest_of_a_stream_takes_the_place_of_the_oldest(
 
 
 def test_a_stream_whose_images_grow_gets_larger_memory(sender: SharedMemory, reader: SharedMemory) -> None:
-    ring = sender.ring()
+    ring = Ring(sender)
     for size in (LARGE, 5 * LARGE, LARGE):
         assert read(reader, place(ring, 1, size)) == Image(*image(1, size))
     ring.close()
@@ -165,17 +165,17 @@ def test_what_is_larger_than_all_memory_is_not_placed(
 ) -> None:
     monkeypatch.setattr(module, "_LARGEST", LARGE)
     assert sender.lend(pieces(1, LARGE + 1), NEAR) is None
-    assert sender.ring().place(pieces(1, LARGE + 1)) is None
-    assert sender.ring().place(pieces(1)) is not None
+    assert Ring(sender).place(pieces(1, LARGE + 1)) is None
+    assert Ring(sender).place(pieces(1)) is not None
 
 
 def test_without_shared_memory_nothing_is_placed() -> None:
     memory = shared_memory(enabled=False)
-    assert (memory.space, memory.lend(pieces(1), NEAR), memory.ring().place(pieces(1))) == ("", None, None)
+    assert (memory.space, memory.lend(pieces(1), NEAR), Ring(memory).place(pieces(1))) == ("", None, None)
 
 
 def test_who_is_closed_places_nothing(sender: SharedMemory) -> None:
-    ring = sender.ring()
+    ring = Ring(sender)
     place(ring, 1)
     lend(sender, 1)
     sender.close()
@@ -208,7 +208,7 @@ def test_what_was_mapped_is_let_go_when_its_maker_has_ended(reader: SharedMemory
         sender = shared_memory()
         before = lend(sender, fill)
         assert read(reader, before) == Image(*image(fill))
-        unread = place(sender.ring(), fill)
+        unread = place(Ring(sender), fill)
         sender.close()
         with pytest.raises(ConnectionLostException, match="its sender ended"):
             read(reader, unread)
@@ -243,7 +243,7 @@ class TestForgedReferences:
         self, sender: SharedMemory, reader: SharedMemory, members: dict[str, Any]
     ) -> None:
         with pytest.raises(ConnectionLostException):
-            read(reader, changed(place(sender.ring(), 1), **members))
+            read(reader, changed(place(Ring(sender), 1), **members))
 
     @pytest.mark.parametrize(
         "members",
@@ -266,13 +266,13 @@ class TestForgedReferences:
         self, sender: SharedMemory, reader: SharedMemory, members: dict[str, Any]
     ) -> None:
         with pytest.raises(MarshalException):
-            read(reader, changed(place(sender.ring(), 1), **members))
+            read(reader, changed(place(Ring(sender), 1), **members))
 
     def test_to_a_pipe_does_not_open_it(self, sender: SharedMemory, reader: SharedMemory) -> None:
         receiving, sending = os.pipe()
         try:
             with pytest.raises(ConnectionLostException):
-                read(reader, changed(place(sender.ring(), 1), file=receiving))
+                read(reader, changed(place(Ring(sender), 1), file=receiving))
         finally:
             os.close(receiving)
             os.close(sending)
@@ -298,7 +298,7 @@ class TestForgedReferences:
             read(reader, payload)
 
     def test_more_than_the_limit_is_refused_before_it_is_copied(self, sender: SharedMemory) -> None:
-        reference = place(sender.ring(), 1)
+        reference = place(Ring(sender), 1)
         maps_nothing = shared_memory()
         with pytest.raises(MarshalException, match=f"at most {LARGE} are taken"):
             maps_nothing.read(zenoh.ZBytes(reference), LARGE, "it")

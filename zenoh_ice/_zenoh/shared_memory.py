@@ -23,7 +23,7 @@ import secrets
 import struct
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Annotated, Final
 
@@ -51,11 +51,9 @@ SLOT_START: Final = 64
 SLOTS: Final = 8
 """In each file."""
 
-# By number: not every Python has the names.
-_ADD_SEALS: Final = 1033
-_GET_SEALS: Final = 1034
-_SEALS: Final = 0x1 | 0x2 | 0x4  # the seals themselves, shrinking and growing
-
+_SEALS: Final = (
+    0x1 | 0x2 | 0x4
+)  # F_SEAL_SEAL, F_SEAL_SHRINK, F_SEAL_GROW; Python has the names on Linux alone
 _NAME: Final = "zenoh_ice-"
 _CAPABILITIES: Final = re.compile(r"^Cap(?:Prm|Eff):\s*([0-9a-f]+)$", re.MULTILINE)
 
@@ -66,10 +64,6 @@ _MOST_PARTS: Final = 256  # large byte sequences in one payload
 _MOST_MAPS: Final = 256  # at a time; a robot's cameras and servants are some ten
 _MOST_CLIENTS: Final = 1 << 14  # no robot has so many
 _WORD_COMES: Final = 0.5  # s until all tokens that are there are known
-
-# The first byte of an array in MessagePack; every payload is a map.
-_ARRAY: Final = 0x90
-_ARRAY_MASK: Final = 0xF0
 
 _gate: Final = threading.Lock()
 
@@ -95,7 +89,7 @@ class SharedMemory:
         """The same in all processes that can read each other's memory; empty when this one takes no part."""
         self.readable_space = self.space
         """The space whose memory this process can read, as far as known by now."""
-        self._neighbors: Final = _Neighbors(watch_clients, self.space)
+        self._watch_clients: Final = watch_clients
         self._on_unreadable: Final = on_unreadable
         self._lock: Final = threading.RLock()
         self._files: Final[set[MemoryFile]] = set()
@@ -103,13 +97,20 @@ class SharedMemory:
         self._may_make = bool(self.space)
         self._maps: Final[dict[tuple[str, bool], tuple[Path, mmap.mmap]]] = {}  # by token, and whether lent
         self._closed = False
+        self._watching: Served | None = None
+        self._known_at = math.inf  # when all clients are
+        # Clients that can read this memory, and others; changed on the thread alone that reports tokens. Who
+        # declares tokens with the id of another one only makes images go over the network.
+        self._near: Final[set[str]] = set()
+        self._far: Final[set[str]] = set()
 
     def lend(self, payload: Pieces, client: str) -> bytes | None:
         """Write what is large in a payload, for one reader, who gives the memory back.
 
         Return the reference to send; None where the client cannot read it, or where there is no room.
         """
-        if not self._neighbors.includes(client):
+        self._follow_clients()
+        if client not in self._near or client in self._far:
             return None
         capacity = _capacity(payload)
         with self._lock:
@@ -119,13 +120,10 @@ class SharedMemory:
             self._lent[capacity] = file
         return file.place(payload, lent=True)
 
-    def ring(self) -> Ring:
-        """Return memory to send one stream from."""
-        return Ring(self)
-
     def readable_by_all(self) -> bool:
         """Return whether all clients of the realm can read this process's memory."""
-        return self._neighbors.are_all()
+        self._follow_clients()
+        return not self._far and time.monotonic() >= self._known_at
 
     def make_file(self, capacity: int) -> MemoryFile | None:
         """Return memory with slots of `capacity` bytes; None where there is none."""
@@ -156,7 +154,7 @@ class SharedMemory:
         """
         _check_size(len(payload), limit, what)
         data = payload.to_bytes()
-        if not data or data[0] & _ARRAY_MASK != _ARRAY:
+        if not data or data[0] & 0xF0 != 0x90:  # no array in MessagePack; every whole payload is a map
             return data
         reference = decode_reference(data, what)
         _check_size(len(reference.rest) + sum(reference.sizes), limit, what)
@@ -176,7 +174,7 @@ class SharedMemory:
             self._may_make = False
             lent = list(self._lent.values())
         deadline = time.monotonic() + _LAST_READS
-        while any(file.is_lent() for file in lent) and time.monotonic() < deadline:
+        while any(len(list(file.free())) < SLOTS for file in lent) and time.monotonic() < deadline:
             time.sleep(_LOOK_AGAIN)
         with self._lock:
             self._closed = True
@@ -185,6 +183,24 @@ class SharedMemory:
                 self._files.pop().close()
             while self._maps:
                 self._maps.popitem()[1][1].close()
+
+    def _follow_clients(self) -> None:
+        if self._watching is None and self.space:
+            with self._lock:
+                if self._watching is None:
+                    self._known_at = time.monotonic() + _WORD_COMES
+                    self._watching = self._watch_clients(self._on_token)
+
+    def _on_token(self, key: str, came: bool) -> None:
+        token = parse_client_token(key)
+        if token is None:
+            return
+        client, space = token
+        known = self._near if space == self.space else self._far
+        if not came:
+            known.discard(client)
+        elif len(known) < _MOST_CLIENTS:
+            known.add(client)
 
     def _read(self, reference: MemoryReference, what: str) -> list[bytes]:
         key = reference.token, reference.lent
@@ -256,52 +272,6 @@ class Ring:
             self._memory.drop_file(file)
 
 
-class _Neighbors:
-    """The clients of a realm, by their tokens: which of them can read the memory of this process.
-
-    They are followed as soon as somebody wants to know. Any client may declare tokens with the id of another
-    one: those only make its images come over the network.
-    """
-
-    def __init__(self, watch: Callable[[Callable[[str, bool], object]], Served], space: str) -> None:
-        self._watch: Final = watch
-        self._space: Final = space
-        self._lock: Final = threading.Lock()
-        self._watching: Served | None = None
-        self._known_at = math.inf
-        # Changed on the thread alone that reports tokens.
-        self._near: Final[set[str]] = set()
-        self._far: Final[set[str]] = set()
-
-    def includes(self, client: str) -> bool:
-        """Return whether a client is known to be one that can read this process's memory."""
-        self._follow()
-        return client in self._near and client not in self._far
-
-    def are_all(self) -> bool:
-        """Return whether all clients of the realm can read this process's memory."""
-        self._follow()
-        return not self._far and time.monotonic() >= self._known_at
-
-    def _follow(self) -> None:
-        if self._watching is None and self._space:
-            with self._lock:
-                if self._watching is None:
-                    self._known_at = time.monotonic() + _WORD_COMES
-                    self._watching = self._watch(self._on_token)
-
-    def _on_token(self, key: str, came: bool) -> None:
-        token = parse_client_token(key)
-        if token is None:
-            return
-        client, space = token
-        known = self._near if space == self._space else self._far
-        if not came:
-            known.discard(client)
-        elif len(known) < _MOST_CLIENTS:
-            known.add(client)
-
-
 class MemoryFile:
     """Eight slots of equal size in one file, to write payloads into; for any thread.
 
@@ -320,7 +290,7 @@ class MemoryFile:
         self.file: Final = os.memfd_create(_NAME + self.token, os.MFD_CLOEXEC | os.MFD_ALLOW_SEALING)
         try:
             os.ftruncate(self.file, self._stride * SLOTS)
-            fcntl.fcntl(self.file, _ADD_SEALS, _SEALS)
+            fcntl.fcntl(self.file, fcntl.F_ADD_SEALS, _SEALS)
             self._memory: Final = mmap.mmap(self.file, self._stride * SLOTS)
         except OSError:
             os.close(self.file)
@@ -332,70 +302,49 @@ class MemoryFile:
         What is lent stays there until its one reader gives it back, other payloads until eight newer ones
         have come. None where all slots are lent, and after `close`.
         """
+        memory, sizes = self._memory, tuple(map(len, payload.large))
         try:
             with self._lock:
-                slot = self._take_free() if lent else next(self._oldest)
+                slot = next(self.free() if lent else self._oldest, None)
                 if slot is None:
                     return None
-                self.begin(slot)
-            generation = self.write(slot, payload.large)
+                self._lent_until[slot] = math.inf
+                self._generations[slot] = generation = self._generations[slot] + 1
+                self._set_header(slot, 0)  # what it held cannot be read any more
+            fence()
+            position = slot * self._stride + SLOT_START
+            for part, size in zip(payload.large, sizes, strict=True):
+                memory[position : position + size] = part
+                position += size
+            fence()
+            self._set_header(slot, generation)
         except ValueError:  # closed
             return None
-        if lent:
-            # From now on, not from before: a thread that stood still in between must not share its slot.
-            self._lent_until[slot] = time.monotonic() + LENT_FOR
-        sizes, rest = tuple(map(len, payload.large)), payload.without_large()
-        reference = MemoryReference(
-            os.getpid(), self.file, self.token, slot, generation, lent, payload.places, sizes, rest
+        # From now on, not from before: a thread that stood still in between must not share its slot.
+        self._lent_until[slot] = time.monotonic() + LENT_FOR
+        rest = payload.without_large()
+        return msgspec.msgpack.encode(
+            MemoryReference(
+                os.getpid(), self.file, self.token, slot, generation, lent, payload.places, sizes, rest
+            )
         )
-        return msgspec.msgpack.encode(reference)
 
-    def _take_free(self) -> int | None:
-        # The first that is free: the processor's cache has what was used last.
-        for slot in range(SLOTS):
-            if not self._is_lent(slot):
-                self._lent_until[slot] = math.inf
-                return slot
-        return None
-
-    def begin(self, slot: int) -> None:
-        """Take a slot for something new; what it held cannot be read any more.
-
-        Raises ValueError when the file was closed, as all that write or read here do.
-        """
-        self._generations[slot] += 1
-        self._set_header(slot, 0)
-        fence()
-
-    def write(self, slot: int, parts: Sequence[bytes]) -> int:
-        """Write parts, one after the other, into a slot that was begun, and return its generation."""
-        memory, generation = self._memory, self._generations[slot]
-        position = slot * self._stride + SLOT_START
-        for part in parts:
-            end = position + len(part)
-            memory[position:end] = part
-            position = end
-        fence()
-        self._set_header(slot, generation)
-        return generation
+    def free(self) -> Iterator[int]:
+        """Yield the slots in which nothing is lent; the processor's cache may still have the first."""
+        for slot, until in enumerate(self._lent_until):
+            if until < time.monotonic() or self.returned(slot):
+                yield slot
 
     def returned(self, slot: int) -> bool:
-        """Return whether a slot's reader gave it back, or there never was one."""
+        """Return whether a slot's reader gave it back, or there never was one; ValueError after `close`."""
         offset = slot * self._stride
         _, given_back = HEADER.unpack(self._memory[offset : offset + HEADER.size])
         return bool(given_back == self._generations[slot])
-
-    def is_lent(self) -> bool:
-        """Return whether anything is lent that was not given back."""
-        return any(map(self._is_lent, range(SLOTS)))
 
     def close(self) -> None:
         """Let go of the memory; who has it mapped goes on reading."""
         self._memory.close()
         os.close(self.file)
-
-    def _is_lent(self, slot: int) -> bool:
-        return self._lent_until[slot] >= time.monotonic() and not self.returned(slot)
 
     def _set_header(self, slot: int, generation: int) -> None:
         # By slices, which raise ValueError when the map was closed; the functions of struct raise TypeError.
@@ -510,7 +459,7 @@ def _map(reference: MemoryReference) -> tuple[Path, mmap.mmap]:
     finally:
         os.close(handle)
     try:
-        if fcntl.fcntl(file, _GET_SEALS) & _SEALS != _SEALS:
+        if fcntl.fcntl(file, fcntl.F_GET_SEALS) & _SEALS != _SEALS:
             raise PermissionError("it is not sealed")  # its maker could take it away under our eyes
         return path, mmap.mmap(file, 0, access=mmap.ACCESS_WRITE if reference.lent else mmap.ACCESS_READ)
     finally:

@@ -196,7 +196,7 @@ class ZenohTransport:
     def publish(
         self, target: Target, operation: Operation[..., Any], changed: Callable[[], object]
     ) -> Outlet:
-        ring = self.shared_memory.ring() if operation.result.holds_bytes else None
+        ring = Ring(self.shared_memory) if operation.result.holds_bytes else None
         return _Outlet(self.session, target.key(operation.name), ring, changed)
 
     def subscribe(self, target: Target, operation: Operation[..., Any], queue: int = 1) -> Inlet:
