@@ -161,6 +161,7 @@ def test_a_thread_that_stood_still_before_it_wrote_keeps_its_slot(
 
     monkeypatch.setattr(module, "fence", stand_still)
     first = sender.lend(pieces(), NEAR)
+    monkeypatch.undo()
     assert first is not None
     assert other[0] is not None
     assert (read(reader, first), read(reader, other[0])) == (PICTURE, b"o" * LARGE)

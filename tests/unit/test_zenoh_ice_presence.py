@@ -165,3 +165,12 @@ class TestTokens:
         assert presence.interfaces(HEAD) == {"::Ice::Object": "f"}
         other.close()
         assert not presence.interfaces(HEAD)
+
+    def test_one_that_comes_again_and_again_leaves_room_for_others(
+        self, realm: tuple[Presence, Announce]
+    ) -> None:
+        presence, announce = realm
+        for _ in range(1 << 14):
+            announce()
+        announce("::Ice::Object")
+        assert set(presence.interfaces(HEAD)) == {"::nao::PoseHead", "::Ice::Object"}
