@@ -8,6 +8,7 @@ import time
 from collections.abc import AsyncIterator, Callable
 from concurrent.futures import Future, InvalidStateError
 from contextlib import suppress
+from functools import cached_property, wraps
 from typing import (
     TYPE_CHECKING,
     Any,
@@ -20,7 +21,6 @@ from typing import (
     Self,
     TypeVar,
     cast,
-    overload,
 )
 
 from ._codec import DECODE_ERRORS, ENCODE_ERRORS, misfit, not_encoded, to_msgpack
@@ -43,7 +43,7 @@ from .transport import NoAnswer, Outcome, Parted, Target
 if TYPE_CHECKING:
     from .communicator import Communicator
 
-__all__ = ["ObjectPrx", "StreamedCall", "StreamedOperation", "streamed"]
+__all__ = ["ObjectPrx", "StreamedCall", "streamed"]
 
 P = ParamSpec("P")
 V = TypeVar("V")
@@ -233,16 +233,6 @@ class ObjectPrx(Reference):
         except ZenohIceError as error:
             fail(future, error)
         return future
-
-    def ice_stream(self, operation: Operation[..., V]) -> StreamReader[V]:
-        """Return the reader of a streamed operation, subscribing on first use."""
-        return self._communicator.streams.reader(self._target, operation)
-
-    def ice_subscribe(
-        self, reader: StreamReader[V], callback: Callable[[Sample[V]], Any], delivery: Delivery
-    ) -> Subscription[V]:
-        """Call a function with the samples of a stream."""
-        return self._communicator.streams.subscribe(reader, callback, delivery)
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, ObjectPrx):
@@ -505,8 +495,8 @@ class StreamedCall(Generic[P, V]):
 
         It goes on by itself after a restart of the server. An exception of the function is logged.
         """
-        delivery = Delivery(rate, queue)
-        return self._proxy.ice_subscribe(self._reader or self._open(), callback, delivery)
+        streams = self._proxy.ice_getCommunicator().streams
+        return streams.subscribe(self._reader or self._open(), callback, Delivery(rate, queue))
 
     def _limit(self, timeout: float | None) -> float:
         if timeout is None:
@@ -516,45 +506,21 @@ class StreamedCall(Generic[P, V]):
         return min(timeout, threading.TIMEOUT_MAX)
 
     def _open(self) -> StreamReader[V]:
-        self._reader = self._proxy.ice_stream(self._operation)
+        streams, target = self._proxy.ice_getCommunicator().streams, self._proxy._target
+        self._reader = streams.reader(target, self._operation)
         return self._reader
-
-
-class StreamedOperation(Generic[P, V]):
-    """The descriptor of a streamed operation in a proxy class."""
-
-    def __init__(self, call: Callable[Concatenate[Any, P], V], operation: Operation[..., V]) -> None:
-        self._call: Final = call
-        self._operation: Final = operation
-        self.__doc__ = call.__doc__
-
-    def __set_name__(self, owner: type, name: str) -> None:
-        self._name = name
-
-    @overload
-    def __get__(self, instance: None, owner: type) -> StreamedOperation[P, V]: ...
-
-    @overload
-    def __get__(self, instance: ObjectPrx, owner: type) -> StreamedCall[P, V]: ...
-
-    def __get__(
-        self, instance: ObjectPrx | None, owner: type
-    ) -> StreamedOperation[P, V] | StreamedCall[P, V]:
-        if instance is None:
-            return self
-        # Kept in the instance, where the next look finds it before it comes here.
-        bound: StreamedCall[P, V] = instance.__dict__.setdefault(
-            self._name, StreamedCall(instance, self._call, self._operation)
-        )
-        return bound
 
 
 def streamed(
     operation: Operation[..., V],
-) -> Callable[[Callable[Concatenate[Any, P], V]], StreamedOperation[P, V]]:
+) -> Callable[[Callable[Concatenate[Any, P], V]], cached_property[StreamedCall[P, V]]]:
     """Give a proxy's method the stream of its operation."""
 
-    def decorate(call: Callable[Concatenate[Any, P], V]) -> StreamedOperation[P, V]:
-        return StreamedOperation(call, operation)
+    def decorate(call: Callable[Concatenate[Any, P], V]) -> cached_property[StreamedCall[P, V]]:
+        @wraps(call)
+        def bind(proxy: ObjectPrx) -> StreamedCall[P, V]:
+            return StreamedCall(proxy, call, operation)
+
+        return cached_property(bind)
 
     return decorate

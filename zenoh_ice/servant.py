@@ -44,7 +44,7 @@ from .interface import OBJECT_TYPE_ID, Interface, Operation
 from .reflection import schema_of
 from .status import ServantStatus
 from .streams import Channel, Publisher
-from .transport import Answer, Buffer, Reply, Served, Target, check_name
+from .transport import Answer, Buffer, Outlet, Reply, Target, check_name
 
 if TYPE_CHECKING:
     from .communicator import Communicator
@@ -257,9 +257,8 @@ class ServedObject:
         self._withdrawn = False
         self._complained_at = -_COMPLAINT_PERIOD
         self._complaints = 0
-        self._served: Served | None = None
-        self._tokens: Final[list[Served]] = []
-        self._channels: Final[dict[str, tuple[Publisher[Any], Channel]]] = {}
+        self._outlets: Final[dict[str, Outlet]] = {}  # of its streams
+        self._undo: Final = ExitStack()
 
     # The way of a call.
 
@@ -483,17 +482,20 @@ class ServedObject:
 
     def open(self) -> None:
         """Take calls from now on; nobody knows of it before `announce`."""
-        transport = self._communicator.transport
+        communicator, later = self._communicator, self._undo.callback
         for operation in self._interface.all_operations.values():
             if operation.streamed:
                 publisher = self.servant.ice_publisher(operation)
-                limit = self._communicator.settings.size_limit(holds_bytes=operation.result.holds_bytes)
-                outlet = transport.publish(self.target, operation, publisher.wake)
+                limit = communicator.settings.size_limit(holds_bytes=operation.result.holds_bytes)
+                outlet = communicator.transport.publish(self.target, operation, publisher.wake)
+                later(outlet.close)
                 channel = Channel(outlet, self._interface.fingerprint, limit)
-                self._channels[operation.name] = publisher, channel
                 publisher.attach(channel)
-        self._communicator.pool.reserve(self._turn.width)
-        self._served = transport.serve(self.target, self)
+                later(publisher.detach, channel)
+                self._outlets[operation.name] = outlet
+        communicator.pool.reserve(self._turn.width)
+        later(communicator.pool.reserve, -self._turn.width)
+        later(communicator.transport.serve(self.target, self).close)
 
     def announce(self) -> None:
         """Let everybody know."""
@@ -503,20 +505,12 @@ class ServedObject:
             token = servant_token(
                 self.target, known.type_id, known.fingerprint, communicator.client_id, since
             )
-            self._tokens.append(communicator.transport.announce(token))
+            self._undo.callback(communicator.transport.announce(token).close)
 
     def close(self) -> None:
-        """Take no more calls, then let everybody know."""
-        if self._served is not None:
-            self._served.close()
-            self._served = None
-            self._communicator.pool.reserve(-self._turn.width)
-        while self._tokens:
-            self._tokens.pop().close()
-        while self._channels:
-            _, (publisher, channel) = self._channels.popitem()
-            publisher.detach(channel)
-            channel.outlet.close()
+        """Let everybody know that it goes, then take no more calls."""
+        self._outlets.clear()
+        self._undo.close()
 
     def drain(self, timeout: float) -> bool:
         """Wait for at most `timeout` s for the calls that run, except one of the current thread.
@@ -555,9 +549,7 @@ class ServedObject:
                 refused=self._refused,
                 running=self._running + self._unanswered,
                 waiting=sum(call.served is self for call in self._turn.waiting),
-                listened=tuple(
-                    name for name, (_, channel) in list(self._channels.items()) if channel.outlet.listening
-                ),
+                listened=tuple(name for name, outlet in list(self._outlets.items()) if outlet.listening),
             )
 
 
@@ -701,13 +693,8 @@ class ObjectAdapter:
                 steps.callback(communicator.served.pop, served.target, None)
 
     def _wait_for(self, served: ServedObject, deadline: float) -> None:
-        served.drain(_left(deadline))
+        left = max(0.0, deadline - time.monotonic())
+        served.drain(left)
         # Our own token must not look like another process's when the identity is added again.
         communicator = self._communicator
-        communicator.presence.wait_until_gone(
-            served.target, _left(deadline + _TOKEN_LIMIT), communicator.client_id
-        )
-
-
-def _left(deadline: float) -> float:
-    return max(0.0, deadline - time.monotonic())
+        communicator.presence.wait_until_gone(served.target, left + _TOKEN_LIMIT, communicator.client_id)
