@@ -182,14 +182,13 @@ class Communicator:
     def call_of(self, proxy: ObjectPrx, operation: Operation[..., Any], timeout: float) -> _Call:
         """Return what calls an operation of a proxy's servant; proxies share it."""
         self.check()
-        oneway = proxy._oneway
-        key = proxy._target, operation, proxy.ice_interface, timeout, oneway
+        key = proxy._target, operation, proxy.ice_interface, timeout, proxy._oneway
         with self._lock:
             call = self._calls.get(key)
             if call is None:
                 if len(self._calls) >= _MOST_CALLS:  # proxies keep those that they use
                     del self._calls[next(iter(self._calls))]
-                call = self._calls[key] = _Call(self, *key[:4], oneway=oneway)
+                call = self._calls[key] = _Call(proxy, operation, timeout)
         return call
 
     def new_future(self) -> Future[Any]:

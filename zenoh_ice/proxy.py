@@ -300,29 +300,20 @@ class ObjectPrx(Reference):
 class _Call:
     """Call one operation of one servant, within one limit of time; proxies share it."""
 
-    def __init__(
-        self,
-        communicator: Communicator,
-        target: Target,
-        operation: Operation[..., Any],
-        interface: Interface,
-        timeout: float,
-        *,
-        oneway: bool,
-    ) -> None:
-        settings = communicator.settings
+    def __init__(self, proxy: ObjectPrx, operation: Operation[..., Any], timeout: float) -> None:
+        communicator, target, interface = proxy._communicator, proxy._target, proxy.ice_interface
         self.what: Final = f"{target.identity}.{operation.name}"
         self._communicator: Final = communicator
         self._target: Final = target
         self._operation: Final = operation
         self._interface: Final = interface
         self._timeout: Final = timeout
-        self.patience: Final = 0.0 if oneway else timeout  # nobody waits for the end of a oneway call
+        self.patience: Final = 0.0 if proxy._oneway else timeout  # nobody waits for the end of a oneway call
         self.fingerprint: Final = interface.fingerprint
         self.client: Final = communicator.client_id
         self.numbers: Final = communicator.call_numbers
         self.make: Final = operation.arguments.make
-        self.limit: Final = settings.size_limit(holds_bytes=operation.arguments.holds_bytes)
+        self.limit: Final = communicator.settings.size_limit(holds_bytes=operation.arguments.holds_bytes)
         self.decode: Final = operation.result.decoder(communicator.stringToProxy)
         self.value_of: Final = operation.result.value_of
         caller = communicator.transport.caller(target, operation, timeout=timeout)
