@@ -47,13 +47,17 @@ class Ramp:
         return self.after + (self.before - self.after) * min(1.0, left / self.seconds)
 
 
+def _start_fades() -> dict[str, list[Ramp]]:
+    return {name: [Ramp(part, part) for part in color] for name, color in START.items()}
+
+
 class FadingLights:
     """The lights of an H25 on a clock, `now` in s of robot time. Implements Lights; safe from any thread."""
 
     def __init__(self, now: Callable[[], float]) -> None:
         self._now = now
         self._lock = threading.Lock()
-        self.reset()
+        self._fades = _start_fades()
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -73,7 +77,7 @@ class FadingLights:
     def reset(self) -> None:
         """Let every group show what it shows after the start."""
         with self._lock:
-            self._fades = {name: [Ramp(part, part) for part in color] for name, color in START.items()}
+            self._fades = _start_fades()
 
     def colors(self) -> Mapping[str, Color]:
         """Return what each group shows now."""
