@@ -10,6 +10,7 @@ from __future__ import annotations
 import logging
 import threading
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any, Final
 
 import msgspec
@@ -27,7 +28,6 @@ from zenoh_ice.interface import Interface, Operation
 from zenoh_ice.transport import (
     Arrived,
     Caller,
-    Closing,
     Inlet,
     Outcome,
     Outlet,
@@ -37,6 +37,7 @@ from zenoh_ice.transport import (
     decode_attachment,
     decode_error,
     encode_sample_attachment,
+    outcome_of,
 )
 
 from .clock import TaskClock
@@ -165,12 +166,7 @@ class _LoggedCaller:
         self, payload: bytes, attachment: bytes, done: Callable[[Outcome | SystemException], object]
     ) -> Callable[[], object]:
         """Call at once, and hand over the outcome."""
-        outcome: Outcome | SystemException
-        try:
-            outcome = self.call(payload, attachment)
-        except SystemException as error:
-            outcome = error
-        done(outcome)
+        done(outcome_of(partial(self.call, payload, attachment)))
         return lambda: None
 
     def send(self, payload: bytes, attachment: bytes) -> None:
@@ -272,7 +268,7 @@ class _VirtualTiming:
                 self._clock.call_at(self._clock.now() + period, run)
 
         self._clock.call_at(self._clock.now() + period, run)
-        return Closing(ended.set)
+        return Served(ended.set)
 
 
 def _stamped(attachment: bytes, clock: TaskClock) -> bytes:

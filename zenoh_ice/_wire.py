@@ -7,8 +7,9 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Annotated, Any, Final
+from weakref import WeakKeyDictionary
 
 import msgspec
 from msgspec import Meta
@@ -30,18 +31,6 @@ from .exceptions import (
     ZenohIceError,
 )
 from .text import cut, encodable, printable
-
-__all__ = [
-    "ERROR_ENCODING",
-    "NO_ATTACHMENT",
-    "Attachment",
-    "decode_attachment",
-    "decode_error",
-    "encode_call_attachment",
-    "encode_error",
-    "encode_sample_attachment",
-    "unknown_exception",
-]
 
 ATTACHMENT_LIMIT: Final = 512  # bytes; ours has some 100
 
@@ -147,8 +136,10 @@ class _WireError(msgspec.Struct, omit_defaults=True):
     member: str = ""
 
 
-_encoder: Final = msgspec.msgpack.Encoder()
 _decoder: Final = msgspec.msgpack.Decoder(_WireError)
+
+# Of declared exceptions; making one takes a millisecond or more.
+_codecs: Final[WeakKeyDictionary[type[UserException], Codec[Any]]] = WeakKeyDictionary()
 
 
 def unknown_exception(error: BaseException) -> UnknownException:
@@ -169,14 +160,14 @@ def encode_error(error: ZenohIceError) -> bytes:
             members = msgspec.Raw(encode(error.ice_members(), type_id))
         except Exception as problem:  # noqa: BLE001 - its members are the user's own code
             return encode_error(UnknownException(f"{type_id} could not travel: {problem}"))
-        return _encoder.encode(_WireError(type_id, bases, members))
+        return msgspec.msgpack.encode(_WireError(type_id, bases, members))
     type_id = _PREFIX + type(error).__name__
     if type_id not in _REMOTE:
         return encode_error(unknown_exception(error))
     wire = _WireError(type_id, message=encodable(cut(str(error))))
     for name in _REMOTE[type_id][1]:
         setattr(wire, name, encodable(cut(getattr(error, name))))
-    return _encoder.encode(wire)
+    return msgspec.msgpack.encode(wire)
 
 
 def decode_error(
@@ -200,34 +191,15 @@ def decode_error(
     if wire.exception in _REMOTE:
         system, members = _REMOTE[wire.exception]
         return system(message, *(printable(getattr(wire, name)) for name in members))
-    return _decode_user_exception(wire, declared, what, resolve)
-
-
-def _decode_user_exception(
-    wire: _WireError,
-    declared: Iterable[type[UserException]],
-    what: str,
-    resolve: Resolve | None,
-) -> ZenohIceError:
-    known: dict[str, type[UserException]] = {}
-    for root in declared:
-        for subclass in root.ice_subclasses():
-            known.setdefault(subclass.ice_type_id, subclass)
+    subclasses = [subclass for root in declared for subclass in root.ice_subclasses()]
+    known = {subclass.ice_type_id: subclass for subclass in reversed(subclasses)}  # of two the first
     for type_id in (wire.exception, *wire.bases):
         if (nearest := known.get(type_id)) is not None:
+            codec = _codecs.get(nearest) or _codecs.setdefault(nearest, Codec(nearest.Members))
             try:
-                members = _codec(nearest).unpack(bytes(wire.members), f"{what}: {type_id}", resolve)
+                members = codec.unpack(bytes(wire.members), f"{what}: {type_id}", resolve)
                 return nearest.ice_from_members(members)
             except MarshalException as problem:
                 return problem
     name = printable(wire.exception, _LONGEST_NAME)
     return UnknownException(f"{what} raised {name}, which the operation does not declare")
-
-
-def _codec(exception: type[UserException]) -> Codec[Any]:
-    """Return the codec of an exception's members; making it takes a millisecond or more."""
-    codec: Codec[Any] | None = vars(exception).get("_ice_codec")
-    if codec is None:
-        codec = Codec(exception.Members)
-        exception._ice_codec = codec  # type: ignore[attr-defined] # with the class it goes
-    return codec

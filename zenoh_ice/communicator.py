@@ -34,7 +34,7 @@ from .interface import Interface, Operation
 from .proxy import ObjectPrx, _Call, fail, streamed
 from .servant import ObjectAdapter, ServedObject
 from .settings import Settings, load_settings
-from .status import STATUS_LIMIT, ProcessStatus, decode_status, encode_status
+from .status import ProcessStatus, decode_status, encode_status
 from .streams import Sample, Streams, Timing, WallTiming
 from .text import printable
 from .transport import NoAnswer, Served, Target, Transport, check_name
@@ -252,7 +252,7 @@ class Communicator:
         if not limit > 0:
             raise ConfigurationException(f"a limit is above 0 s, not {limit!r}")
         realm = self.realm if realm is None else check_name(realm, "realm")
-        return decode_status(self.transport.ask_status(realm, process, limit, STATUS_LIMIT), process)
+        return decode_status(self.transport.ask_status(realm, process, limit), process)
 
     def onClientLost(self, callback: Callable[[str], Any]) -> ClientWatch:
         """Call a function with the id of every client of the realm that ends or is lost, until closed.
@@ -502,7 +502,7 @@ def _choose_clock(communicator: Communicator) -> Clock:
     def update(sample: Sample[_ClockReading]) -> None:
         clock.update(sample.value.time, sample.value.rate, sample.value.simulated)
 
-    clock.follow(proxy.getTime.subscribe(update))
+    clock.follow(Served(proxy.getTime.subscribe(update).close))
     return clock
 
 

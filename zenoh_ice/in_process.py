@@ -9,19 +9,19 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, InvalidStateError
 from contextlib import suppress
+from dataclasses import dataclass
 from functools import partial
 from typing import Any, Final
 
-from ._codec import Parted, Pieces
+from ._codec import Buffer, Parted, Pieces
 from ._threads import Pool
 from ._wire import encode_error, unknown_exception
-from .exceptions import ConnectionLostException, MarshalException, SystemException
+from .exceptions import ConnectionLostException, SystemException
 from .interface import Operation
 from .transport import (
     Answer,
     Arrived,
     Caller,
-    Closing,
     Inlet,
     NoAnswer,
     Outcome,
@@ -29,9 +29,12 @@ from .transport import (
     Receiver,
     Served,
     Target,
+    outcome_of,
 )
 
 __all__ = ["InProcessTransport", "Pool"]
+
+_MOST_TOKENS: Final = 1 << 15  # that are remembered; no robot has so many: somebody floods the realm
 
 _numbers: Final = itertools.count(1)
 
@@ -44,226 +47,186 @@ class InProcessTransport:
     With a pool of no threads all happens at once, on the thread that calls or publishes.
     """
 
-    endpoints: Final[Sequence[str]] = ()
-    token_delay: Final = 0.0
+    endpoints: Sequence[str] = ()
+    token_delay = 0.0
 
     def __init__(self, pool: Pool) -> None:
-        self.id: Final = f"{next(_numbers):x}"
+        self.id = f"{next(_numbers):x}"
         self.pool: Final = pool
-        self.receivers: Final[dict[Target, Receiver]] = {}
-        self._pending: Final[set[Future[Answer]]] = set()
-        self._closed = False
+        self.receivers: Final[dict[str, Receiver]] = {}
+        """By the prefix of their target."""
+        self.pending: Final[set[Future[Answer]]] = set()
+        """The answers that somebody waits for."""
+        self.closed = False
         self._lock: Final = threading.RLock()
-        self._inlets: Final[dict[str, list[_Inlet]]] = {}
-        self._outlets: Final[dict[str, list[_Outlet]]] = {}
+        self._streams: Final[dict[str, _Stream]] = {}
         self._tokens: Final[dict[str, None]] = {}
         self._watchers: Final[list[tuple[str, Callable[[str, bool], object]]]] = []
-        self._status: Final[dict[str, Callable[[], bytes]]] = {}  # by realm
+        self._status: Final[dict[tuple[str, str], Callable[[], bytes]]] = {}  # by realm and process
 
     def explain_unreachable(self) -> str:
-        """Return nothing: it connects to nobody."""
-        return ""
+        return ""  # it connects to nobody
 
     def caller(self, target: Target, operation: Operation[..., Any], *, timeout: float) -> Caller:
-        """Return what calls the servant that has the identity when it is called."""
-        return _Caller(self, target, operation.name, timeout)
-
-    def call(
-        self, receiver: Receiver, name: str, payload: bytes, attachment: bytes, timeout: float
-    ) -> Outcome:
-        """Call a receiver and wait for the answer; raises NoAnswer at the limit, and after `close`."""
-        answer = Future[Answer]()
-
-        def reply(ok: bool, payload: bytes | Pieces) -> None:
-            with suppress(InvalidStateError):
-                answer.set_result((ok, payload))
-
-        def call() -> None:
-            try:
-                execute = receiver.admit(name, payload, attachment, reply)
-                if execute is not None:
-                    execute()
-            except BaseException as error:
-                _logger.exception("internal error in %s", name)
-                reply(False, encode_error(unknown_exception(error)))
-
-        self._pending.add(answer)
-        if self._closed:
-            self._let_go()
-        elif receiver.runs_here:
-            call()
-        else:
-            self.pool.submit(call)
-        try:
-            with self.pool.blocked():
-                ok, result = answer.result(timeout)
-        except TimeoutError:
-            raise NoAnswer(timed_out=True) from None
-        finally:
-            self._pending.discard(answer)
-        return ok, _arrived(result)
+        return _Caller(self, target.prefix, operation.name, timeout)
 
     def serve(self, target: Target, receiver: Receiver) -> Served:
-        """Give the calls of a target to a receiver."""
-        self.receivers[target] = receiver
+        prefix = target.prefix
+        self.receivers[prefix] = receiver
 
         def close() -> None:
-            if self.receivers.get(target) is receiver:
-                del self.receivers[target]
+            if self.receivers.get(prefix) is receiver:
+                del self.receivers[prefix]
 
-        return Closing(close)
+        return Served(close)
 
     def publish(
         self, target: Target, operation: Operation[..., Any], changed: Callable[[], object]
     ) -> Outlet:
-        """Return the publishing end of a stream."""
-        key = target.key(operation.name)
-        inlets = self._inlets.setdefault(key, [])
-        outlets = self._outlets.setdefault(key, [])
-        outlet = _Outlet(inlets, outlets, changed)
-        outlets.append(outlet)
-        return outlet
+        return _Outlet(self._streams.setdefault(target.key(operation.name), _Stream()), changed)
 
     def subscribe(self, target: Target, operation: Operation[..., Any], queue: int = 1) -> Inlet:
-        """Return a listening end of a stream."""
-        key = target.key(operation.name)
-        inlets = self._inlets.setdefault(key, [])
-        outlets = self._outlets.setdefault(key, [])
-
-        def changed() -> None:
-            for outlet in tuple(outlets):
-                outlet.changed()
-
-        inlet = _Inlet(inlets, queue, changed)
-        inlets.append(inlet)
-        changed()
-        return inlet
+        return _Inlet(self._streams.setdefault(target.key(operation.name), _Stream()), queue)
 
     def announce(self, token: str) -> Served:
-        """Show a token to those who watch."""
-        self._notify(token, came=True)
-        return Closing(partial(self._notify, token, came=False))
+        self.notify(token, came=True)
+        return Served(partial(self.notify, token, came=False))
 
     def watch(self, pattern: str, changed: Callable[[str, bool], object]) -> Served:
-        """Call a function with the tokens that begin as a pattern does, up to its first asterisk."""
+        # Patterns are told apart by what stands before their first asterisk.
         watcher = prefix, _ = pattern.partition("*")[0], changed
         with self._lock:
             self._watchers.append(watcher)
             for token in [token for token in self._tokens if token.startswith(prefix)]:
                 changed(token, True)
-        return Closing(partial(self._watchers.remove, watcher))
+        return Served(partial(self._watchers.remove, watcher))
 
-    def watch_links(self, changed: Callable[[str, bool], object]) -> Served:  # noqa: ARG002
-        """Do nothing: there are no links."""
-        return Closing(lambda: None)
-
-    def serve_status(self, realm: str, status: Callable[[], bytes]) -> Served:
-        """Answer those who ask for the status of this process."""
-        self._status[realm] = status
-        return Closing(partial(self._status.pop, realm, None))
-
-    def ask_status(self, realm: str, process: str, timeout: float, limit: int) -> bytes:  # noqa: ARG002
-        """Return the status of this process; raises ConnectionLostException for another one."""
-        status = self._status.get(realm)
-        if process != self.id or status is None:
-            raise ConnectionLostException(f"there is no process {process} of realm {realm}")
-        answer = status()
-        if len(answer) > limit:
-            raise MarshalException(
-                f"status of {process}: {len(answer)} bytes where at most {limit} are taken"
-            )
-        return answer
-
-    def close(self) -> None:
-        """End calls that wait, and the streams."""
-        self._closed = True
-        self._let_go()
-        for inlet in [inlet for inlets in list(self._inlets.values()) for inlet in list(inlets)]:
-            inlet.close()
-
-    def _let_go(self) -> None:
-        """Let those who wait for an answer go."""
-        for answer in tuple(self._pending):
-            with suppress(InvalidStateError):
-                answer.set_exception(NoAnswer(timed_out=False))
-
-    def _notify(self, token: str, *, came: bool) -> None:
+    def notify(self, token: str, *, came: bool) -> None:
+        """Report a token that came or went to those who watch."""
         with self._lock:
-            if came:
-                self._tokens[token] = None
-            else:
+            if not came:
                 self._tokens.pop(token, None)
+            elif len(self._tokens) < _MOST_TOKENS:
+                self._tokens[token] = None
             for changed in [changed for prefix, changed in self._watchers if token.startswith(prefix)]:
                 changed(token, came)
 
+    def watch_links(self, changed: Callable[[str, bool], object]) -> Served:  # noqa: ARG002
+        return Served(lambda: None)  # there are no links
 
+    def serve_status(self, realm: str, status: Callable[[], bytes]) -> Served:
+        self._status[realm, self.id] = status
+        return Served(partial(self._status.pop, (realm, self.id), None))
+
+    def ask_status(self, realm: str, process: str, timeout: float) -> Buffer:  # noqa: ARG002
+        if (status := self._status.get((realm, process))) is None:
+            raise ConnectionLostException(f"there is no process {process} of realm {realm}")
+        return status()
+
+    def close(self) -> None:
+        self.closed = True
+        for answer in tuple(self.pending):
+            with suppress(InvalidStateError):
+                answer.set_exception(NoAnswer(timed_out=False))
+        for inlet in [inlet for stream in list(self._streams.values()) for inlet in tuple(stream.inlets)]:
+            inlet.close()
+
+
+@dataclass(frozen=True)
 class _Caller:
-    def __init__(self, transport: InProcessTransport, target: Target, operation: str, timeout: float) -> None:
-        self._transport: Final = transport
-        self._target: Final = target
-        self._operation: Final = operation
-        self._timeout: Final = timeout
+    transport: InProcessTransport
+    prefix: str
+    operation: str
+    timeout: float
 
     def call(self, payload: bytes, attachment: bytes) -> Outcome:
-        receiver = self._transport.receivers.get(self._target)
-        if receiver is None:
-            raise NoAnswer(timed_out=False)
-        return self._transport.call(receiver, self._operation, payload, attachment, self._timeout)
+        transport, answer = self.transport, Future[Answer]()
+        receiver = transport.receivers.get(self.prefix)
+
+        def reply(ok: bool, payload: bytes | Pieces) -> None:
+            with suppress(InvalidStateError):
+                answer.set_result((ok, payload))
+
+        def execute(receiver: Receiver) -> None:
+            try:
+                job = receiver.admit(self.operation, payload, attachment, reply)
+                if job is not None:
+                    job()
+            except BaseException as error:
+                _logger.exception("internal error in %s", self.operation)
+                reply(False, encode_error(unknown_exception(error)))
+
+        transport.pending.add(answer)
+        try:
+            if receiver is None or transport.closed:
+                raise NoAnswer(timed_out=False)
+            if receiver.runs_here:
+                execute(receiver)
+            else:
+                transport.pool.submit(partial(execute, receiver))
+            with transport.pool.blocked():
+                ok, result = answer.result(self.timeout)
+        except TimeoutError:
+            raise NoAnswer(timed_out=True) from None
+        finally:
+            transport.pending.discard(answer)
+        return ok, _arrived(result)
 
     def begin(
         self, payload: bytes, attachment: bytes, done: Callable[[Outcome | SystemException], object]
     ) -> Callable[[], object]:
-        def call() -> None:
-            outcome: Outcome | SystemException
-            try:
-                outcome = self.call(payload, attachment)
-            except SystemException as error:
-                outcome = error
-            done(outcome)
-
-        self._transport.pool.submit(call)
+        self.transport.pool.submit(lambda: done(outcome_of(partial(self.call, payload, attachment))))
         return lambda: None
 
     def send(self, payload: bytes, attachment: bytes) -> None:
-        receiver = self._transport.receivers.get(self._target)
+        receiver = self.transport.receivers.get(self.prefix)
         if receiver is not None:
-            execute = receiver.admit(self._operation, payload, attachment, _discard)
+            execute = receiver.admit(self.operation, payload, attachment, lambda *_: None)
             if execute is not None:
-                self._transport.pool.submit(execute)
+                self.transport.pool.submit(execute)
+
+
+class _Stream:
+    """The ends of a stream."""
+
+    def __init__(self) -> None:
+        self.outlets: Final[list[_Outlet]] = []
+        self.inlets: Final[list[_Inlet]] = []
+
+    def changed(self) -> None:
+        for outlet in tuple(self.outlets):
+            outlet.changed()
 
 
 class _Outlet:
-    """The publishing end of a stream."""
-
-    def __init__(self, inlets: list[_Inlet], outlets: list[_Outlet], changed: Callable[[], object]) -> None:
+    def __init__(self, stream: _Stream, changed: Callable[[], object]) -> None:
         self.changed: Final = changed
-        self._inlets = inlets
-        self._outlets: Final = outlets
+        self._stream = stream
+        stream.outlets.append(self)
 
     @property
     def listening(self) -> bool:
-        return bool(self._inlets)
+        return bool(self._stream.inlets)
 
     def put(self, payload: bytes | Pieces, attachment: bytes) -> None:
         arrived = Arrived(_arrived(payload), attachment)
-        for inlet in tuple(self._inlets):
+        for inlet in tuple(self._stream.inlets):
             inlet.put(arrived)
 
     def close(self) -> None:
-        self._inlets = []
-        if self in self._outlets:
-            self._outlets.remove(self)
+        stream, self._stream = self._stream, _Stream()
+        if self in stream.outlets:
+            stream.outlets.remove(self)
 
 
 class _Inlet:
-    """The listening end of a stream."""
-
-    def __init__(self, inlets: list[_Inlet], queue: int, changed: Callable[[], object]) -> None:
-        self._inlets: Final = inlets
-        self._changed: Final = changed
+    def __init__(self, stream: _Stream, queue: int) -> None:
+        self._stream: Final = stream
         self._samples: Final[deque[Arrived]] = deque(maxlen=queue)
         self._callback: Callable[[Any], object] | None = None
         self._turn: Final = threading.RLock()  # whose callback may publish in turn
+        stream.inlets.append(self)
+        stream.changed()
 
     def poll(self) -> Arrived | None:
         with self._turn:
@@ -277,26 +240,19 @@ class _Inlet:
 
     def put(self, sample: Arrived) -> None:
         with self._turn:
-            if self._callback is None:
-                self._samples.append(sample)
-            else:
-                self._callback(sample)
+            (self._callback or self._samples.append)(sample)
 
     def open(self, sample: Arrived) -> Arrived:
         return sample
 
     def close(self, timeout: float = 0.0) -> bool:
-        if self in self._inlets:
-            self._inlets.remove(self)
-            self._changed()
+        if self in self._stream.inlets:
+            self._stream.inlets.remove(self)
+            self._stream.changed()
         ended = self._turn.acquire(timeout=timeout)
         if ended:
             self._turn.release()
         return ended
-
-
-def _discard(ok: bool, answer: bytes | Pieces) -> None:
-    """Take an answer that nobody waits for."""
 
 
 def _arrived(payload: bytes | Pieces) -> bytes | Parted:

@@ -13,13 +13,13 @@ from typing import Annotated, Final
 
 import msgspec
 
+from ._codec import Buffer
 from .exceptions import MarshalException
 from .text import LONGEST_TEXT
 
-__all__ = ["STATUS_LIMIT", "ProcessStatus", "ServantStatus", "decode_status", "encode_status", "program_name"]
+__all__ = ["ProcessStatus", "ServantStatus", "decode_status", "encode_status", "program_name"]
 
-STATUS_LIMIT: Final = 1 << 20
-"""Bytes of a status that are taken."""
+_LIMIT: Final = 1 << 20  # bytes
 
 _Text = Annotated[str, msgspec.Meta(max_length=LONGEST_TEXT)]
 _Count = Annotated[int, msgspec.Meta(ge=0)]
@@ -78,10 +78,12 @@ def encode_status(since: float, *, shared_memory: bool, servants: Mapping[str, S
     )
 
 
-def decode_status(data: bytes, process: str) -> ProcessStatus:
+def decode_status(data: Buffer, process: str) -> ProcessStatus:
     """Return the status that arrived; raises MarshalException, which names the process, for what is none."""
+    if len(data) > _LIMIT:  # before it is so much as copied
+        raise MarshalException(f"status of {process}: {len(data)} bytes where at most {_LIMIT} are taken")
     try:
-        return msgspec.msgpack.decode(data, type=ProcessStatus)
+        return msgspec.msgpack.decode(bytes(data), type=ProcessStatus)
     except (ValueError, RecursionError, OverflowError) as error:
         raise MarshalException(f"status of {process}: {error}") from error
 

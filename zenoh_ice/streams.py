@@ -29,7 +29,7 @@ from .exceptions import (
     TimeoutException,
 )
 from .interface import Operation
-from .transport import Closing, Inlet, Outlet, Pacer, Served, Target, Transport
+from .transport import Inlet, Outlet, Pacer, Served, Target, Transport
 
 __all__ = [
     "Channel",
@@ -210,7 +210,7 @@ class WallTiming:
             if thread is not threading.current_thread():
                 thread.join(_JOIN_LIMIT)
 
-        return Closing(close)
+        return Served(close)
 
 
 _WALL: Final = WallTiming()

@@ -24,7 +24,6 @@ __all__ = [
     "Arrived",
     "Buffer",
     "Caller",
-    "Closing",
     "Inlet",
     "NoAnswer",
     "Outcome",
@@ -43,9 +42,8 @@ __all__ = [
     "decode_error",
     "encode_error",
     "encode_sample_attachment",
+    "outcome_of",
 ]
-
-_NAME: Final = re.compile(NAME)
 
 
 class Target(NamedTuple):
@@ -57,14 +55,19 @@ class Target(NamedTuple):
     def __str__(self) -> str:
         return f"{self.identity}@{self.realm}"
 
+    @property
+    def prefix(self) -> str:
+        """What the keys of its operations begin with."""
+        return f"{self.realm}/{self.identity}"
+
     def key(self, operation: str) -> str:
         """Return the key of an operation."""
-        return f"{self.realm}/{self.identity}/{operation}"
+        return f"{self.prefix}/{operation}"
 
 
 def check_name(name: str, what: str) -> str:
     """Return the name of a realm or an identity; raises ConfigurationException for a text that is none."""
-    if not _NAME.fullmatch(name):
+    if not re.fullmatch(NAME, name):
         raise ConfigurationException(
             f"{name!r} is no {what}: write at most 128 letters, digits, '_', '-' and '.'"
         )
@@ -115,14 +118,19 @@ class NoAnswer(SystemException):
         self.timed_out = timed_out
 
 
+def outcome_of(call: Callable[[], Outcome]) -> Outcome | SystemException:
+    """Return what a call brings, or what it raises."""
+    try:
+        return call()
+    except SystemException as error:
+        return error
+
+
 class Caller(Protocol):
     """Call one operation of one servant, within one limit of time; for any thread."""
 
     def call(self, payload: bytes, attachment: bytes) -> Outcome:
-        """Call and wait for the answer.
-
-        Raises NoAnswer, and SystemException where the call cannot be sent.
-        """
+        """Call and wait for the answer; raises NoAnswer, or another SystemException for an unreadable one."""
 
     def begin(
         self, payload: bytes, attachment: bytes, done: Callable[[Outcome | SystemException], object]
@@ -145,32 +153,23 @@ class Pacer:
 
     def delay(self) -> float:
         """Return the wall seconds to wait before the next."""
-        return max(0.0, self._due - time.monotonic()) if self._period else 0.0
+        return max(0.0, self._due - time.monotonic())
 
     def count(self) -> None:
         """Count one that happens now."""
-        if self._period:
-            # From when it was due, so that late ones do not lower the rate; but a pause is not made up for.
-            now = time.monotonic()
-            late = now - self._due
-            self._due = (self._due if late < self._period else now) + self._period
+        # From when it was due, so that late ones do not lower the rate; but a pause is not made up for.
+        now = time.monotonic()
+        self._due = (self._due if now - self._due < self._period else now) + self._period
 
 
-class Served(Protocol):
-    """Something that takes calls or samples, or is announced, until it is closed."""
-
-    def close(self) -> None:
-        """End it."""
-
-
-class Closing:
-    """What is closed by calling a function, once."""
+class Served:
+    """Something that goes on until it is closed: calls or samples are taken, or a token is shown."""
 
     def __init__(self, close: Callable[[], object]) -> None:
         self._close: Callable[[], object] | None = close
 
     def close(self) -> None:
-        """Call the function."""
+        """End it, by a call of the function that it was made of, once."""
         close, self._close = self._close, None
         if close is not None:
             close()
@@ -193,9 +192,8 @@ class Outlet(Protocol):
 class Inlet(Protocol):
     """The listening end of a stream: a queue that the oldest samples fall out of."""
 
-    @property
-    def poll(self) -> Callable[[], Any]:
-        """Returns the next sample as it came, None while there is none."""
+    def poll(self) -> Any:  # noqa: ANN401 - each transport has its own
+        """Return the next sample as it came, None while there is none."""
 
     def deliver(self, callback: Callable[[Any], object], rate: float | None = None) -> None:
         """Call a function with each sample as it came, one after the other, until `close`.
@@ -217,17 +215,12 @@ class Inlet(Protocol):
 class Transport(Protocol):
     """Carry encoded calls, samples and tokens between processes, or within one."""
 
-    @property
-    def id(self) -> str:
-        """The id of this end: `Current.client` at those whom it calls."""
-
-    @property
-    def endpoints(self) -> Sequence[str]:
-        """The endpoints that it connects to; none for one that connects to nobody."""
-
-    @property
-    def token_delay(self) -> float:
-        """Seconds within which tokens that are there arrive, once a link is made."""
+    id: str
+    """The id of this end: `Current.client` at those whom it calls."""
+    endpoints: Sequence[str]
+    """The endpoints that it connects to; none for one that connects to nobody."""
+    token_delay: float
+    """Seconds within which tokens that are there arrive, once a link is made."""
 
     def explain_unreachable(self) -> str:
         """Return why nothing answers at the endpoints."""
@@ -269,12 +262,8 @@ class Transport(Protocol):
     def serve_status(self, realm: str, status: Callable[[], bytes]) -> Served:
         """Answer those who ask for the status of this process, also while all servants are busy."""
 
-    def ask_status(self, realm: str, process: str, timeout: float, limit: int) -> bytes:
-        """Return the status of a process by its id.
-
-        Raises ConnectionLostException when it does not answer in time, MarshalException for more than `limit`
-        bytes.
-        """
+    def ask_status(self, realm: str, process: str, timeout: float) -> Buffer:
+        """Return the status of a process by its id; raises ConnectionLostException without one in time."""
 
     def close(self) -> None:
         """End everything; calls that wait raise NoAnswer."""

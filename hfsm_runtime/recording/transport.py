@@ -28,7 +28,6 @@ from zenoh_ice.streams import Delivery, WallTiming
 from zenoh_ice.transport import (
     Arrived,
     Caller,
-    Closing,
     Inlet,
     Outcome,
     Parted,
@@ -120,7 +119,7 @@ class _InletTiming(WallTiming):
     delivers = False
 
     def repeat(self, period: float, job: Callable[[], object]) -> Served:  # noqa: ARG002
-        return Closing(lambda: None)
+        return Served(lambda: None)
 
     def wait_for(
         self, inlet: Inlet, changed: threading.Condition, holds: Callable[[], bool], timeout: float

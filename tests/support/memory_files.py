@@ -7,7 +7,7 @@ from pathlib import Path
 
 from zenoh_ice._tokens import client_token
 from zenoh_ice._zenoh.shared_memory import SharedMemory, memory_space
-from zenoh_ice.transport import Closing, Served
+from zenoh_ice.transport import Served
 
 __all__ = ["NEAR", "mapped", "open_memory_files", "shared_maps", "shared_memory"]
 
@@ -33,7 +33,7 @@ def shared_memory(
             changed(client_token("nao", NEAR, memory_space()), True)
         else:
             tokens(changed)
-        return Closing(lambda: None)
+        return Served(lambda: None)
 
     return SharedMemory(enabled=enabled, watch_clients=watch, on_unreadable=on_unreadable)
 

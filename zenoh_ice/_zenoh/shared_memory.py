@@ -35,7 +35,7 @@ from .._codec import LARGE, Parted, Pieces
 from .._tokens import parse_client_token
 from ..exceptions import ConnectionLostException, MarshalException
 from ..text import printable
-from ..transport import Closing, Served
+from ..transport import Served
 
 __all__ = ["LENT_FOR", "MemoryFile", "MemoryReference", "Ring", "SharedMemory", "memory_space"]
 
@@ -77,7 +77,7 @@ class SharedMemory:
         self,
         *,
         enabled: bool,
-        watch_clients: Callable[[Callable[[str, bool], object]], Served] = lambda _: Closing(lambda: None),
+        watch_clients: Callable[[Callable[[str, bool], object]], Served] = lambda _: Served(lambda: None),
         on_unreadable: Callable[[], object] = lambda: None,
     ) -> None:
         """Make nothing yet.

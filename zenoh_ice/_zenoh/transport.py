@@ -34,21 +34,15 @@ from ..text import without_source
 from ..transport import (
     Arrived,
     Buffer,
-    Caller,
-    Closing,
-    Inlet,
     NoAnswer,
     Outcome,
-    Outlet,
     Pacer,
     Receiver,
-    Reply,
     Served,
     Target,
+    outcome_of,
 )
 from .shared_memory import Ring, SharedMemory
-
-__all__ = ["ZenohTransport"]
 
 # Zenoh has five pools of threads by default, and a small call wakes four threads at each end. One thread that
 # receives and one that sends do the same work: docs/decisions/0012-zenoh-threads.md has the figures, and says
@@ -63,7 +57,6 @@ _THREADS: Final = (
 _M_ARENA_MAX: Final = -8
 _ARENAS: Final = 2
 
-_MOST_TOKENS: Final = 1 << 15  # that are remembered of one pattern
 _TIMEOUT: Final = b"Timeout"  # Zenoh's own error at the end of a query
 
 # What takes the answers of oneway calls: C code, the cheapest that Zenoh's thread can run.
@@ -95,7 +88,7 @@ class ZenohTransport:
     """
 
     # Over a link they come within milliseconds, and gossip makes the links to others within tens of them.
-    token_delay: Final = 0.5
+    token_delay = 0.5
 
     def __init__(self, settings: Settings, pool: Pool) -> None:
         """Open the session; raises as `open_session` does."""
@@ -103,22 +96,22 @@ class ZenohTransport:
         self.pool: Final = pool
         self.local: Final = InProcessTransport(pool)
         self._lock: Final = threading.Lock()
-        self.receivers: Final[dict[str, Receiver]] = {}
-        """By what the keys of their operations begin with."""
-        self._followers: Final[dict[str, _Follower]] = {}
-        self._tokens: Final[dict[str, list[object]]] = {}
+        self._receivers: Final = self.local.receivers
+        self._followed: Final[dict[str, zenoh.Subscriber[Any]]] = {}  # by pattern
+        self._tokens: Final[dict[tuple[str, str], object]] = {}  # by realm and readable memory
         self._closed = False
         pool.place(zenoh.Query, self._place)
         with _prepared_process():
             self.session: Final = open_session(settings)
         try:
-            self.id: Final = str(self.session.zid())
-            self.endpoints: Final[Sequence[str]] = tuple(connect_endpoints(settings))
+            self.id = str(self.session.zid())
+            self.endpoints: Sequence[str] = tuple(connect_endpoints(settings))
             self.shared_memory: Final = SharedMemory(
                 enabled=settings.shared_memory,
                 watch_clients=partial(self.watch, any_client(settings.realm)),
-                on_unreadable=self._ask_for_the_network,
+                on_unreadable=self._appear,
             )
+            self.shares_memory: Final = bool(self.shared_memory.space)
             self._appear(settings.realm)
         except BaseException:
             self.session.close()
@@ -127,33 +120,24 @@ class ZenohTransport:
     def explain_unreachable(self) -> str:
         return explain_endpoints(self.endpoints, self.settings.security)
 
-    @property
-    def shares_memory(self) -> bool:
-        """Whether images may travel through shared memory."""
-        return bool(self.shared_memory.space)
-
     # Calls.
 
-    def caller(self, target: Target, operation: Operation[..., Any], *, timeout: float) -> Caller:
+    def caller(self, target: Target, operation: Operation[..., Any], *, timeout: float) -> _Caller:
         self._appear(target.realm)
         return _Caller(self, target, operation, timeout)
 
     def serve(self, target: Target, receiver: Receiver) -> Served:
-        return self._serve(f"{target.realm}/{target.identity}", receiver)
-
-    def _serve(self, prefix: str, receiver: Receiver, operations: str = "*") -> Served:
-        self.receivers[prefix] = receiver
+        here = self.local.serve(target, receiver)
         # Complete: where several serve the same, one gets the call, not all.
         queryable = self.session.declare_queryable(
-            f"{prefix}/{operations}", Callback(self.pool.jobs.put, indirect=False), complete=True
+            target.key("*"), Callback(self.pool.jobs.put, indirect=False), complete=True
         )
 
         def close() -> None:
-            if self.receivers.get(prefix) is receiver:
-                del self.receivers[prefix]
+            here.close()
             _undeclare(queryable)
 
-        return Closing(close)
+        return Served(close)
 
     def _place(self, query: zenoh.Query) -> Callable[[], object] | None:
         """Give a call its place among those of its servant; return what executes or refuses it."""
@@ -161,7 +145,7 @@ class ZenohTransport:
         prefix, _, name = str(key).rpartition("/")
         reply = partial(self._reply, query, key)
         try:
-            receiver = self.receivers.get(prefix)
+            receiver = self._receivers.get(prefix)
             if receiver is None:
                 error = ObjectNotExistException(f"{prefix.rpartition('/')[2]} is no longer served")
                 return partial(reply, False, encode_error(error))
@@ -179,7 +163,9 @@ class ZenohTransport:
                 elif isinstance(answer, bytes):
                     query.reply(key, answer)
                 else:
-                    query.reply(key, self.shared_memory.lend(answer, _client_of(query)) or bytes(answer))
+                    about = query.attachment
+                    client = decode_attachment(about.to_bytes()).client if about is not None else ""
+                    query.reply(key, self.shared_memory.lend(answer, client) or bytes(answer))
             finally:
                 query.drop()
         except zenoh.ZError as error:  # the session was closed meanwhile
@@ -195,27 +181,30 @@ class ZenohTransport:
 
     def publish(
         self, target: Target, operation: Operation[..., Any], changed: Callable[[], object]
-    ) -> Outlet:
+    ) -> _Outlet:
         ring = Ring(self.shared_memory) if operation.result.holds_bytes else None
         return _Outlet(self.session, target.key(operation.name), ring, changed)
 
-    def subscribe(self, target: Target, operation: Operation[..., Any], queue: int = 1) -> Inlet:
+    def subscribe(self, target: Target, operation: Operation[..., Any], queue: int = 1) -> _Inlet:
         self._appear(target.realm)
         return _Inlet(self, target.key(operation.name), operation, queue)
 
     # Presence.
 
     def announce(self, token: str) -> Served:
-        return Closing(partial(_undeclare, self.session.liveliness().declare_token(token)))
+        return Served(partial(_undeclare, self.session.liveliness().declare_token(token)))
 
     def watch(self, pattern: str, changed: Callable[[str, bool], object]) -> Served:
+        watch = self.local.watch(pattern, changed)
         with self._lock:
-            new = pattern not in self._followers
-            follower = self._followers.setdefault(pattern, _Follower())
-        watch = follower.add(changed)
-        if new:
-            follower.open(self.session, pattern)
+            if pattern not in self._followed:  # one follower for all who watch
+                self._followed[pattern] = self.session.liveliness().declare_subscriber(
+                    pattern, Callback(self._on_token, indirect=False), history=True
+                )
         return watch
+
+    def _on_token(self, sample: zenoh.Sample) -> None:  # on Zenoh's thread
+        self.local.notify(str(sample.key_expr), came=sample.kind == zenoh.SampleKind.PUT)
 
     def watch_links(self, changed: Callable[[str, bool], object]) -> Served:
 
@@ -228,34 +217,33 @@ class ZenohTransport:
         listener = self.session.info.declare_transport_events_listener(
             Callback(on_event, indirect=False), history=True
         )
-        return Closing(partial(_undeclare, listener))
+        return Served(partial(_undeclare, listener))
 
-    def _appear(self, realm: str) -> None:
-        """Let the servants of a realm know that this process is there, and whose memory it can read."""
+    def _appear(self, *realms: str) -> None:
+        """Let the servants of these realms, or of all, know of this process and the memory it can read."""
         with self._lock:
-            if realm not in self._tokens:
-                self._tokens[realm] = [self._client_token(realm)]
-
-    def _ask_for_the_network(self) -> None:
-        """Let servants know that this process cannot read their memory after all."""
-        with self._lock:
-            if not self._closed:
-                # Beside the first token, the end of which would be the end of this client.
-                for realm, tokens in self._tokens.items():
-                    tokens.append(self._client_token(realm))
-
-    def _client_token(self, realm: str) -> object:
-        token = client_token(realm, self.id, self.shared_memory.readable_space)
-        return self.session.liveliness().declare_token(token)
+            space = self.shared_memory.readable_space
+            for realm in realms or {realm for realm, _ in self._tokens}:
+                # A second one stands beside the first, the end of which would be the end of this client.
+                if (realm, space) not in self._tokens and not self._closed:
+                    token = client_token(realm, self.id, space)
+                    self._tokens[realm, space] = self.session.liveliness().declare_token(token)
 
     # Status.
 
     def serve_status(self, realm: str, status: Callable[[], bytes]) -> Served:
         self.pool.reserve(1)  # so that it answers while all servants are busy
-        return self._serve(f"@process/{realm}/{self.id}", _StatusReceiver(status), "status")
 
-    def ask_status(self, realm: str, process: str, timeout: float, limit: int) -> bytes:
-        try:
+        def answer(query: zenoh.Query) -> None:  # on Zenoh's thread
+            self.pool.submit(lambda: self._reply(query, query.key_expr, True, status()))
+
+        queryable = self.session.declare_queryable(
+            f"@process/{realm}/{self.id}/status", Callback(answer, indirect=False), complete=True
+        )
+        return Served(partial(_undeclare, queryable))
+
+    def ask_status(self, realm: str, process: str, timeout: float) -> Buffer:
+        with suppress(zenoh.ZError):  # no answer
             reply = self.session.get(
                 f"@process/{realm}/{process}/status",
                 timeout=timeout,
@@ -263,25 +251,18 @@ class ZenohTransport:
                 # Not behind the calls that are about to be explained by it.
                 priority=zenoh.Priority.INTERACTIVE_HIGH,
             ).recv()
-        except zenoh.ZError:  # no answer
-            reply = None
-        answer = None if reply is None else reply.ok
-        if answer is None:
-            raise ConnectionLostException(
-                f"the process {process} of realm {realm} did not report its status within {timeout:g} s: it "
-                "is gone, or hangs, or access control denies it"
-            )
-        size = len(answer.payload)
-        if size > limit:
-            raise MarshalException(f"status of {process}: {size} bytes where at most {limit} are taken")
-        return answer.payload.to_bytes()
+            if reply.ok is not None:
+                return reply.ok.payload
+        raise ConnectionLostException(
+            f"the process {process} of realm {realm} did not report its status within {timeout:g} s: it is "
+            "gone, or hangs, or access control denies it"
+        )
 
     def close(self) -> None:
         with self._lock:
             self._closed = True
-            followers = list(self._followers.values())
-        for follower in followers:
-            follower.close()
+        for subscriber in tuple(self._followed.values()):
+            _undeclare(subscriber)
         self.local.close()
         close_session(self.session)
         self.shared_memory.close()
@@ -295,9 +276,9 @@ class _Caller:
     ) -> None:
         settings, result = transport.settings, operation.result
         self._transport: Final = transport
-        self._operation: Final = operation.name
-        self._prefix: Final = f"{target.realm}/{target.identity}"
-        self._timeout: Final = timeout
+        self._prefix: Final = target.prefix
+        self._receivers: Final = transport.local.receivers
+        self._call_here: Final = transport.local.caller(target, operation, timeout=timeout).call
         self._limit: Final = settings.size_limit(holds_bytes=result.holds_bytes)
         self._may_refer: Final = result.holds_bytes
         self._what: Final = f"reply of {target.identity}.{operation.name}"
@@ -319,22 +300,14 @@ class _Caller:
             raise transport.failure(error, operation.name) from error
 
     def call(self, payload: bytes, attachment: bytes) -> Outcome:
-        receiver = self._transport.receivers.get(self._prefix)
-        if receiver is not None:
-            local = self._transport.local
-            return local.call(receiver, self._operation, payload, attachment, self._timeout)
+        if self._prefix in self._receivers:
+            return self._call_here(payload, attachment)
         try:
-            replies = self._get(payload=payload, attachment=attachment)
-        except zenoh.ZError as error:
-            raise self._transport.failure(error, self._what) from error
-        try:
-            reply = replies.recv()
-        except zenoh.ZError:  # the end without an answer
+            # No variable holds the channel: the frames of an exception would keep it, and one that a servant
+            # fills with more replies holds up all that comes by the same link.
+            reply = self._get(payload=payload, attachment=attachment).recv()
+        except zenoh.ZError:  # the end without an answer, of the session too
             raise NoAnswer(timed_out=False) from None
-        finally:
-            # A channel that is kept, by the frames of an exception, say, and that a servant fills with more
-            # replies holds up all that comes by the same link.
-            del replies
         answer = reply.ok
         if answer is None or self._may_refer or len(answer.payload) > self._limit:
             return self._interpret(reply)
@@ -347,12 +320,7 @@ class _Caller:
         replies: deque[zenoh.Reply] = deque(maxlen=1)  # a servant may send more than one
 
         def finish() -> None:  # on a thread of the pool
-            outcome: Outcome | SystemException
-            try:
-                outcome = self._interpret(replies.popleft()) if replies else NoAnswer(timed_out=False)
-            except SystemException as error:
-                outcome = error
-            done(outcome)
+            done(outcome_of(lambda: self._interpret(replies.pop() if replies else None)))
 
         cancellation = zenoh.CancellationToken()
         # C code alone on Zenoh's thread: it keeps the reply, and at the end tells the pool.
@@ -369,8 +337,10 @@ class _Caller:
         except zenoh.ZError as error:
             raise self._transport.failure(error, self._what) from error
 
-    def _interpret(self, reply: zenoh.Reply) -> Outcome:
-        """Return what a reply brings; raises NoAnswer for Zenoh's own error at the limit."""
+    def _interpret(self, reply: zenoh.Reply | None) -> Outcome:
+        """Return what a reply brings; raises NoAnswer for none, and for Zenoh's own error at the limit."""
+        if reply is None:
+            raise NoAnswer(timed_out=False)
         answer = reply.ok
         if answer is not None:
             return True, self._transport.shared_memory.read(answer.payload, self._limit, self._what)
@@ -404,17 +374,14 @@ class _Outlet:
             express=bulk,
         )
 
-        def on_change(_: zenoh.MatchingStatus) -> None:  # on Zenoh's thread
-            changed()
-
-        self._listener: Final = self._publisher.declare_matching_listener(Callback(on_change, indirect=False))
+        # On Zenoh's thread.
+        on_change: Callback[zenoh.MatchingStatus] = Callback(lambda _: changed(), indirect=False)
+        self._listener: Final = self._publisher.declare_matching_listener(on_change)
 
     @property
     def listening(self) -> bool:
         with self._lock:
-            if self._closed:
-                return False
-            return self._publisher.matching_status.matching  # type: ignore[attr-defined,no-any-return]
+            return not self._closed and self._publisher.matching_status.matching  # type: ignore[attr-defined]
 
     def put(self, payload: bytes | Pieces, attachment: bytes) -> None:
         with self._lock:
@@ -471,10 +438,7 @@ class _Inlet:
     def close(self, timeout: float = 0.0) -> bool:
         if not self._closed.is_set():
             self._closed.set()
-            try:
-                self._subscriber.undeclare()  # ends the thread: its channel is closed
-            except zenoh.ZError as error:  # the session was closed meanwhile
-                _logger.debug("%s: %s", self._key, error)
+            _undeclare(self._subscriber)  # ends the thread: its channel is closed
         thread = self._thread
         if thread is None or thread is threading.current_thread():
             return True
@@ -493,76 +457,9 @@ class _Inlet:
             del sample  # it may be large, and the next may be long in coming
 
 
-class _Follower:
-    """Follow the tokens of one pattern, once for all who want to know."""
-
-    def __init__(self) -> None:
-        self._lock: Final = threading.RLock()
-        self._present: Final[dict[str, None]] = {}
-        self._watchers: tuple[Callable[[str, bool], object], ...] = ()
-        self._subscriber: zenoh.Subscriber[Any] | None = None
-
-    def open(self, session: zenoh.Session, pattern: str) -> None:
-        self._subscriber = session.liveliness().declare_subscriber(
-            pattern, Callback(self._on_token, indirect=False), history=True
-        )
-
-    def add(self, watcher: Callable[[str, bool], object]) -> Served:
-        """Call a function with the tokens that are there, and with what comes and goes."""
-        with self._lock:
-            self._watchers += (watcher,)
-            for key in self._present:
-                watcher(key, True)
-        return Closing(partial(self._remove, watcher))
-
-    def close(self) -> None:
-        subscriber, self._subscriber = self._subscriber, None
-        self._watchers = ()
-        if subscriber is not None:
-            subscriber.undeclare()
-
-    def _remove(self, watcher: Callable[[str, bool], object]) -> None:
-        with self._lock:
-            self._watchers = tuple(other for other in self._watchers if other is not watcher)
-
-    def _on_token(self, sample: zenoh.Sample) -> None:  # on Zenoh's thread
-        key, came = str(sample.key_expr), sample.kind == zenoh.SampleKind.PUT
-        with self._lock:
-            if not came:
-                self._present.pop(key, None)
-            elif len(self._present) < _MOST_TOKENS:  # no robot has so many: somebody floods the realm
-                self._present[key] = None
-            for watcher in self._watchers:
-                watcher(key, came)
-
-
-class _StatusReceiver:
-    """Answer who asks for the status of the process."""
-
-    runs_here: Final = False
-
-    def __init__(self, status: Callable[[], bytes]) -> None:
-        self._status: Final = status
-
-    def admit(
-        self,
-        name: str,  # noqa: ARG002
-        payload: Buffer | None,  # noqa: ARG002
-        attachment: Buffer | None,  # noqa: ARG002
-        reply: Reply,
-    ) -> Callable[[], object]:
-        return lambda: reply(True, self._status())
-
-
 def _undeclare(declared: Any) -> None:  # noqa: ANN401 - a queryable, a token, a listener
     """Undeclare what was declared, unless the session was closed meanwhile."""
     try:
         declared.undeclare()
     except zenoh.ZError as error:
         _logger.debug("not undeclared: %s", error)
-
-
-def _client_of(query: zenoh.Query) -> str:
-    """Return the id of the client that a query says it is from."""
-    attachment = query.attachment
-    return "" if attachment is None else decode_attachment(attachment.to_bytes()).client
