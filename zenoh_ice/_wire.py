@@ -171,10 +171,7 @@ def encode_error(error: ZenohIceError) -> bytes:
 
 
 def decode_error(
-    payload: bytes | Buffer,
-    declared: Sequence[type[UserException]],
-    what: str,
-    resolve: Resolve | None = None,
+    payload: Buffer, declared: Sequence[type[UserException]], what: str, resolve: Resolve | None = None
 ) -> ZenohIceError:
     """Return the exception that arrived as the nearest one that the operation may raise.
 

@@ -7,10 +7,9 @@ import logging
 import threading
 from collections import deque
 from collections.abc import Callable, Sequence
-from concurrent.futures import Future, InvalidStateError
-from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
+from queue import Empty, SimpleQueue
 from typing import Any, Final
 
 from ._codec import Buffer, Parted, Pieces
@@ -55,8 +54,8 @@ class InProcessTransport:
         self.pool: Final = pool
         self.receivers: Final[dict[str, Receiver]] = {}
         """By the prefix of their target."""
-        self.pending: Final[set[Future[Answer]]] = set()
-        """The answers that somebody waits for."""
+        self.pending: Final[set[SimpleQueue[Answer | None]]] = set()
+        """Where the answers come that somebody waits for; None at the end."""
         self.closed = False
         self._lock: Final = threading.RLock()
         self._streams: Final[dict[str, _Stream]] = {}
@@ -126,8 +125,7 @@ class InProcessTransport:
     def close(self) -> None:
         self.closed = True
         for answer in tuple(self.pending):
-            with suppress(InvalidStateError):
-                answer.set_exception(NoAnswer(timed_out=False))
+            answer.put(None)
         for inlet in [inlet for stream in list(self._streams.values()) for inlet in tuple(stream.inlets)]:
             inlet.close()
 
@@ -140,12 +138,11 @@ class _Caller:
     timeout: float
 
     def call(self, payload: bytes, attachment: bytes) -> Outcome:
-        transport, answer = self.transport, Future[Answer]()
+        transport, answer = self.transport, SimpleQueue[Answer | None]()
         receiver = transport.receivers.get(self.prefix)
 
         def reply(ok: bool, payload: bytes | Pieces) -> None:
-            with suppress(InvalidStateError):
-                answer.set_result((ok, payload))
+            answer.put((ok, payload))
 
         def execute(receiver: Receiver) -> None:
             try:
@@ -165,11 +162,14 @@ class _Caller:
             else:
                 transport.pool.submit(partial(execute, receiver))
             with transport.pool.blocked():
-                ok, result = answer.result(self.timeout)
-        except TimeoutError:
+                answered = answer.get(timeout=self.timeout)
+        except Empty:
             raise NoAnswer(timed_out=True) from None
         finally:
             transport.pending.discard(answer)
+        if answered is None:
+            raise NoAnswer(timed_out=False)
+        ok, result = answered
         return ok, _arrived(result)
 
     def begin(

@@ -215,14 +215,23 @@ class TestProcessStatus:
             pair.client.processStatus("c0ffee")
 
     @pytest.mark.parametrize(
-        "answer", [b"\xc1", msgspec.msgpack.encode({"program": 1}), bytes((1 << 20) + 1)], ids=len
+        ("answer", "reason"),
+        [
+            (b"\xc1", "malformed"),
+            (msgspec.msgpack.encode({"program": 1}), r"at `\$\.program`"),
+            (bytes((1 << 20) + 1), "1048577 bytes where at most 1048576 are taken"),
+        ],
+        ids=["no MessagePack", "no status", "too large"],
     )
-    def test_status_that_is_none_is_refused(self, pair: Pair, answer: bytes) -> None:
+    def test_status_that_is_none_is_refused(self, pair: Pair, answer: bytes, reason: str) -> None:
         def pretend(query: zenoh.Query) -> None:
             query.reply(query.key_expr, answer)
 
         key = "@process/nao/c0ffee/status"
-        with session_of(pair.server).declare_queryable(key, pretend), pytest.raises(MarshalException):
+        with (
+            session_of(pair.server).declare_queryable(key, pretend),
+            pytest.raises(MarshalException, match=f"^status of c0ffee: .*{reason}"),
+        ):
             _ask_until_answered(pair)
 
     def test_process_without_servants_tells_nothing(self, pair: Pair) -> None:

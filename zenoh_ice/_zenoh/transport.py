@@ -171,11 +171,14 @@ class ZenohTransport:
         except zenoh.ZError as error:  # the session was closed meanwhile
             _logger.debug("answer at %s dropped: %s", key, error)
 
-    def failure(self, error: zenoh.ZError, what: str) -> SystemException:
-        """Return the exception of what Zenoh refuses to do."""
-        if self._closed:
-            return CommunicatorDestroyedException(f"{what}: the communicator was destroyed")
-        return ConnectionLostException(f"{what} could not be sent: {without_source(error)}")
+    def attempt(self, what: str, function: Callable[..., Any], *args: object, **options: object) -> Any:  # noqa: ANN401
+        """Return what a function of Zenoh's returns; raises a SystemException for what it refuses to do."""
+        try:
+            return function(*args, **options)
+        except zenoh.ZError as error:
+            if self._closed:
+                raise CommunicatorDestroyedException(f"{what}: the communicator was destroyed") from error
+            raise ConnectionLostException(f"{what} could not be sent: {without_source(error)}") from error
 
     # Streams.
 
@@ -269,8 +272,6 @@ class ZenohTransport:
 
 
 class _Caller:
-    """Call one operation of one servant."""
-
     def __init__(
         self, transport: ZenohTransport, target: Target, operation: Operation[..., Any], timeout: float
     ) -> None:
@@ -286,18 +287,17 @@ class _Caller:
         # A link that takes nothing may block the sender for the longest limit, after which Zenoh closes it; a
         # call with a shorter one is dropped instead, and ends by its limit.
         drop = timeout < send_limit(settings)
-        try:
-            self._get: Final = transport.session.declare_querier(
-                target.key(operation.name),
-                timeout=timeout,
-                # One that answers is enough; replies are not compared with one another.
-                consolidation=zenoh.ConsolidationMode.NONE,
-                # The reply travels as the request does. No express: it halves the calls in flight.
-                congestion_control=zenoh.CongestionControl.DROP if drop else zenoh.CongestionControl.BLOCK,
-                priority=zenoh.Priority.DATA_HIGH if bulk else zenoh.Priority.INTERACTIVE_HIGH,
-            ).get
-        except zenoh.ZError as error:
-            raise transport.failure(error, operation.name) from error
+        self._get: Final = transport.attempt(
+            operation.name,
+            transport.session.declare_querier,
+            target.key(operation.name),
+            timeout=timeout,
+            # One that answers is enough; replies are not compared with one another.
+            consolidation=zenoh.ConsolidationMode.NONE,
+            # The reply travels as the request does. No express: it halves the calls in flight.
+            congestion_control=zenoh.CongestionControl.DROP if drop else zenoh.CongestionControl.BLOCK,
+            priority=zenoh.Priority.DATA_HIGH if bulk else zenoh.Priority.INTERACTIVE_HIGH,
+        ).get
 
     def call(self, payload: bytes, attachment: bytes) -> Outcome:
         if self._prefix in self._receivers:
@@ -325,17 +325,13 @@ class _Caller:
         cancellation = zenoh.CancellationToken()
         # C code alone on Zenoh's thread: it keeps the reply, and at the end tells the pool.
         handler = Callback(replies.append, partial(self._transport.pool.jobs.put, finish), indirect=False)
-        try:
-            self._get(handler, payload=payload, attachment=attachment, cancellation_token=cancellation)
-        except zenoh.ZError as error:
-            raise self._transport.failure(error, self._what) from error
+        options = {"payload": payload, "attachment": attachment, "cancellation_token": cancellation}
+        self._transport.attempt(self._what, self._get, handler, **options)
         return cancellation.cancel
 
     def send(self, payload: bytes, attachment: bytes) -> None:
-        try:
-            self._get(Callback(_DISCARD, indirect=False), payload=payload, attachment=attachment)
-        except zenoh.ZError as error:
-            raise self._transport.failure(error, self._what) from error
+        handler = Callback(_DISCARD, indirect=False)
+        self._transport.attempt(self._what, self._get, handler, payload=payload, attachment=attachment)
 
     def _interpret(self, reply: zenoh.Reply | None) -> Outcome:
         """Return what a reply brings; raises NoAnswer for none, and for Zenoh's own error at the limit."""
@@ -355,8 +351,6 @@ class _Caller:
 
 
 class _Outlet:
-    """The publishing end of a stream."""
-
     def __init__(
         self, session: zenoh.Session, key: str, ring: Ring | None, changed: Callable[[], object]
     ) -> None:
@@ -405,8 +399,6 @@ class _Outlet:
 
 
 class _Inlet:
-    """The listening end of a stream."""
-
     def __init__(
         self, transport: ZenohTransport, key: str, operation: Operation[..., Any], queue: int
     ) -> None:
@@ -415,11 +407,9 @@ class _Inlet:
         self._limit: Final = transport.settings.size_limit(holds_bytes=operation.result.holds_bytes)
         self._closed: Final = threading.Event()
         self._thread: threading.Thread | None = None
-        try:
-            # A ring: a queue that is full and keeps what it has would hold up the whole session.
-            self._subscriber: Final = transport.session.declare_subscriber(key, RingChannel(queue))
-        except zenoh.ZError as error:
-            raise transport.failure(error, key) from error
+        # A ring: a queue that is full and keeps what it has would hold up the whole session.
+        ring: RingChannel[zenoh.Sample] = RingChannel(queue)
+        self._subscriber: Final = transport.attempt(key, transport.session.declare_subscriber, key, ring)
         # Kept apart: the subscriber can be undeclared while a thread waits in the handler.
         self._handler: Final = self._subscriber.handler
         self.poll: Final[Callable[[], Any]] = self._handler.try_recv
@@ -436,9 +426,8 @@ class _Inlet:
         return Arrived(payload, None if attachment is None else attachment.to_bytes())
 
     def close(self, timeout: float = 0.0) -> bool:
-        if not self._closed.is_set():
-            self._closed.set()
-            _undeclare(self._subscriber)  # ends the thread: its channel is closed
+        self._closed.set()
+        _undeclare(self._subscriber)  # ends the thread: its channel is closed
         thread = self._thread
         if thread is None or thread is threading.current_thread():
             return True
