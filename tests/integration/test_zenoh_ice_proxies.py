@@ -18,7 +18,7 @@ from zenoh_ice import (
     TwowayOnlyException,
 )
 from zenoh_ice._tokens import servant_token
-from zenoh_ice.transport import Closing, Target
+from zenoh_ice.transport import Served, Target
 
 
 @pytest.fixture
@@ -141,7 +141,7 @@ class TestUnansweredCalls:
 
     def test_call_that_nobody_takes_is_denied(self, pair: Pair, monkeypatch: pytest.MonkeyPatch) -> None:
         """Access control drops calls without a word; here the servant that is there takes none."""
-        monkeypatch.setattr(pair.server.transport, "serve", lambda *_: Closing(lambda: None))
+        monkeypatch.setattr(pair.server.transport, "serve", lambda *_: Served(lambda: None))
         pair.adapter.add(Notebook(), "Guarded")
         proxy = NotebookPrx.checkedCast(pair.client.stringToProxy("Guarded"))
         with pytest.raises(AccessDeniedException, match=r"Guarded\.about"):
