@@ -56,7 +56,6 @@ class InProcessTransport:
         """By the prefix of their target."""
         self.pending: Final[set[SimpleQueue[Answer | None]]] = set()
         """Where the answers come that somebody waits for; None at the end."""
-        self.closed = False
         self._lock: Final = threading.RLock()
         self._streams: Final[dict[str, _Stream]] = {}
         self._tokens: Final[dict[str, None]] = {}
@@ -123,7 +122,7 @@ class InProcessTransport:
         return status()
 
     def close(self) -> None:
-        self.closed = True
+        self.receivers.clear()  # first: a call notes where its answer comes, then looks for its receiver
         for answer in tuple(self.pending):
             answer.put(None)
         for inlet in [inlet for stream in list(self._streams.values()) for inlet in tuple(stream.inlets)]:
@@ -139,7 +138,6 @@ class _Caller:
 
     def call(self, payload: bytes, attachment: bytes) -> Outcome:
         transport, answer = self.transport, SimpleQueue[Answer | None]()
-        receiver = transport.receivers.get(self.prefix)
 
         def reply(ok: bool, payload: bytes | Pieces) -> None:
             answer.put((ok, payload))
@@ -155,7 +153,7 @@ class _Caller:
 
         transport.pending.add(answer)
         try:
-            if receiver is None or transport.closed:
+            if (receiver := transport.receivers.get(self.prefix)) is None:
                 raise NoAnswer(timed_out=False)
             if receiver.runs_here:
                 execute(receiver)

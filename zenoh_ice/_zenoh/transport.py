@@ -156,20 +156,19 @@ class ZenohTransport:
 
     def _reply(self, query: zenoh.Query, key: zenoh.KeyExpr, ok: bool, answer: bytes | Pieces) -> None:
         """Answer a query and let it go: its client would hang until the limit."""
-        try:
-            try:  # not `with query`: the sooner it is dropped, the more often both travel in one message
-                if not ok:
-                    query.reply_err(bytes(answer), encoding=ERROR_ENCODING)
-                elif isinstance(answer, bytes):
-                    query.reply(key, answer)
-                else:
-                    about = query.attachment
-                    client = decode_attachment(about.to_bytes()).client if about is not None else ""
-                    query.reply(key, self.shared_memory.lend(answer, client) or bytes(answer))
-            finally:
-                query.drop()
+        try:  # not `with query`: the sooner it is dropped, the more often both travel in one message
+            if not ok:
+                query.reply_err(bytes(answer), encoding=ERROR_ENCODING)
+            elif isinstance(answer, bytes):
+                query.reply(key, answer)
+            else:
+                about = query.attachment
+                client = decode_attachment(about.to_bytes()).client if about is not None else ""
+                query.reply(key, self.shared_memory.lend(answer, client) or bytes(answer))
         except zenoh.ZError as error:  # the session was closed meanwhile
             _logger.debug("answer at %s dropped: %s", key, error)
+        finally:
+            query.drop()
 
     def attempt(self, what: str, function: Callable[..., Any], *args: object, **options: object) -> Any:  # noqa: ANN401
         """Return what a function of Zenoh's returns; raises a SystemException for what it refuses to do."""
