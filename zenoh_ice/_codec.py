@@ -10,30 +10,15 @@ import re
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import cached_property, partial, reduce
+from functools import cached_property, reduce
 from operator import attrgetter
 from typing import Any, Final, Generic, NamedTuple, Protocol, TypeVar
 
 import msgspec
 
-from ._values import TYPE_FIELD, Arrival, Reference, Resolve, Value, WireTypes
+from ._values import TYPE_FIELD, Arrival, Reference, Resolve, Value
 from .exceptions import MarshalException
 from .text import printable
-
-__all__ = [
-    "DECODE_ERRORS",
-    "ENCODE_ERRORS",
-    "LARGE",
-    "Buffer",
-    "Codec",
-    "Parted",
-    "Pieces",
-    "byte_sequences",
-    "encode",
-    "misfit",
-    "not_encoded",
-    "to_msgpack",
-]
 
 LARGE: Final = 1 << 16
 """Bytes from which a byte sequence is worth a piece of its own."""
@@ -177,27 +162,18 @@ class Codec(Generic[S]):
     # Made when first needed: the struct may refer to types defined after the operation.
 
     @cached_property
-    def _types(self) -> WireTypes:
-        return WireTypes(self.struct)
+    def _arrival(self) -> Arrival[S]:
+        return Arrival(self.struct)
 
     @property
     def holds_bytes(self) -> bool:
         """Whether a byte sequence stands anywhere in the type: such payloads may be larger."""
-        return self._types.holds_bytes
+        return self._arrival.holds_bytes
 
     @cached_property
     def value_of(self) -> Callable[[S], object]:
         """Returns what stands for a struct: None, a value or a tuple."""
         return attrgetter(*self.fields) if self.fields else lambda _: None
-
-    @cached_property
-    def _decoder(self) -> msgspec.msgpack.Decoder[S] | None:
-        return msgspec.msgpack.Decoder(self.struct) if self._types.plain else None
-
-    @cached_property
-    def _arrival(self) -> Arrival[S]:
-        """What decodes where msgspec alone cannot."""
-        return Arrival(self.struct)
 
     @cached_property
     def make_single(self) -> Callable[[object], S] | None:
@@ -225,16 +201,11 @@ class Codec(Generic[S]):
 
         Large byte sequences stay where they are, as pieces. Raises MarshalException for what does not fit.
         """
-        count = self._count
-        if count == 1:
-            struct = self.make(value)
-        elif isinstance(value, tuple) and len(value) == count > 0:
-            struct = self.make(*value)
-        elif value is None and count == 0:
-            struct = self.make()
-        else:
-            expected = f"a tuple ({', '.join(self.fields)})" if count else "None"
+        values = (value,) if self._count == 1 else () if value is None else value
+        if not isinstance(values, tuple) or len(values) != self._count:
+            expected = f"a tuple ({', '.join(self.fields)})" if self.fields else "None"
             raise MarshalException(f"{what}: expected {expected}, got {type(value).__name__}")
+        struct = self.make(*values)
         if not self._byte_sequences:
             return encode(struct, what)
         taken: dict[int, bytes] = {}
@@ -257,9 +228,7 @@ class Codec(Generic[S]):
                 setattr(reduce(getattr, way, struct), name, large)
             return struct
         try:
-            if self._decoder is None:
-                return self._arrival.decode(payload, resolve)
-            return self._decoder.decode(payload)
+            return self.decoder(resolve)(payload)
         except DECODE_ERRORS as error:
             raise misfit(error, what) from error
 
@@ -272,9 +241,7 @@ class Codec(Generic[S]):
 
     def decoder(self, resolve: Resolve | None) -> Callable[[bytes], S]:
         """Return what does as `unpack`, and raises DECODE_ERRORS instead, which `misfit` explains."""
-        if self._decoder is None:
-            return partial(self._arrival.decode, resolve=resolve)
-        return self._decoder.decode
+        return self._arrival.decoder(resolve)
 
 
 def misfit(error: BaseException, what: str) -> MarshalException:

@@ -7,35 +7,20 @@ must not grow a hundredfold. Values of wire types become those of the interface 
 
 from __future__ import annotations
 
-import itertools
 import re
 import sys
-import threading
 import types
 from abc import ABC, abstractmethod
 from array import array
 from collections.abc import Callable
-from functools import lru_cache, reduce
+from contextvars import ContextVar
+from functools import lru_cache, partial, reduce
 from operator import or_
 from typing import Annotated, Any, Final, Generic, Self, TypeVar, Union, get_args, get_origin
 
 import msgspec
 
 from .exceptions import MarshalException
-
-__all__ = [
-    "NAME",
-    "PROXY_TEXT",
-    "TYPE_FIELD",
-    "Arrival",
-    "Reference",
-    "Resolve",
-    "Struct",
-    "Value",
-    "WireTypes",
-    "derived_classes",
-    "type_ids_of",
-]
 
 NAME: Final = r"[A-Za-z0-9_.\-]{1,128}"
 """Pattern of a realm and of an identity: one chunk of a key, without marks."""
@@ -65,8 +50,7 @@ _WIRE_MODULE: Final = ""  # no module has this name: what was loaded is told fro
 _Never: Final = Annotated[str, msgspec.Meta(min_length=1, max_length=0)]
 _NoClass: Final = msgspec.defstruct("_NoClass", [("never", _Never)], tag="", tag_field=TYPE_FIELD)
 
-_counter: Final = itertools.count(1)
-_classes_made: int = 0  # what was built from all of them is stale when it grew
+_known_classes = object()  # another after each new class: what was built from all of them is stale then
 
 
 class Struct(msgspec.Struct):
@@ -86,9 +70,9 @@ class Value(Struct, tag_field=TYPE_FIELD, tag="::Ice::Object"):
 
     def __init_subclass__(cls, **options: Any) -> None:  # noqa: ANN401 - those of msgspec
         super().__init_subclass__(**options)
-        global _classes_made  # noqa: PLW0603 - the types of a process are global
+        global _known_classes  # noqa: PLW0603 - the types of a process are global
         if cls.__module__ != _WIRE_MODULE:
-            _classes_made = next(_counter)
+            _known_classes = object()
 
 
 class Reference(ABC):
@@ -107,28 +91,24 @@ class Reference(ABC):
 Resolve = Callable[[str], Reference]
 """Makes an untyped proxy of its text."""
 
+_resolve: Final[ContextVar[Resolve | None]] = ContextVar("_resolve")  # of the payload that is decoded now
 
-def derived_classes(cls: type[Value]) -> dict[str, type[Value]]:
-    """Return a class and every known one that extends it, near or far, by type id.
+
+@lru_cache(maxsize=64)  # wire types are subclasses, too: a flood of unknown classes must not make this slow
+def derived_classes(cls: type[Value], known: object) -> dict[str, type[Value]]:  # noqa: ARG001
+    """Return a class and every one that extends it, near or far, by type id; `known` is `_known_classes`.
 
     A subclass without a type id of its own, made by hand, does not count; nor do classes of modules that were
     unloaded, and of a module that was loaded again those of the last time do.
     """
-    return _derived_classes(cls, _classes_made)
-
-
-@lru_cache(maxsize=64)  # wire types are subclasses, too: a flood of unknown classes must not make this slow
-def _derived_classes(cls: type[Value], classes_made: int) -> dict[str, type[Value]]:  # noqa: ARG001
     found = {type_ids_of(cls)[0]: cls}
     waiting = [cls]
     for each in waiting:  # which grows meanwhile
         for derived in each.__subclasses__():
             waiting.append(derived)
-            being_made = derived.__struct_config__.tag is None  # by another thread
-            if derived.__module__ in sys.modules and not being_made:
-                type_id = type_ids_of(derived)[0]
-                if type_id != type_ids_of(each)[0]:
-                    found[type_id] = derived
+            tag = derived.__struct_config__.tag  # None while another thread makes the class
+            if derived.__module__ in sys.modules and tag not in {None, each.__struct_config__.tag}:
+                found[type_ids_of(derived)[0]] = derived
     return found
 
 
@@ -137,28 +117,28 @@ def type_ids_of(cls: type[Value]) -> list[str]:
     return str(cls.__struct_config__.tag).split()
 
 
-class _Here(threading.local):
-    resolve: Resolve | None = None
-    """Makes the proxies of the payload that this thread decodes."""
-
-
-_here: Final = _Here()
-
-
 class Arrival(Generic[S]):
-    """Decode payloads of one struct for which msgspec alone is not enough."""
+    """Decode payloads of one struct, by what msgspec alone does not decode if there is such in it."""
 
     def __init__(self, struct: type[S]) -> None:
+        types: Final = WireTypes(struct)
+        self.holds_bytes: Final = bytes in types.leaves
+        """Whether a byte sequence stands anywhere in the struct: such payloads may be larger."""
+        references = any(issubclass(each, Reference) for each in types.leaves)
+        self._plain: Final = types.root is struct and not references  # msgspec alone can decode it
         self._struct: Final = struct
-        self._decoders: tuple[int, dict[tuple[str, ...], msgspec.msgpack.Decoder[S]]] = -1, {}
-        """How many classes there were, and decoders by the unknown classes that they take for known bases."""
+        self._decoders: tuple[object, dict[tuple[str, ...], msgspec.msgpack.Decoder[S]]] = None, {}
+        """The classes that were known, and decoders by the unknown ones that they take for known bases."""
 
-    def decode(self, payload: bytes, resolve: Resolve | None) -> S:
-        """Return the struct that a payload holds, its proxies made by a function.
+    def decoder(self, resolve: Resolve | None) -> Callable[[bytes], S]:
+        """Return what decodes a payload, and makes the proxies in it by a function.
 
-        Raises what msgspec raises, and MarshalException for a proxy without one.
+        It raises DECODE_ERRORS, and MarshalException for a proxy without a function.
         """
-        _here.resolve = resolve
+        return self._decoder(()).decode if self._plain else partial(self._decode, resolve)
+
+    def _decode(self, resolve: Resolve | None, payload: bytes) -> S:
+        token = _resolve.set(resolve)
         try:
             return self._decoder(()).decode(payload)
         except msgspec.ValidationError as error:
@@ -167,12 +147,12 @@ class Arrival(Generic[S]):
             unknown = {match[1].decode() for match in _TYPE_ENTRY.finditer(payload)}
             return self._decoder(tuple(sorted(unknown)[:_MOST_SLICED])).decode(payload)
         finally:
-            _here.resolve = None
+            _resolve.reset(token)
 
     def _decoder(self, sliced: tuple[str, ...]) -> msgspec.msgpack.Decoder[S]:
-        made, decoders = self._decoders
-        if made != _classes_made or len(decoders) > _MOST_SLICED:
-            _, decoders = self._decoders = _classes_made, {}  # at once: other threads decode, too
+        known, decoders = self._decoders
+        if known is not _known_classes or len(decoders) > _MOST_SLICED:
+            _, decoders = self._decoders = _known_classes, {}  # at once: other threads decode, too
         if sliced not in decoders:
             wire = WireTypes(self._struct, sliced).root
             decoders[sliced] = msgspec.msgpack.Decoder(wire, dec_hook=_proxy)
@@ -183,9 +163,9 @@ def _proxy(kind: type[Reference], text: object) -> Reference:
     """Return the proxy that a text in a payload stands for."""
     if not isinstance(text, str) or not re.match(PROXY_TEXT, text):
         raise ValueError(f"Expected a proxy, got {text!r}")  # msgspec adds where
-    if _here.resolve is None:
+    if (resolve := _resolve.get()) is None:
         raise MarshalException(f"the proxy {text} needs a communicator to arrive")
-    return kind.ice_fromWire(text, _here.resolve)
+    return kind.ice_fromWire(text, resolve)
 
 
 class WireTypes:
@@ -196,31 +176,25 @@ class WireTypes:
         self._structs: dict[type, type[msgspec.Struct]] = {}
         self._classes: dict[str, type[msgspec.Struct]] = {}
         self._waiting: list[tuple[type[Value], type[msgspec.Struct]]] = []
-        self._holds: set[type] = set()
+        self.leaves: Final[set[type]] = set()
+        """Types in it, anywhere, that are neither structs nor classes nor made of others."""
         self.root: Final = self._struct(struct)
         while self._waiting:  # classes refer to each other: their members come when all classes are there
             cls, wire = self._waiting.pop()
             wire.__annotations__.update(self._members(cls))
-        self.holds_bytes: Final = bytes in self._holds
-        """Whether a byte sequence stands anywhere in the struct."""
-        self.plain: Final = self.root is struct and not any(
-            issubclass(each, Reference) for each in self._holds
-        )
-        """Whether msgspec alone can decode the struct."""
 
     def _of(self, kind: Any) -> Any:  # noqa: ANN401 - a type or what stands for one in annotations
-        origin, arguments = get_origin(kind), get_args(kind)
-        if origin is Union or origin is types.UnionType:
-            return reduce(or_, map(self._of, arguments))
-        if origin in {list, dict}:
-            return origin[tuple(map(self._of, arguments))]
+        origin = get_origin(kind)
+        if origin in {Union, types.UnionType, list, dict}:
+            generic = Union if origin is types.UnionType else origin
+            return generic[tuple(map(self._of, get_args(kind)))]
         if not isinstance(kind, type):
             return kind
         if issubclass(kind, Value):
             return self._class(kind)
         if issubclass(kind, msgspec.Struct):
             return self._struct(kind)
-        self._holds.add(kind)
+        self.leaves.add(kind)
         return kind
 
     def _struct(self, cls: type[msgspec.Struct]) -> type[msgspec.Struct]:
@@ -236,7 +210,7 @@ class WireTypes:
 
     def _class(self, cls: type[Value]) -> Any:  # noqa: ANN401 - a union
         """Return one of all known classes that extend a class, or it itself."""
-        by_id = derived_classes(cls)
+        by_id = derived_classes(cls, _known_classes)
         found = {str(derived.__struct_config__.tag): derived for derived in by_id.values()}
         for type_ids in self._sliced:
             nearest = next((by_id[base] for base in type_ids.split() if base in by_id), None)

@@ -10,27 +10,6 @@ import msgspec
 
 from .text import cut, printable
 
-__all__ = [
-    "AccessDeniedException",
-    "AlreadyRegisteredException",
-    "BusyException",
-    "CommunicatorDestroyedException",
-    "ConfigurationException",
-    "ConnectFailedException",
-    "ConnectionLostException",
-    "EndpointInUseException",
-    "InterfaceMismatchException",
-    "MarshalException",
-    "ObjectNotExistException",
-    "OperationNotExistException",
-    "SystemException",
-    "TimeoutException",
-    "TwowayOnlyException",
-    "UnknownException",
-    "UserException",
-    "ZenohIceError",
-]
-
 
 class ZenohIceError(Exception):
     """The root of every exception of the object model."""

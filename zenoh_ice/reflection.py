@@ -27,23 +27,6 @@ from .exceptions import ConfigurationException, MarshalException, ZenohIceError
 from .interface import OBJECT_TYPE_ID, Interface
 from .text import printable
 
-__all__ = [
-    "OBJECT_OPERATIONS",
-    "RETURN_VALUE",
-    "Definition",
-    "Enumerator",
-    "Member",
-    "OperationDescription",
-    "Schema",
-    "canonical_lines",
-    "describe_difference",
-    "describe_package",
-    "first_difference",
-    "parse_schema",
-    "schema_of",
-    "unscoped",
-]
-
 RETURN_VALUE: Final = "returnValue"
 """The name of what an operation returns, among its results."""
 

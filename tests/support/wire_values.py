@@ -51,7 +51,9 @@ def values(kind: Any, desk: Desk, depth: int = 3) -> st.SearchStrategy[Any]:
         key, item = (values(argument, desk, depth) for argument in arguments)
         return st.dictionaries(key, item, max_size=3)
     if issubclass(kind, Value):
-        return st.one_of([struct_values(each, desk, depth - 1) for each in derived_classes(kind).values()])
+        return st.one_of(
+            [struct_values(each, desk, depth - 1) for each in derived_classes(kind, object()).values()]
+        )
     if issubclass(kind, msgspec.Struct):
         return struct_values(kind, desk, depth)
     if issubclass(kind, ObjectPrx):
