@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import keyword
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from functools import lru_cache
 from importlib import resources
 from typing import Annotated, Final, Literal
@@ -153,9 +153,9 @@ class Schema(msgspec.Struct, frozen=True):
         """Return a type with sequences and dictionaries as what they are made of: `sequence<double>`."""
         text = type_name if scoped else unscoped(type_name)
         definition = self.definitions.get(type_name)
-        if definition is not None and definition.kind in {"sequence", "dictionary"}:
-            inner = ", ".join(self.type_text(each, scoped=scoped) for each in _inner_types(definition))
-            text = f"{definition.kind}<{inner}>"
+        if definition is not None and (inner := _inner_types(definition)):
+            parts = ", ".join(self.type_text(each, scoped=scoped) for each in inner)
+            text = f"{definition.kind}<{parts}>"
         return f"optional {text}" if optional else text
 
 
@@ -174,10 +174,6 @@ OBJECT_OPERATIONS: Final = (
 """What every servant answers besides the operations of its interface."""
 
 
-class _PackageSchema(msgspec.Struct):
-    definitions: dict[_TypeId, Definition]
-
-
 @lru_cache(maxsize=64)
 def describe_package(package: str) -> dict[str, Definition]:
     """Return all definitions of a generated package, by type id: `describe_package("interfaces.nao")`.
@@ -186,8 +182,9 @@ def describe_package(package: str) -> dict[str, Definition]:
     """
     try:
         data = (resources.files(package) / _SCHEMA_FILE).read_bytes()
-        return msgspec.json.decode(data, type=_PackageSchema).definitions
-    except (OSError, ImportError, TypeError, ValueError) as error:
+        definitions = msgspec.json.decode(data, type=dict[str, msgspec.Raw])["definitions"]
+        return msgspec.json.decode(definitions, type=dict[_TypeId, Definition])
+    except (OSError, ImportError, TypeError, ValueError, KeyError) as error:
         raise ConfigurationException(
             f"{package or 'what stands in no package'} has no readable {_SCHEMA_FILE}:"
             f" generate it with codegen ({error})"
@@ -224,11 +221,9 @@ def _closure(interface: str, find: Callable[[str], Definition]) -> Schema:
     waiting = [interface]
     while waiting:
         type_id = waiting.pop()
-        if type_id in definitions or type_id in _BUILTIN_TYPES or type_id.endswith("*"):
-            continue  # of proxies nothing is said but the name of their interface
-        definitions[type_id] = definition = find(type_id)
-        waiting += [*definition.bases, *_used_types(definition)]
-        waiting += [thrown for operation in definition.operations for thrown in operation.exceptions]
+        if type_id not in definitions:
+            definitions[type_id] = definition = find(type_id)
+            waiting += [*definition.bases, *_used_types(definition), *_exceptions(definition)]
     return Schema(interface, definitions)
 
 
@@ -238,18 +233,22 @@ def unscoped(type_id: str) -> str:
 
 
 def _inner_types(definition: Definition) -> tuple[str, ...]:
-    """Return what a sequence or a dictionary is made of."""
-    return (definition.element,) if definition.kind == "sequence" else (definition.key, definition.value)
+    """Return what a sequence or a dictionary is made of, and nothing for other kinds."""
+    inner = {"sequence": (definition.element,), "dictionary": (definition.key, definition.value)}
+    return inner.get(definition.kind, ())
 
 
 def _used_types(definition: Definition) -> list[str]:
-    """Return the names of the types that a definition is made of."""
-    used = [member.type for member in definition.members]
+    """Return the names of the defined types that a definition is made of, proxies left out."""
+    members = [*definition.members]
     for operation in definition.operations:
-        used += [member.type for member in (*operation.parameters, *operation.results)]
-    if definition.kind in {"sequence", "dictionary"}:
-        used += _inner_types(definition)
-    return used
+        members += (*operation.parameters, *operation.results)
+    used = (*(member.type for member in members), *_inner_types(definition))
+    return [each for each in used if each not in _BUILTIN_TYPES and not each.endswith("*")]
+
+
+def _exceptions(definition: Definition) -> list[str]:
+    return [thrown for operation in definition.operations for thrown in operation.exceptions]
 
 
 def parse_schema(text: str) -> Schema:
@@ -264,10 +263,7 @@ def parse_schema(text: str) -> Schema:
         schema = msgspec.json.decode(text, type=Schema)
     except DECODE_ERRORS as error:
         raise misfit(error, _MALFORMED) from error
-    if schema.kind(schema.interface) != "interface":
-        raise _malformed("it does not describe its interface", schema.interface)
-    for type_id, definition in schema.definitions.items():
-        _check_references(schema, type_id, definition)
+    _check_references(schema)
     weights: dict[str, int] = {}
     for type_id in schema.definitions:
         _weigh(schema, type_id, weights)
@@ -282,19 +278,18 @@ def parse_schema(text: str) -> Schema:
     return schema
 
 
-def _check_references(schema: Schema, type_id: str, definition: Definition) -> None:
-    """Raise MarshalException when a definition names what the schema does not describe."""
-    for base in definition.bases:
-        if schema.kind(base) != definition.kind:
-            raise _malformed(f"it does not describe what {type_id!r} extends", base)
-    if len(definition.bases) > 1 and definition.kind != "interface":
-        raise _malformed("only an interface can extend several", type_id)
-    for used in _used_types(definition):
-        if not (used in _BUILTIN_TYPES or used.endswith("*") or schema.kind(used) in _TYPE_KINDS):
-            raise _malformed("it does not describe a type", used)
-    for thrown in {name for operation in definition.operations for name in operation.exceptions}:
-        if schema.kind(thrown) != "exception":
-            raise _malformed("it does not describe an exception", thrown)
+def _check_references(schema: Schema) -> None:
+    """Raise MarshalException when a schema names what it does not describe."""
+    named: list[tuple[str, Collection[str], str]] = [(schema.interface, {"interface"}, "its interface")]
+    for type_id, definition in schema.definitions.items():
+        if len(definition.bases) > 1 and definition.kind != "interface":
+            raise _malformed("only an interface can extend several", type_id)
+        named += [(base, {definition.kind}, f"what {type_id!r} extends") for base in definition.bases]
+        named += [(used, _TYPE_KINDS, "a type") for used in _used_types(definition)]
+        named += [(thrown, {"exception"}, "an exception") for thrown in _exceptions(definition)]
+    for name, kinds, meaning in named:
+        if schema.kind(name) not in kinds:
+            raise _malformed(f"it does not describe {meaning}", name)
 
 
 def _weigh(schema: Schema, name: str, weights: dict[str, int], around: int = 0) -> int:
@@ -355,24 +350,20 @@ def canonical_lines(schema: Schema) -> dict[str, str]:
 
     Each line comes by what it is about, such as the scoped name of a member.
     """
-    return {
-        subject: subject + rest
-        for type_id, definition in schema.definitions.items()
-        if definition.kind not in {"sequence", "dictionary", "constant"}  # what uses them writes them out
-        for subject, rest in _lines(schema, type_id, definition)
-    }
-
-
-def _lines(schema: Schema, type_id: str, definition: Definition) -> Iterator[tuple[str, str]]:
-    kind = "enum" if definition.kind == "enumeration" else definition.kind
-    bases = ", ".join(sorted(definition.bases))
-    yield f"{kind} {type_id}", f" extends {bases}" if bases else ""
-    for member in definition.members:
-        yield f"{type_id}::{member.name}", f": {_type(schema, member)}"
-    for enumerator in definition.enumerators:
-        yield f"{type_id}::{enumerator.name}", f" = {enumerator.value}"
-    for operation in definition.operations:
-        yield f"{type_id}::{operation.name}", _signature(schema, operation)
+    rests: dict[str, str] = {}
+    for type_id, definition in schema.definitions.items():
+        if definition.kind in {"sequence", "dictionary", "constant"}:
+            continue  # what uses them writes them out
+        kind = "enum" if definition.kind == "enumeration" else definition.kind
+        bases = ", ".join(sorted(definition.bases))
+        rests[f"{kind} {type_id}"] = f" extends {bases}" if bases else ""
+        for member in definition.members:
+            rests[f"{type_id}::{member.name}"] = f": {_type(schema, member)}"
+        for enumerator in definition.enumerators:
+            rests[f"{type_id}::{enumerator.name}"] = f" = {enumerator.value}"
+        for operation in definition.operations:
+            rests[f"{type_id}::{operation.name}"] = _signature(schema, operation)
+    return {subject: subject + rest for subject, rest in rests.items()}
 
 
 def _signature(schema: Schema, operation: OperationDescription) -> str:
