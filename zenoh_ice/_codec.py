@@ -9,14 +9,15 @@ import os
 import re
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from contextvars import ContextVar
 from dataclasses import dataclass
-from functools import cached_property, reduce
+from functools import cached_property, partial, reduce
 from operator import attrgetter
 from typing import Any, Final, Generic, NamedTuple, Protocol, TypeVar
 
 import msgspec
 
-from ._values import TYPE_FIELD, Arrival, Reference, Resolve, Value
+from ._values import PROXY_TEXT, TYPE_FIELD, Reference, Resolve, Value, WireTypes
 from .exceptions import MarshalException
 from .text import printable
 
@@ -43,8 +44,16 @@ _ENCODED_MARK: Final = msgspec.msgpack.encode(_MARK)
 _PATH: Final = re.compile(r" - at `(?:key in )?(\$[^`]*)`$")
 _MISSING_FIELD: Final = re.compile(r"missing required field `([^`]+)`")
 _INVALID: Final = "Invalid value "
+_MOST_SLICED: Final = 16  # unknown classes in one payload
+_UNKNOWN_CLASS: Final = re.compile(rf"^Invalid value '.*' - at `\$.*\.{TYPE_FIELD}`$", re.DOTALL)
+# A type field as MessagePack has it: key, header of the text, type ids.
+_TYPE_ENTRY: Final = re.compile(
+    rb"\xa5@type(?:[\xa0-\xbf]|\xd9.|\xda..)((?:::\w+)+(?: (?:::\w+)+)*)", re.DOTALL
+)
 
 S = TypeVar("S", bound=msgspec.Struct)
+
+_resolve: ContextVar[Resolve | None] = ContextVar("_resolve")  # makes proxies of what this thread decodes
 
 
 class Buffer(Protocol):
@@ -158,17 +167,19 @@ class Codec(Generic[S]):
         by_position = len(struct.__match_args__) == self._count
         self.make: Callable[..., S] = struct if by_position else self._make_by_name
         """Makes the struct of its field values."""
+        self._decoders: tuple[object, dict[tuple[str, ...], msgspec.msgpack.Decoder[S]]] = None, {}
+        """The classes that were known, and decoders by unknown ones."""
 
     # Made when first needed: the struct may refer to types defined after the operation.
 
     @cached_property
-    def _arrival(self) -> Arrival[S]:
-        return Arrival(self.struct)
+    def _types(self) -> WireTypes:
+        return WireTypes(self.struct)
 
     @property
     def holds_bytes(self) -> bool:
         """Whether a byte sequence stands anywhere in the type: such payloads may be larger."""
-        return self._arrival.holds_bytes
+        return bytes in self._types.leaves
 
     @cached_property
     def value_of(self) -> Callable[[S], object]:
@@ -241,7 +252,38 @@ class Codec(Generic[S]):
 
     def decoder(self, resolve: Resolve | None) -> Callable[[bytes], S]:
         """Return what does as `unpack`, and raises DECODE_ERRORS instead, which `misfit` explains."""
-        return self._arrival.decoder(resolve)
+        return self._decoder(()).decode if self._types.plain else partial(self._decode, resolve)
+
+    def _decode(self, resolve: Resolve | None, payload: bytes) -> S:
+        token = _resolve.set(resolve)
+        try:
+            return self._decoder(()).decode(payload)
+        except msgspec.ValidationError as error:
+            if not _UNKNOWN_CLASS.match(str(error)):
+                raise
+            unknown = {match[1].decode() for match in _TYPE_ENTRY.finditer(payload)}
+            return self._decoder(tuple(sorted(unknown)[:_MOST_SLICED])).decode(payload)
+        finally:
+            _resolve.reset(token)
+
+    def _decoder(self, sliced: tuple[str, ...]) -> msgspec.msgpack.Decoder[S]:
+        """Return what decodes payloads, and takes some unknown classes for known ones that they extend."""
+        known, decoders = self._decoders
+        if known is not Value.ice_known or len(decoders) > _MOST_SLICED:
+            _, decoders = self._decoders = Value.ice_known, {}  # at once: other threads decode, too
+        if sliced not in decoders:
+            wire = WireTypes(self.struct, sliced).root
+            decoders[sliced] = msgspec.msgpack.Decoder(wire, dec_hook=_proxy)
+        return decoders[sliced]
+
+
+def _proxy(kind: type[Reference], text: object) -> Reference:
+    """Return the proxy that a text in a payload stands for."""
+    if not isinstance(text, str) or not re.match(PROXY_TEXT, text):
+        raise ValueError(f"Expected a proxy, got {text!r}")  # msgspec adds where
+    if (resolve := _resolve.get()) is None:
+        raise MarshalException(f"the proxy {text} needs a communicator to arrive")
+    return kind.ice_fromWire(text, resolve)
 
 
 def misfit(error: BaseException, what: str) -> MarshalException:

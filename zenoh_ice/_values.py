@@ -7,20 +7,16 @@ must not grow a hundredfold. Values of wire types become those of the interface 
 
 from __future__ import annotations
 
-import re
 import sys
 import types
 from abc import ABC, abstractmethod
 from array import array
 from collections.abc import Callable
-from contextvars import ContextVar
-from functools import lru_cache, partial, reduce
+from functools import lru_cache, reduce
 from operator import or_
-from typing import Annotated, Any, Final, Generic, Self, TypeVar, Union, get_args, get_origin
+from typing import Annotated, Any, ClassVar, Final, Self, Union, get_args, get_origin
 
 import msgspec
-
-from .exceptions import MarshalException
 
 NAME: Final = r"[A-Za-z0-9_.\-]{1,128}"
 """Pattern of a realm and of an identity: one chunk of a key, without marks."""
@@ -35,22 +31,12 @@ It holds the type ids of the class and of those that it extends, the nearest fir
 them: a receiver that does not know the first takes the value as one of the next.
 """
 
-S = TypeVar("S", bound=msgspec.Struct)
-
-_MOST_SLICED: Final = 16  # unknown classes in one payload
-_UNKNOWN_CLASS: Final = re.compile(rf"^Invalid value '.*' - at `\$.*\.{TYPE_FIELD}`$", re.DOTALL)
-# A type field as MessagePack has it: key, header of the text, type ids.
-_TYPE_ENTRY: Final = re.compile(
-    rb"\xa5@type(?:[\xa0-\xbf]|\xd9.|\xda..)((?:::\w+)+(?: (?:::\w+)+)*)", re.DOTALL
-)
 _WIRE_MODULE: Final = ""  # no module has this name: what was loaded is told from what was made here by it
 
 # Beside the classes that a union is made of, as msgspec asks for the type field only where there are several.
 # It never arrives: no text is longer than 0 and shorter than 1.
 _Never: Final = Annotated[str, msgspec.Meta(min_length=1, max_length=0)]
 _NoClass: Final = msgspec.defstruct("_NoClass", [("never", _Never)], tag="", tag_field=TYPE_FIELD)
-
-_known_classes = object()  # another after each new class: what was built from all of them is stale then
 
 
 class Struct(msgspec.Struct):
@@ -68,11 +54,13 @@ class Struct(msgspec.Struct):
 class Value(Struct, tag_field=TYPE_FIELD, tag="::Ice::Object"):
     """The root of generated classes: passed by value, may be null, and arrives as what it was when sent."""
 
+    ice_known: ClassVar[object] = None
+    """Another object after each new class: what was built from all known classes is stale then."""
+
     def __init_subclass__(cls, **options: Any) -> None:  # noqa: ANN401 - those of msgspec
         super().__init_subclass__(**options)
-        global _known_classes  # noqa: PLW0603 - the types of a process are global
         if cls.__module__ != _WIRE_MODULE:
-            _known_classes = object()
+            Value.ice_known = object()
 
 
 class Reference(ABC):
@@ -91,12 +79,10 @@ class Reference(ABC):
 Resolve = Callable[[str], Reference]
 """Makes an untyped proxy of its text."""
 
-_resolve: Final[ContextVar[Resolve | None]] = ContextVar("_resolve")  # of the payload that is decoded now
-
 
 @lru_cache(maxsize=64)  # wire types are subclasses, too: a flood of unknown classes must not make this slow
 def derived_classes(cls: type[Value], known: object) -> dict[str, type[Value]]:  # noqa: ARG001
-    """Return a class and every one that extends it, near or far, by type id; `known` is `_known_classes`.
+    """Return a class and every one that extends it, near or far, by type id; `known` is `Value.ice_known`.
 
     A subclass without a type id of its own, made by hand, does not count; nor do classes of modules that were
     unloaded, and of a module that was loaded again those of the last time do.
@@ -117,57 +103,6 @@ def type_ids_of(cls: type[Value]) -> list[str]:
     return str(cls.__struct_config__.tag).split()
 
 
-class Arrival(Generic[S]):
-    """Decode payloads of one struct, by what msgspec alone does not decode if there is such in it."""
-
-    def __init__(self, struct: type[S]) -> None:
-        types: Final = WireTypes(struct)
-        self.holds_bytes: Final = bytes in types.leaves
-        """Whether a byte sequence stands anywhere in the struct: such payloads may be larger."""
-        references = any(issubclass(each, Reference) for each in types.leaves)
-        self._plain: Final = types.root is struct and not references  # msgspec alone can decode it
-        self._struct: Final = struct
-        self._decoders: tuple[object, dict[tuple[str, ...], msgspec.msgpack.Decoder[S]]] = None, {}
-        """The classes that were known, and decoders by the unknown ones that they take for known bases."""
-
-    def decoder(self, resolve: Resolve | None) -> Callable[[bytes], S]:
-        """Return what decodes a payload, and makes the proxies in it by a function.
-
-        It raises DECODE_ERRORS, and MarshalException for a proxy without a function.
-        """
-        return self._decoder(()).decode if self._plain else partial(self._decode, resolve)
-
-    def _decode(self, resolve: Resolve | None, payload: bytes) -> S:
-        token = _resolve.set(resolve)
-        try:
-            return self._decoder(()).decode(payload)
-        except msgspec.ValidationError as error:
-            if not _UNKNOWN_CLASS.match(str(error)):
-                raise
-            unknown = {match[1].decode() for match in _TYPE_ENTRY.finditer(payload)}
-            return self._decoder(tuple(sorted(unknown)[:_MOST_SLICED])).decode(payload)
-        finally:
-            _resolve.reset(token)
-
-    def _decoder(self, sliced: tuple[str, ...]) -> msgspec.msgpack.Decoder[S]:
-        known, decoders = self._decoders
-        if known is not _known_classes or len(decoders) > _MOST_SLICED:
-            _, decoders = self._decoders = _known_classes, {}  # at once: other threads decode, too
-        if sliced not in decoders:
-            wire = WireTypes(self._struct, sliced).root
-            decoders[sliced] = msgspec.msgpack.Decoder(wire, dec_hook=_proxy)
-        return decoders[sliced]
-
-
-def _proxy(kind: type[Reference], text: object) -> Reference:
-    """Return the proxy that a text in a payload stands for."""
-    if not isinstance(text, str) or not re.match(PROXY_TEXT, text):
-        raise ValueError(f"Expected a proxy, got {text!r}")  # msgspec adds where
-    if (resolve := _resolve.get()) is None:
-        raise MarshalException(f"the proxy {text} needs a communicator to arrive")
-    return kind.ice_fromWire(text, resolve)
-
-
 class WireTypes:
     """The wire types of a struct and of all that it is made of, with some unknown classes among them."""
 
@@ -182,6 +117,9 @@ class WireTypes:
         while self._waiting:  # classes refer to each other: their members come when all classes are there
             cls, wire = self._waiting.pop()
             wire.__annotations__.update(self._members(cls))
+        references = any(issubclass(each, Reference) for each in self.leaves)
+        self.plain: Final = self.root is struct and not references
+        """Whether msgspec alone can decode the struct."""
 
     def _of(self, kind: Any) -> Any:  # noqa: ANN401 - a type or what stands for one in annotations
         origin = get_origin(kind)
@@ -210,7 +148,7 @@ class WireTypes:
 
     def _class(self, cls: type[Value]) -> Any:  # noqa: ANN401 - a union
         """Return one of all known classes that extend a class, or it itself."""
-        by_id = derived_classes(cls, _known_classes)
+        by_id = derived_classes(cls, Value.ice_known)
         found = {str(derived.__struct_config__.tag): derived for derived in by_id.values()}
         for type_ids in self._sliced:
             nearest = next((by_id[base] for base in type_ids.split() if base in by_id), None)

@@ -58,11 +58,6 @@ class ConnectFailedException(ConnectionLostException):
         super().__init__(message)
         self.endpoints = tuple(endpoints)
 
-    @property
-    def endpoint(self) -> str:
-        """The endpoints as one text."""
-        return ", ".join(self.endpoints)
-
 
 class EndpointInUseException(SystemException):
     """Another process already listens on the endpoint."""
@@ -145,14 +140,9 @@ class UserException(ZenohIceError):
         return partial(type(self), **msgspec.structs.asdict(self.ice_members())), (), self.__dict__
 
     def __str__(self) -> str:
-        values = ", ".join(
-            f"{name}={getattr(self, name, None)!r}"
-            for name in self.Members.__struct_fields__
-            if name != "what"
-        )
-        what = getattr(self, "what", None)
-        if what is None:
-            return cut(values)
+        values = {name: getattr(self, name, None) for name in self.Members.__struct_fields__}
+        what = values.pop("what", None)
+        listed = ", ".join(f"{name}={value!r}" for name, value in values.items())
         # It may have come from elsewhere; the member has it as it came.
-        shown = printable(str(what))
-        return cut(f"{shown} ({values})") if values else shown
+        shown = "" if what is None else printable(str(what))
+        return cut(f"{shown} ({listed})" if shown and listed else shown or listed)

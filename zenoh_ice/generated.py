@@ -38,11 +38,8 @@ V = TypeVar("V")
 Dispatched: TypeAlias = V | Future[V] | Coroutine[Any, Any, V]
 """What the method of an operation marked ["amd"] returns: its value now, or what has it later."""
 
+# Slice's integers.
 Byte = Annotated[int, Meta(ge=0, le=255)]
-"""Slice's byte."""
 Short = Annotated[int, Meta(ge=-(1 << 15), le=(1 << 15) - 1)]
-"""Slice's short."""
 Int = Annotated[int, Meta(ge=-(1 << 31), le=(1 << 31) - 1)]
-"""Slice's int."""
 Long = Annotated[int, Meta(ge=-(1 << 63), le=(1 << 63) - 1)]
-"""Slice's long."""
