@@ -21,15 +21,10 @@ from ._values import PROXY_TEXT, TYPE_FIELD, Reference, Resolve, Value, WireType
 from .exceptions import MarshalException
 from .text import printable
 
-LARGE: Final = 1 << 16
-"""Bytes from which a byte sequence is worth a piece of its own."""
+LARGE: Final = 1 << 16  # bytes from which a byte sequence is worth a piece of its own
 
 DECODE_ERRORS: Final = (TypeError, ValueError, OverflowError, RecursionError, MemoryError)
-"""What msgspec raises for payloads that it cannot decode.
-
-TypeError for types that it cannot decode at all: the interfaces that a servant describes at run time may have
-such.
-"""
+"""What msgspec raises for payloads, and TypeError for types of a servant's schema, that it cannot decode."""
 
 ENCODE_ERRORS: Final = (TypeError, ValueError, OverflowError, RecursionError, BufferError)
 """What `to_msgpack` raises for values that cannot travel; `not_encoded` explains it."""
@@ -43,7 +38,6 @@ _ENCODED_MARK: Final = msgspec.msgpack.encode(_MARK)
 
 _PATH: Final = re.compile(r" - at `(?:key in )?(\$[^`]*)`$")
 _MISSING_FIELD: Final = re.compile(r"missing required field `([^`]+)`")
-_INVALID: Final = "Invalid value "
 _MOST_SLICED: Final = 16  # unknown classes in one payload
 _UNKNOWN_CLASS: Final = re.compile(rf"^Invalid value '.*' - at `\$.*\.{TYPE_FIELD}`$", re.DOTALL)
 # A type field as MessagePack has it: key, header of the text, type ids.
@@ -138,10 +132,7 @@ to_msgpack: Final = msgspec.msgpack.Encoder(enc_hook=_encode_foreign).encode
 
 
 def encode(value: object, what: str) -> bytes:
-    """Return a value as MessagePack.
-
-    Raises MarshalException, beginning with `what`, when it holds something that cannot travel.
-    """
+    """Return a value as MessagePack; raises MarshalException, beginning with `what`, if it cannot travel."""
     try:
         return to_msgpack(value)
     except ENCODE_ERRORS as error:
@@ -163,8 +154,7 @@ class Codec(Generic[S]):
     def __init__(self, struct: type[S]) -> None:
         self.struct = struct
         self.fields: tuple[str, ...] = struct.__struct_fields__
-        self._count: Final = len(self.fields)
-        by_position = len(struct.__match_args__) == self._count
+        by_position = len(struct.__match_args__) == len(self.fields)
         self.make: Callable[..., S] = struct if by_position else self._make_by_name
         """Makes the struct of its field values."""
         self._decoders: tuple[object, dict[tuple[str, ...], msgspec.msgpack.Decoder[S]]] = None, {}
@@ -189,15 +179,15 @@ class Codec(Generic[S]):
     @cached_property
     def make_single(self) -> Callable[[object], S] | None:
         """Makes the struct of its one field's value; None where there are more, or byte sequences."""
-        return self.make if self._count == 1 and not self._byte_sequences else None
+        return self.make if len(self.fields) == 1 and not self._byte_sequences else None
 
     @cached_property
     def _byte_sequences(self) -> tuple[tuple[str, ...], ...]:
         return byte_sequences(self.struct)
 
     def _make_by_name(self, *values: object) -> S:
-        if len(values) != self._count:
-            raise TypeError(f"{len(values)} values where {self._count} are wanted")
+        if len(values) != len(self.fields):
+            raise TypeError(f"{len(values)} values where {len(self.fields)} are wanted")
         return self.struct(**dict(zip(self.fields, values, strict=True)))
 
     def pack(self, values: tuple[object, ...], what: str) -> bytes:
@@ -212,8 +202,8 @@ class Codec(Generic[S]):
 
         Large byte sequences stay where they are, as pieces. Raises MarshalException for what does not fit.
         """
-        values = (value,) if self._count == 1 else () if value is None else value
-        if not isinstance(values, tuple) or len(values) != self._count:
+        values = (value,) if len(self.fields) == 1 else () if value is None else value
+        if not isinstance(values, tuple) or len(values) != len(self.fields):
             expected = f"a tuple ({', '.join(self.fields)})" if self.fields else "None"
             raise MarshalException(f"{what}: expected {expected}, got {type(value).__name__}")
         struct = self.make(*values)
@@ -244,10 +234,7 @@ class Codec(Generic[S]):
             raise misfit(error, what) from error
 
     def unpack_result(self, payload: bytes | Parted, what: str, resolve: Resolve | None = None) -> object:
-        """Return what stands for the struct that a payload holds: None, a value or a tuple.
-
-        Raises MarshalException with the path of the first field that does not fit.
-        """
+        """Return what stands for the struct that `unpack` returns: None, a value or a tuple."""
         return self.value_of(self.unpack(payload, what, resolve))
 
     def decoder(self, resolve: Resolve | None) -> Callable[[bytes], S]:
@@ -297,8 +284,8 @@ def misfit(error: BaseException, what: str) -> MarshalException:
         path = "$"
         if match := _PATH.search(message):
             message, path = message[: match.start()], match[1]
-        if path.endswith(f".{TYPE_FIELD}") and message.startswith(_INVALID):
-            message = f"no class that fits is known as {message.removeprefix(_INVALID)}"
+        if path.endswith(f".{TYPE_FIELD}"):
+            message = re.sub("^Invalid value", "no class that fits is known as", message)
         if match := _MISSING_FIELD.search(message):
             path = f"{path}.{match[1]}"
     return MarshalException(f"{what}: {printable(message)}" + (f" at {path}" if path else ""), path)

@@ -181,7 +181,7 @@ class Presence:
                 "calls go on as soon as it is back"
             )
         if self._endpoints and not self._linked:
-            return ConnectFailedException(self._transport.explain_unreachable(), self._endpoints)
+            return ConnectFailedException(self._transport.explain_unreachable())
         present = self.identities(target.realm)
         near = difflib.get_close_matches(target.identity, present, 3, 0.5)
         if near or len(present) <= _MOST_NAMED:

@@ -138,11 +138,8 @@ class WireTypes:
     def _struct(self, cls: type[msgspec.Struct]) -> type[msgspec.Struct]:
         if cls not in self._structs:
             self._structs[cls] = cls  # in itself, as Slice has it of classes alone
-            members = self._members(cls)
-            if any(
-                members[field.name] != field.type or not (field.required or _optional(field))
-                for field in msgspec.structs.fields(cls)
-            ):
+            members, fields = self._members(cls), msgspec.structs.fields(cls)
+            if any(members[f.name] != f.type or not (f.required or _optional(f)) for f in fields):
                 self._structs[cls] = _wire_struct(cls, members)
         return self._structs[cls]
 

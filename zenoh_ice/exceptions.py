@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from functools import partial
 from typing import Any, ClassVar
 
@@ -52,11 +52,7 @@ class ConnectionLostException(SystemException):
 
 
 class ConnectFailedException(ConnectionLostException):
-    """Nothing answers at the endpoints that the component connects to; `endpoints` names them."""
-
-    def __init__(self, message: str, endpoints: Sequence[str] = ()) -> None:
-        super().__init__(message)
-        self.endpoints = tuple(endpoints)
+    """Nothing answers at the endpoints that the component connects to, which the text names."""
 
 
 class EndpointInUseException(SystemException):

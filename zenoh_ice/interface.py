@@ -91,16 +91,9 @@ class Interface:
     @cached_property
     def all_operations(self) -> dict[str, Operation[..., Any]]:
         """The operations by name, inherited ones included."""
-        return {
-            operation.name: operation
-            for interface in reversed(self.lineage)
-            for operation in interface.operations
-        }
+        return {each.name: each for known in reversed(self.lineage) for each in known.operations}
 
     @cached_property
     def stop_operations(self) -> tuple[Operation[..., Any], ...]:
-        """The operations that stop what the interface commands: its own and that of every base.
-
-        Each is to be called, as each stops only what its own interface commands.
-        """
+        """The operations that stop what the interface commands, its own and that of every base: call all."""
         return tuple(operation for operation in self.all_operations.values() if operation.stop)

@@ -36,10 +36,8 @@ _BUILTIN_TYPES: Final = frozenset(
     {"bool", "byte", "short", "int", "long", "float", "double", "string", "Object", "Value"}
 )
 _TYPE_KINDS: Final = frozenset({"interface", "struct", "class", "enumeration", "sequence", "dictionary"})
-_LARGEST_SCHEMA: Final = 1 << 18
-"""Characters of a schema that are read; the largest of ours has 20,000."""
-_DEEPEST: Final = 32
-"""Types within types, both of a dictionary, or types that extend each other."""
+_LARGEST_SCHEMA: Final = 1 << 18  # characters that are read; the largest of ours has 20,000
+_DEEPEST: Final = 32  # types within types, both of a dictionary, or types that extend each other
 
 # As in Slice a name neither begins nor ends with an underscore nor has two together: `__init__` and the like
 # cannot be members.
@@ -346,10 +344,7 @@ def first_difference(expected: Schema, found: Schema) -> str:
 
 
 def canonical_lines(schema: Schema) -> dict[str, str]:
-    """Return the canonical form of a schema, of which codegen takes the fingerprint, line by line.
-
-    Each line comes by what it is about, such as the scoped name of a member.
-    """
+    """Return the lines of which codegen takes the fingerprint, by what they are about: `::nao::Pose::x`."""
     rests: dict[str, str] = {}
     for type_id, definition in schema.definitions.items():
         if definition.kind in {"sequence", "dictionary", "constant"}:

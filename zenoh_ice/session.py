@@ -68,7 +68,7 @@ def open_session(settings: Settings) -> zenoh.Session:
         if settings.mode == "client" and "Unable to connect" in text:
             endpoints = connect_endpoints(settings)
             why = explain_endpoints(endpoints, settings.security)
-            raise ConnectFailedException(why, endpoints) from error
+            raise ConnectFailedException(why) from error
         if "in use" in text or "Unable to acquire lock" in text:  # Zenoh passes no error number
             used = [each for each in settings.listen if each.partition("/")[2] in text] or settings.listen
             raise EndpointInUseException(

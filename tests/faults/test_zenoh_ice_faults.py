@@ -63,7 +63,6 @@ class TestNoServer:
         calculator = client.stringToProxy("Calculator").ice_invocationTimeout(200)
         with pytest.raises(ConnectFailedException, match="start a server") as caught:
             CalculatorPrx.checkedCast(calculator)
-        assert caught.value.endpoints == (endpoint,)
         assert endpoint in str(caught.value)
 
     def test_call_and_wait_and_future_say_the_same(self, client: Communicator) -> None:
