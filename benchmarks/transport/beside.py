@@ -36,11 +36,14 @@ def measure(package: Path, effort: Effort) -> Section:
             for how in ("alone", "beside")
         }
         times = timed(subjects, effort.rounds(8))
+        pairs["bare"] = lab.pair("bare")
         with _simulator():
             busy = timed(
                 {
-                    f"{kind}, beside a simulator": partial(_calls, server, clients[0], seconds, beside=False)
-                    for kind, (server, clients) in pairs.items()
+                    f"{kind}, beside a simulator": partial(
+                        clients[0].do, "call", operation="step", seconds=seconds
+                    )
+                    for kind, (_, clients) in pairs.items()
                 },
                 effort.rounds(8),
             )
@@ -48,7 +51,7 @@ def measure(package: Path, effort: Effort) -> Section:
     ours, ice = (busy[f"{kind}, beside a simulator"] for kind in ("ours", "ice"))
     times_ice = ratio(ours.medians, ice.medians)
     p99 = percentile(times["ours, beside"].all, 0.99)
-    names = {"ours": "generated proxy", "ice": "Ice twoway"}
+    names = {"ours": "generated proxy", "ice": "Ice twoway", "bare": "bare Zenoh querier and queryable"}
     return Section(
         "beside",
         figures=[
