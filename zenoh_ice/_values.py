@@ -84,8 +84,8 @@ Resolve = Callable[[str], Reference]
 def derived_classes(cls: type[Value], known: object) -> dict[str, type[Value]]:  # noqa: ARG001
     """Return a class and every one that extends it, near or far, by type id; `known` is `Value.ice_known`.
 
-    A subclass without a type id of its own, made by hand, does not count; nor do classes of modules that were
-    unloaded, and of a module that was loaded again those of the last time do.
+    A subclass without a type id of its own, made by hand, does not count, and of a module that was loaded
+    again only the classes of the last time do.
     """
     found = {type_ids_of(cls)[0]: cls}
     waiting = [cls]
@@ -93,7 +93,7 @@ def derived_classes(cls: type[Value], known: object) -> dict[str, type[Value]]: 
         for derived in each.__subclasses__():
             waiting.append(derived)
             tag = derived.__struct_config__.tag  # None while another thread makes the class
-            if derived.__module__ in sys.modules and tag not in {None, each.__struct_config__.tag}:
+            if tag not in {None, each.__struct_config__.tag}:
                 found[type_ids_of(derived)[0]] = derived
     return found
 
@@ -145,7 +145,9 @@ class WireTypes:
 
     def _class(self, cls: type[Value]) -> Any:  # noqa: ANN401 - a union
         """Return one of all known classes that extend a class, or it itself."""
-        by_id = derived_classes(cls, Value.ice_known)
+        known = derived_classes(cls, Value.ice_known).items()
+        # Of modules that are loaded: the types of another one's members cannot be found any more.
+        by_id = {key: each for key, each in known if each is cls or each.__module__ in sys.modules}
         found = {str(derived.__struct_config__.tag): derived for derived in by_id.values()}
         for type_ids in self._sliced:
             nearest = next((by_id[base] for base in type_ids.split() if base in by_id), None)

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import builtins
+import sys
 from contextlib import suppress
+from types import ModuleType
 from typing import Any
 
 import msgpack
@@ -75,6 +78,21 @@ def test_classes_made_later_arrive_too() -> None:
     assert ANIMAL.unpack(animal(), "x").animal == Animal("a", None)
     value = Cat("Tom", None, 9)
     assert ANIMAL.unpack(ANIMAL.pack((value,), "x"), "x").animal == value
+
+
+def test_classes_of_a_module_that_was_unloaded_do_not_arrive(monkeypatch: pytest.MonkeyPatch) -> None:
+    module = ModuleType("farm")
+    monkeypatch.setitem(sys.modules, "farm", module)
+    source = "class Cow(Animal, tag='::zoo::Cow ::zoo::Animal'):\n    milk: 'builtins.int'\n"
+    vars(module).update(Animal=Animal, builtins=builtins)
+    exec(source, vars(module))
+    assert (
+        type(ANIMAL.unpack(animal(), "x").animal) is Animal
+    )  # the classes were looked up while it was there
+    monkeypatch.delitem(sys.modules, "farm")
+    vars(module).clear()
+    anything = Codec(HoldsAnything)
+    assert anything.unpack(anything.pack((Animal("Tom", None),), "x"), "x").anything == Animal("Tom", None)
 
 
 def test_an_unknown_class_arrives_as_the_nearest_known_one() -> None:
