@@ -34,7 +34,7 @@ import msgspec
 from msgspec import Meta, Struct
 
 from zenoh_ice import ZenohIceError
-from zenoh_ice.toml_file import read_toml
+from zenoh_ice.toml_file import parse_toml, read_text
 
 __all__ = ["ProcessSpec", "Stack", "StackError", "load_stack"]
 
@@ -141,6 +141,6 @@ def load_stack(path: Path) -> Stack:
     Raises StackError when it cannot be read, is not TOML, has an unknown key, a value of a wrong type, a
     repeated or unknown process, an unknown variable or two foreground processes.
     """
-    stack = read_toml(path, Stack, StackError)
+    stack = parse_toml(read_text(path, StackError), Stack, str(path), StackError)
     name = stack.name or path.stem
     return msgspec.structs.replace(stack, name=name, log_dir=stack.log_dir or f"{name}/logs")

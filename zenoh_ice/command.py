@@ -1,18 +1,12 @@
-"""What every command of the house shares: options, logging, and an orderly way out.
+"""What every command shares: options, logging, and an orderly way out.
 
-A command looks like this:
+@app.command()
+@with_settings()
+def serve(*, settings: Settings, speed: float = 1.0) -> None:
+    with stop_on_signals() as stop, initialize(settings) as communicator:
+        stop.wait()
 
-    app = typer.Typer()
-
-    @app.command()
-    @with_settings()
-    def serve(*, settings: Settings, speed: float = 1.0) -> None:
-        with stop_on_signals() as stop, initialize(settings) as communicator:
-            ...
-            stop.wait()
-
-    def main() -> None:
-        run(app)
+run(app)
 """
 
 from __future__ import annotations
@@ -36,36 +30,42 @@ import typer
 
 from .exceptions import ZenohIceError
 from .security import exposure
-from .settings import CONFIG_VARIABLE, ENVIRONMENT_PREFIX, FLAGS, load_settings
+from .settings import CONFIG_VARIABLE, DEFAULT_ENDPOINT, ENVIRONMENT_PREFIX, load_settings
 from .status import program_name
 
 __all__ = ["Stop", "finite", "run", "stop_on_signals", "with_settings"]
 
-_PANEL: Final = "Shared by all commands"
 _LOG: Final = "%(asctime)s.%(msecs)03d %(levelname)-8s %(name)s: %(message)s"
-_NO_ROOM: Final = (errno.ENOSPC, errno.EDQUOT)
 _CLEANUP_GRACE: Final = 10.0  # s after a signal in which others are ignored, so that cleaning up can end
-_JOIN_LIMIT: Final = 2.0  # s
 
 _logger = logging.getLogger(__name__)
 
 
-def _option(kind: Any, name: str, metavar: str | None, explanation: str, **options: Any) -> inspect.Parameter:  # noqa: ANN401
-    option = typer.Option(
-        f"--{name.replace('_', '-')}", metavar=metavar, help=explanation, rich_help_panel=_PANEL, **options
-    )
-    default = False if kind is bool else None
-    return inspect.Parameter(
-        name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=Annotated[kind, option]
-    )
+def _option(name: str, metavar: str | None, text: str, kind: Any = str | None) -> inspect.Parameter:  # noqa: ANN401
+    flag, panel = f"--{name.replace('_', '-')}", "Shared by all commands"
+    kind = Annotated[kind, typer.Option(flag, metavar=metavar, help=text, rich_help_panel=panel)]
+    default = None if metavar else False
+    return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=kind)
 
 
-_FLAG_TYPES: Final = {"connect": list[str] | None, "listen": list[str] | None, "timeout": float | None}
-_CONFIG_HELP: Final = f"File of settings. {ENVIRONMENT_PREFIX}REALM and the like, then flags, win over it."
+_CONNECT: Final = f"Endpoint to connect to, such as {DEFAULT_ENDPOINT}; may be repeated."
+_LISTEN: Final = "Endpoint to listen on; port 0 lets the system pick; may be repeated."
+_CONFIG: Final = (
+    f"File of settings, else {CONFIG_VARIABLE}. {ENVIRONMENT_PREFIX}REALM, ..., then flags, win over it."
+)
 _SHARED: Final = [
-    *(_option(_FLAG_TYPES.get(name, str | None), name, *flag) for name, flag in FLAGS.items()),
-    _option(Path | None, "config", "TOML", _CONFIG_HELP, envvar=CONFIG_VARIABLE),
-    _option(bool, "show_config", None, "Print the settings and where each comes from."),
+    _option("realm", "NAME", "Robot or stack to belong to."),
+    _option("connect", "ENDPOINT", _CONNECT, list[str] | None),
+    _option("listen", "ENDPOINT", _LISTEN, list[str] | None),
+    _option("mode", "peer|client", "Talk to peers directly, or through the router or server at --connect."),
+    _option("clock", "auto|wall|sim", "Time to go by: the wall's, or the robot's; auto: if it is simulated."),
+    _option("timeout", "SECONDS", "Longest duration of a call.", float | None),
+    _option("log_level", "LEVEL", "Least severe messages to log: debug, info, warning, error or critical."),
+    _option("authority", "PEM", "Who vouches for others, for TLS."),
+    _option("certificate", "PEM", "What others know us by."),
+    _option("key", "PEM", "Key of the certificate."),
+    _option("config", "TOML", _CONFIG),
+    _option("show_config", None, "Print the settings and where each comes from.", bool),
 ]
 
 
@@ -159,7 +159,7 @@ def stop_on_signals() -> Iterator[Stop]:
             signal.signal(number, handler)
         signal.set_wakeup_fd(former_writer)
         os.close(writer)
-        thread.join(_JOIN_LIMIT)
+        thread.join(2.0)
         os.close(reader)
     if stop.signal:
         raise SystemExit(128 + stop.signal)
@@ -189,7 +189,7 @@ def run(app: typer.Typer, *, expected: tuple[type[Exception], ...] = ()) -> NoRe
     except errors as error:
         _fail(str(error))
     except OSError as error:
-        if error.errno not in _NO_ROOM:
+        if error.errno not in (errno.ENOSPC, errno.EDQUOT):
             raise
         _fail(f"cannot write{f' {error.filename}' if error.filename else ''}: {error.strerror}")
     sys.exit(0)

@@ -7,14 +7,12 @@ everything in the realm.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 from .exceptions import ConfigurationException
 from .settings import EVERYBODY, PATHS, Role, Security, Settings, is_loopback, uses_tls
-
-__all__ = ["access_control", "check_security", "exposure"]
 
 
 def access_control(security: Security, realm: str) -> dict[str, Any]:
@@ -65,9 +63,15 @@ def _rules(role: Role, patterns: Sequence[str]) -> list[tuple[str, str, list[str
 
     "ingress" is what comes from whom the role belongs to, "egress" what is sent there.
     """
+
+    def keys(operations: Sequence[str]) -> list[str]:
+        return [
+            f"{realm}/{'/'.join(map(_glob, name.rsplit('.', 1)))}" for realm in realms for name in operations
+        ]
+
     realms = [_glob(pattern) for pattern in patterns]
-    called = _keys(realms, role.call)
-    readable = [*called, *_keys(realms, role.read)]
+    called = keys(role.call)
+    readable = [*called, *keys(role.read)]
     # These describe a servant and change nothing: who may do anything with it may ask them.
     about = [f"{key if key.endswith('/**') else key.rpartition('/')[0]}/ice_$*" for key in readable]
     identities = [f"{realm}/{_glob(pattern)}" for realm in realms for pattern in role.serve]
@@ -95,11 +99,6 @@ def _rules(role: Role, patterns: Sequence[str]) -> list[tuple[str, str, list[str
     ]
 
 
-def _keys(realms: Iterable[str], operations: Sequence[str]) -> list[str]:
-    """Return the keys of operations, such as `nao/Camera$*/*` of `Camera*.*`."""
-    return [f"{realm}/{'/'.join(map(_glob, name.rsplit('.', 1)))}" for realm in realms for name in operations]
-
-
 def _glob(text: str) -> str:
     """Return a chunk of a Zenoh key expression."""
     return text if text in ("*", "**") else text.replace("*", "$*")
@@ -121,10 +120,8 @@ def check_security(settings: Settings) -> list[str]:
             with Path(path).open("rb") as file:
                 mode = os.fstat(file.fileno()).st_mode
         except OSError as error:
-            hint = "" if name == "passwords" else "; `nao security init` makes such files"
-            raise ConfigurationException(
-                f"security.{name} = {path!r}: cannot be read: {error.strerror}{hint}"
-            ) from error
+            why = f"security.{name} = {path!r}: cannot be read: {error.strerror}"
+            raise ConfigurationException(f"{why}; `nao security init` makes files of TLS") from error
         if name in ("key", "passwords") and mode & 0o077:
             dangers.append(f"{path} can be read by others on this machine: chmod 600 it")
     if security.passwords:
@@ -140,20 +137,17 @@ def exposure(settings: Settings) -> list[str]:
     anyone = "anyone on that network can see through the cameras and move the robot"
     dangers: list[str] = []
     for endpoint in () if settings.mode == "client" else settings.listen:
+        why = ""
         if is_loopback(endpoint):
             continue
         if not uses_tls(endpoint):
-            why = (
-                f"without TLS: {anyone}; listen on tls/... with [security] (`nao security init` makes its "
-                "files), or on 127.0.0.1 alone"
-            )
+            why = f"without TLS: {anyone}; listen on tls/... (see `nao security init`), or on 127.0.0.1"
         elif not security.mutual and not security.passwords:
             why = f"with security.mutual = false and without passwords: {anyone}"
         elif not security.roles:
             why = "without security.roles: everybody who is let in may do everything"
-        else:
-            continue
-        dangers.append(f"listening on {endpoint} {why}")
+        if why:
+            dangers.append(f"listening on {endpoint} {why}")
     return dangers
 
 
@@ -202,14 +196,13 @@ def _check_tls(security: Security) -> None:
 
 def _check_passwords(path: str) -> None:
     """Raise ConfigurationException for a file without users: by such a one Zenoh lets everybody in."""
-    name = f"security.passwords = {path!r}"
-    lines = [
-        (number, line) for number, line in enumerate(Path(path).read_bytes().splitlines(), 1) if line.strip()
-    ]
-    for number, line in lines:
-        if not all(part.strip() for part in line.partition(b":")):  # no error shows it: it may be a password
-            raise ConfigurationException(f"{name}: line {number} is not NAME:PASSWORD")
-    if not lines:
+    name, content = f"security.passwords = {path!r}", Path(path).read_bytes()
+    for number, line in enumerate(content.splitlines(), 1):
+        if line.strip() and not all(part.strip() for part in line.partition(b":")):
+            raise ConfigurationException(
+                f"{name}: line {number} is not NAME:PASSWORD"
+            )  # it may be a password
+    if not content.strip():
         raise ConfigurationException(
             f"{name} lists nobody, so everybody would be let in: write a line NAME:PASSWORD for each user"
         )

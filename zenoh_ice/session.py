@@ -108,7 +108,16 @@ def session_config(settings: Settings) -> dict[str, Any]:
     if security.authority:
         # No link without TLS to where others say that somebody is.
         link["protocols"] = sorted({endpoint.partition("/")[0] for endpoint in (*connect, *listen)})
-        link["tls"] = _tls(security, shows_certificate=client)
+        pair = (
+            {"certificate": security.certificate, "private_key": security.key} if security.certificate else {}
+        )
+        link["tls"] = {
+            "root_ca_certificate": security.authority,
+            "close_link_on_expiration": True,
+            **{f"{way}_{name}": path for way in ("connect", "listen") for name, path in pair.items()},
+            # To a client it means that it shows its certificate.
+            "enable_mtls": bool(pair) and (security.mutual or client),
+        }
     login = {"user": security.user, "password": security.password, "dictionary_file": security.passwords}
     config: dict[str, Any] = {
         "mode": settings.mode,
@@ -145,17 +154,6 @@ def session_config(settings: Settings) -> dict[str, Any]:
     return config
 
 
-def _tls(security: Security, *, shows_certificate: bool) -> dict[str, Any]:
-    pair = {"certificate": security.certificate, "private_key": security.key} if security.certificate else {}
-    return {
-        "root_ca_certificate": security.authority,
-        "close_link_on_expiration": True,
-        **{f"{way}_{name}": path for way in ("connect", "listen") for name, path in pair.items()},
-        # To a client it means that it shows its certificate.
-        "enable_mtls": bool(pair) and (security.mutual or shows_certificate),
-    }
-
-
 def connect_endpoints(settings: Settings) -> list[str]:
     """Return the endpoints of others: a server listens where everybody else connects to by default."""
     return [endpoint for endpoint in settings.connect if endpoint not in settings.listen]
@@ -163,8 +161,7 @@ def connect_endpoints(settings: Settings) -> list[str]:
 
 def send_limit(settings: Settings) -> float:
     """Return for how many s sending a message may wait for its peer, before the link is closed."""
-    # For as long as a call may take: Zenoh counts it from a message's first fragment that has to wait to its
-    # last, and a large one on a busy machine or a slow network must not cost everybody the link.
+    # Zenoh counts to the last fragment: a large message on a slow network must not cost everybody the link.
     return settings.timeout
 
 
@@ -186,9 +183,7 @@ def explain_endpoints(endpoints: Iterable[str], security: Security) -> str:
     found = list(reasons.items())  # a late thread changes it no more
     parts = [f"{endpoint}: {reason}" for endpoint, reason in found if reason]
     if absent := ", ".join(endpoint for endpoint, reason in found if not reason):
-        start = (
-            "start a server there, for instance with `naoserver-sim`, or name another endpoint with --connect"
-        )
+        start = "start a server there, such as `naoserver-sim`, or name another endpoint with --connect"
         parts.insert(0, f"nothing answers at {absent}: {start}")
     return "; ".join(parts) or "there is no endpoint to connect to: name one with --connect"
 
@@ -226,8 +221,7 @@ def _explain_tls(connection: socket.socket, host: str, security: Security) -> st
             with contextlib.suppress(TimeoutError):
                 secured.recv(1)
     except ssl.SSLCertVerificationError as error:
-        why = printable(error.verify_message)
-        return f"its certificate is not accepted: {why}; is security.authority right?"
+        return f"its certificate is not accepted: {error.verify_message}; is security.authority right?"
     except ssl.SSLError as error:
         reason = error.reason or ""
         unknown = f"TLS fails, is it a TLS endpoint? ({printable(reason or str(error))})"

@@ -1,6 +1,6 @@
 """Settings of a component: defaults, overlaid by a TOML file, then by the environment, then by flags.
 
-The types say what each setting may be, and `FLAGS` which of them have a flag.
+The types say what each setting may be; `zenoh_ice.command` has the flags.
 """
 
 from __future__ import annotations
@@ -17,25 +17,14 @@ from msgspec import Meta, Struct, structs
 from .exceptions import ConfigurationException
 from .toml_file import convert, parse_toml, read_text, shown
 
-__all__ = ["DEFAULT_ENDPOINT", "PROTOCOLS", "Role", "Security", "Settings", "host_and_port", "load_settings"]
-
 DEFAULT_ENDPOINT: Final = "tcp/127.0.0.1:7447"
 """Where a robot server listens and where everybody else connects to, unless told otherwise."""
 
-ENVIRONMENT_PREFIX: Final = "VISUALHFSM_"
-"""`VISUALHFSM_REALM` sets `realm`, and so on for every setting."""
-
-CONFIG_VARIABLE: Final = "VISUALHFSM_CONFIG"
-"""The environment variable that names the TOML file when no flag does."""
-
-EVERYBODY: Final = "*"
-"""The user that stands for everybody who is let in at all."""
-
-PATHS: Final = ("authority", "certificate", "key", "passwords")
-"""The settings of `[security]` that name files."""
-
-PROTOCOLS: Final = ("tcp", "tls", "udp", "quic", "ws", "unixsock-stream")
-"""What an endpoint may begin with: all but the last go on with a host and a port."""
+ENVIRONMENT_PREFIX: Final = "VISUALHFSM_"  # `VISUALHFSM_REALM` sets `realm`, and so on
+CONFIG_VARIABLE: Final = "VISUALHFSM_CONFIG"  # names the TOML file when no flag does
+EVERYBODY: Final = "*"  # the user that stands for everybody who is let in at all
+PATHS: Final = ("authority", "certificate", "key", "passwords")  # settings of `[security]` that name files
+PROTOCOLS: Final = ("tcp", "tls", "udp", "quic", "ws", "unixsock-stream")  # with host and port, but the last
 
 # An endpoint is a protocol and an address; after `?` or `#` it may have options of Zenoh.
 _HOST: Final = rf"(?:{'|'.join(PROTOCOLS[:-1])})/(\[[0-9A-Fa-f:.%]+\]|[A-Za-z0-9_.\-]+)"
@@ -81,19 +70,13 @@ class Role(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     `*` stands for any characters of an identity or an operation; `**` alone for everything.
     """
 
-    call: Annotated[tuple[Operation, ...], _Most] = ()
-    """Operations to call and, of those that are streams, to read: `["Camera*.*", "*Encoders.*"]`."""
-    read: Annotated[tuple[Operation, ...], _Most] = ()
-    """Streams to read, without calling anything: `["**"]` sees all and moves nothing."""
-    serve: Annotated[tuple[IdentityPattern, ...], _Most] = ()
-    """Identities to serve, without operations: `["*"]` for a robot, `["Hfsm.*"]` for who runs behaviors."""
-    realms: Annotated[tuple[RealmPattern, ...], _Most] = ()
-    """The realms in which all of that is granted; without any, that of the component that grants it."""
+    call: Annotated[tuple[Operation, ...], _Most] = ()  # operations to call and, of streams, to read
+    read: Annotated[tuple[Operation, ...], _Most] = ()  # streams to read, without calling anything
+    serve: Annotated[tuple[IdentityPattern, ...], _Most] = ()  # identities to serve
+    realms: Annotated[tuple[RealmPattern, ...], _Most] = ()  # else that of the component that grants it
+    # Whether its processes may hold a liveliness token, by whose end robots notice that they are gone. Thousands
+    # delay everybody, and Zenoh has no limit to their number: false for who moves nothing.
     liveliness: bool = True
-    """Whether its processes may hold a liveliness token, by whose end robots notice that they are gone.
-
-    Thousands of tokens delay everybody, and Zenoh has no limit to their number: false for who moves nothing.
-    """
 
 
 class Security(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -102,57 +85,46 @@ class Security(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     `security.check_security` looks at them together.
     """
 
-    authority: Text = ""
-    """File (PEM) of the certificate of the authority that vouches for everybody else."""
-    certificate: Text = ""
-    """File (PEM) of the component's own certificate, which it shows to others."""
+    authority: Text = ""  # file (PEM) of the certificate of the authority that vouches for everybody else
+    certificate: Text = ""  # file (PEM) of the component's own, which it shows to others
     key: Text = ""
-    user: Text = ""
-    """Name under which the component logs in, where whoever listens asks for one."""
+    user: Text = ""  # name under which the component logs in, where whoever listens asks for one
     password: str = ""
-    passwords: Text = ""
-    """File of the users who may connect: a line `NAME:PASSWORD` for each."""
-    mutual: bool = True
-    """Whether those that connect by TLS must show a certificate of the authority."""
-    roles: dict[Name, Role] = {}
-    """What may be done through this component, by the name of the role; without any, everything."""
-    users: dict[Name, str] = {}
-    """The role of each certificate, by its common name, and of each user; `*` is everybody who is let in."""
+    passwords: Text = ""  # file of the users who may connect: a line `NAME:PASSWORD` for each
+    mutual: bool = True  # whether those that connect by TLS must show a certificate of the authority
+    roles: dict[Name, Role] = {}  # what may be done through this component; without any, everything
+    users: dict[Name, str] = {}  # the role of each common name of a certificate, and of each user
+
+    def __post_init__(self) -> None:
+        for user, role in self.users.items():
+            if role not in self.roles:
+                known = ", ".join(self.roles) or "none"
+                raise ValueError(f"users.{user}: there is no role {shown(role)}; there is {known}")
 
     def __repr__(self) -> str:
         return "Security(...)"  # it holds a password
 
 
 class Settings(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, dict=True):
-    """What a component needs to know to talk to the others.
+    """What a component needs to know to talk to the others, as docs/settings.md explains.
 
     Every setting is checked when the object is made; a bad one raises ConfigurationException, which names the
     setting and where its value came from.
     """
 
-    realm: Realm = "nao"
-    """The robot or stack that this component belongs to: the first chunk of every key."""
+    realm: Realm = "nao"  # the first chunk of every key
     connect: tuple[Connect, ...] = (DEFAULT_ENDPOINT,)
-    """Zenoh endpoints to connect to; lost ones are tried again for ever."""
     listen: tuple[Listen, ...] = ("tcp/127.0.0.1:0",)
-    mode: Literal["peer", "client", "router"] = "peer"
-    """A `router` passes on what others say to one another; for the others see its flag."""
+    mode: Literal["peer", "client", "router"] = "peer"  # a router passes on what others say to one another
     clock: Literal["auto", "wall", "sim"] = "auto"
-    timeout: Timeout = 2.0
-    """Longest duration of a call in s, and of sending one message: a link that takes longer is closed."""
-    lease: Lease = 2.0
-    """Silence in s after which a peer that hangs counts as lost; one that dies is noticed at once."""
+    timeout: Timeout = 2.0  # s of a call, and of sending one message: a link that takes longer is closed
+    lease: Lease = 2.0  # s of silence until a peer that hangs is lost; one that dies is noticed at once
     shared_memory: bool = True
-    """Whether large payloads travel through shared memory on one machine."""
     log_level: Literal["debug", "info", "warning", "error", "critical"] = "warning"
-    max_message_size: Size = 1 << 20
-    """Largest payload that is decoded, in bytes, of an operation without byte sequences."""
-    max_bulk_size: Size = 32 << 20
-    """Largest payload that is decoded, in bytes, of an operation with byte sequences, such as images."""
-    dispatch_threads: Threads = 8
-    """Threads that run callbacks and the calls within the process."""
+    max_message_size: Size = 1 << 20  # bytes that are decoded, of an operation without byte sequences
+    max_bulk_size: Size = 32 << 20  # bytes that are decoded, of an operation with byte sequences: images
+    dispatch_threads: Threads = 8  # for callbacks and the calls within the process
     security: Security = Security()
-    """Certificates, passwords, and what others may do through this component: `[security]` of a file."""
 
     def __post_init__(self) -> None:
         for name, kind in _TYPES.items():  # msgspec checks what it converts, but not what a program passes
@@ -181,15 +153,15 @@ class Settings(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, di
 
         Of `[security]` it has what was given.
         """
-        rows = {name: shown(getattr(self, name)) for name in _TYPES if name != "security"}
-        given = [name for name in structs.asdict(self.security) if f"security.{name}" in self.origins]
-        rows |= {f"security.{name}": shown(getattr(self.security, name)) for name in given}
-        hidden = {"security.password": "(hidden)", "security.roles": ", ".join(self.security.roles)}
-        rows |= {name: text for name, text in hidden.items() if name in rows}
-        widths = max(map(len, rows)), max(map(len, rows.values()))
+        rows = {name: shown(value) for name, value in structs.asdict(self).items() if name != "security"}
+        for name, value in structs.asdict(self.security).items():
+            if (full_name := f"security.{name}") in self.origins:
+                rows[full_name] = "(hidden)" if name == "password" else shown(value)
+        if "security.roles" in rows:
+            rows["security.roles"] = ", ".join(self.security.roles)
+        width = max(map(len, rows.values()))
         return "\n".join(
-            f"{name:<{widths[0]}}  {text:<{widths[1]}}  {self.origins.get(name, 'default')}"
-            for name, text in rows.items()
+            f"{name:<22}  {text:<{width}}  {self.origins.get(name, 'default')}" for name, text in rows.items()
         )
 
     @property
@@ -206,19 +178,6 @@ class Settings(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, di
 
 
 _TYPES: Final = {field.name: field.type for field in structs.fields(Settings)}
-FLAGS: Final = {
-    "realm": ("NAME", "Robot or stack to belong to."),
-    "connect": ("ENDPOINT", f"Endpoint to connect to, such as {DEFAULT_ENDPOINT}; may be repeated."),
-    "listen": ("ENDPOINT", "Endpoint to listen on; port 0 lets the system pick; may be repeated."),
-    "mode": ("peer|client", "Talk to every peer directly, or through the router or server at --connect."),
-    "clock": ("auto|wall|sim", "Time to go by: the wall's, or the robot's; auto: that if it is simulated."),
-    "timeout": ("SECONDS", "Longest duration of a call."),
-    "log_level": ("LEVEL", "Least severe messages to log: debug, info, warning, error or critical."),
-    "authority": ("PEM", "Who vouches for others, for TLS."),
-    "certificate": ("PEM", "What others know us by."),
-    "key": ("PEM", "Key of the certificate."),
-}
-"""The settings that have a flag: what stands for the value in a command's help, and what it is."""
 
 
 def load_settings(
@@ -245,14 +204,23 @@ def load_settings(
         text, file = read_text(Path(toml_path), ConfigurationException), str(Path(toml_path))
         table = parse_toml(text, dict[str, Any], file, ConfigurationException)
         settings = _overlay(settings, table, file, text=text)
-    for variable in sorted(environment):
-        if variable.startswith(ENVIRONMENT_PREFIX) and variable != CONFIG_VARIABLE:
-            name = variable.removeprefix(ENVIRONMENT_PREFIX).lower()
-            settings = _overlay_one(settings, name, environment[variable], variable)
+    given: list[tuple[str, str, Any]] = [
+        (variable, variable.removeprefix(ENVIRONMENT_PREFIX).lower(), text)
+        for variable, text in sorted(environment.items())
+        if variable.startswith(ENVIRONMENT_PREFIX) and variable != CONFIG_VARIABLE
+    ]
     for name, value in (flags or {}).items():
         if value is not None:
-            full_name = f"security_{name}" if name in PATHS else name
-            settings = _overlay_one(settings, full_name, value, f"--{name.replace('_', '-')}")
+            given.append(
+                (f"--{name.replace('_', '-')}", f"security_{name}" if name in PATHS else name, value)
+            )
+    for origin, name, value in given:
+        parsed = value.lower() if name in ("mode", "clock", "log_level") else value
+        if name in ("connect", "listen") and isinstance(value, str):
+            parsed = [item.strip() for item in value.split(",") if item.strip()]
+        key = name.removeprefix("security_")
+        change = {name: parsed} if key == name else {"security": {key: parsed}}
+        settings = _overlay(settings, change, origin, strict=False)
     return settings
 
 
@@ -263,46 +231,23 @@ def _overlay(
 
     If that is a file, its `text` is given: errors name the line, and paths in it are relative to its folder.
     """
-    folder = Path(origin).parent if text else Path()
-    given = values.get("security", {})
-    if isinstance(given, Mapping):
+    table = {**structs.asdict(settings), **values}
+    names = {name: origin for name in values if name != "security"}
+    if isinstance(given := values.get("security"), Mapping):
         if not isinstance(given.get("password", ""), str):
             raise ConfigurationException(f"{origin}: security.password: write text")  # without the value
-        given = {key: os.fspath(it) if isinstance(it, os.PathLike) else it for key, it in given.items()}
-        values = {**values, "security": given}
-    part = convert(values, Settings, origin, ConfigurationException, text=text, strict=strict)
-    names = given if isinstance(given, Mapping) else Security.__struct_fields__
-    pieces = {name: getattr(part.security, name) for name in names}
-    for name in PATHS:
-        if value := pieces.get(name):
-            try:  # absolute: another process that is told of the file may run in another directory
-                pieces[name] = str((folder / Path(value).expanduser()).absolute())
-            except RuntimeError as error:
-                raise ConfigurationException(f"{origin}: security.{name} = {value!r}: {error}") from None
-    security = structs.replace(settings.security, **pieces)
-    for user, role in security.users.items():
-        if role not in security.roles:
-            known = ", ".join(security.roles) or "none"
-            raise ConfigurationException(
-                f"{origin}: security.users.{user}: there is no role {shown(role)}; there is {known}"
-            )
-    changes = {name: getattr(part, name) for name in values if name != "security"}
-    changed = structs.replace(settings, **changes, security=security)
-    origins = dict.fromkeys((*changes, *(f"security.{name}" for name in pieces)), origin)
-    changed.__dict__["origins"] = {**settings.origins, **origins}
+        folder = Path(origin).parent if text else Path()
+        pieces = {**structs.asdict(settings.security), **given}
+        for name in PATHS:
+            if given.get(name) and isinstance(given[name], str | os.PathLike):
+                path = Path(os.path.expanduser(given[name]))  # noqa: PTH111 - this one never fails
+                # Absolute: another process that gets the path may run in another directory.
+                pieces[name] = str((folder / path).absolute())
+        table["security"] = pieces
+        names |= {f"security.{name}": origin for name in given}
+    changed = convert(table, Settings, origin, ConfigurationException, text=text, strict=strict)
+    changed.__dict__["origins"] = {**settings.origins, **names}
     return changed
-
-
-def _overlay_one(settings: Settings, name: str, value: Any, origin: str) -> Settings:  # noqa: ANN401
-    """Return settings of which one, such as `security_key`, is changed by a variable or a flag."""
-    if isinstance(value, str):
-        if name in ("connect", "listen"):
-            value = [item.strip() for item in value.split(",") if item.strip()]
-        elif name in ("mode", "clock", "log_level"):
-            value = value.lower()
-    key = name.removeprefix("security_")
-    values = {name: value} if key == name else {"security": {key: value}}
-    return _overlay(settings, values, origin, strict=False)
 
 
 def host_and_port(endpoint: str) -> tuple[str, int] | None:

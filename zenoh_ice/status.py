@@ -17,8 +17,6 @@ from ._codec import Buffer
 from .exceptions import MarshalException
 from .text import LONGEST_TEXT
 
-__all__ = ["ProcessStatus", "ServantStatus", "decode_status", "encode_status", "program_name"]
-
 _LIMIT: Final = 1 << 20  # bytes
 
 _Text = Annotated[str, msgspec.Meta(max_length=LONGEST_TEXT)]
@@ -27,21 +25,15 @@ _Seconds = Annotated[float, msgspec.Meta(ge=0.0, le=1e11)]  # and a number
 
 
 class ServantStatus(msgspec.Struct, frozen=True):
-    """What a servant does, and did since it is served."""
+    """What a servant does, and how many calls it had since it is served."""
 
     type_id: _Text
-    calls: _Count
-    """How many calls were executed, those that run included."""
-    failed: _Count
-    """How many of them raised what their operation does not declare, or returned what does not fit it."""
-    refused: _Count
-    """How many were not executed: malformed, of another interface, too late, or too many."""
-    running: _Count
-    """How many are executed now, those that will be answered later included."""
-    waiting: _Count
-    """How many wait for their turn."""
-    listened: tuple[_Text, ...]
-    """Its streams to which somebody listens."""
+    calls: _Count  # executed, those that run included
+    failed: _Count  # of them, those that raised what is not declared, or returned what does not fit
+    refused: _Count  # not executed: malformed, of another interface, too late, or too many
+    running: _Count  # executed now, those that will be answered later included
+    waiting: _Count  # for their turn
+    listened: tuple[_Text, ...]  # its streams to which somebody listens
 
 
 class ProcessStatus(msgspec.Struct, frozen=True):
@@ -52,13 +44,10 @@ class ProcessStatus(msgspec.Struct, frozen=True):
     host: _Text
     python: _Text
     zenoh: _Text
-    version: _Text
-    """Version of the distribution."""
-    since: _Seconds
-    """Wall time in s since the epoch at which it began to serve."""
+    version: _Text  # of the distribution
+    since: _Seconds  # wall time in s since the epoch at which it began to serve
     shared_memory: bool
-    servants: dict[_Text, ServantStatus]
-    """The servants by `identity@realm`."""
+    servants: dict[_Text, ServantStatus]  # by `identity@realm`
 
 
 def encode_status(since: float, *, shared_memory: bool, servants: Mapping[str, ServantStatus]) -> bytes:

@@ -5,17 +5,12 @@ from __future__ import annotations
 import re
 from typing import Final
 
-__all__ = ["LONGEST_TEXT", "cut", "encodable", "printable", "without_source"]
-
 LONGEST_TEXT: Final = 4096  # characters of the text of an error
-
-_ELLIPSIS: Final = "..."
-_SOURCE_PLACE: Final = re.compile(r" at /\S+\.rs:\d+\.?")
 
 
 def cut(text: str, longest: int = LONGEST_TEXT) -> str:
     """Return a text with at most `longest` characters."""
-    return text if len(text) <= longest else text[: longest - len(_ELLIPSIS)] + _ELLIPSIS
+    return text if len(text) <= longest else f"{text[: longest - 3]}..."
 
 
 def encodable(text: str) -> str:
@@ -31,4 +26,4 @@ def printable(text: str, longest: int = LONGEST_TEXT) -> str:
 
 def without_source(error: Exception) -> str:
     """Return the text of an error of Zenoh's without the places in its sources, which tell a user nothing."""
-    return _SOURCE_PLACE.sub("", str(error))
+    return re.sub(r" at /\S+\.rs:\d+\.?", "", str(error))

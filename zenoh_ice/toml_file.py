@@ -3,10 +3,9 @@
     class Ball(Struct, frozen=True, forbid_unknown_fields=True):
         radius: Annotated[float, Meta(gt=0.0, description="write a radius in m, above 0")]
 
-    ball = read_toml(Path("ball.toml"), Ball, BallError)
+    ball = parse_toml(text, Ball, "ball.toml", BallError)
 
-The `description` of a type's `Meta` is what the user reads after a bad value: `ball.toml:1: radius = -1.0:
-write a radius in m, above 0`.
+A user reads the `description` after a bad value: `ball.toml:1: radius = -1: write a radius in m, above 0`.
 """
 
 from __future__ import annotations
@@ -23,15 +22,9 @@ import msgspec
 
 from .text import cut
 
-__all__ = ["LARGEST_FILE", "convert", "parse_toml", "place", "read_text", "read_toml", "shown"]
-
-LARGEST_FILE: Final = 1 << 20
-"""The most bytes that are read of a file."""
-
+LARGEST_FILE: Final = 1 << 20  # bytes
 _LONGEST_SHOWN: Final = 200  # characters of a value, in an error
-_LONGEST_MESSAGE: Final = 1000
-_ABOUT_VALUE: Final = ("Expected", "Invalid", "Number")  # how msgspec begins what it says of a value
-_EXPECTED: Final = re.compile(r"Expected `(\w+)(?: \| null)?`, got ")
+_EXPECTED: Final = re.compile(r"Expected `(bool|int|float|str|array|object)(?: \| null)?`, got ")
 _WORDS: Final = {
     "bool": "true or false",
     "int": "a whole number",
@@ -43,7 +36,6 @@ _WORDS: Final = {
 
 _T = TypeVar("_T")
 _Error = Callable[[str], Exception]
-_Path = tuple[str | int, ...]
 
 
 def read_text(path: Path, error: _Error) -> str:
@@ -62,11 +54,6 @@ def read_text(path: Path, error: _Error) -> str:
         raise error(f"{path}:{line}: not UTF-8 text: {problem.reason}") from problem
 
 
-def read_toml(path: Path, kind: type[_T], error: _Error) -> _T:
-    """Return what a file holds as a value of type `kind`; raises `error`."""
-    return parse_toml(read_text(path, error), kind, str(path), error)
-
-
 def parse_toml(text: str, kind: type[_T], source: str, error: _Error) -> _T:
     """Return what a text holds as a value of type `kind`; `source` is its file, for the `error` raised."""
     try:
@@ -78,12 +65,12 @@ def parse_toml(text: str, kind: type[_T], source: str, error: _Error) -> _T:
 
 
 def convert(
-    value: object,
+    value: Any,  # noqa: ANN401
     kind: type[_T],
     source: str,
     error: _Error,
     *,
-    path: _Path = (),
+    path: tuple[str | int, ...] = (),
     text: str = "",
     strict: bool = True,
 ) -> _T:
@@ -94,9 +81,23 @@ def convert(
     """
     try:
         return msgspec.convert(value, kind, strict=strict)
-    except msgspec.ValidationError as problem:
-        where, why = _fault(value, kind, path, strict=strict) or (path, f": {problem}")
-        raise error(f"{place(source, text, *where)}{cut(why, _LONGEST_MESSAGE)}") from None
+    except msgspec.ValidationError as refusal:
+        problem = str(refusal)
+    plain, remedy = _plain(kind)
+    for key, item, item_kind in _items(value, plain):  # the innermost value that does not fit is reported
+        convert(item, item_kind, source, error, path=(*path, key), text=text, strict=strict)
+    found = ""
+    if problem.startswith("Object contains unknown field"):
+        names = plain.__struct_encode_fields__
+        path = (*path, next(key for key in value if key not in names))
+        problem = f"there is no such key; there is {', '.join(names)}"
+    elif problem.startswith("Object missing required field"):
+        problem = f"{problem.split('`')[1]} is missing"
+    elif problem.startswith(("Expected", "Invalid", "Number")):  # else a check in the program found it
+        found = f" = {shown(value)}"
+        expected = _EXPECTED.match(problem)
+        problem = remedy or (f"write {_WORDS[expected[1]]}" if expected else problem)
+    raise error(f"{place(source, text, *path)}{found}: {cut(problem, 1000)}")
 
 
 def place(source: str, text: str, *path: str | int) -> str:
@@ -119,31 +120,6 @@ def shown(value: object) -> str:
         return "a number of thousands of digits"
 
 
-def _fault(value: Any, kind: Any, path: _Path, *, strict: bool) -> tuple[_Path, str] | None:  # noqa: ANN401
-    """Return the path of the innermost value that does not fit its type, and what follows it in an error."""
-    try:
-        msgspec.convert(value, kind, strict=strict)
-    except msgspec.ValidationError as error:
-        problem = str(error)
-    else:
-        return None
-    plain, remedy = _plain(kind)
-    for key, item, item_kind in _items(value, plain):
-        if fault := _fault(item, item_kind, (*path, key), strict=strict):
-            return fault
-    if problem.startswith("Object contains unknown field"):
-        names = plain.__struct_encode_fields__
-        unknown = next(key for key in value if key not in names)
-        return (*path, unknown), f": there is no such key; there is {', '.join(names)}"
-    if problem.startswith("Object missing required field"):
-        return path, f": {problem.split('`')[1]} is missing"
-    if not problem.startswith(_ABOUT_VALUE):  # it comes from a check in the program
-        return path, f": {problem}"
-    if not remedy and (expected := _EXPECTED.match(problem)) and expected[1] in _WORDS:
-        remedy = f"write {_WORDS[expected[1]]}"
-    return path, f" = {shown(value)}: {remedy or problem}"
-
-
 def _items(value: Any, kind: Any) -> Iterable[tuple[str | int, Any, Any]]:  # noqa: ANN401
     """Return what a value holds that fits the kind of its type: keys, items, and the types of these."""
     kinds = get_args(kind)
@@ -164,13 +140,12 @@ def _plain(kind: Any) -> tuple[Any, str]:  # noqa: ANN401
     while get_origin(kind) in (Annotated, Union, UnionType):
         if get_origin(kind) is Annotated:
             kind, *rest = get_args(kind)
-            found = (item.description for item in rest if isinstance(item, msgspec.Meta) and item.description)
-            remedy = remedy or next(found, "")
+            remedy = remedy or next((meta.description for meta in rest if meta.description), "")
         else:
             kind = next(member for member in get_args(kind) if member is not NoneType)
     words = get_args(kind) if get_origin(kind) is Literal else ()
     if isinstance(kind, enum.EnumType):
-        words = tuple(str(member.value) for member in list[enum.Enum](kind))
+        words = tuple(member.value for member in list[enum.Enum](kind))
     return kind, remedy or (f"write one of {', '.join(map(str, words))}" if words else "")
 
 

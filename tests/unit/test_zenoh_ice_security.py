@@ -57,7 +57,6 @@ class TestSources:
             ),
             ("[security]\nkey = 3", "security.key = 3: write text"),
             ("[security]\nmutual = 1", "security.mutual = 1: write true or false"),
-            ("[security]\nkey = '~nobody-of-this-name/key'", "security.key = '~nobody-of-this-name/key': "),
             ("[security.roles]\nr = 3", "security.roles.r = 3: write a table"),
             ("[security.roles.r]\ncall = ['Head']", "roles.r.call[0] = 'Head': write IDENTITY.OPERATION"),
             ("[security.users]\nann = 'r'", "users.ann: there is no role 'r'; there is none"),
@@ -106,6 +105,7 @@ class TestTogether:
             ({"roles": ROLES}, "security.roles without security.authority or security.passwords"),
             ({"roles": ROLES, "authority": "authority.pem", "mutual": False}, "security.roles without"),
             ({"authority": "absent.pem"}, "absent.pem': cannot be read: No such file"),
+            ({"authority": "~nobody-of-this-name/a.pem"}, "this-name/a.pem': cannot be read: No such file"),
             ({"authority": "router.key"}, "no certificate in PEM"),
             (
                 {"authority": "authority.pem", "certificate": "router.pem", "key": "robot.key"},

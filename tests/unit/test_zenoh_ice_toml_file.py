@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec import Meta, Struct
 
-from zenoh_ice.toml_file import LARGEST_FILE, parse_toml, read_toml
+from zenoh_ice.toml_file import LARGEST_FILE, parse_toml, read_text
 
 
 class Color(StrEnum):
@@ -47,9 +47,8 @@ def refusal(text: str) -> str:
 def test_values_have_their_types(tmp_path: Path) -> None:
     file = tmp_path / "w.toml"
     file.write_bytes(b'\xef\xbb\xbfmode = "slow"\r\n[[balls]]\r\nradius = 1\r\ncolor = "green"\r\n')
-    assert read_toml(file, World, LookupError) == World(
-        mode="slow", balls=[Ball(radius=1.0, color=Color.GREEN)]
-    )
+    world = parse_toml(read_text(file, LookupError), World, "w.toml", LookupError)
+    assert world == World(mode="slow", balls=[Ball(radius=1.0, color=Color.GREEN)])
 
 
 @pytest.mark.parametrize(
@@ -104,7 +103,7 @@ def test_a_file_that_cannot_be_read_is_refused(tmp_path: Path) -> None:
         (binary, "binary.toml:2: not UTF-8 text"),
     ]:
         with pytest.raises(LookupError, match=message):
-            read_toml(path, World, LookupError)
+            read_text(path, LookupError)
 
 
 @given(st.text(alphabet="[]{}=\"'.,abr1 \nmodesnatx#", max_size=60))
