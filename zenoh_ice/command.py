@@ -30,7 +30,7 @@ import typer
 
 from .exceptions import ZenohIceError
 from .security import exposure
-from .settings import CONFIG_VARIABLE, DEFAULT_ENDPOINT, ENVIRONMENT_PREFIX, load_settings
+from .settings import CONFIG_VARIABLE, DEFAULT_ENDPOINT, load_settings
 from .status import program_name
 
 __all__ = ["Stop", "finite", "run", "stop_on_signals", "with_settings"]
@@ -50,9 +50,7 @@ def _option(name: str, metavar: str | None, text: str, kind: Any = str | None) -
 
 _CONNECT: Final = f"Endpoint to connect to, such as {DEFAULT_ENDPOINT}; may be repeated."
 _LISTEN: Final = "Endpoint to listen on; port 0 lets the system pick; may be repeated."
-_CONFIG: Final = (
-    f"File of settings, else {CONFIG_VARIABLE}. {ENVIRONMENT_PREFIX}REALM, ..., then flags, win over it."
-)
+_CONFIG: Final = f"File of settings, instead of {CONFIG_VARIABLE}; other variables and flags win over it."
 _SHARED: Final = [
     _option("realm", "NAME", "Robot or stack to belong to."),
     _option("connect", "ENDPOINT", _CONNECT, list[str] | None),
@@ -84,8 +82,7 @@ def with_settings(
         def with_options(**options: Any) -> None:  # noqa: ANN401 - typer has checked them
             shared = {option.name: options.pop(option.name) for option in _SHARED}
             config, show_config = shared.pop("config"), shared.pop("show_config")
-            # Of an option that may be repeated typer makes an empty list when it is not given.
-            flags = {name: None if value == [] else value for name, value in shared.items()}
+            flags = {name: value for name, value in shared.items() if value != []}  # typer's "not given"
             settings = load_settings(config, flags, defaults=defaults)
             if show_config:
                 typer.echo(settings.describe())
@@ -97,7 +94,6 @@ def with_settings(
 
         own = dict(inspect.signature(command, eval_str=True).parameters)
         del own["settings"]
-        # What typer reads: the command's own options, then the shared ones.
         options = [*own.values(), *_SHARED]
         with_options.__signature__ = inspect.Signature(options)  # type: ignore[attr-defined]
         with_options.__annotations__ = {option.name: option.annotation for option in options}
@@ -187,15 +183,13 @@ def run(app: typer.Typer, *, expected: tuple[type[Exception], ...] = ()) -> NoRe
     try:
         app()
     except errors as error:
-        _fail(str(error))
+        _logger.debug("the command failed", exc_info=True)
+        why = str(error)
     except OSError as error:
         if error.errno not in (errno.ENOSPC, errno.EDQUOT):
             raise
-        _fail(f"cannot write{f' {error.filename}' if error.filename else ''}: {error.strerror}")
-    sys.exit(0)
-
-
-def _fail(why: str) -> NoReturn:
-    _logger.debug("the command failed", exc_info=True)
+        why = f"cannot write{f' {error.filename}' if error.filename else ''}: {error.strerror}"
+    else:
+        sys.exit(0)
     typer.echo(f"{program_name()}: error: {' '.join(why.split())}", err=True)
     sys.exit(1)

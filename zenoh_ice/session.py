@@ -22,18 +22,8 @@ from .text import printable, without_source
 
 __all__ = ["client_token", "close_session", "explain_endpoints", "open_session", "session_config"]
 
-# A restarted server is found again within some 0.2 s.
-_RETRY: Final = {"period_init_ms": 50, "period_max_ms": 200, "period_increase_factor": 2}
-_OPEN_DELAY: Final = 100  # ms that opening waits for the endpoints; a call waits longer for its servant
-_SHORTEST_OPENING: Final = 2000  # ms after which the making of a link has failed
-# Links that may be in the middle of their making. Zenoh closes further ones at once, so with its default
-# of 100 as many silent connections shut everybody else out. A process usually has 1024 files.
-_MOST_PENDING: Final = 800
-_MESSAGE_OVERHEAD: Final = 1 << 16
-
-# Our own messages say what Zenoh's warnings would. Some of its errors are none for a user: an answer that
-# came after its call's timeout, a link that a bad network let fail and that is tried again, the end of what
-# was never allowed to begin. RUST_LOG shows everything.
+# Our own messages say what Zenoh's warnings would, and some of its errors are none for a user, such as an
+# answer after its call's timeout. RUST_LOG shows everything.
 _ZENOH_LOG: Final = (
     "error,zenoh::api::handlers=off,zenoh::net::routing::hat=off,zenoh_transport::unicast=off,zenoh_codec=off"
 )
@@ -52,7 +42,7 @@ _logger = logging.getLogger(__name__)
 
 
 def open_session(settings: Settings) -> zenoh.Session:
-    """Open a session in the mode of the settings, usually as a peer that talks to every other peer directly.
+    """Open a session in the mode of the settings.
 
     A client waits for the router, or the server, that it connects to, for as long as a call may take. Raises
     ConnectFailedException when none answers or lets it in, EndpointInUseException when another process
@@ -103,20 +93,21 @@ def session_config(settings: Settings) -> dict[str, Any]:
     congestion = {"block": {"wait_before_close": round(send_limit(settings) * 1e6)}}
     link: dict[str, Any] = {
         "tx": {"lease": lease, "queue": {"congestion_control": congestion}},
-        "rx": {"max_message_size": settings.max_bulk_size + _MESSAGE_OVERHEAD},
+        "rx": {"max_message_size": settings.max_bulk_size + (1 << 16)},
     }
     if security.authority:
         # No link without TLS to where others say that somebody is.
         link["protocols"] = sorted({endpoint.partition("/")[0] for endpoint in (*connect, *listen)})
-        pair = (
-            {"certificate": security.certificate, "private_key": security.key} if security.certificate else {}
-        )
+        certificate, key = security.certificate or None, security.key or None
         link["tls"] = {
             "root_ca_certificate": security.authority,
             "close_link_on_expiration": True,
-            **{f"{way}_{name}": path for way in ("connect", "listen") for name, path in pair.items()},
+            "connect_certificate": certificate,
+            "connect_private_key": key,
+            "listen_certificate": certificate,
+            "listen_private_key": key,
             # To a client it means that it shows its certificate.
-            "enable_mtls": bool(pair) and (security.mutual or client),
+            "enable_mtls": bool(certificate) and (security.mutual or client),
         }
     login = {"user": security.user, "password": security.password, "dictionary_file": security.passwords}
     config: dict[str, Any] = {
@@ -127,7 +118,7 @@ def session_config(settings: Settings) -> dict[str, Any]:
             # Peers do not relay: two clients of one server reach each other by the links that gossip makes.
             # Where there are roles nobody is to find a way past those who grant them.
             "gossip": {"enabled": not security.roles},
-            "delay": _OPEN_DELAY,
+            "delay": 100,  # ms that opening waits for the endpoints; a call waits longer for its servant
         },
         "listen": {"endpoints": listen, "exit_on_failure": True},
         "connect": {
@@ -135,14 +126,17 @@ def session_config(settings: Settings) -> dict[str, Any]:
             # Zenoh waits for the first link of a client before a session is open: not for ever.
             "exit_on_failure": client,
             "timeout_ms": round(settings.timeout * 1000) if client else -1,
-            "retry": _RETRY,
+            # A restarted server is found again within some 0.2 s.
+            "retry": {"period_init_ms": 50, "period_max_ms": 200, "period_increase_factor": 2},
         },
         "transport": {
             "unicast": {
-                # A link whose making got lost on the way must not keep the next one, that may work, waiting.
-                "open_timeout": max(lease, _SHORTEST_OPENING),
-                "accept_timeout": max(lease, _SHORTEST_OPENING),
-                "accept_pending": _MOST_PENDING,
+                # ms: a link whose making got lost must not keep the next one, that may work, waiting.
+                "open_timeout": max(lease, 2000),
+                "accept_timeout": max(lease, 2000),
+                # Zenoh closes further ones, so with its default of 100 as many silent connections shut
+                # everybody else out. A process usually has 1024 files.
+                "accept_pending": 800,
             },
             "link": link,
             "auth": {"usrpwd": {name: text or None for name, text in login.items()}},
@@ -168,7 +162,7 @@ def send_limit(settings: Settings) -> float:
 def explain_endpoints(endpoints: Iterable[str], security: Security) -> str:
     """Return why none of some endpoints leads anywhere, and what to do; it takes some two seconds at most."""
     slow = "it does not answer in time, or the name of its machine is not found"
-    reasons = dict.fromkeys(endpoints, slow)
+    reasons = {endpoint: f"{endpoint}: {slow}" for endpoint in endpoints}
 
     def explain(endpoint: str) -> None:
         reasons[endpoint] = _explain_endpoint(endpoint, security)
@@ -180,30 +174,28 @@ def explain_endpoints(endpoints: Iterable[str], security: Security) -> str:
     deadline = time.monotonic() + _ALL_LIMIT
     for thread in threads:
         thread.join(max(0.0, deadline - time.monotonic()))
-    found = list(reasons.items())  # a late thread changes it no more
-    parts = [f"{endpoint}: {reason}" for endpoint, reason in found if reason]
-    if absent := ", ".join(endpoint for endpoint, reason in found if not reason):
-        start = "start a server there, such as `naoserver-sim`, or name another endpoint with --connect"
-        parts.insert(0, f"nothing answers at {absent}: {start}")
-    return "; ".join(parts) or "there is no endpoint to connect to: name one with --connect"
+    return "; ".join(reasons.values()) or "there is no endpoint to connect to: name one with --connect"
 
 
 def _explain_endpoint(endpoint: str, security: Security) -> str:
-    """Return why a process that listens at an endpoint makes no link with us; nothing if none listens."""
+    """Return why a process that listens at an endpoint makes no link with us, or that none listens."""
+    start = "start a server there, such as `naoserver-sim`, or name another endpoint with --connect"
+    absent = f"nothing answers at {endpoint}: {start}"
     place = host_and_port(endpoint)
     if place is None or not endpoint.startswith(("tcp/", "tls/", "ws/")):
-        return ""
+        return absent
+    why = "it listens, but makes no link with us: does it hang, or ask for a user, a password or TLS?"
+    if security.user:
+        why = f"it does not let {security.user!r} in: are security.user and the password right?"
     try:
         with socket.create_connection(place, _STEP_LIMIT) as connection:
-            if uses_tls(endpoint) and (why := _explain_tls(connection, place[0], security)):
-                return why
+            if uses_tls(endpoint):
+                why = _explain_tls(connection, place[0], security) or why
     except socket.gaierror:
-        return f"the machine {place[0]} is not known"
+        why = f"the machine {place[0]} is not known"
     except OSError:
-        return ""
-    if security.user:
-        return f"it does not let {security.user!r} in: are security.user and the password right?"
-    return "it listens, but makes no link with us: does it hang, or ask for a user, a password or TLS?"
+        return absent
+    return f"{endpoint}: {why}"
 
 
 def _explain_tls(connection: socket.socket, host: str, security: Security) -> str:

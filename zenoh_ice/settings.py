@@ -5,7 +5,6 @@ The types say what each setting may be; `zenoh_ice.command` has the flags.
 
 from __future__ import annotations
 
-import ipaddress
 import os
 import re
 from collections.abc import Mapping
@@ -74,8 +73,8 @@ class Role(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     read: Annotated[tuple[Operation, ...], _Most] = ()  # streams to read, without calling anything
     serve: Annotated[tuple[IdentityPattern, ...], _Most] = ()  # identities to serve
     realms: Annotated[tuple[RealmPattern, ...], _Most] = ()  # else that of the component that grants it
-    # Whether its processes may hold a liveliness token, by whose end robots notice that they are gone. Thousands
-    # delay everybody, and Zenoh has no limit to their number: false for who moves nothing.
+    # Whether its processes may hold a liveliness token, by whose end robots notice that they are gone.
+    # Thousands delay everybody, and Zenoh has no limit to their number: false for who moves nothing.
     liveliness: bool = True
 
 
@@ -127,8 +126,9 @@ class Settings(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, di
     security: Security = Security()
 
     def __post_init__(self) -> None:
-        for name, kind in _TYPES.items():  # msgspec checks what it converts, but not what a program passes
-            value = convert(getattr(self, name), kind, "the program", ConfigurationException, path=(name,))
+        for field in structs.fields(self):  # msgspec checks what it converts, but not what a program passes
+            name, value = field.name, getattr(self, field.name)
+            value = convert(value, field.type, "the program", ConfigurationException, path=(name,))
             structs.force_setattr(self, name, value)
 
     @property
@@ -149,16 +149,12 @@ class Settings(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, di
         return self.max_bulk_size if holds_bytes else self.max_message_size
 
     def describe(self) -> str:
-        """Return a table of the settings, passwords hidden: their names, values and where these came from.
-
-        Of `[security]` it has what was given.
-        """
+        """Return a table of the settings, those given of `[security]`: names, values, where these came from."""
         rows = {name: shown(value) for name, value in structs.asdict(self).items() if name != "security"}
         for name, value in structs.asdict(self.security).items():
-            if (full_name := f"security.{name}") in self.origins:
-                rows[full_name] = "(hidden)" if name == "password" else shown(value)
-        if "security.roles" in rows:
-            rows["security.roles"] = ", ".join(self.security.roles)
+            if f"security.{name}" in self.origins:
+                text = shown([*value] if name == "roles" else value)
+                rows[f"security.{name}"] = "(hidden)" if name == "password" else text
         width = max(map(len, rows.values()))
         return "\n".join(
             f"{name:<22}  {text:<{width}}  {self.origins.get(name, 'default')}" for name, text in rows.items()
@@ -175,9 +171,6 @@ class Settings(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, di
         own = ("authority", "certificate", "key", "user", "password")
         variables |= {f"security_{name}": text for name in own if (text := getattr(self.security, name))}
         return {f"{ENVIRONMENT_PREFIX}{name.upper()}": text for name, text in variables.items()}
-
-
-_TYPES: Final = {field.name: field.type for field in structs.fields(Settings)}
 
 
 def load_settings(
@@ -259,12 +252,7 @@ def host_and_port(endpoint: str) -> tuple[str, int] | None:
 def is_loopback(endpoint: str) -> bool:
     """Return whether an endpoint is reached from its own machine alone."""
     place = host_and_port(endpoint)
-    if place is None:
-        return True
-    try:
-        return ipaddress.ip_address(place[0].partition("%")[0]).is_loopback
-    except ValueError:
-        return place[0].lower() == "localhost"
+    return place is None or bool(re.fullmatch(r"127(\.[0-9]{1,3}){3}|::1|localhost", place[0].lower()))
 
 
 def uses_tls(endpoint: str) -> bool:
