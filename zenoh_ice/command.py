@@ -1,13 +1,4 @@
-"""What every command shares: options, logging, and an orderly way out.
-
-@app.command()
-@with_settings()
-def serve(*, settings: Settings, speed: float = 1.0) -> None:
-    with stop_on_signals() as stop, initialize(settings) as communicator:
-        stop.wait()
-
-run(app)
-"""
+"""What every command shares: options, logging, and an orderly way out; `ballmover/cli.py` is an example."""
 
 from __future__ import annotations
 
@@ -32,8 +23,6 @@ from .exceptions import ZenohIceError
 from .security import exposure
 from .settings import CONFIG_VARIABLE, DEFAULT_ENDPOINT, load_settings
 from .status import program_name
-
-__all__ = ["Stop", "finite", "run", "stop_on_signals", "with_settings"]
 
 _LOG: Final = "%(asctime)s.%(msecs)03d %(levelname)-8s %(name)s: %(message)s"
 _CLEANUP_GRACE: Final = 10.0  # s after a signal in which others are ignored, so that cleaning up can end
@@ -115,8 +104,7 @@ def finite(value: float | None) -> float | None:
 class Stop(threading.Event):
     """The event that the first signal sets."""
 
-    signal: int = 0
-    """The number of that signal."""
+    signal: int = 0  # its number
 
 
 @contextmanager

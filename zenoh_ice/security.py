@@ -1,8 +1,4 @@
-"""Roles as Zenoh's access control, and what is wrong or dangerous about settings of security.
-
-A role grants operations as `IDENTITY.OPERATION`. In both `*` stands for any characters; `**` alone is
-everything in the realm.
-"""
+"""Roles as Zenoh's access control, and what is wrong or dangerous about settings of security."""
 
 from __future__ import annotations
 
@@ -64,10 +60,8 @@ def _rules(role: Role, patterns: Sequence[str]) -> list[tuple[str, str, list[str
     "ingress" is what comes from whom the role belongs to, "egress" what is sent there.
     """
 
-    def keys(operations: Sequence[str]) -> list[str]:
-        return [
-            f"{realm}/{'/'.join(map(_glob, name.rsplit('.', 1)))}" for realm in realms for name in operations
-        ]
+    def keys(names: Sequence[str]) -> list[str]:
+        return [f"{realm}/{'/'.join(map(_glob, name.rsplit('.', 1)))}" for realm in realms for name in names]
 
     realms = [_glob(pattern) for pattern in patterns]
     called = keys(role.call)
@@ -116,16 +110,24 @@ def check_security(settings: Settings) -> list[str]:
     for name in PATHS:
         if not (path := getattr(security, name)):
             continue
+        setting = f"security.{name} = {path!r}"
         try:
             with Path(path).open("rb") as file:
-                mode = os.fstat(file.fileno()).st_mode
+                mode, content = os.fstat(file.fileno()).st_mode, file.read()
         except OSError as error:
-            why = f"security.{name} = {path!r}: cannot be read: {error.strerror}"
-            raise ConfigurationException(f"{why}; `nao security init` makes files of TLS") from error
+            hint = "see `nao security init`"
+            raise ConfigurationException(f"{setting}: cannot be read: {error.strerror}; {hint}") from error
         if name in ("key", "passwords") and mode & 0o077:
             dangers.append(f"{path} can be read by others on this machine: chmod 600 it")
-    if security.passwords:
-        _check_passwords(security.passwords)
+        if name == "passwords":
+            for number, line in enumerate(content.splitlines(), 1):
+                if line.strip() and not all(part.strip() for part in line.partition(b":")):
+                    # No error shows it: it may be a password.
+                    raise ConfigurationException(f"{setting}: line {number} is not NAME:PASSWORD")
+            if not content.strip():
+                raise ConfigurationException(
+                    f"{setting} lists nobody, so everybody would be let in: write lines NAME:PASSWORD"
+                )
     if security.authority:
         _check_tls(security)
     return dangers
@@ -180,29 +182,14 @@ def _check_tls(security: Security) -> None:
     import ssl  # here: it takes long to load, and few need it
 
     context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
-    names, why = f"security.authority = {security.authority!r}", "no certificate in PEM"
+    why = f"security.authority = {security.authority!r}: no certificate in PEM"
     try:
         context.load_verify_locations(security.authority)
         if security.certificate:
-            names = f"security.certificate = {security.certificate!r}, security.key = {security.key!r}"
-            why = "not a certificate and its key in PEM"
+            why = (
+                f"security.certificate = {security.certificate!r}: not in PEM, or security.key is not its key"
+            )
             # Without a password for the key: who runs unattended cannot be asked for one.
             context.load_cert_chain(security.certificate, security.key, password="")
     except ssl.SSLError as error:
-        if error.reason == "KEY_VALUES_MISMATCH":
-            why = "the key is not that of the certificate"
-        raise ConfigurationException(f"{names}: {why}") from error
-
-
-def _check_passwords(path: str) -> None:
-    """Raise ConfigurationException for a file without users: by such a one Zenoh lets everybody in."""
-    name, content = f"security.passwords = {path!r}", Path(path).read_bytes()
-    for number, line in enumerate(content.splitlines(), 1):
-        if line.strip() and not all(part.strip() for part in line.partition(b":")):
-            raise ConfigurationException(
-                f"{name}: line {number} is not NAME:PASSWORD"
-            )  # it may be a password
-    if not content.strip():
-        raise ConfigurationException(
-            f"{name} lists nobody, so everybody would be let in: write a line NAME:PASSWORD for each user"
-        )
+        raise ConfigurationException(f"{why} ({error.reason})") from error

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
 import logging
 import re
@@ -14,13 +13,11 @@ from typing import Any, Final
 
 import zenoh
 
-from ._tokens import client_token
+from ._tokens import client_token as client_token  # noqa: PLC0414 - for routers
 from .exceptions import ConfigurationException, ConnectFailedException, EndpointInUseException
 from .security import access_control, check_security, exposure
 from .settings import Security, Settings, host_and_port, uses_tls
 from .text import printable, without_source
-
-__all__ = ["client_token", "close_session", "explain_endpoints", "open_session", "session_config"]
 
 # Our own messages say what Zenoh's warnings would, and some of its errors are none for a user, such as an
 # answer after its call's timeout. RUST_LOG shows everything.
@@ -210,14 +207,15 @@ def _explain_tls(connection: socket.socket, host: str, security: Security) -> st
             # In TLS 1.3 the other side judges our certificate after the handshake; if it likes it, it waits
             # for us to speak.
             secured.settimeout(_STEP_LIMIT / 4)
-            with contextlib.suppress(TimeoutError):
-                secured.recv(1)
+            secured.recv(1)
     except ssl.SSLCertVerificationError as error:
         return f"its certificate is not accepted: {error.verify_message}; is security.authority right?"
     except ssl.SSLError as error:
         reason = error.reason or ""
         unknown = f"TLS fails, is it a TLS endpoint? ({printable(reason or str(error))})"
         return next((meaning for alert, meaning in _ALERTS.items() if re.search(alert, reason)), unknown)
+    except TimeoutError:
+        return ""
     except OSError:
-        return "it ends the connection: is it a TLS endpoint, and our certificate one of its authority?"
-    return ""
+        pass
+    return "it ends the connection: is it a TLS endpoint, and our certificate one of its authority?"

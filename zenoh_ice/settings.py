@@ -79,10 +79,7 @@ class Role(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
 
 
 class Security(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """The settings of `[security]`; all of them are empty where everybody may do everything.
-
-    `security.check_security` looks at them together.
-    """
+    """The settings of `[security]`, which `check_security` checks together; empty, they allow everything."""
 
     authority: Text = ""  # file (PEM) of the certificate of the authority that vouches for everybody else
     certificate: Text = ""  # file (PEM) of the component's own, which it shows to others
@@ -105,10 +102,9 @@ class Security(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
 
 
 class Settings(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, dict=True):
-    """What a component needs to know to talk to the others, as docs/settings.md explains.
+    """What a component needs to know to talk to the others; docs/settings.md explains each setting.
 
-    Every setting is checked when the object is made; a bad one raises ConfigurationException, which names the
-    setting and where its value came from.
+    A bad one raises ConfigurationException, which names the setting and where its value came from.
     """
 
     realm: Realm = "nao"  # the first chunk of every key
@@ -138,10 +134,7 @@ class Settings(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, di
         return found  # no field: files cannot set it, and comparisons ignore it
 
     def override(self, **changes: object) -> Settings:
-        """Return a copy with some settings changed by the program; `security` takes a table of its settings.
-
-        Raises ConfigurationException for an unknown setting or a bad value.
-        """
+        """Return a copy with changes, `security` as a table; raises ConfigurationException for bad ones."""
         return _overlay(self, changes, "the program")
 
     def size_limit(self, *, holds_bytes: bool) -> int:
@@ -149,7 +142,7 @@ class Settings(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, di
         return self.max_bulk_size if holds_bytes else self.max_message_size
 
     def describe(self) -> str:
-        """Return a table of the settings, those given of `[security]`: names, values, where these came from."""
+        """Return a table of the settings, of `[security]` those given, and where each comes from."""
         rows = {name: shown(value) for name, value in structs.asdict(self).items() if name != "security"}
         for name, value in structs.asdict(self.security).items():
             if f"security.{name}" in self.origins:
@@ -182,14 +175,10 @@ def load_settings(
 ) -> Settings:
     """Return the settings from their four sources; a later one wins.
 
-    1. the defaults, with those of the component over those of `Settings`;
-    2. the keys of the TOML file (without one, of the file that VISUALHFSM_CONFIG names);
-    3. the environment: VISUALHFSM_REALM, VISUALHFSM_CONNECT, ... (lists are separated by commas), and
-       VISUALHFSM_SECURITY_AUTHORITY, ... for those of `[security]`;
-    4. the flags; a flag that is None was not given.
-
-    Raises ConfigurationException, naming the source, for a file that cannot be read, an unknown key or a bad
-    value.
+    They are `defaults` over those of `Settings`; the TOML file, or else that of VISUALHFSM_CONFIG; variables
+    of the environment, such as VISUALHFSM_REALM or VISUALHFSM_SECURITY_KEY, with commas in lists; and `flags`
+    that are not None. Raises ConfigurationException, naming the source, for a file that cannot be read, an
+    unknown key or a bad value.
     """
     environment = os.environ if environment is None else environment
     settings = _overlay(Settings(), defaults or {}, "default")

@@ -24,15 +24,8 @@ from .text import cut
 
 LARGEST_FILE: Final = 1 << 20  # bytes
 _LONGEST_SHOWN: Final = 200  # characters of a value, in an error
-_EXPECTED: Final = re.compile(r"Expected `(bool|int|float|str|array|object)(?: \| null)?`, got ")
-_WORDS: Final = {
-    "bool": "true or false",
-    "int": "a whole number",
-    "float": "a number",
-    "str": "text",
-    "array": "a list",
-    "object": "a table",
-}
+_EXPECTED: Final = re.compile(r"Expected `(bool|float|str|array|object)(?: \| null)?`, got ")
+_WORDS = {"bool": "true or false", "float": "a number", "str": "text", "array": "a list", "object": "a table"}
 
 _T = TypeVar("_T")
 _Error = Callable[[str], Exception]

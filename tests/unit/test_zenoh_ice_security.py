@@ -109,11 +109,11 @@ class TestTogether:
             ({"authority": "router.key"}, "no certificate in PEM"),
             (
                 {"authority": "authority.pem", "certificate": "router.pem", "key": "robot.key"},
-                "the key is not that of the certificate",
+                "security.key is not its key .KEY_VALUES_MISMATCH.",
             ),
             (
                 {"authority": "authority.pem", "certificate": "router.toml", "key": "robot.key"},
-                "not a certificate and its key in PEM",
+                "router.toml': not in PEM",
             ),
         ],
     )
