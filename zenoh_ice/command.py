@@ -45,7 +45,7 @@ _SHARED: Final = [
     _option("connect", "ENDPOINT", _CONNECT, list[str] | None),
     _option("listen", "ENDPOINT", _LISTEN, list[str] | None),
     _option("mode", "peer|client", "Talk to peers directly, or through the router or server at --connect."),
-    _option("clock", "auto|wall|sim", "Time to go by: the wall's, or the robot's; auto: if it is simulated."),
+    _option("clock", "auto|wall|sim", "Time to go by: the wall's or the robot's; auto: that if simulated."),
     _option("timeout", "SECONDS", "Longest duration of a call.", float | None),
     _option("log_level", "LEVEL", "Least severe messages to log: debug, info, warning, error or critical."),
     _option("authority", "PEM", "Who vouches for others, for TLS."),

@@ -53,15 +53,12 @@ def open_session(settings: Settings) -> zenoh.Session:
     except zenoh.ZError as error:
         text = without_source(error)
         if settings.mode == "client" and "Unable to connect" in text:
-            endpoints = connect_endpoints(settings)
-            why = explain_endpoints(endpoints, settings.security)
+            why = explain_endpoints(connect_endpoints(settings), settings.security)
             raise ConnectFailedException(why) from error
         if "in use" in text or "Unable to acquire lock" in text:  # Zenoh passes no error number
             used = [each for each in settings.listen if each.partition("/")[2] in text] or settings.listen
-            raise EndpointInUseException(
-                f"port in use: another process listens on {', '.join(used)} already; stop it or choose "
-                "another with --listen"
-            ) from error
+            why = f"port in use: another process listens on {', '.join(used)} already"
+            raise EndpointInUseException(f"{why}; stop it or choose another with --listen") from error
         raise ConfigurationException(f"Zenoh refuses the settings: {text}") from error
 
 

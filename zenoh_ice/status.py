@@ -18,7 +18,6 @@ from .exceptions import MarshalException
 from .text import LONGEST_TEXT
 
 _LIMIT: Final = 1 << 20  # bytes
-
 _Text = Annotated[str, msgspec.Meta(max_length=LONGEST_TEXT)]
 _Count = Annotated[int, msgspec.Meta(ge=0)]
 _Seconds = Annotated[float, msgspec.Meta(ge=0.0, le=1e11)]  # and a number
