@@ -24,7 +24,7 @@ naoserver-naoqi --robot tcp://nao.local                    as the robot stands; 
 
 naoserver-naoqi --robot tcp://192.168.1.20:9559 --start stand --end rest
 
-VISUALHFSM_NAOQI_PASSWORD=... naoserver-naoqi --robot tcps://192.168.1.20:9503 --user nao"""
+NAOQI_PASSWORD=... naoserver-naoqi --robot tcps://192.168.1.20:9503 --user nao"""
 
 
 @app.command(epilog=_EPILOG)
@@ -42,7 +42,7 @@ def naoserver_naoqi(
     password: Annotated[
         str,
         typer.Option(
-            envvar="VISUALHFSM_NAOQI_PASSWORD", help="The password; others see what stands on a command line."
+            envvar="NAOQI_PASSWORD", help="The password; others see what stands on a command line."
         ),
     ] = "",
     start: Annotated[

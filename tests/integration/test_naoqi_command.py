@@ -128,3 +128,14 @@ def test_it_names_what_is_not_installed(tmp_path):
     )
     assert done.returncode == 1
     assert "qi is not installed; type: pip install 'visualhfsm[naoqi]'" in done.stderr
+
+
+def test_the_password_may_come_from_the_environment():
+    """Its name may not look like a setting's: a setting that does not exist ends every command."""
+    environment = os.environ | {"NAOQI_PASSWORD": "secret"}
+    command = module("naoserver_naoqi", "--robot", "tcps://127.0.0.1:1", "--listen", free_endpoint())
+    refused = subprocess.run(
+        command, capture_output=True, text=True, cwd=REPOSITORY, timeout=LIMIT, check=False, env=environment
+    )
+    assert "cannot connect to tcps://127.0.0.1:1" in refused.stderr
+    assert "password" not in refused.stderr
