@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from typing import Final
 
 LONGEST_TEXT: Final = 4096  # characters of the text of an error
@@ -27,3 +28,8 @@ def printable(text: str, longest: int = LONGEST_TEXT) -> str:
 def without_source(error: Exception) -> str:
     """Return the text of an error of Zenoh's without the places in its sources, which tell a user nothing."""
     return re.sub(r" at /\S+\.rs:\d+\.?", "", str(error))
+
+
+def few(names: Sequence[str], most: int = 3) -> str:
+    """Return the first of some names, and how many more there are."""
+    return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")

@@ -16,13 +16,12 @@ from zenoh_ice import Communicator, ServantInfo, ZenohIceError
 from zenoh_ice.reflection import OperationDescription
 from zenoh_ice.settings import host_and_port
 from zenoh_ice.status import ProcessStatus
-from zenoh_ice.text import printable
+from zenoh_ice.text import few, printable
 from zenoh_ice.transport import Target
 
 __all__ = [
     "ask_processes",
     "by_kind",
-    "few",
     "find_operation",
     "find_servant",
     "listens",
@@ -175,11 +174,6 @@ def _examples(proxy: DynamicProxy, operations: Sequence[OperationDescription]) -
     if not operations:
         return "ice_ping and its kin alone"
     return few([f"{proxy.identity}.{each.name}" for each in operations], 8)
-
-
-def few(names: Sequence[str], most: int = 3) -> str:
-    """Return the first of some names."""
-    return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
 
 
 def ask_processes(

@@ -23,14 +23,14 @@ from importlib.metadata import PackageNotFoundError, requires, version
 from pathlib import Path
 from typing import Final, NamedTuple
 
-from deploy.nao.connection import ask_processes, few, find_servant, listens, nobody, process_name, servants
+from deploy.nao.connection import ask_processes, find_servant, listens, nobody, process_name, servants
 from deploy.nao.output import console, count_text, duration_text, print_json, wrapped
 from deploy.nao.values import Json
 from zenoh_ice import Communicator, EndpointInUseException, ServantInfo, ZenohIceError, initialize
 from zenoh_ice.reflection import describe_package
 from zenoh_ice.settings import DEFAULT_ENDPOINT, Settings, host_and_port
 from zenoh_ice.status import ProcessStatus
-from zenoh_ice.text import printable
+from zenoh_ice.text import few, printable
 
 __all__ = ["Finding", "Level", "check_installation", "check_machine", "check_network", "examine", "holder_of"]
 

@@ -11,13 +11,13 @@ import msgspec
 from rich.markup import escape
 from rich.table import Table
 
-from deploy.nao.connection import ask_processes, few, find_servant, nobody, servants
+from deploy.nao.connection import ask_processes, find_servant, nobody, servants
 from deploy.nao.output import console, count_text, print_json, span_text
 from deploy.nao.values import Json, to_json
 from zenoh_ice import Communicator, ServantInfo, ZenohIceError, initialize
 from zenoh_ice.settings import Settings
 from zenoh_ice.status import ProcessStatus, ServantStatus
-from zenoh_ice.text import printable
+from zenoh_ice.text import few, printable
 
 __all__ = ["status"]
 
