@@ -41,9 +41,7 @@ def naoserver_naoqi(
     user: Annotated[str, typer.Option(help="Who logs in, at tcps://.")] = "nao",
     password: Annotated[
         str,
-        typer.Option(
-            envvar="NAOQI_PASSWORD", help="The password; others see what stands on a command line."
-        ),
+        typer.Option(envvar="NAOQI_PASSWORD", help="The password; others see what stands on a command line."),
     ] = "",
     start: Annotated[
         Start, typer.Option(help="What the robot does first: nothing, hold its joints, or stand up.")

@@ -10,10 +10,11 @@ from __future__ import annotations
 
 import itertools
 import logging
+import math
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Coroutine, Iterator
+from collections.abc import Callable, Coroutine, Iterator, Sequence
 from concurrent.futures import Future
 from contextlib import contextmanager
 from functools import partial
@@ -25,28 +26,18 @@ from .exceptions import BusyException, CommunicatorDestroyedException
 if TYPE_CHECKING:  # loaded where it is needed: it takes long, and most programs have no coroutines
     import asyncio
 
-__all__ = [
-    "Coroutines",
-    "Job",
-    "Pool",
-    "Pulse",
-    "is_marked_thread",
-    "mark_thread",
-]
+__all__ = ["PULSE_PERIOD", "Coroutines", "Job", "Pool", "Pulse", "UserCodeThread"]
 
 Job = Callable[[], object]
+V = TypeVar("V")
+
+PULSE_PERIOD: Final = 0.1  # s
 
 _IDLE_LIMIT: Final = 5.0  # s after which a thread ends that has nothing to do, unless it is the last
 _MOST_QUEUED: Final = 1024  # jobs of one line
 _MOST_LINES: Final = 256
-
-V = TypeVar("V")
-
-_PERIOD: Final = 0.1  # s
 _STANDSTILL: Final = 0.5  # s without a beat: more than a busy machine makes of the period
-_AFTERMATH: Final = 10  # beats until all that waited has been read
-_JOIN_LIMIT: Final = 2.0
-
+_AFTERMATH: Final = 1.0  # s until all that waited has been read
 
 # The clock that goes on while the machine is suspended, where the system has one.
 _CLOCK: Final = getattr(time, "CLOCK_BOOTTIME", time.CLOCK_MONOTONIC)
@@ -54,24 +45,8 @@ _CLOCK: Final = getattr(time, "CLOCK_BOOTTIME", time.CLOCK_MONOTONIC)
 _logger = logging.getLogger(__name__)
 
 
-class _Context(threading.local):
-    """What the current thread is."""
-
-    pool: Pool | None = None
-    runs_user_code = False
-
-
-_context: Final = _Context()
-
-
-def mark_thread() -> None:
-    """Note that the current thread is one of a communicator's that runs user code."""
-    _context.runs_user_code = True
-
-
-def is_marked_thread() -> bool:
-    """Return whether the current thread is one of a communicator's that runs user code."""
-    return _context.runs_user_code
+class UserCodeThread(threading.Thread):
+    """A thread of a communicator that runs user code."""
 
 
 class Pool:
@@ -85,25 +60,20 @@ class Pool:
 
     def __init__(self, size: int, name: str) -> None:
         self.jobs: Final[SimpleQueue[Any]] = SimpleQueue()
+        self.has_threads: Final = size > 0
         self._limit = size
-        self._inline: Final = size == 0
         self._name: Final = name
         self._places: Final[dict[type, Callable[[Any], Job | None]]] = {}
         self._numbers: Final = itertools.count()
         self._next = 0  # whose turn it is to be placed
         self._placed: Final = threading.Condition()
         self._lock: Final = threading.Lock()
-        self._threads: set[threading.Thread] = set()
+        self._threads: Final[set[threading.Thread]] = set()
         self._idle = 0
-        self._started = 0
+        self._serials: Final = itertools.count(1)
         self._closed = False
-        self._lines: dict[object, deque[Job]] = {}
+        self._lines: Final[dict[object, deque[Job]]] = {}
         self._grow()
-
-    @property
-    def has_threads(self) -> bool:
-        """Whether jobs run on threads of the pool."""
-        return not self._inline
 
     def place(self, kind: type, place: Callable[[Any], Job | None]) -> None:
         """Let a function make jobs, or None, of the objects of a type that are put among the jobs.
@@ -114,29 +84,26 @@ class Pool:
 
     def submit(self, job: Job) -> None:
         """Run a job as soon as a thread is free; after `close` it is dropped."""
-        if self._inline:
-            job()
-        else:
+        if self.has_threads:
             self.jobs.put(job)
+        else:
+            job()
 
     def submit_in_line(self, line: object, job: Job) -> None:
         """Run a job after those that were submitted in the same line; raises BusyException for too many."""
-        if self._inline:
+        if not self.has_threads:
             job()
             return
         with self._lock:
-            jobs = self._lines.get(line)
-            if jobs is not None:
-                if len(jobs) > _MOST_QUEUED:  # its first one runs
-                    raise BusyException(
-                        f"{line}: {_MOST_QUEUED} calls wait already; this one was not executed"
-                    )
-                jobs.append(job)
-                return
-            if len(self._lines) >= _MOST_LINES:
-                raise BusyException(f"{line}: {_MOST_LINES} others wait already; this call was not executed")
-            self._lines[line] = deque([job])
-        self.jobs.put(partial(self._run_line, line))
+            jobs = self._lines.get(line, deque[Job]())
+            # The first job of each line runs.
+            waiting, most = (len(jobs) - 1, _MOST_QUEUED) if jobs else (len(self._lines), _MOST_LINES)
+            if waiting >= most:
+                raise BusyException(f"{line}: {waiting} calls wait already; this one was not executed")
+            jobs.append(job)
+            if len(jobs) == 1:
+                self._lines[line] = jobs
+                self.jobs.put(partial(self._run_line, line))
 
     def holds_line(self, line: object) -> bool:
         """Return whether jobs of a line wait or run: later ones must not overtake them."""
@@ -146,13 +113,12 @@ class Pool:
         """Let the pool have more threads, or fewer with a negative number, if it needs them."""
         with self._lock:
             self._limit += threads
-        if threads > 0:
             self._grow()
 
     @contextmanager
     def blocked(self) -> Iterator[None]:
         """Let the pool have one thread more while one of its own waits for another."""
-        if _context.pool is not self:
+        if threading.current_thread() not in self._threads:
             yield
             return
         self.reserve(1)
@@ -168,30 +134,21 @@ class Pool:
         """
         with self._lock:
             self._closed = True
-            threads = [thread for thread in self._threads if thread is not threading.current_thread()]
+            threads = tuple(self._threads)
         self.jobs.put(None)
-        deadline = time.monotonic() + timeout
-        for thread in threads:
-            thread.join(max(0.0, deadline - time.monotonic()))
-        busy = [thread.name for thread in threads if thread.is_alive()]
-        if busy:
-            _logger.error("%s still busy after %g s", ", ".join(busy), timeout)
-        return not busy
+        return _join(threads, timeout)
 
     def _grow(self) -> None:
-        """Start a thread if none is idle and the limit allows."""
-        with self._lock:
-            if self._closed or self._inline or self._idle > 0 or len(self._threads) >= self._limit:
-                return
-            self._started += 1
-            thread = threading.Thread(target=self._work, name=f"{self._name}-{self._started}", daemon=True)
-            thread.start()
-            self._threads.add(thread)
-            self._idle += 1
+        """Start a thread if none is idle and the limit allows; to be called with the lock."""
+        if self._idle > 0 or self._closed or not self.has_threads or len(self._threads) >= self._limit:
+            return
+        name = f"{self._name}-{next(self._serials)}"
+        thread = UserCodeThread(target=self._work, name=name, daemon=True)
+        thread.start()
+        self._threads.add(thread)
+        self._idle += 1
 
     def _work(self) -> None:
-        _context.pool = self
-        mark_thread()
         jobs, lock, placed = self.jobs, self._lock, self._placed
         # One step of C code takes a job and its number: no other thread gets the interpreter in between, so
         # the numbers are in the order of the queue. `slice` makes the pair: its start, and its stop.
@@ -219,9 +176,8 @@ class Pool:
                     return
                 with lock:
                     self._idle -= 1
-                    grow = self._idle == 0
-                if grow:
-                    self._grow()
+                    if self._idle == 0:
+                        self._grow()
                 try:
                     if job is not None:
                         job()
@@ -242,10 +198,10 @@ class Pool:
         finally:
             with self._lock:
                 jobs.popleft()
-                if not jobs:
+                if jobs:
+                    self.jobs.put(partial(self._run_line, line))
+                else:
                     del self._lines[line]
-            if jobs:
-                self.jobs.put(partial(self._run_line, line))
 
 
 class Coroutines:
@@ -254,8 +210,7 @@ class Coroutines:
     def __init__(self, name: str) -> None:
         self._name: Final = name
         self._lock: Final = threading.Lock()
-        self._loop: asyncio.AbstractEventLoop | None = None
-        self._thread: threading.Thread | None = None
+        self._running: tuple[asyncio.AbstractEventLoop, threading.Thread] | None = None
         self._closed = False
 
     def run(self, coroutine: Coroutine[Any, Any, V]) -> Future[V]:
@@ -269,43 +224,33 @@ class Coroutines:
             if self._closed:
                 coroutine.close()  # or Python warns that nobody waited for it
                 raise CommunicatorDestroyedException("the communicator was destroyed")
-            if self._loop is None:
-                self._loop = asyncio.new_event_loop()
-                self._thread = threading.Thread(target=self._work, name=self._name, daemon=True)
-                self._thread.start()
-            return asyncio.run_coroutine_threadsafe(coroutine, self._loop)
+            if self._running is None:
+                runner = asyncio.Runner(loop_factory=asyncio.new_event_loop)
+                thread = UserCodeThread(target=self._work, args=(runner,), name=self._name, daemon=True)
+                self._running = runner.get_loop(), thread
+                thread.start()
+            return asyncio.run_coroutine_threadsafe(coroutine, self._running[0])
 
-    def close(self, timeout: float) -> bool:
-        """Cancel the coroutines that run and end the thread; return whether that took at most `timeout` s."""
+    def close(self, timeout: float) -> None:
+        """Cancel the coroutines that run and end the thread; log an error after `timeout` s."""
         with self._lock:
-            self._closed = True
-            loop, thread = self._loop, self._thread
-        if loop is None or thread is None:
-            return True
-        loop.call_soon_threadsafe(loop.stop)
-        if thread is threading.current_thread():  # a coroutine ends its own communicator
-            return False
-        thread.join(timeout)
-        if thread.is_alive():
-            _logger.error("%s still busy after %g s", thread.name, timeout)
-        return not thread.is_alive()
+            self._closed, running = True, self._running
+        if running is not None:
+            loop, thread = running
+            loop.call_soon_threadsafe(loop.stop)
+            _join([thread], timeout)
 
-    def _work(self) -> None:
-        import asyncio
-
-        mark_thread()
-        loop = self._loop
-        assert loop is not None
-        with asyncio.Runner(loop_factory=lambda: loop):  # cancels at the end what still runs
+    def _work(self, runner: asyncio.Runner) -> None:
+        with runner:  # cancels at the end what still runs
             while not self._closed:
                 try:
-                    loop.run_forever()
+                    runner.get_loop().run_forever()
                 except BaseException:  # one that exits must not end all the others
                     _logger.exception("a coroutine tried to end %s", self._name)
 
 
 class Pulse:
-    """Beat on a thread, and notice from the missing beats that the process stood still.
+    """Notice from missing beats that the process stood still.
 
     A process that was stopped (SIGSTOP, a debugger, a suspended machine) finds calls in the system's buffers
     whose callers gave up long ago. They look as if they had just come; that they may be old shows here alone.
@@ -314,38 +259,28 @@ class Pulse:
     def __init__(self) -> None:
         self.running_since = time.monotonic()
         """What is received now came after this moment of the monotonic clock, usually 0.1 s ago at most."""
-        self._stopped = threading.Event()
-        self._lock = threading.Lock()
-        self._thread: threading.Thread | None = None
+        self._last = math.inf
+        self._doubtful_until = 0.0
 
-    def start(self) -> None:
-        """Begin to beat, unless it does already or was closed."""
-        with self._lock:
-            if self._thread is None and not self._stopped.is_set():
-                self.running_since = time.monotonic()
-                thread = threading.Thread(target=self._beat, name="zenoh_ice pulse", daemon=True)
-                thread.start()
-                self._thread = thread
+    def beat(self) -> None:
+        """Note that the process runs; to be called every PULSE_PERIOD."""
+        moment = time.clock_gettime(_CLOCK)
+        pause, self._last = moment - self._last, moment
+        if pause > _STANDSTILL:
+            _logger.info("this process stood still for %.1f s", pause)
+            self.running_since = time.monotonic() - pause
+            self._doubtful_until = moment + _AFTERMATH
+        elif moment >= self._doubtful_until:
+            self.running_since = time.monotonic()
 
-    def close(self) -> None:
-        """End the thread."""
-        with self._lock:
-            self._stopped.set()
-            thread, self._thread = self._thread, None
-        if thread is not None:
-            thread.join(_JOIN_LIMIT)
 
-    def _beat(self) -> None:
-        last = time.clock_gettime(_CLOCK)
-        doubtful = 0
-        while not self._stopped.wait(_PERIOD):
-            moment = time.clock_gettime(_CLOCK)
-            pause, last = moment - last, moment
-            if pause > _STANDSTILL:
-                _logger.info("this process stood still for %.1f s", pause)
-                self.running_since = time.monotonic() - pause
-                doubtful = _AFTERMATH
-            elif doubtful:
-                doubtful -= 1
-            else:
-                self.running_since = time.monotonic()
+def _join(threads: Sequence[threading.Thread], timeout: float) -> bool:
+    """Wait for the end of threads, but not of the current one; return whether they ended, or log an error."""
+    deadline = time.monotonic() + timeout
+    others = [thread for thread in threads if thread is not threading.current_thread()]
+    for thread in others:
+        thread.join(max(0.0, deadline - time.monotonic()))
+    busy = [thread.name for thread in others if thread.is_alive()]
+    if busy:
+        _logger.error("%s still busy after %g s", ", ".join(busy), timeout)
+    return not busy

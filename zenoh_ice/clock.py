@@ -12,7 +12,6 @@ import time
 from typing import Final, Protocol, runtime_checkable
 
 from .exceptions import CommunicatorDestroyedException, MarshalException
-from .transport import Served
 
 __all__ = ["Clock", "RobotClock", "VirtualClock", "WallClock"]
 
@@ -145,7 +144,6 @@ class RobotClock:
         self._nonsense_logged = False
         self._closed = False
         self._changed = threading.Condition()
-        self._following: Served | None = None
 
     def now(self) -> float:
         """Return the time in s."""
@@ -211,17 +209,11 @@ class RobotClock:
             if restarted or not as_expected:  # otherwise sleepers wake at the right time anyway
                 self._changed.notify_all()
 
-    def follow(self, samples: Served) -> None:
-        """Take what brings the samples; it is closed with the clock."""
-        self._following = samples
-
     def close(self) -> None:
         """Let every sleeper go: no sample will come any more."""
         with self._changed:
             self._closed = True
             self._changed.notify_all()
-        if self._following is not None:
-            self._following.close()
 
     def _estimate(self, monotonic: float) -> float:
         """Return what the followed clock shows at a moment of steady wall time, by its newest sample."""

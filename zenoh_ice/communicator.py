@@ -9,17 +9,19 @@ import os
 import re
 import threading
 import time
-from collections import deque
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
-from contextlib import ExitStack
-from functools import partial
-from typing import Any, ClassVar, Final, Self
+from contextlib import ExitStack, suppress
+from functools import lru_cache, partial
+from typing import Any, Final, Self
+
+import msgspec
+from msgspec.structs import astuple
 
 from ._presence import ClientWatch, Presence
-from ._threads import Coroutines, Pool, Pulse, is_marked_thread
+from ._threads import PULSE_PERIOD, Coroutines, Pool, Pulse, UserCodeThread
 from ._tokens import ServantInfo
-from ._values import PROXY_TEXT, Struct
+from ._values import PROXY_TEXT
 from .clock import Clock, RobotClock, WallClock
 from .exceptions import (
     CommunicatorDestroyedException,
@@ -30,33 +32,30 @@ from .exceptions import (
     SystemException,
     TimeoutException,
 )
-from .interface import Interface, Operation
-from .proxy import ObjectPrx, _Call, fail, streamed
+from .interface import Operation
+from .proxy import ObjectPrx, _Call, fail
 from .servant import ObjectAdapter, ServedObject
 from .settings import Settings, load_settings
-from .status import ProcessStatus, decode_status, encode_status
-from .streams import Sample, Streams, Timing, WallTiming
-from .text import printable
-from .transport import NoAnswer, Served, Target, Transport, check_name
+from .status import ProcessStatus, ServantStatus, decode_status, encode_status
+from .streams import Delivery, Streams, Timing, WallTiming
+from .text import few, printable
+from .transport import NoAnswer, Target, Transport, check_name
 
 __all__ = ["Communicator", "initialize"]
 
 _PROXY: Final = re.compile(PROXY_TEXT)
-_SESSION_ID: Final = re.compile("[0-9a-f]{1,32}")
 _MOST_CALLS: Final = 256  # that are kept for other proxies: each has a querier
 _DESTROY_LIMIT: Final = 2.0  # s for which threads may go on with what they do
 _STATUS_LIMIT: Final = 0.5  # s for which a process that seems to be there is asked how its servants are
 _ON_ITS_WAY: Final = 0.05  # s in which word of a subscription comes to the servant
 _MOST_RIVALS: Final = 16  # processes that serve what we do, reported in as many seconds
-_MOST_NAMED: Final = 8  # servants in a message
 
 _logger = logging.getLogger(__name__)
 
-_started_zenoh = False
-"""Whether this process opened a session: Zenoh's threads, which a fork has not, outlive it."""
+_live: Final[set[Communicator]] = set()
 
-_forked = False
-"""Whether this process was forked from one that had: its copy of Zenoh does not run."""
+_zenoh_processes: Final[set[int]] = set()
+"""Those that opened a session, this one or one that it was forked from: Zenoh does not run in a fork."""
 
 
 def initialize(settings: Settings | None = None, **overrides: object) -> Communicator:
@@ -69,14 +68,12 @@ def initialize(settings: Settings | None = None, **overrides: object) -> Communi
     that is not valid, and CommunicatorDestroyedException in a process that was forked from one with a
     communicator: start it with the method `spawn`.
     """
-    if _forked:
+    if _zenoh_processes - {os.getpid()}:
         raise CommunicatorDestroyedException(
             "this process was forked from one that had a communicator, and Zenoh does not work in a fork: "
             'start it by multiprocessing.get_context("spawn"), or fork before the first communicator'
         )
-    if settings is None:
-        settings = load_settings()
-    return Communicator(settings.override(**overrides) if overrides else settings)
+    return Communicator((settings or load_settings()).override(**overrides))
 
 
 class Communicator:
@@ -106,29 +103,33 @@ class Communicator:
         self.call_numbers: Final = itertools.count(1)
         self._lock: Final = threading.RLock()
         self._adapters: list[ObjectAdapter] = []
-        self._calls: Final[dict[tuple[object, ...], _Call]] = {}
+        self._calls: Final = lru_cache(_MOST_CALLS, typed=True)(_Call)
         self._futures: Final[set[Future[Any]]] = set()
         self._rivals: set[str] = set()  # sessions that were reported
-        self._reports: Final[deque[float]] = deque(maxlen=_MOST_RIVALS)  # when
+        self._reports: list[float] = []  # when
         self._clock = clock
         self._clock_lock: Final = threading.Lock()
         self._shutdown: Final = threading.Event()
         self._destroyed: Final = threading.Event()
-        self._serves = False
-        self._status: Served | None = None
-        self._since = 0.0
         self.pulse: Final = Pulse()
-        with ExitStack() as on_failure:
-            name = f"zenoh_ice {settings.realm}"
-            self.pool: Final = pool or Pool(settings.dispatch_threads, name)
-            on_failure.callback(self.pool.close, _DESTROY_LIMIT)
-            self.transport: Final = (transport or partial(_zenoh_transport, settings))(self.pool)
-            on_failure.callback(self.transport.close)
+        with ExitStack() as end:  # runs from the last to the first, each whatever the others raise
+            end.callback(_live.discard, self)
+            end.callback(self._destroyed.set)
+            self.pool: Final = pool or Pool(settings.dispatch_threads, f"zenoh_ice {self.realm}")
+            end.callback(self.pool.close, _DESTROY_LIMIT)
+            end.callback(self._fail_futures)
+            if transport is None:
+                from ._zenoh.transport import ZenohTransport  # here: tests within one process need no Zenoh
+
+                _zenoh_processes.add(os.getpid())
+                transport = partial(ZenohTransport, settings)
+            self.transport: Final = transport(self.pool)
+            end.callback(self.transport.close)
             self.client_id: Final = self.transport.id
             self.presence: Final = Presence(self.transport, self.pool.submit)
-            on_failure.callback(self.presence.close)
             self.presence.watch(self.realm)
-            self.coroutines: Final = Coroutines(f"{name} coroutines")
+            self.coroutines: Final = Coroutines(f"zenoh_ice {self.realm} coroutines")
+            end.callback(self.coroutines.close, _DESTROY_LIMIT)
             self.streams: Final = Streams(
                 self.transport,
                 self.presence,
@@ -136,7 +137,8 @@ class Communicator:
                 is_heard=self._is_heard,
                 timing=timing or WallTiming(),
             )
-            on_failure.pop_all()
+            end.callback(self.streams.close)
+            self._end: Final = end.pop_all()
         _live.add(self)
 
     # Proxies.
@@ -148,10 +150,9 @@ class Communicator:
         """
         match = _PROXY.match(" ".join(text.split()).replace(" @ ", "@"))
         if match is None:
-            hint = "; endpoints are settings, such as --connect" if ":" in text else ""
             raise ConfigurationException(
                 f"{text!r} is no proxy: write NAME[ -t|-o][@REALM], each of letters, digits, '_', '-' and "
-                f"'.' alone{hint}"
+                "'.' alone; endpoints are settings, such as --connect"
             )
         identity, mode, realm = match.groups()
         target = Target(realm or self.realm, identity)
@@ -166,12 +167,10 @@ class Communicator:
         the monotonic clock when it was asked for, now by default.
         """
         self.check()
-        local = self.served.get(target)
-        if local is not None:
+        if (local := self.served.get(target)) is not None:
             return local.fingerprints
         self.presence.wait_for(target, type_id, timeout, since=since)
-        found = self.presence.interfaces(target)
-        if not found:
+        if not (found := self.presence.interfaces(target)):
             raise self.presence.explain_absence(target)
         return found
 
@@ -182,14 +181,9 @@ class Communicator:
     def call_of(self, proxy: ObjectPrx, operation: Operation[..., Any], timeout: float) -> _Call:
         """Return what calls an operation of a proxy's servant; proxies share it."""
         self.check()
-        key = proxy._target, operation, proxy.ice_interface, timeout, proxy._oneway
-        with self._lock:
-            call = self._calls.get(key)
-            if call is None:
-                if len(self._calls) >= _MOST_CALLS:  # proxies keep those that they use
-                    del self._calls[next(iter(self._calls))]
-                call = self._calls[key] = _Call(proxy, operation, timeout)
-        return call
+        # Another proxy of the type: what is kept must not keep the streams of this one.
+        equal = type(proxy)(self, proxy._target, timeout, oneway=proxy._oneway)
+        return self._calls(equal, operation, timeout)
 
     def new_future(self) -> Future[Any]:
         """Return a future that has an outcome at the latest when the communicator is destroyed."""
@@ -203,15 +197,13 @@ class Communicator:
         self, target: Target, what: str, started: float, timeout: float, end: NoAnswer
     ) -> SystemException:
         """Return the exception of a call that ended without an answer."""
-        if self.destroyed:
-            return CommunicatorDestroyedException(f"{what}: the communicator was destroyed during the call")
-        limit = min(_STATUS_LIMIT, max(0.0, started + timeout - time.monotonic()))
+        limit = min(_STATUS_LIMIT, started + timeout - time.monotonic())
         return self.presence.explain_no_answer(
             target,
             what,
             started,
             timeout=timeout if end.timed_out else None,
-            is_served=lambda: self._asks(target, limit) is not None,
+            is_served=lambda: self._ask(target, limit) is not None,
         )
 
     # Servants.
@@ -220,13 +212,14 @@ class Communicator:
         """Return an adapter, which makes servants reachable; the name is for people."""
         with self._lock:
             self.check()
-            if not self._serves:
-                self._serves = True
-                if self.pool.has_threads:  # otherwise no call waits
-                    self.pulse.start()
+            if not self._adapters:
+                self.transport.serve_status(self.realm, partial(self._encode_status, time.time()))
                 self.presence.add_listener(self._report_rivals)
-            adapter = ObjectAdapter(self, name)
-            self._adapters.append(adapter)
+                if self.pool.has_threads:  # otherwise no call waits
+                    self.pulse.beat()
+                    self._end.callback(self.streams.timing.repeat(PULSE_PERIOD, self.pulse.beat).close)
+            self._adapters.append(adapter := ObjectAdapter(self, name))
+            self._end.callback(adapter.destroy)
         return adapter
 
     def identities(self, realm: str | None = None) -> list[str]:
@@ -245,14 +238,11 @@ class Communicator:
         Raises ConnectionLostException when it is not there, does not answer within `timeout` s, by default
         the limit of calls, or access control denies it.
         """
-        self.check()
-        if not _SESSION_ID.fullmatch(process):
-            raise ConfigurationException(f"{process!r} is no id of a session: those are ServantInfo.server")
+        check_name(process, "id of a session")
         limit = self.settings.timeout if timeout is None else timeout
         if not limit > 0:
             raise ConfigurationException(f"a limit is above 0 s, not {limit!r}")
-        realm = self.realm if realm is None else check_name(realm, "realm")
-        return decode_status(self.transport.ask_status(realm, process, limit), process)
+        return decode_status(self.transport.ask_status(self._watched(realm), process, limit), process)
 
     def onClientLost(self, callback: Callable[[str], Any]) -> ClientWatch:
         """Call a function with the id of every client of the realm that ends or is lost, until closed.
@@ -263,22 +253,12 @@ class Communicator:
         self.check()
         return ClientWatch(self.transport, self.realm, callback, self.pool.submit)
 
-    def serve_status(self) -> None:
-        """Answer those who ask for the status of this process, from now on."""
-        with self._lock:
-            if self._status is None:
-                self._since = time.time()
-                self._status = self.transport.serve_status(self.realm, self._encode_status)
-
-    # Time.
-
     @property
     def clock(self) -> Clock:
         """The component's clock, chosen by the setting `clock`; choosing may wait for the robot's server."""
         with self._clock_lock:  # not the other one: choosing calls the robot's server
             self.check()
-            if self._clock is None:
-                self._clock = _choose_clock(self)
+            self._clock = self._clock or _choose_clock(self)
             return self._clock
 
     # Life.
@@ -291,9 +271,7 @@ class Communicator:
     def shutdown(self) -> None:
         """Withdraw all servants and let `waitForShutdown` return; proxies go on working."""
         self._shutdown.set()
-        with self._lock:
-            adapters = list(self._adapters)
-        for adapter in adapters:
+        for adapter in tuple(self._adapters):
             adapter.deactivate()
 
     def waitForShutdown(self, timeout: float | None = None) -> bool:
@@ -309,28 +287,13 @@ class Communicator:
         """
         with self._lock:
             first, self.destroyed = not self.destroyed, True
-            adapters, self._adapters = self._adapters, []
         if not first:
-            if not is_marked_thread():  # such a thread may be what the first caller waits for
+            if not isinstance(threading.current_thread(), UserCodeThread):  # the first may wait for it
                 self._destroyed.wait(3 * _DESTROY_LIMIT)
             return
         self._shutdown.set()
-        # Run from the last to the first, each whatever the others raise.
-        with ExitStack() as steps:
-            steps.callback(_live.discard, self)
-            steps.callback(self._destroyed.set)
-            steps.callback(self.pool.close, _DESTROY_LIMIT)
-            steps.callback(self.pulse.close)
-            steps.callback(self._fail_futures)
-            steps.callback(self.transport.close)
-            if self._status is not None:
-                steps.callback(self._status.close)
-            steps.callback(self.coroutines.close, _DESTROY_LIMIT)
-            steps.callback(self._close_clock)
-            steps.callback(self.streams.close)
-            for adapter in adapters:
-                steps.callback(adapter.destroy)
-            steps.callback(self.presence.close)
+        with self._end:
+            self.presence.close()  # before what waits for servants, or for their end
 
     def __enter__(self) -> Self:
         return self
@@ -338,20 +301,11 @@ class Communicator:
     def __exit__(self, *_: object) -> None:
         self.destroy()
 
-    def __repr__(self) -> str:
-        return f"<communicator {self.client_id} of realm {self.realm}>"
-
     def _watched(self, realm: str | None) -> str:
         self.check()
         watched = self.realm if realm is None else check_name(realm, "realm")
         self.presence.watch(watched)
         return watched
-
-    def _abandon(self) -> None:
-        """Refuse all further use: in a forked child the session is broken and must not be touched."""
-        self.destroyed = True
-        self._shutdown.set()
-        self._destroyed.set()
 
     def _forget_future(self, future: Future[Any]) -> None:
         self._futures.discard(future)
@@ -362,119 +316,84 @@ class Communicator:
         for future in tuple(self._futures):
             fail(future, CommunicatorDestroyedException("the communicator was destroyed during the call"))
 
-    def _close_clock(self) -> None:
-        if self._clock_lock.acquire(timeout=_DESTROY_LIMIT):
-            try:
-                if isinstance(self._clock, RobotClock):
-                    self._clock.close()
-            finally:
-                self._clock_lock.release()
-
-    def _encode_status(self) -> bytes:
+    def _encode_status(self, since: float) -> bytes:
         return encode_status(
-            self._since,
+            since,
             shared_memory=bool(getattr(self.transport, "shares_memory", False)),
             servants={str(target): served.status() for target, served in list(self.served.items())},
         )
 
-    def _asks(self, target: Target, limit: float) -> ProcessStatus | None:
-        """Return the status of a process that serves a target; None if none of them answers."""
+    def _ask(self, target: Target, limit: float) -> ServantStatus | None:
+        """Return the status of a servant; None if no process that serves it answers within `limit` s."""
         servers = self.presence.servers(target)[:3]
-        for server in servers if limit > 0 else ():
-            try:
+        for server in servers:
+            with suppress(SystemException):
                 status = self.processStatus(server.server, realm=target.realm, timeout=limit / len(servers))
-            except SystemException:
-                continue
-            if str(target) in status.servants:
-                return status
+                if servant := status.servants.get(str(target)):
+                    return servant
         return None
 
     def _is_heard(self, target: Target, stream: str) -> bool:
         """Return whether a servant knows of a listener to a stream, or that cannot be known."""
-        for look in range(2):
-            if look:
-                time.sleep(_ON_ITS_WAY)
-            status = self._asks(target, _STATUS_LIMIT)
-            if status is None or stream in status.servants[str(target)].listened:
+        for delay in (0.0, _ON_ITS_WAY):
+            time.sleep(delay)
+            status = self._ask(target, _STATUS_LIMIT)
+            if status is None or stream in status.listened:
                 return True
         return False
 
+    def _find_rivals(self) -> dict[str, list[str]]:
+        """Return the identities that others serve, too, by the ids of their sessions."""
+        found: dict[str, list[str]] = {}
+        for info in self.presence.servants(self.realm):
+            if info.server != self.client_id and Target(self.realm, info.identity) in self.served:
+                found.setdefault(info.server, []).append(info.identity)
+        return found
+
     def _report_rivals(self) -> None:
         """Log an error for each process that serves what we do, started before either knew of the other."""
-        own = {target.identity for target in list(self.served)}
-        servants = self.presence.servants(self.realm)
-        found = {info.server for info in servants if info.identity in own} - {self.client_id}
-        now, new = time.monotonic(), []
+        now, found = time.monotonic(), self._find_rivals().keys()
         with self._lock:
             ended = self._rivals - found
-            self._rivals &= found
-            for server in found - self._rivals:
-                # A realm may be flooded with tokens: some are reported at a later change, if still there.
-                if len(self._reports) < _MOST_RIVALS or now - self._reports[0] >= _MOST_RIVALS:
-                    self._reports.append(now)
-                    self._rivals.add(server)
-                    new.append(server)
+            self._reports = [moment for moment in self._reports if now - moment < _MOST_RIVALS]
+            # A realm may be flooded with tokens: some are reported at a later change, if still there.
+            new = sorted(found - self._rivals)[: _MOST_RIVALS - len(self._reports)]
+            self._reports += [now] * len(new)
+            self._rivals = (self._rivals & found) | set(new)
         for server in ended:
             _logger.warning("what this process serves is no longer served by session %s, too", server)
         for server in new:
-            self.pool.submit(partial(self._report_rival, server))  # it may take a while
-
-    def _report_rival(self, server: str) -> None:
-        try:
-            status = self.processStatus(server, timeout=_STATUS_LIMIT)
-        except SystemException:
             who = "another process"
-            servants = self.presence.servants(self.realm)
-            theirs = {info.identity for info in servants if info.server == server}
-        else:
-            who = f"{printable(status.program)} (process {status.pid} on {printable(status.host)})"
-            theirs = {name.partition("@")[0] for name in status.servants}
-        names = sorted(theirs & {target.identity for target in list(self.served)})
-        more = f" and {len(names) - _MOST_NAMED} more" if len(names) > _MOST_NAMED else ""
-        _logger.error(
-            "%s%s %s served in realm %s by %s, session %s, too: each call reaches one of both, and their "
-            "streams mix; stop one, or give it another --realm",
-            ", ".join(names[:_MOST_NAMED]),
-            more,
-            "is" if len(names) == 1 else "are",
-            self.realm,
-            who,
-            server,
-        )
-
-
-_live: Final[set[Communicator]] = set()
+            with suppress(SystemException):
+                status = self.processStatus(server, timeout=_STATUS_LIMIT)
+                who = f"{printable(status.program)} (process {status.pid} on {printable(status.host)})"
+            _logger.error(
+                "realm %s has two servers of %s: this process, and %s, session %s; each call reaches one of "
+                "both, and their streams mix: stop one, or give it another --realm",
+                self.realm,
+                few(self._find_rivals().get(server, []), 8),
+                who,
+                server,
+            )
 
 
 # The robot's clock, as far as this package needs interfaces/clock.idl: it may not import what is generated
 # from it. Without a fingerprint it reads every version that has these members.
 
 
-class _ClockReading(Struct):
+class _ClockReading(msgspec.Struct):
     time: float
     rate: float
     simulated: bool
 
 
-class _Arguments(Struct):
-    pass
-
-
-class _Result(Struct):
-    returnValue: _ClockReading
-
-
 _GET_TIME: Final[Operation[[], _ClockReading]] = Operation(
-    "getTime", arguments=_Arguments, result=_Result, idempotent=True, streamed=True
+    "getTime",
+    arguments=msgspec.defstruct("Arguments", []),
+    result=msgspec.defstruct("Result", [("returnValue", _ClockReading)]),
+    idempotent=True,
+    streamed=True,
 )
-
-
-class _ClockPrx(ObjectPrx):
-    ice_interface: ClassVar[Interface] = Interface("::nao::Clock", operations=(_GET_TIME,))
-
-    @streamed(_GET_TIME)
-    def getTime(self) -> _ClockReading:
-        return self.ice_invoke(_GET_TIME)
 
 
 def _choose_clock(communicator: Communicator) -> Clock:
@@ -487,47 +406,35 @@ def _choose_clock(communicator: Communicator) -> Clock:
     choice = communicator.settings.clock
     if choice == "wall":
         return WallClock()
+    proxy = communicator.stringToProxy("Clock")
     try:
-        proxy = _ClockPrx.uncheckedCast(communicator.stringToProxy("Clock"))
-        first = proxy.getTime()
-        clock = RobotClock(first.time, first.rate, first.simulated)
+        clock = RobotClock(*astuple(proxy.ice_invoke(_GET_TIME)))
+        if choice == "sim" or clock.simulated:
+            communicator._end.callback(clock.close)  # first: streams that were closed refuse to subscribe
+            reader = communicator.streams.reader(proxy._target, _GET_TIME)
+            communicator.streams.subscribe(reader, lambda it: clock.update(*astuple(it.value)), Delivery())
+            return clock
     except (ObjectNotExistException, ConnectionLostException, TimeoutException, MarshalException) as error:
         if choice == "sim":
             raise
         _logger.info("going by the wall's clock: %s", error)
-        return WallClock()
-    if choice == "auto" and not clock.simulated:
-        return WallClock()
-
-    def update(sample: Sample[_ClockReading]) -> None:
-        clock.update(sample.value.time, sample.value.rate, sample.value.simulated)
-
-    clock.follow(Served(proxy.getTime.subscribe(update).close))
-    return clock
+    return WallClock()
 
 
-def _zenoh_transport(settings: Settings, pool: Pool) -> Transport:
-    from ._zenoh.transport import ZenohTransport  # here: tests within one process need no Zenoh
-
-    global _started_zenoh  # noqa: PLW0603 - it is of the whole process
-    _started_zenoh = True
-    return ZenohTransport(settings, pool)
-
-
+@atexit.register
 def _destroy_all() -> None:
     # Without this, a session with handlers in Python would keep the interpreter from ending.
     for communicator in tuple(_live):
-        _logger.debug("%r was not destroyed before the end of the program", communicator)
         communicator.destroy()
 
 
 def _abandon_all() -> None:
-    global _forked  # noqa: PLW0603 - it is of the whole process
-    _forked = _forked or _started_zenoh
+    """Refuse all further use in a forked child: its sessions are broken and must not be touched."""
     for communicator in tuple(_live):
-        communicator._abandon()
+        communicator.destroyed = True
+        communicator._shutdown.set()
+        communicator._destroyed.set()
     _live.clear()
 
 
-atexit.register(_destroy_all)
 os.register_at_fork(after_in_child=_abandon_all)

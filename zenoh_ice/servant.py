@@ -650,7 +650,6 @@ class ObjectAdapter:
     def _open(self, wanted: dict[str, Object]) -> dict[str, ServedObject]:
         """Serve some servants, all or none."""
         communicator = self._communicator
-        communicator.serve_status()
         begun: dict[str, ServedObject] = {}
         try:
             for identity, servant in wanted.items():

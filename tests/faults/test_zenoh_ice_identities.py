@@ -52,8 +52,8 @@ class TestTwoServers:
         assert len(told()) == 2
         for server in servers:
             (message,) = (text for text in told() if server.client_id in text)
-            assert message.startswith("Calculator is served in realm nao by ")
-            assert "process " in message  # with its number, and the host
+            assert message.startswith("realm nao has two servers of Calculator: this process, and ")
+            assert "(process " in message  # with its number, and the host
             assert "stop one" in message
 
     def test_of_many_identities_few_errors_are_logged(
@@ -70,7 +70,7 @@ class TestTwoServers:
         def told() -> int:
             """Return how many identities the errors speak of."""
             errors = [
-                re.fullmatch(r"(.+?)(?: and (\d+) more)? (?:is|are) served in .*", text)
+                re.fullmatch(r"realm nao has two servers of (.+?)(?: and (\d+) more)?: .*", text)
                 for text in messages()
             ]
             return sum(len(match[1].split(", ")) + int(match[2] or 0) for match in errors if match)
@@ -89,7 +89,7 @@ class TestTwoServers:
     ) -> None:
         first, second = servers
         client = make_communicator(connect=[server.settings.listen[0] for server in servers])
-        until(lambda: "is served in" in caplog.text)
+        until(lambda: "has two servers of Calculator" in caplog.text)
         calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
         first.destroy()
         until(lambda: f"no longer served by session {first.client_id}" in caplog.text)

@@ -144,7 +144,7 @@ def test_too_many_lines_are_refused(pool: Pool, monkeypatch: pytest.MonkeyPatch)
     leave = threading.Event()
     for line in "ab":
         pool.submit_in_line(line, lambda: leave.wait(LIMIT))
-    with pytest.raises(BusyException, match="c: 2 others wait already"):
+    with pytest.raises(BusyException, match="c: 2 calls wait already"):
         pool.submit_in_line("c", leave.set)
     leave.set()
 

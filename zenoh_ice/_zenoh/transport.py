@@ -16,7 +16,7 @@ import zenoh
 from zenoh.handlers import Callback, RingChannel
 
 from .._codec import Pieces
-from .._threads import Pool, mark_thread
+from .._threads import Pool, UserCodeThread
 from .._tokens import any_client, client_token
 from .._wire import ERROR_ENCODING, decode_attachment, encode_error, unknown_exception
 from ..exceptions import (
@@ -414,7 +414,7 @@ class _Inlet:
         self.poll: Final[Callable[[], Any]] = self._handler.try_recv
 
     def deliver(self, callback: Callable[[Any], object], rate: float | None = None) -> None:
-        self._thread = threading.Thread(
+        self._thread = UserCodeThread(
             target=self._run, args=(callback, Pacer(rate)), name=f"stream {self._key}", daemon=True
         )
         self._thread.start()
@@ -434,7 +434,6 @@ class _Inlet:
         return not thread.is_alive()
 
     def _run(self, callback: Callable[[Any], object], pacer: Pacer) -> None:
-        mark_thread()
         while not (self._closed.wait(delay) if (delay := pacer.delay()) else self._closed.is_set()):
             try:
                 sample = self._handler.recv()
