@@ -326,7 +326,7 @@ class Communicator:
     def _ask(self, target: Target, limit: float) -> ServantStatus | None:
         """Return the status of a servant; None if no process that serves it answers within `limit` s."""
         servers = self.presence.servers(target)[:3]
-        for server in servers:
+        for server in servers if limit > 0 else ():
             with suppress(SystemException):
                 status = self.processStatus(server.server, realm=target.realm, timeout=limit / len(servers))
                 if servant := status.servants.get(str(target)):
@@ -363,18 +363,21 @@ class Communicator:
         for server in ended:
             _logger.warning("what this process serves is no longer served by session %s, too", server)
         for server in new:
-            who = "another process"
-            with suppress(SystemException):
-                status = self.processStatus(server, timeout=_STATUS_LIMIT)
-                who = f"{printable(status.program)} (process {status.pid} on {printable(status.host)})"
-            _logger.error(
-                "realm %s has two servers of %s: this process, and %s, session %s; each call reaches one of "
-                "both, and their streams mix: stop one, or give it another --realm",
-                self.realm,
-                few(self._find_rivals().get(server, []), 8),
-                who,
-                server,
-            )
+            self.pool.submit(partial(self._report_rival, server))  # it may take a while
+
+    def _report_rival(self, server: str) -> None:
+        who = "another process"
+        with suppress(SystemException):
+            status = self.processStatus(server, timeout=_STATUS_LIMIT)
+            who = f"{printable(status.program)} (process {status.pid} on {printable(status.host)})"
+        _logger.error(
+            "realm %s has two servers of %s: this process, and %s, session %s; each call reaches one of both, "
+            "and their streams mix: stop one, or give it another --realm",
+            self.realm,
+            few(self._find_rivals().get(server, []), 8),
+            who,
+            server,
+        )
 
 
 # The robot's clock, as far as this package needs interfaces/clock.idl: it may not import what is generated
