@@ -371,8 +371,8 @@ class Communicator:
             status = self.processStatus(server, timeout=_STATUS_LIMIT)
             who = f"{printable(status.program)} (process {status.pid} on {printable(status.host)})"
         _logger.error(
-            "realm %s has two servers of %s: this process, and %s, session %s; each call reaches one of both, "
-            "and their streams mix: stop one, or give it another --realm",
+            "realm %s has two servers of %s: this process, and %s, session %s; each call reaches one of "
+            "both, and their streams mix: stop one, or give it another --realm",
             self.realm,
             few(self._find_rivals().get(server, []), 8),
             who,
