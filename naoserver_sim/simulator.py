@@ -278,11 +278,8 @@ class SimulationClock:
 
     def sleep(self, seconds: float) -> None:
         """Wait for a duration in s; returns early when the simulation ends."""
-        self.sleep_until(self.now() + seconds)
-
-    def sleep_until(self, when: float) -> None:
-        """Wait until the clock shows `when`; returns early when the simulation ends."""
-        while self._simulator.running and (left := when - self.now()) > 0:
+        end = self.now() + seconds
+        while self._simulator.running and (left := end - self.now()) > 0:
             time.sleep(self._nap(left))
 
     def wait(self, event: threading.Event, timeout: float) -> bool:

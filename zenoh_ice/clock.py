@@ -9,6 +9,7 @@ from __future__ import annotations
 import logging
 import threading
 import time
+from collections.abc import Iterator
 from typing import Final, Protocol, runtime_checkable
 
 from .exceptions import CommunicatorDestroyedException, MarshalException
@@ -17,14 +18,11 @@ __all__ = ["Clock", "RobotClock", "VirtualClock", "WallClock"]
 
 _NANOSECONDS: Final = 1_000_000_000
 
-# Of a robot's clock.
-_SILENCE: Final = 1.0  # s of wall time without a sample after which the estimate is worth a warning
-_RESTART: Final = 0.1  # s: a smaller step back is a correction, a larger one a simulation that restarted
-_LONGEST_WAIT: Final = 0.5  # s of wall time after which a sleeper looks at the clock anyway
-_EVENT_POLL: Final = 0.05  # s of wall time; a change of the rate does not end the wait for an event
-_NOTABLE_ERROR: Final = 0.0005  # s of wall time by which a correction must change a sleep to wake it at once
-_LATEST: Final = 1e11  # s: beyond every clock, and still exact to some 20 us
-_FASTEST: Final = 1e6  # s/s: beyond every simulation
+# Of a robot's clock, in s of wall time but for the second.
+_SILENCE: Final = 1.0  # without a sample, after which the estimate is worth a warning
+_RESTART: Final = 0.1  # a smaller step back is a correction, a larger one a simulation that restarted
+_LONGEST_NAP: Final = 0.5  # after which a sleeper looks at the clock without a sample
+_EVENT_POLL: Final = 0.05  # samples do not end the wait for an event
 
 _logger = logging.getLogger(__name__)
 
@@ -47,9 +45,6 @@ class Clock(Protocol):
     def sleep(self, seconds: float) -> None:
         """Wait for a duration in s; a negative one is none."""
 
-    def sleep_until(self, when: float) -> None:
-        """Wait until the clock shows a time in s; a past one returns at once."""
-
     def wait(self, event: threading.Event, timeout: float) -> bool:
         """Wait for an event for at most `timeout` s of this clock; return whether it is set."""
 
@@ -68,10 +63,6 @@ class WallClock:
         """Wait for a duration in s."""
         time.sleep(max(0.0, seconds))
 
-    def sleep_until(self, when: float) -> None:
-        """Wait until a time in s."""
-        self.sleep(when - self.now())
-
     def wait(self, event: threading.Event, timeout: float) -> bool:
         """Wait for an event for at most `timeout` s; return whether it is set."""
         return event.wait(max(0.0, timeout))
@@ -87,7 +78,7 @@ class VirtualClock:
     simulated: Final = True
 
     def __init__(self, start: float = 0.0) -> None:
-        self._now = _nanoseconds(start)
+        self._now = round(start * _NANOSECONDS)
 
     def now(self) -> float:
         """Return the time in s."""
@@ -97,25 +88,17 @@ class VirtualClock:
         """Move the time forward by a duration in s; raises ValueError for a negative one."""
         if seconds < 0:
             raise ValueError(f"a clock does not run backwards: advance({seconds})")
-        self._now += _nanoseconds(seconds)
+        self._now += round(seconds * _NANOSECONDS)
 
     def sleep(self, seconds: float) -> None:
         """Move the time forward by a duration in s; a negative one is none."""
         self.advance(max(0.0, seconds))
-
-    def sleep_until(self, when: float) -> None:
-        """Move the time forward to a time in s; a past one changes nothing."""
-        self.sleep(when - self.now())
 
     def wait(self, event: threading.Event, timeout: float) -> bool:
         """Move the time forward by `timeout` s unless an event is set; return whether it is."""
         if not event.is_set():
             self.sleep(timeout)
         return event.is_set()
-
-
-def _nanoseconds(seconds: float) -> int:
-    return round(seconds * _NANOSECONDS)
 
 
 class RobotClock:
@@ -136,51 +119,41 @@ class RobotClock:
         """Seconds of this clock that pass in a second of wall time; 0 while it is paused."""
         self.simulated = simulated
         """Whether the time is that of a simulation."""
-        self._sample = time_
+        self._sample = self._newest = time_
         self._arrival = time.monotonic()
-        self._newest = time_
         self._restarts = 0
-        self._silence_logged = False
-        self._nonsense_logged = False
-        self._closed = False
+        self._silence_logged = self._nonsense_logged = self._closed = False
         self._changed = threading.Condition()
 
     def now(self) -> float:
         """Return the time in s."""
         with self._changed:
-            return self._now()
+            silence = time.monotonic() - self._arrival
+            if silence > _SILENCE and not self._silence_logged and not self._closed:
+                self._silence_logged = True
+                _logger.warning(
+                    "nothing heard of the robot's clock for %.1f s; going on at its last rate, %g",
+                    silence,
+                    self.rate,
+                )
+            self._newest = max(self._newest, self._sample + self.rate * silence)
+            return self._newest
 
     def sleep(self, seconds: float) -> None:
-        """Wait for a duration in s of this clock.
-
-        Raises CommunicatorDestroyedException after `close`.
-        """
-        self.sleep_until(self.now() + seconds)
-
-    def sleep_until(self, when: float) -> None:
-        """Wait until a time in s, or until the followed clock restarts.
+        """Wait for a duration in s of this clock, or until the followed clock restarts.
 
         Raises CommunicatorDestroyedException after `close`.
         """
         with self._changed:
-            restarts = self._restarts
-            while wall_time := self._wall_time(when, restarts, _LONGEST_WAIT):
-                self._changed.wait(wall_time)
+            for nap in self._naps(seconds, _LONGEST_NAP):
+                self._changed.wait(nap)
 
     def wait(self, event: threading.Event, timeout: float) -> bool:
         """Wait for an event, for at most `timeout` s of this clock, or until the followed clock restarts.
 
         Returns whether the event is set. Raises CommunicatorDestroyedException after `close`.
         """
-        with self._changed:
-            end, restarts = self._now() + timeout, self._restarts
-        while not event.is_set():
-            with self._changed:
-                wall_time = self._wall_time(end, restarts, _EVENT_POLL)
-            if not wall_time:
-                break
-            event.wait(wall_time)
-        return event.is_set()
+        return event.is_set() or any(map(event.wait, self._naps(timeout, _EVENT_POLL)))
 
     def update(self, time_: float, rate: float, simulated: bool) -> None:
         """Take a sample of the followed clock that has just arrived.
@@ -198,16 +171,12 @@ class RobotClock:
             if self._silence_logged:
                 _logger.warning("the robot's clock is heard again")
             self._silence_logged = False
-            restarted = time_ < self._sample - _RESTART
-            error = abs(time_ - self._estimate(arrival))
-            as_expected = rate == self.rate and error < _NOTABLE_ERROR * rate
-            self._sample, self._arrival, self.rate, self.simulated = time_, arrival, rate, simulated
-            if restarted:
+            if time_ < self._sample - _RESTART:
                 _logger.info("the robot's clock restarted: from %.3f s back to %.3f s", self._newest, time_)
                 self._newest = time_
                 self._restarts += 1
-            if restarted or not as_expected:  # otherwise sleepers wake at the right time anyway
-                self._changed.notify_all()
+            self._sample, self._arrival, self.rate, self.simulated = time_, arrival, rate, simulated
+            self._changed.notify_all()
 
     def close(self) -> None:
         """Let every sleeper go: no sample will come any more."""
@@ -215,33 +184,20 @@ class RobotClock:
             self._closed = True
             self._changed.notify_all()
 
-    def _estimate(self, monotonic: float) -> float:
-        """Return what the followed clock shows at a moment of steady wall time, by its newest sample."""
-        return self._sample + self.rate * (monotonic - self._arrival)
-
-    def _now(self) -> float:
-        monotonic = time.monotonic()
-        silence = monotonic - self._arrival
-        if silence > _SILENCE and not self._silence_logged and not self._closed:
-            self._silence_logged = True
-            _logger.warning(
-                "nothing heard of the robot's clock for %.1f s; going on at its last rate, %g",
-                silence,
-                self.rate,
-            )
-        self._newest = max(self._newest, self._estimate(monotonic))
-        return self._newest
-
-    def _wall_time(self, end: float, restarts: int, longest: float) -> float:
-        """Return for how many s of wall time to wait before the next look at the clock; 0 at the end."""
-        if self._now() >= end or restarts != self._restarts:
-            return 0.0
-        if self._closed:
-            raise CommunicatorDestroyedException("the communicator whose clock this is was destroyed")
-        left = end - self._estimate(time.monotonic())  # the time may stand still first, where it was ahead
-        return min(left / self.rate, longest) if self.rate > 0.0 else longest
+    def _naps(self, seconds: float, longest: float) -> Iterator[float]:
+        """Yield for how many s of wall time to wait, until a duration of this clock is over."""
+        with self._changed:
+            end, restarts = self.now() + seconds, self._restarts
+        while self.now() < end and restarts == self._restarts:
+            if self._closed:
+                raise CommunicatorDestroyedException("the communicator whose clock this is was destroyed")
+            with self._changed:
+                # Not from `now` on: the time may stand still first, where it was ahead.
+                left = end - self._sample - self.rate * (time.monotonic() - self._arrival)
+                nap = min(left / self.rate, longest) if self.rate > 0.0 else longest
+            yield nap
 
 
 def _plausible(time_: float, rate: float) -> bool:
-    # False for nan, too.
-    return 0.0 <= time_ <= _LATEST and 0.0 <= rate <= _FASTEST
+    """Return whether a clock may show a time, exact to some 20 us, and have a rate; false for nan, too."""
+    return 0.0 <= time_ <= 1e11 and 0.0 <= rate <= 1e6

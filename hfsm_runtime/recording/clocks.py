@@ -53,10 +53,6 @@ class AskedClock:
         """Wait for a duration in s."""
         self._ask("clock.sleep", lambda: self._clock.sleep(seconds), lambda: seconds)
 
-    def sleep_until(self, when: float) -> None:
-        """Wait until a time in s."""
-        self._ask("clock.sleep_until", lambda: self._clock.sleep_until(when), lambda: when - self.now())
-
     def wait(self, event: threading.Event, timeout: float) -> bool:
         """Wait for an event for at most `timeout` s; return whether it is set."""
         return bool(self._ask("clock.wait", lambda: self._clock.wait(event, timeout), lambda: timeout))

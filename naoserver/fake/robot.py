@@ -367,10 +367,6 @@ class FastClock:
         """Wait for a duration in s."""
         time.sleep(max(0.0, seconds) / self.rate)
 
-    def sleep_until(self, when: float) -> None:
-        """Wait until a time in s."""
-        self.sleep(when - self.now())
-
     def wait(self, event: threading.Event, timeout: float) -> bool:
         """Wait for an event for at most `timeout` s; return whether it is set."""
         return event.wait(max(0.0, timeout) / self.rate)

@@ -96,9 +96,6 @@ class FastClock:
     def sleep(self, seconds: float) -> None:
         self._sleep(max(0.0, seconds) / self.rate)
 
-    def sleep_until(self, when: float) -> None:
-        self.sleep(when - self.now())
-
     def wait(self, event: threading.Event, timeout: float) -> bool:
         return event.wait(max(0.0, timeout) / self.rate)
 
