@@ -1,7 +1,6 @@
 """Ice's object model over Eclipse Zenoh: communicators, adapters, servants, proxies and streams."""
 
-from ._presence import ClientWatch
-from ._tokens import ServantInfo
+from ._presence import ClientWatch, ServantInfo
 from .clock import Clock, RobotClock, VirtualClock, WallClock
 from .communicator import Communicator, initialize
 from .exceptions import (

@@ -5,12 +5,14 @@ from __future__ import annotations
 import difflib
 import logging
 import math
+import re
 import threading
 import time
+from collections import ChainMap, deque
 from collections.abc import Callable, Mapping
-from typing import Any, Final, Self
+from typing import Any, Final, NamedTuple, Self
 
-from ._tokens import ServantInfo, ServantToken, any_client, parse_client_token, parse_servant_token
+from ._values import NAME
 from .exceptions import (
     AccessDeniedException,
     CommunicatorDestroyedException,
@@ -22,10 +24,15 @@ from .exceptions import (
 )
 from .transport import Target, Transport
 
-__all__ = ["ClientWatch", "Presence"]
-
 Submit = Callable[[Callable[[], object]], None]
 """Runs a function on another thread."""
+
+# What we make tokens of; anything else could not be called, and would reach error messages and logs.
+_SERVANT: Final = re.compile(
+    rf"@servant/({NAME})/({NAME})/(?=[^/]{{1,256}}/)((?:::[A-Za-z_][A-Za-z0-9_]*)+)/([0-9A-Za-z]{{1,64}}|-)/"
+    r"([0-9a-f]{1,32})/([0-9]{1,15})"
+)
+_CLIENT: Final = re.compile(r"@client/[^/]+/([0-9a-f]{1,32})/([0-9a-f]{16}|-)")
 
 # No robot has more of these: somebody floods the realm.
 _MOST_SERVANTS: Final = 4096
@@ -33,23 +40,73 @@ _MOST_TOKENS: Final = 1 << 14  # of all servants
 _MOST_OF_SERVANT: Final = 64  # tokens: of one identity, one for each interface of each server
 _MOST_CLIENTS: Final = 1 << 14
 
-_LOOK: Final = 0.5  # s after which a wait looks anyway
 # By which the delay of tokens is longer in an empty realm: a server listens before its robot is ready.
 _START_GRACE: Final = 4
 _GRACE_SHARE: Final = 0.1  # of the limit, where that is more: a long one means a busy machine
 # s between the end of a link and the end of the tokens that came over it, or the other way round.
 _SAME_MOMENT: Final = 0.5
-# s within which the end of a link is reported after the end of a token that came over it; measured 1 ms.
-_LINK_NOTICE: Final = 0.1
-# s in which the token of a servant that died during a call goes away; measured 2-3 ms.
-_LOSS_NOTICE: Final = 0.25
+_LINK_NOTICE: Final = 0.1  # s in which the end of a link follows that of its tokens; measured 1 ms
+_LOSS_NOTICE: Final = 0.25  # s in which the token of a servant that died goes away; measured 2-3 ms
 
 _MOST_NAMED: Final = 8  # servants in an error message
 
-_ABSENT: Final[Mapping[str, str]] = {}
-_NEVER: Final = (-1.0, "")
+_NEVER: Final = (-math.inf, "")
 
 _logger = logging.getLogger(__name__)
+
+
+class ServantToken(NamedTuple):
+    """A token of a servant: a session serves a target with an interface."""
+
+    target: Target
+    type_id: str
+    fingerprint: str  # of the interface; empty for one that has none
+    server: str  # id of the session
+    since: float  # wall time of the server's machine since when it does, in s since the epoch
+
+
+def servant_token(target: Target, type_id: str, fingerprint: str, server: str, since: float) -> str:
+    """Return the key of the token that a servant holds for one of its interfaces."""
+    # A dash for an interface without a fingerprint: an empty chunk is no key.
+    who = f"{target.realm}/{target.identity}"
+    return f"@servant/{who}/{type_id}/{fingerprint or '-'}/{server}/{round(since * 1000)}"
+
+
+def parse_servant_token(key: str) -> ServantToken | None:
+    """Return what the key of a token says; None for one that no servant of ours has."""
+    match = _SERVANT.fullmatch(key)
+    if match is None:
+        return None
+    realm, identity, type_id, fingerprint, server, since = match.groups()
+    return ServantToken(Target(realm, identity), type_id, fingerprint.strip("-"), server, int(since) / 1000)
+
+
+def client_token(realm: str, client: str, memory_space: str = "") -> str:
+    """Return the key of the token that a client holds; the space says whose memory it can read."""
+    return f"@client/{realm}/{client}/{memory_space or '-'}"
+
+
+def any_client(realm: str) -> str:
+    """Return the pattern of the tokens of all clients of a realm."""
+    return f"@client/{realm}/*/*"
+
+
+def parse_client_token(key: str) -> tuple[str, str] | None:
+    """Return client and memory space of a token; None for a key that no client has."""
+    match = _CLIENT.fullmatch(key)
+    return match and (match[1], match[2].strip("-"))
+
+
+class ServantInfo(NamedTuple):
+    """A servant that is there, as its tokens show."""
+
+    identity: str
+    interfaces: dict[str, str]
+    """The fingerprint of each of its interfaces by type id."""
+    server: str
+    """Id of the session that serves it."""
+    since: float
+    """Wall time of the server's machine since when it does, in s since the epoch."""
 
 
 class Presence:
@@ -65,11 +122,10 @@ class Presence:
         self._submit: Final = submit
         self._endpoints: Final = tuple(transport.endpoints)
         self._changed: Final = threading.Condition()
-        self._tokens: Final[dict[Target, dict[str, ServantToken]]] = {}
-        """Those of each servant by their keys."""
+        self._tokens: Final[dict[Target, dict[str, ServantToken]]] = {}  # by their keys
         self._count = 0  # of these tokens
+        # Fingerprints by type id; each mapping is replaced, not changed: readers take no lock.
         self._interfaces: Final[dict[Target, Mapping[str, str]]] = {}
-        """Their fingerprints by type id; each mapping is replaced, not changed: readers take no lock."""
         self._came: Final[dict[Target, float]] = {}  # when, of servants that are there
         self._lost: Final[dict[Target, tuple[float, str]]] = {}  # when, and the id of the last server
         self._listeners: list[Callable[[], object]] = []
@@ -88,7 +144,7 @@ class Presence:
 
         Where an identity has several servers that differ, those of the first of them.
         """
-        return self._interfaces.get(target, _ABSENT)
+        return self._interfaces.get(target, {})
 
     def identities(self, realm: str) -> list[str]:
         """Return the identities that are served in a realm, sorted."""
@@ -133,8 +189,6 @@ class Presence:
         """
         self.watch(target.realm)
         now = time.monotonic()
-        deadline = now + timeout
-        start = now if since is None else since
 
         def found() -> bool:
             known = self.interfaces(target)
@@ -142,23 +196,22 @@ class Presence:
 
         with self._changed:
             while not found() and not self._closed:
-                until = deadline
+                until = now + timeout
                 if not self._endpoints or self._linked:
                     delay = self._transport.token_delay
                     if not any(known.realm == target.realm for known in self._tokens):
                         delay *= _START_GRACE
                     grace = max(delay, timeout * _GRACE_SHARE) if delay else 0.0
-                    until = min(until, max(start, self._last_news) + grace)
+                    until = min(until, max(now if since is None else since, self._last_news) + grace)
                 left = until - time.monotonic()
                 if left <= 0:
                     return False
-                self._changed.wait(min(left, _LOOK))
+                self._changed.wait(left)
             return found()
 
     def wait_for_return(self, target: Target, timeout: float) -> bool:
         """Wait for at most `timeout` s until a lost servant is there again; return whether it is."""
-        self._wait_until(lambda: target in self._interfaces, timeout)
-        return target in self._interfaces
+        return self._wait_until(lambda: target in self._interfaces, timeout)
 
     def wait_until_gone(self, target: Target, timeout: float, server: str) -> bool:
         """Wait for at most `timeout` s until a server no longer serves an identity; return whether so."""
@@ -166,7 +219,8 @@ class Presence:
 
     def _wait_until(self, condition: Callable[[], bool], timeout: float) -> bool:
         with self._changed:
-            return self._changed.wait_for(lambda: self._closed or condition(), timeout)
+            self._changed.wait_for(lambda: self._closed or condition(), timeout)
+            return condition()
 
     # Explanations.
 
@@ -174,23 +228,20 @@ class Presence:
         """Return the exception that says why a servant cannot be called."""
         if self._closed:
             return CommunicatorDestroyedException("the communicator was destroyed")
-        endpoints = ", ".join(self._endpoints)
         if self._lost_with_its_process(target):
+            way = f" (connecting to {', '.join(self._endpoints)})" if self._endpoints else ""
             return ConnectionLostException(
-                f"the server of {target} went away{f' (connecting to {endpoints})' if endpoints else ''}; "
-                "calls go on as soon as it is back"
+                f"the server of {target} went away{way}; calls go on as soon as it is back"
             )
         if self._endpoints and not self._linked:
             return ConnectFailedException(self._transport.explain_unreachable())
         present = self.identities(target.realm)
-        near = difflib.get_close_matches(target.identity, present, 3, 0.5)
-        if near or len(present) <= _MOST_NAMED:
-            names = ", ".join(near or present)
-        else:
-            names = f"{', '.join(present[:_MOST_NAMED])} and {len(present) - _MOST_NAMED} more"
+        shown = difflib.get_close_matches(target.identity, present, 3, 0.5) or present
+        more = f" and {len(shown) - _MOST_NAMED} more" if len(shown) > _MOST_NAMED else ""
+        there = f"there is {', '.join(shown[:_MOST_NAMED])}{more}"
         return ObjectNotExistException(
             f"no servant {target.identity!r} in realm {target.realm!r}; "
-            + (f"there is {names}" if names else "the realm has no servants: is --realm right?")
+            + (there if shown else "the realm has no servants: is --realm right?")
         )
 
     def explain_no_answer(
@@ -219,19 +270,21 @@ class Presence:
         if target not in self._interfaces:
             return self.explain_absence(target)
         if self.lost_since(target, started):
-            return ConnectionLostException(f"{what}: the server restarted during the call")
-        if self._last_link_lost >= started:
-            return ConnectionLostException(f"{what}: the connection was lost during the call")
-        if timeout is not None:
+            reason = ": the server restarted during the call"
+        elif self._last_link_lost >= started:
+            reason = ": the connection was lost during the call"
+        elif timeout is not None:
             return TimeoutException(f"{what} did not answer within {timeout:g} s")
-        if self._came.get(target, -math.inf) >= started:
-            return ConnectionLostException(f"{what}: its servant came during the call, and missed it")
-        if not served:
-            return ConnectionLostException(f"{what} got no answer, and its process does not answer either")
-        return AccessDeniedException(
-            f"{what} was not executed: {target} is there, and access control does not let this component "
-            "call it; `security` in its settings, and in those of the router, says who may"
-        )
+        elif self._came.get(target, -math.inf) >= started:
+            reason = ": its servant came during the call, and missed it"
+        elif not served:
+            reason = " got no answer, and its process does not answer either"
+        else:
+            return AccessDeniedException(
+                f"{what} was not executed: {target} is there, and access control does not let this component "
+                "call it; `security` in its settings, and in those of the router, says who may"
+            )
+        return ConnectionLostException(what + reason)
 
     def _lost_with_its_process(self, target: Target) -> bool:
         """Return whether a servant went away because its process did, or the way to it."""
@@ -277,48 +330,38 @@ class Presence:
         token = parse_servant_token(key)
         if token is None:
             return
+        target = token.target
         with self._changed:
-            if not (self._add(key, token) if came else self._remove(key, token)):
-                return
+            now, tokens = time.monotonic(), self._tokens.get(target, {})
+            if came:
+                self._last_news = now
+                full = len(tokens) >= _MOST_OF_SERVANT or self._count >= _MOST_TOKENS
+                if key in tokens or full or (not tokens and len(self._tokens) >= _MOST_SERVANTS):
+                    return
+                if not tokens:
+                    self._came[target] = now
+                    if target in self._lost:
+                        _logger.info("%s is back", target)
+                tokens[key] = token
+                self._count += 1
+            else:
+                if tokens.pop(key, None) is None:
+                    return
+                self._count -= 1
+                if not _serves(token.server, tokens):
+                    if target not in self._lost and len(self._lost) >= _MOST_SERVANTS:
+                        del self._lost[next(iter(self._lost))]
+                    self._lost[target] = now, token.server
+            if tokens:
+                self._tokens[target] = tokens
+                self._interfaces[target] = dict(ChainMap(*(info.interfaces for info in self.servers(target))))
+            else:
+                del self._tokens[target], self._interfaces[target], self._came[target]
+                _logger.info("%s is gone", target)
             self._changed.notify_all()
             notify, self._notifying = not self._notifying, True
         if notify:  # once for all that comes meanwhile: a flood of tokens must not fill the queue of jobs
             self._submit(self._notify)
-
-    def _add(self, key: str, token: ServantToken) -> bool:
-        target = token.target
-        self._last_news = time.monotonic()
-        tokens = self._tokens.get(target, {})
-        if key in tokens or len(tokens) >= _MOST_OF_SERVANT or self._count >= _MOST_TOKENS:
-            return False
-        if not tokens:
-            if len(self._tokens) >= _MOST_SERVANTS:
-                return False
-            self._tokens[target] = tokens
-            self._came[target] = self._last_news
-            if target in self._lost:
-                _logger.info("%s is back", target)
-        tokens[key] = token
-        self._count += 1
-        self._interfaces[target] = _merged(tokens)
-        return True
-
-    def _remove(self, key: str, token: ServantToken) -> bool:
-        target, server = token.target, token.server
-        tokens = self._tokens.get(target, {})
-        if tokens.pop(key, None) is None:
-            return False
-        self._count -= 1
-        if not _serves(server, tokens):
-            if target not in self._lost and len(self._lost) >= _MOST_SERVANTS:
-                del self._lost[next(iter(self._lost))]
-            self._lost[target] = time.monotonic(), server
-        if tokens:
-            self._interfaces[target] = _merged(tokens)
-        else:
-            del self._tokens[target], self._interfaces[target], self._came[target]
-            _logger.info("%s is gone", target)
-        return True
 
     def _notify(self) -> None:
         with self._changed:
@@ -345,12 +388,6 @@ def _serves(server: str, tokens: Mapping[str, ServantToken]) -> bool:
     return any(token.server == server for token in tokens.values())
 
 
-def _merged(tokens: Mapping[str, ServantToken]) -> dict[str, str]:
-    """Return the interfaces of an identity; where its servers differ, those of the first of them."""
-    ordered = sorted(tokens.values(), key=lambda token: (token.since, token.server), reverse=True)
-    return {token.type_id: token.fingerprint for token in ordered}
-
-
 class ClientWatch:
     """Call a function with the id of each client of a realm that goes away, one after the other.
 
@@ -365,8 +402,7 @@ class ClientWatch:
         self._submit: Final = submit
         self._lock: Final = threading.Lock()
         self._first_tokens: Final[dict[str, str]] = {}  # of those that are there
-        self._lost: Final[dict[str, None]] = {}  # and not reported yet, in order
-        self._reporting = False
+        self._lost: Final[deque[str]] = deque()  # the first is being reported
         self._closed = False
         self._following: Final = transport.watch(any_client(realm), self._on_token)
 
@@ -382,29 +418,24 @@ class ClientWatch:
         self.close()
 
     def _on_token(self, key: str, came: bool) -> None:  # on the transport's thread
-        token = parse_client_token(key)
-        if token is None:
-            return
-        client, _ = token
-        if came:
-            if len(self._first_tokens) < _MOST_CLIENTS:
-                self._first_tokens.setdefault(client, key)
-        elif self._first_tokens.get(client) == key:
+        client, _ = parse_client_token(key) or ("", "")
+        if came and client and len(self._first_tokens) < _MOST_CLIENTS:
+            self._first_tokens.setdefault(client, key)
+        elif not came and self._first_tokens.get(client) == key:
             del self._first_tokens[client]
             with self._lock:
-                self._lost[client] = None
-                start, self._reporting = not self._reporting, True
+                self._lost.append(client)
+                start = len(self._lost) == 1
             if start:
                 self._submit(self._report_next)
 
     def _report_next(self) -> None:
-        with self._lock:
-            client = next(iter(self._lost), None)
-            if client is None or self._closed:
-                self._reporting = False
-                return
-            del self._lost[client]
         try:
-            self._callback(client)
+            if not self._closed:
+                self._callback(self._lost[0])
         finally:
-            self._submit(self._report_next)  # so that others get their turn in between
+            with self._lock:
+                self._lost.popleft()
+                left = bool(self._lost)
+            if left:  # so that others get their turn in between
+                self._submit(self._report_next)

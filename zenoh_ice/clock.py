@@ -167,10 +167,9 @@ class RobotClock:
                     _logger.warning("dropped samples of the robot's clock: time %r s, rate %r", time_, rate)
                 self._nonsense_logged = True
                 return
-            self._nonsense_logged = False
             if self._silence_logged:
                 _logger.warning("the robot's clock is heard again")
-            self._silence_logged = False
+            self._silence_logged = self._nonsense_logged = False
             if time_ < self._sample - _RESTART:
                 _logger.info("the robot's clock restarted: from %.3f s back to %.3f s", self._newest, time_)
                 self._newest = time_

@@ -18,9 +18,8 @@ from typing import Any, Final, Self
 import msgspec
 from msgspec.structs import astuple
 
-from ._presence import ClientWatch, Presence
+from ._presence import ClientWatch, Presence, ServantInfo
 from ._threads import PULSE_PERIOD, Coroutines, Pool, Pulse, UserCodeThread
-from ._tokens import ServantInfo
 from ._values import PROXY_TEXT
 from .clock import Clock, RobotClock, WallClock
 from .exceptions import (

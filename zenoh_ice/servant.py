@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, NamedTuple, TypeVar
 import msgspec
 
 from ._codec import DECODE_ERRORS, ENCODE_ERRORS, misfit, not_encoded, to_msgpack
-from ._tokens import servant_token
+from ._presence import servant_token
 from ._wire import (
     ATTACHMENT_LIMIT,
     NO_ATTACHMENT,

@@ -13,7 +13,7 @@ from typing import Any, Final
 
 import zenoh
 
-from ._tokens import client_token as client_token  # noqa: PLC0414 - for routers
+from ._presence import client_token as client_token  # noqa: PLC0414 - for routers
 from .exceptions import ConfigurationException, ConnectFailedException, EndpointInUseException
 from .security import access_control, check_security, exposure
 from .settings import Security, Settings, host_and_port, uses_tls

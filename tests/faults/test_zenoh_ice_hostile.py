@@ -35,7 +35,7 @@ from zenoh_ice import (
     ZenohIceError,
 )
 from zenoh_ice._codec import Pieces
-from zenoh_ice._tokens import servant_token
+from zenoh_ice._presence import servant_token
 from zenoh_ice._wire import (
     ERROR_ENCODING,
     decode_error,

@@ -23,7 +23,7 @@ from tests.support.processes import ComponentProcess, module
 from tests.support.stranger import stranger
 from tests.support.waiting import until
 from zenoh_ice import BusyException, Communicator, Sample
-from zenoh_ice._tokens import client_token
+from zenoh_ice._presence import client_token
 from zenoh_ice._wire import encode_call_attachment
 from zenoh_ice._zenoh import shared_memory
 from zenoh_ice._zenoh.shared_memory import memory_space

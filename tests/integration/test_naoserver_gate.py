@@ -11,7 +11,7 @@ from naoserver.options import SafetyOptions, ServerOptions
 from tests.support.limits import LIMIT
 from tests.support.robot_server import eventually, served_to_client, wait_for
 from tests.support.stranger import stranger
-from zenoh_ice._tokens import client_token
+from zenoh_ice._presence import client_token
 from zenoh_ice._zenoh.shared_memory import memory_space
 
 

@@ -21,7 +21,7 @@ from tests.support.security import Keys, routing
 from tests.support.stranger import session_of
 from tests.support.waiting import until
 from zenoh_ice import Communicator, Current, ObjectAdapter, initialize
-from zenoh_ice._tokens import client_token
+from zenoh_ice._presence import client_token
 from zenoh_ice._zenoh.shared_memory import memory_space
 from zenoh_ice.exceptions import (
     AccessDeniedException,

@@ -40,7 +40,7 @@ from zenoh_ice import (
     TimeoutException,
     UnknownException,
 )
-from zenoh_ice._tokens import client_token
+from zenoh_ice._presence import client_token
 from zenoh_ice._wire import ERROR_ENCODING, decode_error
 from zenoh_ice.generated import Operation, Struct
 from zenoh_ice.transport import Target

@@ -28,7 +28,7 @@ from zenoh_ice import (
     ServantStatus,
     UnknownException,
 )
-from zenoh_ice._tokens import servant_token
+from zenoh_ice._presence import servant_token
 from zenoh_ice._wire import encode_call_attachment
 from zenoh_ice.servant import _MOST_ONEWAY
 from zenoh_ice.transport import Target

@@ -17,7 +17,7 @@ from zenoh_ice import (
     ObjectNotExistException,
     TwowayOnlyException,
 )
-from zenoh_ice._tokens import servant_token
+from zenoh_ice._presence import servant_token
 from zenoh_ice.transport import Served, Target
 
 

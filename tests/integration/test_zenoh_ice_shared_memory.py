@@ -20,7 +20,7 @@ from tests.support.processes import ComponentProcess, module
 from tests.support.stranger import session_of
 from tests.support.waiting import until
 from zenoh_ice import Communicator, ConnectionLostException, Current, Sample
-from zenoh_ice._tokens import client_token
+from zenoh_ice._presence import client_token
 from zenoh_ice._zenoh import shared_memory
 from zenoh_ice._zenoh.shared_memory import memory_space
 

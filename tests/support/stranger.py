@@ -12,7 +12,7 @@ import zenoh
 
 from tests.support.limits import CALL_LIMIT, LIMIT
 from zenoh_ice import Communicator
-from zenoh_ice._tokens import servant_token
+from zenoh_ice._presence import servant_token
 from zenoh_ice._zenoh.transport import ZenohTransport
 from zenoh_ice.transport import Target
 

@@ -34,9 +34,8 @@ from zenoh_ice import (
     ZenohIceError,
 )
 from zenoh_ice._codec import LARGE, Codec, Pieces
-from zenoh_ice._presence import Presence
+from zenoh_ice._presence import Presence, client_token, parse_client_token, servant_token
 from zenoh_ice._threads import Pool
-from zenoh_ice._tokens import client_token, parse_client_token, servant_token
 from zenoh_ice._wire import (
     Attachment,
     decode_attachment,

@@ -7,9 +7,8 @@ from collections.abc import Callable
 
 import pytest
 
-from zenoh_ice._presence import ClientWatch
+from zenoh_ice._presence import ClientWatch, client_token
 from zenoh_ice._threads import Pool
-from zenoh_ice._tokens import client_token
 from zenoh_ice.in_process import InProcessTransport
 
 SPACE = "0123456789abcdef"

@@ -8,7 +8,7 @@ import pytest
 
 from tests.support.memory_files import shared_memory
 from zenoh_ice._codec import LARGE, Pieces
-from zenoh_ice._tokens import client_token
+from zenoh_ice._presence import client_token
 from zenoh_ice._zenoh import shared_memory as module
 from zenoh_ice._zenoh.shared_memory import SharedMemory, memory_space
 

@@ -9,9 +9,8 @@ import pytest
 
 from tests.support.limits import AT_ONCE, LIMIT
 from zenoh_ice import ConnectionLostException, SystemException
-from zenoh_ice._presence import Presence
+from zenoh_ice._presence import Presence, servant_token
 from zenoh_ice._threads import Pool
-from zenoh_ice._tokens import servant_token
 from zenoh_ice.in_process import InProcessTransport
 from zenoh_ice.transport import Served, Target
 

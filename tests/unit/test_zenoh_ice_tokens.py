@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from zenoh_ice._tokens import (
+from zenoh_ice._presence import (
     ServantToken,
     any_client,
     client_token,

@@ -1,12 +1,9 @@
 """Large byte sequences through shared memory: on one machine they are written once and read once.
 
 What is sent then is a reference: the rest of the payload, and where the byte sequences stand in memory of
-the sender. docs/decisions/0009-shared-memory.md compares this with Zenoh's own shared memory, which copies an
-image twice at the receiver and leaves the memory of a killed process behind, and argues the memory barriers.
-
-The memory is files without a name in any folder, divided into slots. The system takes such a file back with
-the last process that has it open, however that ends. It is sealed at its size, so that no reader can be
-struck by memory that is gone.
+the sender. docs/decisions/0009-shared-memory.md compares this with Zenoh's own shared memory, and argues the
+memory barriers. The memory is files of eight slots without a name in any folder, which the system takes back
+with the last process that has them open. They are sealed, so that no reader's memory can be taken away.
 """
 
 from __future__ import annotations
@@ -32,28 +29,20 @@ import zenoh
 from msgspec import Meta
 
 from .._codec import LARGE, Parted, Pieces
-from .._tokens import parse_client_token
+from .._presence import parse_client_token
 from ..exceptions import ConnectionLostException, MarshalException
 from ..text import printable
-from ..transport import Served
-
-__all__ = ["LENT_FOR", "MemoryFile", "MemoryReference", "Ring", "SharedMemory", "memory_space"]
 
 LENT_FOR: Final = 5.0
 """Seconds after which what was lent is used again though nobody gave it back: its reader was killed."""
 
 HEADER: Final = struct.Struct("=QQ")
 """Of a slot: its generation, 0 while it is written, and the generation that its reader gave back."""
-RETURNED: Final = struct.Struct("=Q")
-"""The second of these."""
-SLOT_START: Final = 64
-"""Bytes from a slot's header to what it holds: a line of the processor's cache."""
-SLOTS: Final = 8
-"""In each file."""
+RETURNED: Final = struct.Struct("=Q")  # the second of these
+SLOT_START: Final = 64  # bytes from a slot's header to what it holds: a line of the processor's cache
+SLOTS: Final = 8  # in each file
 
-_SEALS: Final = (
-    0x1 | 0x2 | 0x4
-)  # F_SEAL_SEAL, F_SEAL_SHRINK, F_SEAL_GROW; Python has the names on Linux alone
+_SEALS: Final = 0x7  # F_SEAL_SEAL, F_SEAL_SHRINK, F_SEAL_GROW: Python has the names on Linux alone
 _NAME: Final = "zenoh_ice-"
 _CAPABILITIES: Final = re.compile(r"^Cap(?:Prm|Eff):\s*([0-9a-f]+)$", re.MULTILINE)
 
@@ -77,8 +66,8 @@ class SharedMemory:
         self,
         *,
         enabled: bool,
-        watch_clients: Callable[[Callable[[str, bool], object]], Served] = lambda _: Served(lambda: None),
-        on_unreadable: Callable[[], object] = lambda: None,
+        watch_clients: Callable[[Callable[[str, bool], object]], object],
+        on_unreadable: Callable[[], object],
     ) -> None:
         """Make nothing yet.
 
@@ -97,8 +86,7 @@ class SharedMemory:
         self._may_make = bool(self.space)
         self._maps: Final[dict[tuple[str, bool], tuple[Path, mmap.mmap]]] = {}  # by token, and whether lent
         self._closed = False
-        self._watching: Served | None = None
-        self._known_at = math.inf  # when all clients are
+        self._known_at = math.inf  # when all clients are; they are followed from the first question on
         # Clients that can read this memory, and others; changed on the thread alone that reports tokens. Who
         # declares tokens with the id of another one only makes images go over the network.
         self._near: Final[set[str]] = set()
@@ -139,7 +127,7 @@ class SharedMemory:
             self._files.add(file)
             return file
 
-    def drop_file(self, file: MemoryFile) -> None:
+    def drop_file(self, file: MemoryFile | None) -> None:
         """Let go of memory that was made."""
         with self._lock:
             if file in self._files:
@@ -158,12 +146,33 @@ class SharedMemory:
             return data
         reference = decode_reference(data, what)
         _check_size(len(reference.rest) + sum(reference.sizes), limit, what)
-        return Parted(reference.rest, reference.places, self._read(reference, what))
+        try:
+            _, memory = self._maps.get((reference.token, reference.lent)) or self._open(reference)
+            return Parted(reference.rest, reference.places, _copy(memory, reference, what))
+        except (FileNotFoundError, ProcessLookupError, ValueError) as error:
+            raise ConnectionLostException(
+                f"{what} was lost with its shared memory: its sender ended, or it was not read in time"
+            ) from error
+        except OSError as error:
+            with self._lock:
+                first, self.readable_space = bool(self.readable_space), ""
+            if first:
+                _logger.warning(
+                    "this process may not read the memory of others, though it looks as if: large payloads "
+                    "come over the network; shared_memory = false in the settings says so from the beginning"
+                )
+                self._on_unreadable()
+            raise ConnectionLostException(
+                f"{what}: the shared memory of process {reference.process} cannot be read from here "
+                f"({error}); the next comes over the network"
+            ) from error
 
     def close_ended(self) -> None:
         """Close the memory of processes that have ended."""
         with self._lock:
-            self._close_ended()
+            for key, (path, _) in list(self._maps.items()):
+                if not _is_open(path, key[0]):
+                    self._maps.pop(key)[1].close()
 
     def close(self) -> None:
         """Let go of everything; what is sent goes over the network from now on.
@@ -185,64 +194,30 @@ class SharedMemory:
                 self._maps.popitem()[1][1].close()
 
     def _follow_clients(self) -> None:
-        if self._watching is None and self.space:
-            with self._lock:
-                if self._watching is None:
-                    self._known_at = time.monotonic() + _WORD_COMES
-                    self._watching = self._watch_clients(self._on_token)
+        with self._lock:
+            if self.space and self._known_at == math.inf:
+                self._watch_clients(self._on_token)
+                self._known_at = time.monotonic() + _WORD_COMES
 
     def _on_token(self, key: str, came: bool) -> None:
-        token = parse_client_token(key)
-        if token is None:
-            return
-        client, space = token
+        client, space = parse_client_token(key) or ("", "")
         known = self._near if space == self.space else self._far
         if not came:
             known.discard(client)
-        elif len(known) < _MOST_CLIENTS:
+        elif client and len(known) < _MOST_CLIENTS:
             known.add(client)
 
-    def _read(self, reference: MemoryReference, what: str) -> list[bytes]:
+    def _open(self, reference: MemoryReference) -> tuple[Path, mmap.mmap]:
         key = reference.token, reference.lent
-        try:
-            _, memory = self._maps.get(key) or self._open(key, reference)
-            return _copy(memory, reference, what)
-        except (FileNotFoundError, ProcessLookupError, ValueError) as error:
-            raise ConnectionLostException(
-                f"{what} was lost with its shared memory: its sender ended, or it was not read in time"
-            ) from error
-        except OSError as error:
-            self._give_up()
-            raise ConnectionLostException(
-                f"{what}: the shared memory of process {reference.process} cannot be read from here "
-                f"({error}); the next comes over the network"
-            ) from error
-
-    def _open(self, key: tuple[str, bool], reference: MemoryReference) -> tuple[Path, mmap.mmap]:
         with self._lock:
             if self._closed:
                 raise ValueError("this end was closed")
             if key not in self._maps:
-                self._close_ended()
+                self.close_ended()
                 if len(self._maps) >= _MOST_MAPS:
                     self._maps.pop(next(iter(self._maps)))[1].close()
                 self._maps[key] = _map(reference)
             return self._maps[key]
-
-    def _close_ended(self) -> None:
-        for key, (path, _) in list(self._maps.items()):
-            if not _is_open(path, key[0]):
-                self._maps.pop(key)[1].close()
-
-    def _give_up(self) -> None:
-        with self._lock:
-            first, self.readable_space = bool(self.readable_space), ""
-        if first:
-            _logger.warning(
-                "this process may not read the memory of others, though it looks as if: large payloads come "
-                "over the network; shared_memory = false in the settings says so from the beginning"
-            )
-            self._on_unreadable()
 
 
 class Ring:
@@ -267,9 +242,8 @@ class Ring:
 
     def close(self) -> None:
         """Let go of the memory."""
-        file, self._file = self._file, None
-        if file is not None:
-            self._memory.drop_file(file)
+        self._memory.drop_file(self._file)
+        self._file = None
 
 
 class MemoryFile:
@@ -322,12 +296,9 @@ class MemoryFile:
             return None
         # From now on, not from before: a thread that stood still in between must not share its slot.
         self._lent_until[slot] = time.monotonic() + LENT_FOR
-        rest = payload.without_large()
-        return msgspec.msgpack.encode(
-            MemoryReference(
-                os.getpid(), self.file, self.token, slot, generation, lent, payload.places, sizes, rest
-            )
-        )
+        memory_file = os.getpid(), self.file, self.token
+        rest = payload.places, sizes, payload.without_large()
+        return msgspec.msgpack.encode((*memory_file, slot, generation, lent, *rest))  # a MemoryReference
 
     def free(self) -> Iterator[int]:
         """Yield the slots in which nothing is lent; the processor's cache may still have the first."""
@@ -393,21 +364,17 @@ def memory_space() -> str:
     Those of one user and group with the same capabilities, on one machine, and in one container if in any, as
     ptrace(2) tells under "Ptrace access mode checking".
     """
-    if not hasattr(os, "memfd_create"):  # no Linux, or a Python that was built on an old one
-        return ""
     own = Path("/proc/self")
     try:
-        # Of a process that nobody of its user may look into, for its program has capabilities, say, they are
-        # root's.
-        if (own / "fd").stat().st_uid != os.geteuid():
+        # A Python that was built on an old Linux, or on none; or nobody of its user may look into this process,
+        # as its program has capabilities, say: then its files are root's.
+        if not hasattr(os, "memfd_create") or (own / "fd").stat().st_uid != os.geteuid():
             return ""
         machine = Path("/proc/sys/kernel/random/boot_id").read_text("ascii").strip()
-        # A system may lack one of these kinds.
-        namespaces = sorted(
-            path.stat().st_ino for path in (own / "ns").iterdir() if path.name in {"pid", "user"}
-        )
+        kinds = {"pid", "user"}  # a system may lack one of them
+        namespaces = sorted(path.stat().st_ino for path in (own / "ns").iterdir() if path.name in kinds)
         permitted, effective = _CAPABILITIES.findall((own / "status").read_text("utf-8", "replace"))
-    except (OSError, ValueError):  # no Linux, or no /proc
+    except (OSError, ValueError):  # no /proc
         return ""
     if permitted != effective:  # not even another such process
         return ""

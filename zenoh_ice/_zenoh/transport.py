@@ -16,8 +16,8 @@ import zenoh
 from zenoh.handlers import Callback, RingChannel
 
 from .._codec import Pieces
+from .._presence import any_client, client_token
 from .._threads import Pool, UserCodeThread
-from .._tokens import any_client, client_token
 from .._wire import ERROR_ENCODING, decode_attachment, encode_error, unknown_exception
 from ..exceptions import (
     CommunicatorDestroyedException,
