@@ -10,8 +10,9 @@ import threading
 import time
 from collections import ChainMap, deque
 from collections.abc import Callable, Mapping
-from typing import Any, Final, NamedTuple, Self
+from typing import Any, Final, NamedTuple
 
+from ._threads import Job
 from ._values import NAME
 from .exceptions import (
     AccessDeniedException,
@@ -23,9 +24,6 @@ from .exceptions import (
     TimeoutException,
 )
 from .transport import Target, Transport
-
-Submit = Callable[[Callable[[], object]], None]
-"""Runs a function on another thread."""
 
 # What we make tokens of; anything else could not be called, and would reach error messages and logs.
 _SERVANT: Final = re.compile(
@@ -49,7 +47,6 @@ _LINK_NOTICE: Final = 0.1  # s in which the end of a link follows that of its to
 _LOSS_NOTICE: Final = 0.25  # s in which the token of a servant that died goes away; measured 2-3 ms
 
 _MOST_NAMED: Final = 8  # servants in an error message
-
 _NEVER: Final = (-math.inf, "")
 
 _logger = logging.getLogger(__name__)
@@ -117,7 +114,7 @@ class Presence:
     What is remembered is bounded, whatever tokens a stranger declares.
     """
 
-    def __init__(self, transport: Transport, submit: Submit) -> None:
+    def __init__(self, transport: Transport, submit: Callable[[Job], None]) -> None:
         self._transport: Final = transport
         self._submit: Final = submit
         self._endpoints: Final = tuple(transport.endpoints)
@@ -245,13 +242,7 @@ class Presence:
         )
 
     def explain_no_answer(
-        self,
-        target: Target,
-        what: str,
-        started: float,
-        *,
-        timeout: float | None,
-        is_served: Callable[[], bool],
+        self, target: Target, what: str, started: float, timeout: float | None, is_served: Callable[[], bool]
     ) -> SystemException:
         """Return the exception of a call that ended without an answer.
 
@@ -261,10 +252,9 @@ class Presence:
         """
         served = False
         # Nothing more will come about one that was away before the call.
-        if timeout is None and target in self._interfaces and not self.lost_since(target, started):
-            served = is_served()
-            if not served:
-                self._wait_until(lambda: self.lost_since(target, started), _LOSS_NOTICE)
+        unexplained = timeout is None and target in self._interfaces and not self.lost_since(target, started)
+        if unexplained and not (served := is_served()):
+            self._wait_until(lambda: self.lost_since(target, started), _LOSS_NOTICE)
         if self._closed:
             return CommunicatorDestroyedException(f"{what}: the communicator was destroyed during the call")
         if target not in self._interfaces:
@@ -391,12 +381,12 @@ def _serves(server: str, tokens: Mapping[str, ServantToken]) -> bool:
 class ClientWatch:
     """Call a function with the id of each client of a realm that goes away, one after the other.
 
-    `close` ends that, also as the end of a `with` block. A client is what it first appeared as: only the end
+    `close` ends that. A client is what it first appeared as: only the end
     of that very token is its end. Others may declare tokens with its id, and end them, which changes nothing.
     """
 
     def __init__(
-        self, transport: Transport, realm: str, callback: Callable[[str], Any], submit: Submit
+        self, transport: Transport, realm: str, callback: Callable[[str], Any], submit: Callable[[Job], None]
     ) -> None:
         self._callback: Final = callback
         self._submit: Final = submit
@@ -410,12 +400,6 @@ class ClientWatch:
         """Begin no call any more; one that runs goes on."""
         self._closed = True
         self._following.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
     def _on_token(self, key: str, came: bool) -> None:  # on the transport's thread
         client, _ = parse_client_token(key) or ("", "")

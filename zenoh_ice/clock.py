@@ -21,8 +21,7 @@ _NANOSECONDS: Final = 1_000_000_000
 # Of a robot's clock, in s of wall time but for the second.
 _SILENCE: Final = 1.0  # without a sample, after which the estimate is worth a warning
 _RESTART: Final = 0.1  # a smaller step back is a correction, a larger one a simulation that restarted
-_LONGEST_NAP: Final = 0.5  # after which a sleeper looks at the clock without a sample
-_EVENT_POLL: Final = 0.05  # samples do not end the wait for an event
+_LONGEST_NAP: Final = 0.05  # samples do not end the wait for an event
 
 _logger = logging.getLogger(__name__)
 
@@ -145,7 +144,7 @@ class RobotClock:
         Raises CommunicatorDestroyedException after `close`.
         """
         with self._changed:
-            for nap in self._naps(seconds, _LONGEST_NAP):
+            for nap in self._naps(seconds):
                 self._changed.wait(nap)
 
     def wait(self, event: threading.Event, timeout: float) -> bool:
@@ -153,7 +152,7 @@ class RobotClock:
 
         Returns whether the event is set. Raises CommunicatorDestroyedException after `close`.
         """
-        return event.is_set() or any(map(event.wait, self._naps(timeout, _EVENT_POLL)))
+        return event.is_set() or any(map(event.wait, self._naps(timeout)))
 
     def update(self, time_: float, rate: float, simulated: bool) -> None:
         """Take a sample of the followed clock that has just arrived.
@@ -183,7 +182,7 @@ class RobotClock:
             self._closed = True
             self._changed.notify_all()
 
-    def _naps(self, seconds: float, longest: float) -> Iterator[float]:
+    def _naps(self, seconds: float) -> Iterator[float]:
         """Yield for how many s of wall time to wait, until a duration of this clock is over."""
         with self._changed:
             end, restarts = self.now() + seconds, self._restarts
@@ -193,7 +192,7 @@ class RobotClock:
             with self._changed:
                 # Not from `now` on: the time may stand still first, where it was ahead.
                 left = end - self._sample - self.rate * (time.monotonic() - self._arrival)
-                nap = min(left / self.rate, longest) if self.rate > 0.0 else longest
+                nap = min(left / self.rate, _LONGEST_NAP) if self.rate > 0.0 else _LONGEST_NAP
             yield nap
 
 

@@ -9,6 +9,7 @@ import textwrap
 import threading
 import time
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from functools import partial
 
 import pytest
@@ -392,8 +393,8 @@ class TestClients:
         who = CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator")).who()
         told: dict[str, list[str]] = {"closed": [], "open": []}
         with (
-            pair.server.onClientLost(told["closed"].append) as watch,
-            pair.server.onClientLost(told["open"].append),
+            closing(pair.server.onClientLost(told["closed"].append)) as watch,
+            closing(pair.server.onClientLost(told["open"].append)),
         ):
             watch.close()
             pair.client.destroy()

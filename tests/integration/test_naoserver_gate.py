@@ -1,5 +1,6 @@
 """Emergency stop and lease as clients meet them: over Zenoh, in front of every command of the robot."""
 
+from contextlib import closing
 from queue import SimpleQueue
 
 import pytest
@@ -131,13 +132,12 @@ def test_a_lease_ends_with_its_holder(nao):
 def test_who_declares_and_ends_tokens_of_another_client_ends_neither_its_lease_nor_its_walk(same):
     patient = ServerOptions(safety=SafetyOptions(velocity_timeout=LIMIT))
     with served_to_client(FakeRobot(), patient) as nao, stranger(nao.endpoint) as intruder:
-        watch = nao.served_by.onClientLost
         lost: SimpleQueue[str] = SimpleQueue()
         walk = nao.proxy(MotorsPrx, "Motors")
         nao.proxy(SafetyPrx, "Safety").acquireLease("Ann", 60.0)
         walk.setV(0.2)
         space = memory_space() if same else "0123456789abcdef"
-        with watch(lost.put):
+        with closing(nao.served_by.onClientLost(lost.put)):
             for client, token in [
                 *[(nao.communicator.client_id, space)] * 5,
                 (intruder.id, ""),  # after whose end the others have been heard of

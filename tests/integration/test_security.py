@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from datetime import timedelta
 from pathlib import Path
 from queue import SimpleQueue
@@ -121,7 +121,7 @@ def test_the_robot_learns_at_once_of_a_user_who_is_gone(keys: Keys, router: None
     robot = open_with(keys.settings("robot"))
     serve(robot, HeadI(), "Head")
     lost: SimpleQueue[str] = SimpleQueue()
-    with robot.onClientLost(lost.put):
+    with closing(robot.onClientLost(lost.put)):
         operator = open_with(keys.settings("operator"))
         proxy(operator).setPose(0.0, 0.0, 0.5)
         operator.destroy()
@@ -137,7 +137,7 @@ def test_a_user_who_declares_and_ends_tokens_of_another_does_not_end_that_one(
         robot, operator, student = (open_with(keys.settings(who)) for who in ("robot", "operator", "student"))
         serve(robot, HeadI(), "Head")
         lost: SimpleQueue[str] = SimpleQueue()
-        with robot.onClientLost(lost.put):
+        with closing(robot.onClientLost(lost.put)):
             proxy(operator).setPose(0.0, 0.0, 0.5)
             proxy(student).getPose()
             forged = client_token("nao", operator.client_id, memory_space() if same else "0123456789abcdef")
@@ -162,7 +162,7 @@ def test_the_tokens_of_a_student_reach_nobody(keys: Keys, router: None, open_wit
     robot, student, operator = (open_with(keys.settings(who)) for who in ("robot", "student", "operator"))
     serve(robot, HeadI(), "Head")
     lost: SimpleQueue[str] = SimpleQueue()
-    with robot.onClientLost(lost.put):
+    with closing(robot.onClientLost(lost.put)):
         proxy(operator).setPose(0.0, 0.0, 0.5)
         proxy(student).getPose()
         session_of(student).liveliness().declare_token(f"@client/nao/{operator.client_id}/-").undeclare()

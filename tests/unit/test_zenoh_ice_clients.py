@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
+from contextlib import closing
 
 import pytest
 
@@ -108,7 +109,7 @@ def test_clients_of_another_realm_are_not_reported(
 
 def test_a_closed_watch_is_called_no_more(transport: InProcessTransport, watch: Watch, jobs: Jobs) -> None:
     lost: list[str] = []
-    with watch(lost.append):
+    with closing(watch(lost.append)):
         transport.announce(client_token("nao", "a")).close()
     transport.announce(client_token("nao", "b")).close()
     run(jobs)

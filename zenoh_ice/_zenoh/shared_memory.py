@@ -33,11 +33,10 @@ from .._presence import parse_client_token
 from ..exceptions import ConnectionLostException, MarshalException
 from ..text import printable
 
-LENT_FOR: Final = 5.0
-"""Seconds after which what was lent is used again though nobody gave it back: its reader was killed."""
+LENT_FOR: Final = 5.0  # s after which what was lent is used again: its reader was killed
 
+# Of a slot: its generation, 0 while it is written, and the generation that its reader gave back.
 HEADER: Final = struct.Struct("=QQ")
-"""Of a slot: its generation, 0 while it is written, and the generation that its reader gave back."""
 RETURNED: Final = struct.Struct("=Q")  # the second of these
 SLOT_START: Final = 64  # bytes from a slot's header to what it holds: a line of the processor's cache
 SLOTS: Final = 8  # in each file
@@ -54,13 +53,18 @@ _MOST_MAPS: Final = 256  # at a time; a robot's cameras and servants are some te
 _MOST_CLIENTS: Final = 1 << 14  # no robot has so many
 _WORD_COMES: Final = 0.5  # s until all tokens that are there are known
 
+_Number = Annotated[int, Meta(ge=0, lt=1 << 62)]
 _gate: Final = threading.Lock()
 
 _logger = logging.getLogger(__name__)
 
 
 class SharedMemory:
-    """What a communicator shares: memory that it sends from, and that of others; for any thread."""
+    """What a communicator shares: memory that it sends from, and that of others; for any thread.
+
+    `watch_clients` reports the tokens of clients to a function; `on_unreadable` is called, once, when the
+    memory of others is there and may not be read.
+    """
 
     def __init__(
         self,
@@ -69,11 +73,6 @@ class SharedMemory:
         watch_clients: Callable[[Callable[[str, bool], object]], object],
         on_unreadable: Callable[[], object],
     ) -> None:
-        """Make nothing yet.
-
-        `watch_clients` reports the tokens of clients to a function; `on_unreadable` is called, once, when the
-        memory of others is there and may not be read.
-        """
         self.space: Final = memory_space() if enabled else ""
         """The same in all processes that can read each other's memory; empty when this one takes no part."""
         self.readable_space = self.space
@@ -247,17 +246,19 @@ class Ring:
 
 
 class MemoryFile:
-    """Eight slots of equal size in one file, to write payloads into; for any thread.
+    """Eight slots of `capacity` bytes, whole pages, in one file, to write payloads into; for any thread.
 
-    Raises OSError when the system has no room for it.
+    Memory is taken as they are written. Raises OSError when the system has no room for it.
     """
 
     def __init__(self, capacity: int) -> None:
-        """Make a file with slots of `capacity` bytes, whole pages; memory is taken as they are written."""
         self.capacity: Final = capacity
         self.token: Final = secrets.token_hex(16)
         self._lock: Final = threading.Lock()
         self._stride: Final = capacity + mmap.PAGESIZE
+        # Slices raise ValueError when the map was closed; the functions of struct raise TypeError.
+        starts = range(0, self._stride * SLOTS, self._stride)
+        self._headers: Final = [slice(start, start + HEADER.size) for start in starts]
         self._generations: Final = [0] * SLOTS
         self._lent_until: Final = [-math.inf] * SLOTS
         self._oldest: Final = itertools.cycle(range(SLOTS))  # slots of a stream
@@ -284,14 +285,14 @@ class MemoryFile:
                     return None
                 self._lent_until[slot] = math.inf
                 self._generations[slot] = generation = self._generations[slot] + 1
-                self._set_header(slot, 0)  # what it held cannot be read any more
+                memory[self._headers[slot]] = HEADER.pack(0, 0)  # what it held cannot be read any more
             fence()
             position = slot * self._stride + SLOT_START
             for part, size in zip(payload.large, sizes, strict=True):
                 memory[position : position + size] = part
                 position += size
             fence()
-            self._set_header(slot, generation)
+            memory[self._headers[slot]] = HEADER.pack(generation, 0)
         except ValueError:  # closed
             return None
         # From now on, not from before: a thread that stood still in between must not share its slot.
@@ -308,8 +309,7 @@ class MemoryFile:
 
     def returned(self, slot: int) -> bool:
         """Return whether a slot's reader gave it back, or there never was one; ValueError after `close`."""
-        offset = slot * self._stride
-        _, given_back = HEADER.unpack(self._memory[offset : offset + HEADER.size])
+        _, given_back = HEADER.unpack(self._memory[self._headers[slot]])
         return bool(given_back == self._generations[slot])
 
     def close(self) -> None:
@@ -317,40 +317,25 @@ class MemoryFile:
         self._memory.close()
         os.close(self.file)
 
-    def _set_header(self, slot: int, generation: int) -> None:
-        # By slices, which raise ValueError when the map was closed; the functions of struct raise TypeError.
-        offset = slot * self._stride
-        self._memory[offset : offset + HEADER.size] = HEADER.pack(generation, 0)
-
-
-_Number = Annotated[int, Meta(ge=0, lt=1 << 62)]
-
 
 class MemoryReference(msgspec.Struct, array_like=True, frozen=True):
     """Where the large byte sequences of a payload are, one after the other, and the rest of it."""
 
     process: Annotated[int, Meta(ge=1, lt=1 << 31)]
-    file: Annotated[int, Meta(ge=0, lt=1 << 31)]
-    """The open file of that process that is the memory."""
-    token: Annotated[str, Meta(pattern="^[0-9a-f]{32}$")]
-    """Which nobody can guess: part of the memory's name."""
+    file: Annotated[int, Meta(ge=0, lt=1 << 31)]  # the open file of that process that is the memory
+    token: Annotated[str, Meta(pattern="^[0-9a-f]{32}$")]  # part of its name, which nobody can guess
     slot: Annotated[int, Meta(ge=0, lt=SLOTS)]
-    generation: Annotated[int, Meta(ge=1, lt=1 << 62)]
-    """What the slot's header tells as long as nothing else was written there."""
-    lent: bool
-    """Whether it is for one reader, who gives it back."""
+    generation: Annotated[int, Meta(ge=1, lt=1 << 62)]  # the slot's, until something else is written there
+    lent: bool  # whether it is for one reader, who gives it back
     places: Annotated[tuple[_Number, ...], Meta(max_length=_MOST_PARTS)]
     sizes: Annotated[tuple[_Number, ...], Meta(max_length=_MOST_PARTS)]
     rest: bytes
 
 
-_decoder: Final = msgspec.msgpack.Decoder(MemoryReference)
-
-
 def decode_reference(payload: bytes, what: str) -> MemoryReference:
     """Return the reference that travelled; raises MarshalException for a malformed one."""
     try:
-        reference = _decoder.decode(payload)
+        reference = msgspec.msgpack.decode(payload, type=MemoryReference)
     except (ValueError, RecursionError, OverflowError) as error:
         raise MarshalException(f"{what}: reference to shared memory: {printable(str(error))}") from error
     if len(reference.places) != len(reference.sizes):
@@ -366,8 +351,8 @@ def memory_space() -> str:
     """
     own = Path("/proc/self")
     try:
-        # A Python that was built on an old Linux, or on none; or nobody of its user may look into this process,
-        # as its program has capabilities, say: then its files are root's.
+        # An old Python makes no memory. Whose program has capabilities, say, into that nobody of its user may
+        # look: its files are root's.
         if not hasattr(os, "memfd_create") or (own / "fd").stat().st_uid != os.geteuid():
             return ""
         machine = Path("/proc/sys/kernel/random/boot_id").read_text("ascii").strip()
@@ -408,8 +393,7 @@ def _copy(memory: mmap.mmap, reference: MemoryReference, what: str) -> list[byte
     if generation != reference.generation:
         raise ValueError("written again")
     if reference.lent:
-        end = offset + HEADER.size
-        memory[end - RETURNED.size : end] = RETURNED.pack(generation)
+        memory[offset + RETURNED.size : offset + HEADER.size] = RETURNED.pack(generation)
     return large
 
 
