@@ -23,6 +23,7 @@ from .exceptions import (
     SystemException,
     TimeoutException,
 )
+from .text import few
 from .transport import Target, Transport
 
 # What we make tokens of; anything else could not be called, and would reach error messages and logs.
@@ -46,7 +47,6 @@ _SAME_MOMENT: Final = 0.5
 _LINK_NOTICE: Final = 0.1  # s in which the end of a link follows that of its tokens; measured 1 ms
 _LOSS_NOTICE: Final = 0.25  # s in which the token of a servant that died goes away; measured 2-3 ms
 
-_MOST_NAMED: Final = 8  # servants in an error message
 _NEVER: Final = (-math.inf, "")
 
 _logger = logging.getLogger(__name__)
@@ -234,11 +234,9 @@ class Presence:
             return ConnectFailedException(self._transport.explain_unreachable())
         present = self.identities(target.realm)
         shown = difflib.get_close_matches(target.identity, present, 3, 0.5) or present
-        more = f" and {len(shown) - _MOST_NAMED} more" if len(shown) > _MOST_NAMED else ""
-        there = f"there is {', '.join(shown[:_MOST_NAMED])}{more}"
         return ObjectNotExistException(
             f"no servant {target.identity!r} in realm {target.realm!r}; "
-            + (there if shown else "the realm has no servants: is --realm right?")
+            + (f"there is {few(shown, 8)}" if shown else "the realm has no servants: is --realm right?")
         )
 
     def explain_no_answer(
