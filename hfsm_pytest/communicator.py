@@ -25,6 +25,7 @@ from zenoh_ice import (
 )
 from zenoh_ice.in_process import InProcessTransport, Pool
 from zenoh_ice.interface import Interface, Operation
+from zenoh_ice.streams import LINGER
 from zenoh_ice.transport import (
     Arrived,
     Caller,
@@ -32,7 +33,6 @@ from zenoh_ice.transport import (
     Outcome,
     Outlet,
     Pieces,
-    Served,
     Target,
     decode_attachment,
     decode_error,
@@ -47,6 +47,7 @@ from .journal import Journal
 Polls = dict[str, Callable[[], Any]]
 
 _ZEROS: Final[dict[object, object]] = {str: "", int: 0, float: 0.0, bool: False, bytes: b""}
+_LOOK: Final = LINGER / 4  # s of virtual time after which streams that nobody wants are looked for
 
 _logger = logging.getLogger(__name__)
 
@@ -70,10 +71,11 @@ class VirtualNetwork:
             pool=Pool(0, "test"),
             transport=lambda pool: _VirtualTransport(self, pool),
             clock=clock,
-            timing=_VirtualTiming(clock),
         )
         self._adapter: Final = self.communicator.createObjectAdapter("test")
         self._adapter.activate()
+        self._clock: Final = clock
+        clock.call_at(clock.now() + _LOOK, self._close_unwanted)
 
     def serve(self, identity: str, servant: Object, polls: Polls | None = None) -> None:
         """Serve a servant, in place of one that has the identity so far.
@@ -87,6 +89,12 @@ class VirtualNetwork:
     def servant(self, identity: str) -> Object | None:
         """Return the servant of an identity, or None."""
         return self._adapter.find(identity)
+
+    def _close_unwanted(self) -> None:
+        """Close the streams that nobody wants, and again after some time."""
+        self.communicator.streams.close_unwanted()
+        if not self.communicator.destroyed:
+            self._clock.call_at(self._clock.now() + _LOOK, self._close_unwanted)
 
 
 class _VirtualCommunicator(Communicator):
@@ -234,41 +242,15 @@ class _PolledInlet:
     def deliver(self, callback: Callable[[Any], object], rate: float | None = None) -> None:
         self._genuine.deliver(callback, rate)
 
-    def open(self, sample: Arrived) -> Arrived:
-        return sample
-
-
-class _VirtualTiming:
-    """Streams are read by virtual time: a wait moves it on."""
-
-    delivers: Final = False
-
-    def __init__(self, clock: TaskClock) -> None:
-        self._clock: Final = clock
-        self.now: Final = clock.now
-        self.wall: Final = clock.now
-
-    def wait_for(
-        self,
-        inlet: Inlet,  # noqa: ARG002
-        changed: threading.Condition,  # noqa: ARG002
-        holds: Callable[[], bool],
-        timeout: float,
-    ) -> bool:
+    def wait(self, changed: threading.Condition, holds: Callable[[], bool], timeout: float) -> bool:  # noqa: ARG002
         """Move the time on until a function returns true; return whether it did."""
-        self._clock.wait_for(holds, timeout)
-        return holds()
+        return self._clock.wait_for(holds, timeout)
 
-    def repeat(self, period: float, job: Callable[[], object]) -> Served:
-        ended = threading.Event()
-
-        def run() -> None:
-            if not ended.is_set():
-                job()
-                self._clock.call_at(self._clock.now() + period, run)
-
-        self._clock.call_at(self._clock.now() + period, run)
-        return Served(ended.set)
+    def open(self, sample: Arrived) -> Arrived:
+        """Return the sample, which ages by virtual time."""
+        assert sample.attachment is not None  # it is stamped
+        sent_at = decode_attachment(sample.attachment).wall_time
+        return sample._replace(age=lambda: self._clock.now() - sent_at)
 
 
 def _stamped(attachment: bytes, clock: TaskClock) -> bytes:

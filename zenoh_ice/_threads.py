@@ -263,7 +263,7 @@ class Pulse:
         self._doubtful_until = 0.0
 
     def beat(self) -> None:
-        """Note that the process runs; to be called every PULSE_PERIOD."""
+        """Note that the process runs; to be called every PULSE_PERIOD s."""
         moment = time.clock_gettime(_CLOCK)
         pause, self._last = moment - self._last, moment
         if pause > _STANDSTILL:
@@ -272,6 +272,24 @@ class Pulse:
             self._doubtful_until = moment + _AFTERMATH
         elif moment >= self._doubtful_until:
             self.running_since = time.monotonic()
+
+
+def repeat(period: float, job: Job, name: str) -> Callable[[], object]:
+    """Run a job every `period` s on a thread; return what ends it."""
+    end = threading.Event()
+
+    def run() -> None:
+        while not end.wait(period):
+            job()
+
+    thread = threading.Thread(target=run, name=name, daemon=True)
+    thread.start()
+
+    def close() -> None:
+        end.set()
+        _join([thread], 2.0)
+
+    return close
 
 
 def _join(threads: Sequence[threading.Thread], timeout: float) -> bool:

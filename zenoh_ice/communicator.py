@@ -19,7 +19,7 @@ import msgspec
 from msgspec.structs import astuple
 
 from ._presence import ClientWatch, Presence, ServantInfo
-from ._threads import PULSE_PERIOD, Coroutines, Pool, Pulse, UserCodeThread
+from ._threads import PULSE_PERIOD, Coroutines, Pool, Pulse, UserCodeThread, repeat
 from ._values import PROXY_TEXT
 from .clock import Clock, RobotClock, WallClock
 from .exceptions import (
@@ -36,7 +36,7 @@ from .proxy import ObjectPrx, _Call, fail
 from .servant import ObjectAdapter, ServedObject
 from .settings import Settings, load_settings
 from .status import ProcessStatus, ServantStatus, decode_status, encode_status
-from .streams import Delivery, Streams, Timing, WallTiming
+from .streams import Streams
 from .text import few, printable
 from .transport import NoAnswer, Target, Transport, check_name
 
@@ -88,11 +88,11 @@ class Communicator:
         pool: Pool | None = None,
         transport: Callable[[Pool], Transport] | None = None,
         clock: Clock | None = None,
-        timing: Timing | None = None,
     ) -> None:
         """Join a realm: over Zenoh unless another transport is given, which is made for a pool of threads.
 
-        `clock` is the component's where the settings do not choose it, `timing` that of the streams.
+        `clock` is the component's where the settings do not choose it. With a pool of no threads, streams
+        that nobody asks for are closed by who calls `streams.close_unwanted`.
         """
         self.settings: Final = settings
         self.realm: Final = settings.realm
@@ -134,7 +134,7 @@ class Communicator:
                 self.presence,
                 resolve=self.stringToProxy,
                 is_heard=self._is_heard,
-                timing=timing or WallTiming(),
+                threads=self.pool.has_threads,
             )
             end.callback(self.streams.close)
             self._end: Final = end.pop_all()
@@ -216,7 +216,7 @@ class Communicator:
                 self.presence.add_listener(self._report_rivals)
                 if self.pool.has_threads:  # otherwise no call waits
                     self.pulse.beat()
-                    self._end.callback(self.streams.timing.repeat(PULSE_PERIOD, self.pulse.beat).close)
+                    self._end.callback(repeat(PULSE_PERIOD, self.pulse.beat, "zenoh_ice pulse"))
             self._adapters.append(adapter := ObjectAdapter(self, name))
             self._end.callback(adapter.destroy)
         return adapter
@@ -414,7 +414,7 @@ def _choose_clock(communicator: Communicator) -> Clock:
         if choice == "sim" or clock.simulated:
             communicator._end.callback(clock.close)  # first: streams that were closed refuse to subscribe
             reader = communicator.streams.reader(proxy._target, _GET_TIME)
-            communicator.streams.subscribe(reader, lambda it: clock.update(*astuple(it.value)), Delivery())
+            reader.subscribe(lambda it: clock.update(*astuple(it.value)))
             return clock
     except (ObjectNotExistException, ConnectionLostException, TimeoutException, MarshalException) as error:
         if choice == "sim":

@@ -222,6 +222,7 @@ class _Inlet:
         self._stream: Final = stream
         self._samples: Final[deque[Arrived]] = deque(maxlen=queue)
         self._callback: Callable[[Any], object] | None = None
+        self._waiting: threading.Condition | None = None
         self._turn: Final = threading.RLock()  # whose callback may publish in turn
         stream.inlets.append(self)
         stream.changed()
@@ -229,6 +230,10 @@ class _Inlet:
     def poll(self) -> Arrived | None:
         with self._turn:
             return self._samples.popleft() if self._samples else None
+
+    def wait(self, changed: threading.Condition, holds: Callable[[], bool], timeout: float) -> bool:
+        self._waiting = changed
+        return changed.wait_for(holds, timeout)
 
     def deliver(self, callback: Callable[[Any], object], rate: float | None = None) -> None:  # noqa: ARG002
         with self._turn:
@@ -239,6 +244,9 @@ class _Inlet:
     def put(self, sample: Arrived) -> None:
         with self._turn:
             (self._callback or self._samples.append)(sample)
+        if (changed := self._waiting) is not None:  # without our lock, which who polls takes
+            with changed:
+                changed.notify_all()
 
     def open(self, sample: Arrived) -> Arrived:
         return sample

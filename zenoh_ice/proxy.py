@@ -37,7 +37,7 @@ from .exceptions import (
 from .interface import Interface, Operation
 from .reflection import Schema, describe_difference, parse_schema
 from .servant import ICE_DESCRIBE, ICE_ID, ICE_IDS, ICE_IS_A, ICE_PING, OBJECT_INTERFACE
-from .streams import Delivery, Sample, Samples, StreamReader, Subscription
+from .streams import Sample, Samples, StreamReader, Subscription
 from .transport import NoAnswer, Outcome, Parted, Target
 
 if TYPE_CHECKING:
@@ -469,7 +469,7 @@ class StreamedCall(Generic[P, V]):
         With a rate, at most so many a second. Each is waited for for at most `timeout` s, by default the
         proxy's limit for calls; raises as `wait` does.
         """
-        return Samples(self._reader or self._open(), self._limit(timeout), rate, self.subscribe)
+        return Samples(self._reader or self._open(), self._limit(timeout), rate)
 
     def __aiter__(self) -> AsyncIterator[Sample[V]]:
         """Yield sample after sample, as `samples` does."""
@@ -486,8 +486,7 @@ class StreamedCall(Generic[P, V]):
 
         It goes on by itself after a restart of the server. An exception of the function is logged.
         """
-        streams = self._proxy.ice_getCommunicator().streams
-        return streams.subscribe(self._reader or self._open(), callback, Delivery(rate, queue))
+        return (self._reader or self._open()).subscribe(callback, rate, queue)
 
     def _limit(self, timeout: float | None) -> float:
         if timeout is None:

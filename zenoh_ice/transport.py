@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 import re
+import threading
 import time
 from collections.abc import Callable, Sequence
 from typing import Any, Final, NamedTuple, Protocol
@@ -194,6 +195,12 @@ class Inlet(Protocol):
 
     def poll(self) -> Any:  # noqa: ANN401 - each transport has its own
         """Return the next sample as it came, None while there is none."""
+
+    def wait(self, changed: threading.Condition, holds: Callable[[], bool], timeout: float) -> bool:
+        """Wait until a function that polls returns true, for at most `timeout` s; return whether it did.
+
+        The caller holds `changed`, on which is notified whatever else the function depends on.
+        """
 
     def deliver(self, callback: Callable[[Any], object], rate: float | None = None) -> None:
         """Call a function with each sample as it came, one after the other, until `close`.

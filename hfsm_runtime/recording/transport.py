@@ -24,14 +24,12 @@ from zenoh_ice import Communicator, ObjectPrx, Sample, Settings, Subscription, U
 from zenoh_ice.exceptions import SystemException
 from zenoh_ice.in_process import InProcessTransport, Pool
 from zenoh_ice.interface import Operation
-from zenoh_ice.streams import Delivery, WallTiming
 from zenoh_ice.transport import (
     Arrived,
     Caller,
     Inlet,
     Outcome,
     Parted,
-    Served,
     Target,
     decode_attachment,
     encode_error,
@@ -74,7 +72,7 @@ class ObservedTransport(InProcessTransport):
 
 class _ObservedCommunicator(Communicator):
     def __init__(self, settings: Settings, pool: Pool, transport: ObservedTransport) -> None:
-        super().__init__(settings, pool=pool, transport=lambda _: transport, timing=_InletTiming())
+        super().__init__(settings, pool=pool, transport=lambda _: transport)
         self._observed: Final = transport
 
     def knows(self, target: Target) -> bool:  # noqa: ARG002 - a call finds out
@@ -111,20 +109,6 @@ class _ObservedFuture(Future[V]):
         if not self.done():
             self._transport.wait_for_future(self, timeout)
         return super().exception(0.0)
-
-
-class _InletTiming(WallTiming):
-    """The time of the wall, but the inlets of streams wait by themselves, and know when nobody listens."""
-
-    delivers = False
-
-    def repeat(self, period: float, job: Callable[[], object]) -> Served:  # noqa: ARG002
-        return Served(lambda: None)
-
-    def wait_for(
-        self, inlet: Inlet, changed: threading.Condition, holds: Callable[[], bool], timeout: float
-    ) -> bool:
-        return bool(inlet.wait(changed, holds, timeout))  # type: ignore[attr-defined] # all of ours have it
 
 
 def target_of(proxy: ObjectPrx) -> Target:
@@ -354,8 +338,7 @@ class _RecordedInlet(_Recorded):
     ) -> None:
         super().__init__(transport, target, operation)
         self._queue: Final = queue
-        self._streams: Final = transport.below.streams
-        self._reader: Final = self._streams.reader(target, _encoded(operation))
+        self._reader: Final = transport.below.streams.reader(target, _encoded(operation))
         self._newest: Sample[Any] | None = None  # that the reader above has
         self._last_recorded: Sample[Any] | None = None
         self._subscription: Subscription[Any] | None = None
@@ -388,7 +371,7 @@ class _RecordedInlet(_Recorded):
             exchange = Exchange(self._operation, "sample", None, sample.value, extra=_describe(sample))
             self._arrive("subscription", ticket, exchange, partial(callback, sample))
 
-        self._subscription = self._streams.subscribe(self._reader, deliver, Delivery(rate, self._queue))
+        self._subscription = self._reader.subscribe(deliver, rate, self._queue)
 
     def open(self, sample: Sample[Any]) -> Arrived:
         """Return what a sample holds; its age is recorded each time that somebody asks for it."""

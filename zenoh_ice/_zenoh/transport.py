@@ -411,7 +411,20 @@ class _Inlet:
         self._subscriber: Final = transport.attempt(key, transport.session.declare_subscriber, key, ring)
         # Kept apart: the subscriber can be undeclared while a thread waits in the handler.
         self._handler: Final = self._subscriber.handler
-        self.poll: Final[Callable[[], Any]] = self._handler.try_recv
+        self.poll: Callable[[], Any] = self._handler.try_recv
+
+    def wait(self, changed: threading.Condition, holds: Callable[[], bool], timeout: float) -> bool:
+        if self._thread is None:  # until then, what comes costs this process nothing
+            newest: deque[zenoh.Sample] = deque(maxlen=1)
+
+            def keep(sample: zenoh.Sample) -> None:
+                with changed:
+                    newest.append(sample)
+                    changed.notify_all()
+
+            self.poll = lambda: newest.pop() if newest else None
+            self.deliver(keep)
+        return changed.wait_for(holds, timeout)
 
     def deliver(self, callback: Callable[[Any], object], rate: float | None = None) -> None:
         self._thread = UserCodeThread(
