@@ -323,6 +323,20 @@ def test_stream_that_somebody_waits_for_is_not_let_go(
         assert seen.wait(LIMIT)
 
 
+def test_who_waits_long_gets_the_sample_that_comes_at_last(
+    calculator: CalculatorPrx, servant: CalculatorI, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(streams, "LINGER", 0.02)
+    got: list[Sample[Reading]] = []
+    waiter = threading.Thread(target=lambda: got.append(calculator.getReading.wait(timeout=LIMIT)))
+    waiter.start()
+    assert servant.getReadingPublisher.wait_for_listener(LIMIT)
+    waiter.join(0.3)
+    servant.getReadingPublisher.publish(Reading(1, []))
+    waiter.join(LIMIT)
+    assert [sample.value.count for sample in got] == [1]
+
+
 @pytest.mark.parametrize("identity", ["Calculator", "Absent"])
 def test_subscription_closes_at_once_when_no_sample_arrives(
     pair: Pair, servant: CalculatorI, identity: str, monkeypatch: pytest.MonkeyPatch

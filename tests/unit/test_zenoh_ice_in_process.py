@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Callable
 from typing import Any
 
@@ -81,6 +82,25 @@ def test_samples_that_wait_are_delivered_first(transport: InProcessTransport) ->
     inlet.deliver(lambda sample: delivered.append(sample.payload))
     outlet.put(b"c", b"")
     assert delivered == [b"a", b"b", b"c"]
+
+
+def test_a_sample_wakes_who_waits(transport: InProcessTransport) -> None:
+    outlet = transport.publish(TARGET, ECHO, lambda: None)
+    inlet = transport.subscribe(TARGET, ECHO)
+    changed = threading.Condition()
+    publishing = threading.Thread(target=outlet.put, args=(b"x", b""))
+
+    def arrived() -> bool:
+        if inlet.poll() is not None:
+            return True
+        publishing.start()  # the first time; there is no second one without a sample
+        return False
+
+    started = time.monotonic()
+    with changed:
+        assert inlet.wait(changed, arrived, LIMIT)
+    assert time.monotonic() - started < AT_ONCE
+    publishing.join(LIMIT)
 
 
 def test_a_callback_may_publish_in_turn(transport: InProcessTransport) -> None:
