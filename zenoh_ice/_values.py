@@ -82,10 +82,11 @@ Resolve = Callable[[str], Reference]
 
 @lru_cache(maxsize=64)  # wire types are subclasses, too: a flood of unknown classes must not make this slow
 def derived_classes(cls: type[Value], known: object) -> dict[str, type[Value]]:  # noqa: ARG001
-    """Return a class and every one that extends it, near or far, by type id; `known` is `Value.ice_known`.
+    """Return a class and every one that extends it, near or far, by type id.
 
-    A subclass without a type id of its own, made by hand, does not count, and of a module that was loaded
-    again only the classes of the last time do.
+    `known` is another value whenever there may be other classes. A subclass without a type id of its own,
+    made by hand, does not count. Nor do classes of modules that were unloaded, and of a module that was loaded
+    again only those of the last time do.
     """
     found = {type_ids_of(cls)[0]: cls}
     waiting = [cls]
@@ -93,9 +94,18 @@ def derived_classes(cls: type[Value], known: object) -> dict[str, type[Value]]: 
         for derived in each.__subclasses__():
             waiting.append(derived)
             tag = derived.__struct_config__.tag  # None while another thread makes the class
-            if tag not in {None, each.__struct_config__.tag}:
+            if tag not in {None, each.__struct_config__.tag} and _is_loaded(derived):
                 found[type_ids_of(derived)[0]] = derived
     return found
+
+
+def _is_loaded(cls: type[Value]) -> bool:
+    """Return whether a class is one of a module that is there: otherwise its members' types are not."""
+    try:
+        msgspec.structs.fields(cls)
+    except NameError:
+        return False
+    return cls.__module__ in sys.modules
 
 
 def type_ids_of(cls: type[Value]) -> list[str]:
@@ -145,9 +155,7 @@ class WireTypes:
 
     def _class(self, cls: type[Value]) -> Any:  # noqa: ANN401 - a union
         """Return one of all known classes that extend a class, or it itself."""
-        known = derived_classes(cls, Value.ice_known).items()
-        # Of modules that are loaded: the types of another one's members cannot be found any more.
-        by_id = {key: each for key, each in known if each is cls or each.__module__ in sys.modules}
+        by_id = derived_classes(cls, (Value.ice_known, *sys.modules))
         found = {str(derived.__struct_config__.tag): derived for derived in by_id.values()}
         for type_ids in self._sliced:
             nearest = next((by_id[base] for base in type_ids.split() if base in by_id), None)
