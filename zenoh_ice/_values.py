@@ -84,9 +84,8 @@ Resolve = Callable[[str], Reference]
 def derived_classes(cls: type[Value], known: object) -> dict[str, type[Value]]:  # noqa: ARG001
     """Return a class and every one that extends it, near or far, by type id.
 
-    `known` is another value whenever there may be other classes. A subclass without a type id of its own,
-    made by hand, does not count. Nor do classes of modules that were unloaded, and of a module that was loaded
-    again only those of the last time do.
+    `known` is another value whenever there may be other classes. Those without a type id of their own, made
+    by hand, do not count; nor do those of modules that were unloaded, or loaded again since.
     """
     found = {type_ids_of(cls)[0]: cls}
     waiting = [cls]
