@@ -280,7 +280,7 @@ def make_stub(
     }
     servant: Object = type("Stub", (Object,), {"ice_interface": interface, **methods})()
     if below is not None:
-        vars(servant)["_ice_publishers"] = below.ice_publishers()  # its streams go on
+        vars(servant)["_ice_publishers"] = vars(below).setdefault("_ice_publishers", {})  # its streams go on
     polls = {name: _poll(answers[name], operations[name]) for name in answers if operations[name].streamed}
     return servant, polls
 

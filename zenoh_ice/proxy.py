@@ -106,12 +106,11 @@ class ObjectPrx(Reference):
 
     def ice_toString(self) -> str:
         """Return the proxy as text that `stringToProxy` takes."""
-        own = self._target.realm == self._communicator.realm
-        return self._text("" if own else f"@{self._target.realm}")
+        return self.ice_toWire().removesuffix(f"@{self._communicator.realm}")
 
     def ice_toWire(self) -> str:
         """Return the proxy as text that means the same in every realm."""
-        return self._text(f"@{self._target.realm}")
+        return f"{self._target.identity}{' -o' if self._oneway else ''}@{self._target.realm}"
 
     @classmethod
     def ice_fromWire(cls, text: str, resolve: Resolve) -> Self:
@@ -237,19 +236,14 @@ class ObjectPrx(Reference):
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, ObjectPrx):
             return NotImplemented
-        return self._state() == other._state()
+        mine, theirs = ((p._communicator, p._target, p._timeout, p._oneway) for p in (self, other))
+        return mine == theirs
 
     def __hash__(self) -> int:
         return hash(self._target)
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.ice_toWire()}>"
-
-    def _state(self) -> tuple[object, ...]:
-        return self._communicator, self._target, self._timeout, self._oneway
-
-    def _text(self, realm: str) -> str:
-        return self._target.identity + (" -o" if self._oneway else "") + realm
 
     def _prepare(self, operation: Operation[..., Any], began: float) -> _Call:
         """Wait until the servant is there, and get ready to call it.

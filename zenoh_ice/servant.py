@@ -152,36 +152,22 @@ class Object(ABC):  # noqa: B024 - the abstract methods are those of the generat
         return schema_of(self.ice_interface).as_json()
 
     def ice_publisher(self, operation: Operation[..., V]) -> Publisher[V]:
-        """Return the publisher of a streamed operation.
-
-        It may be had before an adapter serves the servant: until then nobody listens.
-        """
+        """Return the publisher of a streamed operation; nobody listens before the servant is served."""
         # Servants need not call our constructor, as in Ice, so there is none.
-        publishers = self.ice_publishers()
-        return publishers.setdefault(operation.name, Publisher(operation))
-
-    def ice_publishers(self) -> dict[str, Publisher[Any]]:
-        """Return the publishers by name of operation."""
         publishers: dict[str, Publisher[Any]] = self.__dict__.setdefault("_ice_publishers", {})
-        return publishers
+        return publishers.setdefault(operation.name, Publisher(operation))
 
 
 class _Here(threading.local):
-    """What the current thread is doing."""
-
     def __init__(self) -> None:
-        self.turns: list[_Turn] = []
-        """Of the servants whose calls it runs, the innermost last."""
+        self.turns: list[_Turn] = []  # of the servants whose calls this thread runs, the innermost last
 
 
 _here: Final = _Here()
 
 
 class _Turn:
-    """Whose call of a servant runs: so many at a time, the others wait in order.
-
-    It belongs to the servant, which may be served under several identities.
-    """
+    """Whose call of a servant runs, under any identity: so many at a time, the others wait in order."""
 
     def __init__(self, width: int) -> None:
         self.width: Final = width
@@ -197,16 +183,11 @@ class _Method:
 
     operation: Operation[..., Any]
     what: str
-    function: Callable[..., Any]
-    """The servant's method."""
-    limit: int
-    """How many bytes the arguments may have."""
-    decode: Callable[[bytes], msgspec.Struct]
-    """Returns arguments that came; raises one of DECODE_ERRORS."""
-    make_result: Callable[[Any], msgspec.Struct] | None
-    """Makes the result where that is one value without byte sequences."""
-    fingerprints: frozenset[str] | None
-    """Of the interfaces from which callers may be generated; None for what every servant has."""
+    function: Callable[..., Any]  # the servant's method
+    limit: int  # bytes that the arguments may have
+    decode: Callable[[bytes], msgspec.Struct]  # returns arguments that came; raises one of DECODE_ERRORS
+    make_result: Callable[[Any], msgspec.Struct] | None  # of one value without byte sequences
+    fingerprints: frozenset[str] | None  # of the callers' interfaces; None for what every servant has
 
 
 class _Call(NamedTuple):
@@ -217,8 +198,7 @@ class _Call(NamedTuple):
     payload: bytes
     about: Attachment
     reply: Reply
-    since: float
-    """The moment of the monotonic clock at which it came."""
+    since: float  # the moment of the monotonic clock at which it came
 
 
 class _Stage(Enum):
@@ -598,16 +578,6 @@ class ObjectAdapter:
                 self._active |= self._open({identity: servant})
             self._servants[identity] = servant
         return self._communicator.stringToProxy(identity)
-
-    def remove(self, identity: str) -> Object:
-        """Withdraw a servant and return it.
-
-        Raises ObjectNotExistException when the adapter has no such servant.
-        """
-        removed = self.removeAll([identity])
-        if not removed:
-            raise ObjectNotExistException(f"adapter {self._name} has no servant {identity!r}")
-        return removed[identity]
 
     def removeAll(self, identities: Iterable[str] | None = None) -> dict[str, Object]:
         """Withdraw several servants at once, all by default, and return those that there were by identity.

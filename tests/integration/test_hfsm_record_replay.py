@@ -554,7 +554,7 @@ def test_a_servant_that_is_away_is_away_in_the_replay(tmp_path: Path) -> None:
 
         with running(Patient, (communicator, head), path) as (runtime, _):
             three_cycles(runtime)
-            adapter.remove("Head")
+            adapter.removeAll(["Head"])
             three_cycles(runtime)
             adapter.add(head, "Head")
             three_cycles(runtime)

@@ -159,7 +159,7 @@ def test_options_that_the_robot_cannot_meet_are_refused_before_anything_starts(r
             pass
         assert adapter.find("Head") is None
         with pytest.raises(ObjectNotExistException):
-            adapter.remove("Head")
+            adapter.removeAll(["Head"])
 
 
 def test_options_of_one_camera_are_its_own(robot):

@@ -380,7 +380,7 @@ def test_a_server_behind_the_router_that_ended_is_lost_and_a_servant_that_was_re
     adapter = serve(robot, HeadI(), "Spare")
     operator = open_with(keys.settings("operator"))
     head, spare = proxy(operator), proxy(operator, "Spare")
-    adapter.remove("Spare")
+    adapter.removeAll(["Spare"])
     with pytest.raises(ObjectNotExistException):
         spare.getPose()
     robot.destroy()

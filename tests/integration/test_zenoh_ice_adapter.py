@@ -45,12 +45,11 @@ class TestIdentities:
         assert pair.adapter.find("Ball") is servant
         proxy = gripper(caller, "Ball")
         assert proxy.who() == "plain:Ball"
-        assert pair.adapter.remove("Ball") is servant
+        assert pair.adapter.removeAll(["Ball"]) == {"Ball": servant}
         assert pair.adapter.find("Ball") is None
         with pytest.raises(ObjectNotExistException):
             proxy.who()
-        with pytest.raises(ObjectNotExistException):
-            pair.adapter.remove("Ball")
+        assert pair.adapter.removeAll(["Ball"]) == {}
 
     def test_identity_is_served_once(self, pair: Pair, make_communicator: MakeCommunicator) -> None:
         pair.adapter.add(GripperI(), "Ball")
@@ -118,7 +117,7 @@ class TestLife:
             assert servant.entered.acquire(timeout=LIMIT)
             second = threads.submit(proxy.move, 2.0)
             until(lambda: waiting(pair, "Gripper") == 1)
-            pair.adapter.remove("Gripper")
+            pair.adapter.removeAll(["Gripper"])
             assert isinstance(second.exception(AT_ONCE), ObjectNotExistException)
             servant.leave.set()
             assert first.exception(LIMIT) is None
@@ -128,7 +127,7 @@ class TestLife:
         class Leaving(GripperI):
             def move(self, position: float, current: Current) -> None:
                 super().move(position, current)
-                pair.adapter.remove("Gripper")
+                pair.adapter.removeAll(["Gripper"])
 
         servant = Leaving()
         servant.leave.clear()

@@ -329,7 +329,7 @@ class TestPresence:
 
     def test_removed_servant_does_not_exist(self, pair: Pair, remote: ScientificPrx) -> None:
         assert remote.add(1.0, 1.0) == 2.0
-        pair.adapter.remove("Calculator")
+        pair.adapter.removeAll(["Calculator"])
         with pytest.raises(ObjectNotExistException):
             remote.add(1.0, 1.0)
 
@@ -337,7 +337,7 @@ class TestPresence:
         self, pair: Pair, remote: ScientificPrx, servant: CalculatorI
     ) -> None:
         remote.add(1.0, 1.0)
-        pair.adapter.remove("Calculator")
+        pair.adapter.removeAll(["Calculator"])
         pair.adapter.add(servant, "Calculator")
         assert CalculatorPrx.checkedCast(remote).add(1.0, 1.0) == 2.0
         assert remote.add(1.0, 1.0) == 2.0

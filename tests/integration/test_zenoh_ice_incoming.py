@@ -173,7 +173,7 @@ class TestOneway:
             send(pair, float(position))
         assert servant.entered.acquire(timeout=LIMIT)
         threading.Timer(0.1, servant.leave.set).start()
-        pair.adapter.remove("Gripper")
+        pair.adapter.removeAll(["Gripper"])
         assert servant.moved == list(range(len(servant.moved)))
         assert len(servant.moved) >= 1
 

@@ -144,7 +144,7 @@ class TestFutures:
         call = serve(pair, servant, pair.client).closeAsync(1.0)
         assert servant.begun.acquire(timeout=LIMIT)
         threading.Timer(0.2, servant.futures[0].set_result, (5.0,)).start()
-        pair.adapter.remove("Gripper")
+        pair.adapter.removeAll(["Gripper"])
         assert servant.futures[0].done()
         assert call.result(LIMIT) == 5.0
 
@@ -154,7 +154,7 @@ class TestFutures:
         calls = [gripper.closeAsync(1.0) for _ in range(2)]
         for _ in calls:
             assert servant.begun.acquire(timeout=LIMIT)
-        pair.adapter.remove("Gripper")
+        pair.adapter.removeAll(["Gripper"])
         for call, future in zip(calls, servant.futures, strict=True):
             assert not call.done()
             future.set_result(5.0)

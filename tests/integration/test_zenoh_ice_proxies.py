@@ -41,7 +41,7 @@ def remote(pair: Pair, notebook: Notebook) -> NotebookPrx:
 
 def remove(pair: Pair) -> None:
     """Withdraw the notebook, and wait until the client has heard of it."""
-    pair.adapter.remove("Notebook")
+    pair.adapter.removeAll(["Notebook"])
     notebook = Target("nao", "Notebook")
     assert pair.client.presence.wait_until_gone(notebook, LIMIT, pair.server.client_id)
 

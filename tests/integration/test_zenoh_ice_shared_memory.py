@@ -158,7 +158,7 @@ def test_a_servant_that_is_withdrawn_lets_go_of_its_streams_memory(pair: Pair, s
     wire = Wire(pair.client, servant)
     until(wire.shares)
     assert open_memory_files() > 0
-    pair.adapter.remove("Camera")
+    pair.adapter.removeAll(["Camera"])
     assert open_memory_files() == 0
 
 
@@ -186,7 +186,7 @@ def test_answer_of_a_server_that_ends_then_is_received(pair: Pair) -> None:
         pass
     answer = proxy.getImageDataAsync("GRAY8")
     assert begun.acquire(timeout=LIMIT)
-    pair.adapter.remove("Camera")  # waits for the calls that run
+    pair.adapter.removeAll(["Camera"])  # waits for the calls that run
     pair.server.destroy()
     assert answer.result(LIMIT) == image()
 

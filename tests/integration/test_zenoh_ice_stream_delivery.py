@@ -118,7 +118,7 @@ class TestQueue:
             assert servant.getReadingPublisher.wait_for_listener(LIMIT)
             publish(servant, 1)
             collector.wait_for(1)
-            pair.adapter.remove("Calculator")
+            pair.adapter.removeAll(["Calculator"])
             again = CalculatorI()
             for count in range(2, 5):  # nobody listens: these are not sent
                 publish(again, count)
