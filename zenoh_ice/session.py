@@ -84,7 +84,9 @@ def session_config(settings: Settings) -> dict[str, Any]:
     security, client = settings.security, settings.mode == "client"
     connect, listen = connect_endpoints(settings), [] if client else list(settings.listen)
     lease = round(settings.lease * 1000)
-    congestion = {"block": {"wait_before_close": round(send_limit(settings) * 1e6)}}
+    # For so many us may sending wait for its peer, before the link is closed. Zenoh counts to the last
+    # fragment: a large message on a slow network must not cost everybody the link.
+    congestion = {"block": {"wait_before_close": round(settings.timeout * 1e6)}}
     link: dict[str, Any] = {
         "tx": {"lease": lease, "queue": {"congestion_control": congestion}},
         "rx": {"max_message_size": settings.max_bulk_size + (1 << 16)},
@@ -145,12 +147,6 @@ def session_config(settings: Settings) -> dict[str, Any]:
 def connect_endpoints(settings: Settings) -> list[str]:
     """Return the endpoints of others: a server listens where everybody else connects to by default."""
     return [endpoint for endpoint in settings.connect if endpoint not in settings.listen]
-
-
-def send_limit(settings: Settings) -> float:
-    """Return for how many s sending a message may wait for its peer, before the link is closed."""
-    # Zenoh counts to the last fragment: a large message on a slow network must not cost everybody the link.
-    return settings.timeout
 
 
 def explain_endpoints(endpoints: Iterable[str], security: Security) -> str:

@@ -28,7 +28,7 @@ from ..exceptions import (
 )
 from ..in_process import InProcessTransport
 from ..interface import Operation
-from ..session import close_session, connect_endpoints, explain_endpoints, open_session, send_limit
+from ..session import close_session, connect_endpoints, explain_endpoints, open_session
 from ..settings import Settings
 from ..text import without_source
 from ..transport import (
@@ -283,9 +283,9 @@ class _Caller:
         self._may_refer: Final = result.holds_bytes
         self._what: Final = f"reply of {target.identity}.{operation.name}"
         bulk = operation.arguments.holds_bytes or result.holds_bytes
-        # A link that takes nothing may block the sender for the longest limit, after which Zenoh closes it; a
-        # call with a shorter one is dropped instead, and ends by its limit.
-        drop = timeout < send_limit(settings)
+        # A link that takes nothing may block the sender for the limit of the settings, after which Zenoh closes
+        # it; a call with a shorter one is dropped instead, and ends by its limit.
+        drop = timeout < settings.timeout
         self._get: Final = transport.attempt(
             operation.name,
             transport.session.declare_querier,
