@@ -283,8 +283,8 @@ class _Caller:
         self._may_refer: Final = result.holds_bytes
         self._what: Final = f"reply of {target.identity}.{operation.name}"
         bulk = operation.arguments.holds_bytes or result.holds_bytes
-        # A link that takes nothing may block the sender for the limit of the settings, after which Zenoh closes
-        # it; a call with a shorter one is dropped instead, and ends by its limit.
+        # A link that takes nothing may block the sender for the limit of the settings, after which Zenoh
+        # closes it; a call with a shorter one is dropped instead, and ends by its limit.
         drop = timeout < settings.timeout
         self._get: Final = transport.attempt(
             operation.name,
