@@ -427,7 +427,6 @@ class ServedObject:
             _logger.error("%s", error)
             return False, encode_error(error)
         client = call.about.client or "a stranger"
-        client = call.about.client or "a stranger"
         _logger.error("%s failed, called by %r", method.what, client, exc_info=error)
         return False, encode_error(unknown_exception(error))
 
