@@ -74,7 +74,6 @@ class VirtualNetwork:
         )
         self._adapter: Final = self.communicator.createObjectAdapter("test")
         self._adapter.activate()
-        self._clock: Final = clock
         clock.call_at(clock.now() + _LOOK, self._close_unwanted)
 
     def serve(self, identity: str, servant: Object, polls: Polls | None = None) -> None:
@@ -94,7 +93,7 @@ class VirtualNetwork:
         """Close the streams that nobody wants, and again after some time."""
         self.communicator.streams.close_unwanted()
         if not self.communicator.destroyed:
-            self._clock.call_at(self._clock.now() + _LOOK, self._close_unwanted)
+            self.clock.call_at(self.clock.now() + _LOOK, self._close_unwanted)
 
 
 class _VirtualCommunicator(Communicator):
