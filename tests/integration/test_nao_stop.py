@@ -38,12 +38,14 @@ class Terminal:
     def __init__(self, process: subprocess.Popen[bytes], terminal: int) -> None:
         self.process = process
         self._terminal = terminal
+        self._rest = ""  # that came with what was looked for last
 
     def press(self, keys: bytes) -> None:
         os.write(self._terminal, keys)
 
     def shows(self, text: str) -> str:
-        return read_until(self._terminal, text)
+        shown, _, self._rest = read_until(self._terminal, text, self._rest).partition(text)
+        return shown + text
 
 
 @contextmanager

@@ -11,9 +11,9 @@ from tests.support.limits import LIMIT
 __all__ = ["read_until"]
 
 
-def read_until(terminal: int, text: str) -> str:
-    """Read what a terminal shows until a text has come."""
-    output = b""
+def read_until(terminal: int, text: str, before: str = "") -> str:
+    """Read what a terminal shows, after what was read before, until a text has come."""
+    output = before.encode()
     deadline = time.monotonic() + LIMIT
     while text.encode() not in output:
         ready, _, _ = select.select([terminal], [], [], max(0.0, deadline - time.monotonic()))
