@@ -36,7 +36,8 @@ def convert_document(
     if document is None:
         return ""
     if is_foreign(document):
-        _tell_of_language(document, source, diagnostics)
+        if not any(each.code == "N502" for each in diagnostics):  # an old dialect: its reader has reported it
+            _tell_of_language(document, source, diagnostics)
     elif mends_python2:
         document = mend_document(document, source, diagnostics)
     else:
@@ -67,9 +68,7 @@ def _write_xml(document: Document, source: Path, diagnostics: Diagnostics) -> st
 def _tell_of_language(document: Document, source: Path, diagnostics: Diagnostics) -> None:
     language = document.language.text.strip()
     first = next(pieces_of(document, source), None)
-    place = (
-        Location(source) if first is None else Location(source, first.text.line, max(1, first.text.column))
-    )
+    place = Location(source) if first is None else first.place
     diagnostics.note("N502", f"the code is {language}: it is kept, and does not run here", place)
 
 

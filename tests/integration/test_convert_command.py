@@ -92,7 +92,7 @@ def test_code_in_another_language_is_kept_and_marked(folder: Path) -> None:
     done = convert("--mend-python2", "old.xml", "-")
     assert "<language>C++</language>" in done.stdout
     assert "<code>motors-&gt;setV(0777);\nprintf(x);</code>" in done.stdout
-    assert "N502" in done.stderr
+    assert done.stderr.count("N502") == 1
     assert "N503" not in done.stderr
 
 

@@ -6,7 +6,6 @@ from dataclasses import replace
 
 from hypothesis import strategies as st
 
-from codegen.hfsm.code.language import CPP, language_of
 from codegen.hfsm.document import (
     Argument,
     Automaton,
@@ -125,13 +124,6 @@ interfaces = st.builds(
 libraries = st.builds(Library, name=code, comments=comments, attributes=attributes)
 
 
-def _with_language(document: Document) -> Document:
-    """Return a document that says its language, if its code would be taken for C++ by who reads it."""
-    if document.language.text.strip() or language_of(document) != CPP:
-        return document
-    return replace(document, language=Text(CPP))
-
-
 documents = st.builds(
     Document, root_tag=st.sampled_from(["VisualHFSM", "VisualStates"]), description=code, on_error=code, on_refused=code,
     language=code, parameters=parameters, events=st.lists(st.builds(Event, name=texts, description=code, **node), max_size=2).map(tuple),
@@ -140,7 +132,7 @@ documents = st.builds(
     ).map(tuple), automata=st.lists(automata, max_size=2).map(tuple), libraries=st.lists(libraries, max_size=2).map(tuple),
     interfaces=st.lists(interfaces, max_size=2).map(tuple), libraries_extras=extras, config_extras=extras,
     leaves=leaves("description", "language", "parameters", "events", "config"), **node,
-).map(_with_language)  # fmt: skip
+)  # fmt: skip
 
 # Documents whose parts find each other, most of the time, and whose names mean something elsewhere.
 _few_ids = st.integers(0, 4)

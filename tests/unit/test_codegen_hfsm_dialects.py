@@ -89,6 +89,23 @@ def read(text: str) -> tuple[Document, list[str]]:
     return document, [f"{found.code}: {found.message}" for found in diagnostics]
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        '<VisualStates><state id="0"><name>root</name><state id="1"><code>go();</code></state></state></VisualStates>',
+        "<VisualHFSM><SubAutomata><idSub>1</idSub><Estado><codigo>go();</codigo></Estado></SubAutomata></VisualHFSM>",
+    ],
+)
+def test_the_language_of_an_old_dialect_is_guessed_and_the_guess_is_told(text: str) -> None:
+    told = "N502: most of the code looks like C++: it is kept as C++, and does not run here"
+    document, found = read(text)
+    assert document.language.text == "C++"
+    assert told in found
+    document, found = read(text.replace("();", "()"))
+    assert document.language.text == ""
+    assert told not in found
+
+
 def in_spanish(inside: str) -> Document:
     head = "<VisualHFSM><SubAutomata><idSub>1</idSub>"
     return read(f"{head}{inside}</SubAutomata></VisualHFSM>")[0]

@@ -1,4 +1,4 @@
-"""What is not Python: told once for a whole document, by its first piece."""
+"""What is not Python: a document says so itself, and is told once, by its first piece."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from codegen.diagnostics import Diagnostic, Diagnostics
-from codegen.hfsm import compile_document
+from codegen.hfsm import compile_document, read_document, write_document
 from tests.support.documents import document, state, sub, transition
 
 
@@ -19,6 +19,7 @@ def errors_of(directory: Path, *parts: str, head: str = "") -> list[Diagnostic]:
     return diagnostics.errors
 
 
+IN_CPP = "<language>C++</language>"
 CPP = sub(
     1,
     0,
@@ -30,7 +31,7 @@ CPP = sub(
 
 
 def test_a_document_in_cpp_is_one_error(tmp_path: Path) -> None:
-    (error,) = errors_of(tmp_path, CPP)
+    (error,) = errors_of(tmp_path, CPP, head=IN_CPP)
     assert error.code == "E525"
     assert error.message == "C++ in a function of automaton 1: it is kept, but only Python runs here"
 
@@ -50,9 +51,34 @@ def test_a_document_in_cpp_is_one_error(tmp_path: Path) -> None:
     ],
 )
 def test_the_first_piece_is_named(tmp_path: Path, parts: tuple[str, ...], what: str) -> None:
-    (error,) = errors_of(tmp_path, sub(1, 0, *parts))
+    (error,) = errors_of(tmp_path, sub(1, 0, *parts), head=IN_CPP)
     assert error.code == "E525"
     assert error.message.startswith(what)
+
+
+def test_semicolons_do_not_make_a_document_cpp(tmp_path: Path) -> None:
+    code = sub(1, 0, state(1, "go", "x = x + 1;\nprint(x);\nself.stop();", initial=True), variables="x = 0;")
+    assert errors_of(tmp_path, code) == []
+
+
+@pytest.mark.parametrize(
+    "code", ["x = x + 1;\ny = = x;", "def f() -> int:\n  x = = 1", "motors->setV(0.2);", "int x = 3;\nx = 2;"]
+)
+def test_a_document_that_does_not_say_so_is_python_whatever_its_code(tmp_path: Path, code: str) -> None:
+    path = tmp_path / "main.xml"
+    path.write_text(document(sub(1, 0, state(1, "go", code, initial=True), state(2, "b", "z = = 1"))))
+    diagnostics = Diagnostics()
+    assert compile_document(path, None, diagnostics) is None
+    assert [error.code for error in diagnostics.errors] == ["E520", "E520"]
+    read = read_document(path, diagnostics)
+    assert read is not None
+    assert "language" not in write_document(read)
+
+
+def test_code_that_looks_like_cpp_is_told_how_to_say_so(tmp_path: Path) -> None:
+    (error,) = errors_of(tmp_path, sub(1, 0, state(1, "go", "motors->setV(0.2);", initial=True)))
+    told = ["if the document is in C++, let it say so: `<language>C++</language>`"]
+    assert [note.message for note in error.notes] == told
 
 
 def test_a_document_may_say_its_language(tmp_path: Path) -> None:

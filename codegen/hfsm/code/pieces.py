@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Final, NamedTuple
 
+from ...diagnostics import Location
 from ..document import Automaton, Document, Text
 
 __all__ = ["Piece", "is_foreign", "pieces_of"]
@@ -19,6 +20,11 @@ class Piece(NamedTuple):
     what: str
     text: Text
     path: Path
+
+    @property
+    def place(self) -> Location:
+        """Where its first character stands."""
+        return Location(self.path, self.text.line, max(1, self.text.column))
 
 
 def is_foreign(document: Document) -> bool:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import TypeVar
 
@@ -12,12 +11,13 @@ from ..document import Document, Text
 from .language import looks_like_cpp
 from .pieces import Piece, is_foreign, pieces_of
 from .python2 import is_python, mend
-from .text import CodeError, ForeignCodeError
+from .text import CodeError
 
 __all__ = ["CodeReader", "first_foreign", "report_foreign"]
 
 _T = TypeVar("_T")
 _PYTHON2 = Note("this is Python 2: `visualhfsm convert --mend-python2` mends it")
+_CPP = Note("if the document is in C++, let it say so: `<language>C++</language>`")
 
 
 def first_foreign(document: Document, path: Path) -> Piece | None:
@@ -32,15 +32,11 @@ def first_foreign(document: Document, path: Path) -> Piece | None:
 def report_foreign(piece: Piece, language: str, diagnostics: Diagnostics, *notes: Note) -> None:
     """Report that a document is in another language, by the first piece of it."""
     message = f"{language} in {piece.what}: it is kept, but only Python runs here"
-    place = Location(piece.path, piece.text.line, max(1, piece.text.column))
-    diagnostics.error("E525", message, place, notes)
+    diagnostics.error("E525", message, piece.place, notes)
 
 
 class CodeReader:
-    """Analyze pieces of code; `report` then tells what is wrong with them.
-
-    Where some are C++ that is told once, by the first of them, instead of what Python says of each.
-    """
+    """Analyze pieces of code; `report` then tells what is wrong with them."""
 
     def __init__(self, path: Path, diagnostics: Diagnostics) -> None:
         self._path = path
@@ -58,12 +54,9 @@ class CodeReader:
     def report(self) -> None:
         """Report the errors that were found."""
         for piece, error in self._errors:
-            if isinstance(error, ForeignCodeError):
-                text = replace(piece.text, line=error.line, column=error.column)
-                report_foreign(piece._replace(text=text), "C++", self._diagnostics, Note(str(error)))
-                return
-        for piece, error in self._errors:
             place = Location(piece.path, error.line, max(1, error.column))
             code = piece.text.text
-            notes = [_PYTHON2] if not is_python(code) and mend(code) is not None else []
+            notes = []
+            if not is_python(code):
+                notes = [_PYTHON2] if mend(code) is not None else [_CPP] if looks_like_cpp(code) else []
             self._diagnostics.error("E520", str(error), place, notes)

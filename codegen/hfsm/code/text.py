@@ -18,14 +18,12 @@ from functools import lru_cache
 from typing import Final
 
 from ..document import Text
-from .language import looks_like_cpp
 from .trees import parse_python
 
 __all__ = [
     "INDENT",
     "Code",
     "CodeError",
-    "ForeignCodeError",
     "compile_source",
     "parse",
     "split",
@@ -44,10 +42,6 @@ class CodeError(Exception):
         super().__init__(message)
         self.line = line
         self.column = column
-
-
-class ForeignCodeError(CodeError):
-    """A piece of code is C++, not Python."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,10 +137,7 @@ def parse(code: Code, lines: Sequence[str], header: int = 0) -> ast.Module:
         hint = (
             "; `<` and `>` were escaped twice when the document was saved" if _ESCAPED.search(source) else ""
         )
-        problem = code.error(f"not valid Python: {reason}{hint}", line - header, column)
-        if not hint and looks_like_cpp("\n".join(code.lines)):
-            problem = ForeignCodeError(str(problem), problem.line, problem.column)
-        raise problem from error
+        raise code.error(f"not valid Python: {reason}{hint}", line - header, column) from error
     except (RecursionError, MemoryError) as error:
         raise code.error("the code is nested too deeply") from error
 
