@@ -33,7 +33,7 @@ class Dance(Component, document="dance.xml", on_error="stop"):
     LeftElbowMotors = Proxy("LeftElbowMotors", Pose3DMotorsPrx)
     LeftElbowEncoders = Proxy("LeftElbowEncoders", Pose3DEncodersPrx)
 
-    # dance.xml:75
+    # dance.xml:75-108
     def command_arm(self, side, position, fraction):
         """Command the shoulder and the elbow of one side to a position of the dance."""
         sign = 1 if side == "Right" else -1  # the left arm mirrors the right one
@@ -71,7 +71,7 @@ class Dance(Component, document="dance.xml", on_error="stop"):
 
     def automaton(self) -> Automaton:
         """Return automaton 1, that of the component."""
-        # dance.xml:70
+        # dance.xml:70-74
         # shoulder pitch and roll, elbow yaw and roll of the right arm, in rad
         up = (-1.2, -0.2, 0.8, 0.5)
         out = (0.2, -1.1, 0.8, 0.3)

@@ -41,7 +41,7 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
     LeftElbowMotors = Proxy("LeftElbowMotors", Pose3DMotorsPrx)
     LeftElbowEncoders = Proxy("LeftElbowEncoders", Pose3DEncodersPrx)
 
-    # dance_and_follow.xml:39
+    # dance_and_follow.xml:39-101
     def find_ball(self, color):
         """Return a ball's mean pixel from the image center, right and down, or None when it is out of sight."""
         sample = self.Camera.getImageData.latest()
@@ -146,7 +146,7 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
 
     def automaton_red(self) -> Automaton:
         """Return automaton 3, that of the state 'red'."""
-        # dance_and_follow.xml:183
+        # dance_and_follow.xml:183-186
         error_u = error_v = 0.0  # pixels from the image's center, right and down
         ball_seen = False
         lost_since = None
@@ -156,7 +156,7 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
 
         def state_follow() -> None:
             nonlocal ball, ball_seen, error_u, error_v, lost_since
-            # dance_and_follow.xml:147
+            # dance_and_follow.xml:147-154
             ball = self.find_ball("red")
             ball_seen = ball is not None
             if ball_seen:
@@ -168,7 +168,7 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
 
         def state_search() -> None:
             nonlocal ball_seen, corner
-            # dance_and_follow.xml:161
+            # dance_and_follow.xml:161-162
             ball_seen = False
             corner = self.sweep(corner)
 
@@ -216,7 +216,7 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
 
     def automaton_green(self) -> Automaton:
         """Return automaton 4, that of the state 'green'."""
-        # dance_and_follow.xml:231
+        # dance_and_follow.xml:231-234
         error_u = error_v = 0.0  # pixels from the image's center, right and down
         ball_seen = False
         lost_since = None
@@ -226,7 +226,7 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
 
         def state_follow() -> None:
             nonlocal ball, ball_seen, error_u, error_v, lost_since
-            # dance_and_follow.xml:195
+            # dance_and_follow.xml:195-202
             ball = self.find_ball("green")
             ball_seen = ball is not None
             if ball_seen:
@@ -238,7 +238,7 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
 
         def state_search() -> None:
             nonlocal ball_seen, corner
-            # dance_and_follow.xml:209
+            # dance_and_follow.xml:209-210
             ball_seen = False
             corner = self.sweep(corner)
 
@@ -286,7 +286,7 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
 
     def automaton_dance(self) -> Automaton:
         """Return automaton 5, that of the state 'dance'."""
-        # dance_and_follow.xml:277
+        # dance_and_follow.xml:277-289
         positions = [  # shoulder pitch and roll, elbow yaw and roll of the right arm, in rad
             (0.8, -0.3, 1.0, 0.4),
             (0.3, -0.6, 1.0, 0.9),
@@ -303,7 +303,7 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
 
         def state_right() -> None:
             nonlocal reached
-            # dance_and_follow.xml:243
+            # dance_and_follow.xml:243-246
             if self.arm_there("Right", positions[reached]):
                 reached += 1
             if reached < len(positions):
@@ -311,7 +311,7 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
 
         def state_left() -> None:
             nonlocal reached
-            # dance_and_follow.xml:253
+            # dance_and_follow.xml:253-256
             if self.arm_there("Left", positions[reached]):
                 reached += 1
             if reached < len(positions):

@@ -32,7 +32,7 @@ class FollowBall(Component, document="follow_ball.xml", on_error="stop"):
     Camera = Proxy("Camera", CameraPrx)
     Head = Proxy("Head", PoseHeadPrx)
 
-    # follow_ball.xml:50
+    # follow_ball.xml:50-86
     def find_ball(self, color):
         """Return a ball's mean pixel from the image center, right and down, or None when it is out of sight."""
         sample = self.Camera.getImageData.latest()
@@ -73,7 +73,7 @@ class FollowBall(Component, document="follow_ball.xml", on_error="stop"):
 
     def automaton(self) -> Automaton:
         """Return automaton 1, that of the component."""
-        # follow_ball.xml:46
+        # follow_ball.xml:46-49
         error_u = error_v = 0.0  # pixels from the image's center, right and down
         ball_seen = False
         lost_since = None
@@ -83,7 +83,7 @@ class FollowBall(Component, document="follow_ball.xml", on_error="stop"):
 
         def state_follow() -> None:
             nonlocal ball, ball_seen, error_u, error_v, lost_since
-            # follow_ball.xml:10
+            # follow_ball.xml:10-17
             ball = self.find_ball("green")
             ball_seen = ball is not None
             if ball_seen:
@@ -95,7 +95,7 @@ class FollowBall(Component, document="follow_ball.xml", on_error="stop"):
 
         def state_search() -> None:
             nonlocal ball_seen, corner
-            # follow_ball.xml:24
+            # follow_ball.xml:24-25
             ball_seen = False
             corner = self.sweep(corner)
 

@@ -63,13 +63,13 @@ from hfsm_runtime import Automaton, Component, State, Transition, main
 class MyCounter(Component, document="my_counter.xml", on_error="stop"):
     """The component my_counter."""
 
-    # my_counter.xml:11
+    # my_counter.xml:11-12
     def limit(self):
         return 6
 
     def automaton(self) -> Automaton:
         """Return automaton 1, that of the component."""
-        # my_counter.xml:9
+        # my_counter.xml:9-10
         count = 0
         step = 2
         # Shared by the code below, and without a value until some of it assigns one.
@@ -79,7 +79,7 @@ class MyCounter(Component, document="my_counter.xml", on_error="stop"):
 
         def state_count() -> None:
             nonlocal count, last
-            # my_counter.xml:3
+            # my_counter.xml:3-4
             count += step
             last = count
 
@@ -179,6 +179,37 @@ def test_an_exception_in_any_piece_leads_to_its_line(
 ) -> None:
     (error,) = run(component(tmp_path, document(*parts)), 0).errors
     assert error.location.endswith(f"(behavior.xml:{line})")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "# copied from old.xml:200",
+        "# behavior.xml:200",
+        "# behavior.xml:1-900",
+        's = """\n# old.xml:7-9\n"""',
+    ],
+)
+@pytest.mark.parametrize(
+    ("code", "condition"),
+    [("{}\n1 / 0", ""), ("x = 1\n{}", "1 / 0"), ("# nothing\n{}", "True and ( # b\n1 / 0)")],
+)
+def test_what_a_person_writes_is_never_taken_for_the_place_of_code(
+    tmp_path: Path, text: str, code: str, condition: str
+) -> None:
+    parts = [state(1, "a", code.format(text), initial=True)]
+    parts += [transition(1, 1, 1, condition)] if condition else []
+    written = document(sub(1, 0, *parts, functions=f"{text}\ndef f(self): pass"))
+    (error,) = run(component(tmp_path, written), 0).errors
+    (line,) = [number for number, each in enumerate(written.split("\n"), 1) if "1 / 0" in each]
+    assert error.location.endswith(f"(behavior.xml:{line})")
+
+
+def test_a_line_that_no_person_wrote_has_no_place_in_the_document(tmp_path: Path) -> None:
+    path = compile_to(tmp_path, document(sub(1, 0, state(1, "a", "x = 1", initial=True))))
+    path.write_text(path.read_text().partition("        return Automaton(")[0] + "        return 1 / 0\n")
+    with pytest.raises(ComponentError, match=r" at behavior\.py:\d+$"):
+        run(load(path), 0)
 
 
 def test_strings_over_several_lines_are_not_touched(tmp_path: Path) -> None:

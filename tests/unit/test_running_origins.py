@@ -62,6 +62,19 @@ def test_a_line_of_the_log_is_led_back_too(origins: Origins) -> None:
     assert origins.find(told) == Origin(Place(kind="state", automaton=1, id=1, part="code"), 3)
 
 
+def test_a_comment_of_a_person_is_never_taken_for_the_place_of_code(tmp_path: Path) -> None:
+    path = tmp_path / "walk.xml"
+    functions = "# walk.xml:1\ndef help(self):\n    # copied from old.xml:200\n    return 1\n"
+    path.write_text(document(sub(1, 0, state(1, "go", initial=True), functions=functions)))
+    component = generate_component(path, None, Diagnostics())
+    assert component is not None
+    origins = read_origins(path, component)
+    assert origins is not None
+    number = line_of("return 1", component.read_text())
+    expected = Origin(Place(kind="automaton", automaton=1, part="functions"), 4)
+    assert origins.find(f'  File "{component}", line {number}, in help') == expected
+
+
 @pytest.mark.parametrize(
     "line",
     [

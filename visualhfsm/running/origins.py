@@ -14,8 +14,8 @@ from visualhfsm.editing.places import Place
 
 __all__ = ["Origin", "Origins", "read_origins"]
 
-_MARKER: Final = re.compile(r"\s*# (.+\.xml):(\d+)\s*", re.IGNORECASE)
-"""What the generator writes above each piece of code."""
+_MARKER: Final = re.compile(r"\s*# (.+):(\d{1,9})(?:-(\d{1,9}))?\s*")
+"""What the generator writes above each piece of code: file, first line, and the last of several."""
 _FUNCTION: Final = re.compile(r"        def (entry|state|exit|guard|fired)_\w+\(.*")
 _AUTOMATON: Final = re.compile(r'        """Return automaton (\d{1,10}), .*')
 _PARTS: Final = {"entry": "entry", "state": "code", "exit": "exit", "fired": "fired"}
@@ -54,14 +54,22 @@ class Origins:
         return self._written(told[1], int(told[2]), automaton=automaton, state=state) if told else None
 
     def _generated(self, line: int) -> Origin | None:
-        """Return where a line of the component comes from; None when it is none of a person's code."""
-        for number in range(min(line, len(self._lines)), 0, -1):
+        """Return where a line of the component comes from; None when it is none of a person's code.
+
+        The lines below a comment of the generator are skipped: a person's comment there may look the same.
+        """
+        number = 1
+        while number < min(line, len(self._lines)):
             marker = _MARKER.fullmatch(self._lines[number - 1])
+            number += 1
             if marker:
-                part, automaton = self._around(number)
-                written = int(marker[2]) + line - number - 1
-                code = self._lines[line - 1] if line <= len(self._lines) else ""
-                return self._written(marker[1], written, code=code, part=part, automaton=automaton)
+                first = int(marker[2])
+                count = max(0, int(marker[3] or first) - first + 1)
+                if line < number + count:
+                    part, automaton = self._around(number - 1)
+                    written, code = first + line - number, self._lines[line - 1]
+                    return self._written(marker[1], written, code=code, part=part, automaton=automaton)
+                number += count
         return None
 
     def _around(self, line: int) -> tuple[str, int]:

@@ -198,12 +198,17 @@ class AutomatonWriter:
 
 
 def piece(file: str, code: Code, level: int) -> list[str]:
-    """Return the lines of a piece of code below a comment that says where it comes from."""
+    """Return the lines of a piece of code below a comment that names their file and lines.
+
+    All text of a person that may look like such a comment stands in these lines: who reads the comments from
+    the top of the component, and skips the lines that each one names, never takes a person's for one.
+    """
     return [INDENT * level + _marker(file, code), *code.indented(level)]
 
 
 def _marker(file: str, code: Code) -> str:
-    return f"# {file}:{code.line}"
+    last = code.line + len(code.lines) - 1
+    return f"# {file}:{code.line}" if last == code.line else f"# {file}:{code.line}-{last}"
 
 
 def _call(name: str, arguments: list[str]) -> str:

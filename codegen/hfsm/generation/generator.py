@@ -1,7 +1,7 @@
 """Write a component down as Python that a person can read, debug and compare.
 
-Above each piece of code stands a comment with the document's line of the code's first line. From there on
-lines count alike in both files, which is how a traceback is led back to the document.
+Above each piece of code stands a comment with the document's lines in which it stands. As many lines follow
+in the component, which is how a traceback is led back to the document.
 """
 
 from __future__ import annotations

@@ -22,7 +22,7 @@ from hfsm_runtime import Automaton, Component, State, Transition, main
 class Basic(Component, document="basic.xml", on_error="stop"):
     """Count to the limit, rest, and begin anew."""
 
-    # basic.xml:12
+    # basic.xml:12-14
     def limit(self):
         """Return how much work makes tired."""
         return 4
@@ -64,7 +64,7 @@ class Basic(Component, document="basic.xml", on_error="stop"):
 
     def automaton_work(self) -> Automaton:
         """Return automaton 2, that of the state 'work'."""
-        # basic.xml:30
+        # basic.xml:30-31
         count = 0
         step = 1
         # Shared by the code below, and without a value until some of it assigns one.
@@ -72,7 +72,7 @@ class Basic(Component, document="basic.xml", on_error="stop"):
 
         def state_count() -> None:
             nonlocal count, last
-            # basic.xml:19
+            # basic.xml:19-20
             count += step
             self.total = last = count
 
@@ -83,7 +83,7 @@ class Basic(Component, document="basic.xml", on_error="stop"):
 
         def guard_enough() -> object:
             return (
-                # basic.xml:25
+                # basic.xml:25-26
                 count > 3  # at least
                 and last == count
             )

@@ -22,7 +22,7 @@ class EntryExit(Component, document="entry_exit.xml", on_error="stop"):
 
     def automaton(self) -> Automaton:
         """Return automaton 1, that of the component."""
-        # entry_exit.xml:19
+        # entry_exit.xml:19-20
         self.notes = []
         closings = 0
 
@@ -40,7 +40,7 @@ class EntryExit(Component, document="entry_exit.xml", on_error="stop"):
 
         def entry_closed() -> None:
             nonlocal closings
-            # entry_exit.xml:11
+            # entry_exit.xml:11-12
             closings += 1
             self.notes.append(f"enter closed {closings}")
 

@@ -35,7 +35,7 @@ class Events(Component, document="events.xml", on_error="stop"):
 
         def fired_seen(event: Event) -> None:
             nonlocal near
-            # events.xml:14
+            # events.xml:14-15
             near = event.data["distance"]
             self.notes.append(near)
 
@@ -71,7 +71,7 @@ class Events(Component, document="events.xml", on_error="stop"):
 
         def state_look() -> None:
             nonlocal distance
-            # events.xml:23
+            # events.xml:23-24
             distance -= 0.2
             self.send("ball seen", {"distance": round(distance, 1)})
 

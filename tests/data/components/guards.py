@@ -22,7 +22,7 @@ class Guards(Component, document="guards.xml", on_error="stop"):
 
     def automaton(self) -> Automaton:
         """Return automaton 1, that of the component."""
-        # guards.xml:16
+        # guards.xml:16-17
         ticks = 0
         self.allowed = False
 

@@ -28,7 +28,7 @@ class Imports(Component, document="imports.xml", on_error="stop"):
 
     pace = Parameter(0.4)
 
-    # library/patrol.xml:15
+    # library/patrol.xml:15-17
     def step(self, goal):
         """Go a step towards a goal."""
         self.position = min(goal, self.position + self.pace)

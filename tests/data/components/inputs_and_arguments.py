@@ -25,7 +25,7 @@ class InputsAndArguments(Component, document="inputs_and_arguments.xml", on_erro
 
     def automaton(self) -> Automaton:
         """Return automaton 1, that of the component."""
-        # inputs_and_arguments.xml:16
+        # inputs_and_arguments.xml:16-18
         colors = ["red", "green"]
         turn = 0
         self.notes = []
@@ -39,7 +39,7 @@ class InputsAndArguments(Component, document="inputs_and_arguments.xml", on_erro
                     # inputs_and_arguments.xml:5
                     "color": colors[turn % 2],
                     "speed": (
-                        # inputs_and_arguments.xml:7
+                        # inputs_and_arguments.xml:7-8
                         0.5
                         + turn  # faster each time
                     ),
@@ -91,7 +91,7 @@ class InputsAndArguments(Component, document="inputs_and_arguments.xml", on_erro
 
         def state_look() -> None:
             nonlocal looks
-            # inputs_and_arguments.xml:22
+            # inputs_and_arguments.xml:22-23
             self.notes.append((color, speed, looks))
             looks += 1
 

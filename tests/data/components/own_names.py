@@ -20,7 +20,7 @@ from hfsm_runtime import Automaton, Component, State, Transition, main
 class OwnNames(Component, document="own_names.xml", on_error="stop"):
     """The component own_names."""
 
-    # own_names.xml:36
+    # own_names.xml:36-48
     def send(self, text):
         """Write a line to the printer, as nobody does it today."""
         self.notes.append("sent " + text)
@@ -37,7 +37,7 @@ class OwnNames(Component, document="own_names.xml", on_error="stop"):
 
     def automaton(self) -> Automaton:
         """Return automaton 1, that of the component."""
-        # own_names.xml:31
+        # own_names.xml:31-35
         self.notes = []
         self.turn = 0
         event = 0
@@ -46,7 +46,7 @@ class OwnNames(Component, document="own_names.xml", on_error="stop"):
 
         def state_work() -> None:
             nonlocal event
-            # own_names.xml:9
+            # own_names.xml:9-12
             event = self.clock() + guard + final
             self.send("line")
             self.sleep(60)

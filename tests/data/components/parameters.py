@@ -32,7 +32,7 @@ class Parameters(Component, document="parameters.xml", on_error="stop"):
 
         def state_run() -> None:
             nonlocal distance
-            # parameters.xml:11
+            # parameters.xml:11-13
             distance += self.top_speed * 0.1
             if self.loud:
                 self.log.warning("%s at %.1f m", self.color, distance)

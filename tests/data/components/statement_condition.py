@@ -20,13 +20,13 @@ from hfsm_runtime import Automaton, Component, State, Transition, main
 class StatementCondition(Component, document="statement_condition.xml", on_error="stop"):
     """Conditions that are statements, and the names that VisualStates has for the component."""
 
-    # statement_condition.xml:17
+    # statement_condition.xml:17-18
     def look(self):
         self.near = self.rosNode.seen > 2
 
     def automaton(self) -> Automaton:
         """Return automaton 1, that of the component."""
-        # statement_condition.xml:13
+        # statement_condition.xml:13-14
         self.seen = 0
         self.near = False
 
@@ -35,7 +35,7 @@ class StatementCondition(Component, document="statement_condition.xml", on_error
             self.namespace.seen += 1
 
         def guard_obstacle() -> object:
-            # statement_condition.xml:8
+            # statement_condition.xml:8-9
             self.globalNamespace.look()
             return self.namespace.near
 
