@@ -121,6 +121,7 @@ def test_a_time_that_is_no_positive_number(path: Path, time: str) -> None:
         ("break", "E520: not valid Python: 'break' outside loop"),
         ("yield 3", "E520: `yield` has no place here"),
         ("await x", "E520: `await` has no place here"),
+        ("def f(k=(yield)): pass", "E520: `yield` has no place here"),
         ("from math import *", "E520: `import *` has no place here"),
         ("self = 3", "E520: `self` is the component"),
         ("x: int = 3", "E520: `x` is shared by all code of its automaton: annotate it in the variables"),

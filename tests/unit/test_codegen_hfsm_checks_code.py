@@ -111,3 +111,9 @@ def test_code_may_be_nested_as_deeply_as_python_allows(path: Path) -> None:
 )
 def test_code_that_is_too_deep_to_look_into_is_left_alone(path: Path, code: str) -> None:
     assert [problem for problem in problems(path, with_code(code)) if "W5" in problem] == []
+
+
+def test_a_name_that_a_base_class_assigns_is_defined(path: Path) -> None:
+    a = state(1, "a", "class A((base := object)): pass\nprint(A)", initial=True)
+    text = document(sub(1, 0, a, state(2, "b", "print(base)"), transition(1, 1, 2, "100", type="time")))
+    assert [problem for problem in problems(path, text) if "base" in problem] == []

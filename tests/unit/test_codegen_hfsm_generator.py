@@ -236,6 +236,22 @@ def test_code_may_say_nonlocal_itself(tmp_path: Path) -> None:
     assert variables_of(virtual.tree.root.automaton) == {"n": "2"}
 
 
+@pytest.mark.parametrize(
+    "definition",
+    [
+        "def f(k=(v := 7)): return [0 for v in range(2)]",
+        "async def f(*, k=(v := 7)): return [0 for v in range(2)]",
+        "f = lambda k=(v := 7): [0 for v in range(2)]",
+        "@(v := 7, lambda f: f)[1]\ndef f(): return [0 for v in range(2)]",
+        "class F((v := 7, object)[1]): zeros = [0 for v in range(2)]",
+        "class F(metaclass=(v := 7, type)[1]): zeros = [0 for v in range(2)]",
+    ],
+)
+def test_what_a_definition_assigns_where_it_stands_is_shared(tmp_path: Path, definition: str) -> None:
+    text = document(sub(1, 0, state(1, "a", definition, initial=True), variables="v = 0"))
+    assert variables_of(run(component(tmp_path, text), 0).tree.root.automaton)["v"] == "7"
+
+
 def test_every_way_to_bind_a_name_is_seen() -> None:
     code = analyze_block(
         Text(

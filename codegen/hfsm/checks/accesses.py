@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
-from .assignments import own_nodes
+from ..code.trees import own_nodes
 from .pieces import Piece
 
 __all__ = ["Access", "accesses", "defined_names", "sets_attributes_by_name"]

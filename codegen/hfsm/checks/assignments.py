@@ -13,9 +13,10 @@ from dataclasses import dataclass, field
 from functools import partial
 from itertools import pairwise
 
-__all__ = ["Assignments", "assignments_of", "own_nodes"]
+from ..code.trees import own_nodes
 
-_SCOPES = ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef | ast.Lambda
+__all__ = ["Assignments", "assignments_of"]
+
 _COMPREHENSIONS = ast.ListComp | ast.SetComp | ast.DictComp | ast.GeneratorExp
 _MISSING_NAME = frozenset({"NameError", "UnboundLocalError", "Exception", "BaseException"})
 
@@ -33,16 +34,6 @@ def assignments_of(statements: Iterable[ast.stmt], flags: Collection[str] = ()) 
     walker = _Walker(frozenset(flags))
     walker.statements(statements)
     return Assignments(walker.exposed, walker.assigned)
-
-
-def own_nodes(node: ast.AST) -> Iterator[ast.AST]:
-    """Yield the nodes below one, without those inside functions and classes of their own."""
-    pending = [*ast.iter_child_nodes(node)][::-1]
-    while pending:
-        child = pending.pop()
-        yield child
-        if not isinstance(child, _SCOPES):
-            pending += [*ast.iter_child_nodes(child)][::-1]
 
 
 class _Walker:
@@ -114,7 +105,10 @@ class _Walker:
         """Take a definition for what it does at once; its body reads names when it is called."""
         for decorator in node.decorator_list:
             self._expression(decorator)
-        if not isinstance(node, ast.ClassDef):
+        if isinstance(node, ast.ClassDef):
+            for base in (*node.bases, *(keyword.value for keyword in node.keywords)):
+                self._expression(base)
+        else:
             for default in (*node.args.defaults, *node.args.kw_defaults):
                 if default is not None:
                     self._expression(default)

@@ -7,8 +7,8 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from typing import Final
 
 from ...diagnostics import Note
+from ..code.trees import own_nodes
 from .accesses import Access, defined_names
-from .assignments import own_nodes
 from .constants import milliseconds, seconds, truth
 from .pieces import AutomatonCode, Piece
 from .report import Report

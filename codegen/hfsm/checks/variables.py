@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import Final
 
 from ..code.names import RESERVED
-from .assignments import own_nodes
+from ..code.trees import own_nodes
 from .pieces import AutomatonCode, Piece
 from .report import Report
 

@@ -11,7 +11,7 @@ from typing import Final
 
 from ..document import Text
 from .text import INDENT, Code, CodeError, compile_source, parse, split, without_warnings
-from .trees import parse_python
+from .trees import own_nodes, parse_python
 
 __all__ = [
     "Code",
@@ -38,7 +38,7 @@ def analyze_block(text: Text, *, shared: frozenset[str] = frozenset(), returns: 
     tree = parse(code, code.lines)
     _refuse_out_of_place(tree, code, returns=returns)
     declared = frozenset(
-        name for node in _own_nodes(tree) if isinstance(node, ast.Nonlocal) for name in node.names
+        name for node in own_nodes(tree) if isinstance(node, ast.Nonlocal) for name in node.names
     )
     bound = _bound(_scope(code, shared | declared), tree) | declared
     if _SELF in bound:
@@ -76,7 +76,7 @@ def analyze_condition(text: Text, *, shared: frozenset[str] = frozenset()) -> Co
     code = analyze_block(text, shared=shared)
     assert code is not None, "a blank text is no expression, and returns nothing"
     statements = parse(code, code.lines)
-    if not any(isinstance(node, ast.Return) and node.value is not None for node in _own_nodes(statements)):
+    if not any(isinstance(node, ast.Return) and node.value is not None for node in own_nodes(statements)):
         raise code.error("a condition is one expression, or statements that return whether it holds")
     return code
 
@@ -141,13 +141,13 @@ def _bound(table: symtable.SymbolTable, tree: ast.Module) -> frozenset[str]:
     """
     targets = [
         name
-        for node in ast.walk(tree)
+        for node in own_nodes(tree)
         if isinstance(node, ast.comprehension)
         for name in ast.walk(node.target)
         if isinstance(name, ast.Name)
     ]
     inside = {id(name) for name in targets}
-    outside = {name for node in _own_nodes(tree) if id(node) not in inside for name in _binds(node)}
+    outside = {name for node in own_nodes(tree) if id(node) not in inside for name in _binds(node)}
     local = {symbol.get_name() for symbol in table.get_symbols() if symbol.is_local()}
     return frozenset(local - ({name.id for name in targets} - outside))
 
@@ -168,7 +168,7 @@ def _binds(node: ast.AST) -> Iterator[str]:
 
 
 def _refuse_out_of_place(tree: ast.Module, code: Code, *, returns: bool, header: int = 0) -> None:
-    for node in _own_nodes(tree):
+    for node in own_nodes(tree):
         place = (getattr(node, "lineno", 1) - header, getattr(node, "col_offset", 0) + 1)
         if isinstance(node, ast.Yield | ast.YieldFrom | ast.Await | ast.AsyncFor | ast.AsyncWith):
             word = "yield" if isinstance(node, ast.Yield | ast.YieldFrom) else "await"
@@ -183,22 +183,11 @@ def _refuse_out_of_place(tree: ast.Module, code: Code, *, returns: bool, header:
 
 def _refuse_annotations(tree: ast.Module, code: Code) -> None:
     """Raise CodeError where a name is annotated that has to be shared, which Python does not allow."""
-    for node in _own_nodes(tree):
+    for node in own_nodes(tree):
         if isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
             name = node.target.id
             message = f"`{name}` is shared by all code of its automaton: annotate it in the variables"
             raise code.error(message, node.lineno, node.col_offset + 1)
-
-
-def _own_nodes(node: ast.AST) -> Iterator[ast.AST]:
-    """Yield the nodes below one, without those inside functions and classes of their own."""
-    # Without recursion: a long chain of `elif` or of `+` is deeper than Python's stack.
-    pending = [*ast.iter_child_nodes(node)][::-1]
-    while pending:
-        child = pending.pop()
-        yield child
-        if not isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef | ast.Lambda):
-            pending += [*ast.iter_child_nodes(child)][::-1]
 
 
 def _names(tree: ast.Module) -> frozenset[str]:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import ast
 import threading
+from collections.abc import Iterator
 from typing import Literal, overload
 
-__all__ = ["parse_python"]
+__all__ = ["own_nodes", "parse_python"]
 
 _ONE_AT_A_TIME = threading.Lock()
 # Until Python 3.13 all threads share the counter of a tree's depth: when another thread gets its turn while
@@ -25,3 +26,33 @@ def parse_python(source: str | bytes, filename: str = "<unknown>", *, mode: str 
     """Return the tree of a text. Raises what `ast.parse` raises."""
     with _ONE_AT_A_TIME:
         return ast.parse(source, filename, mode)
+
+
+def own_nodes(node: ast.AST) -> Iterator[ast.AST]:
+    """Yield the nodes below one that belong to its scope.
+
+    Of functions and classes these are the parts that Python evaluates where they are defined: decorators,
+    default values and base classes. Annotations are not evaluated.
+    """
+    # Without recursion: a long chain of `elif` or of `+` is deeper than Python's stack.
+    pending = [*ast.iter_child_nodes(node)][::-1]
+    while pending:
+        child = pending.pop()
+        yield child
+        pending += _in_same_scope(child)[::-1]
+
+
+def _in_same_scope(node: ast.AST) -> list[ast.AST]:
+    match node:
+        case ast.FunctionDef(args=arguments) | ast.AsyncFunctionDef(args=arguments):
+            return [*node.decorator_list, *_defaults(arguments)]
+        case ast.Lambda(args=arguments):
+            return [*_defaults(arguments)]
+        case ast.ClassDef():
+            return [*node.decorator_list, *node.bases, *node.keywords]
+    return [*ast.iter_child_nodes(node)]
+
+
+def _defaults(arguments: ast.arguments) -> Iterator[ast.expr]:
+    yield from arguments.defaults
+    yield from (default for default in arguments.kw_defaults if default is not None)
