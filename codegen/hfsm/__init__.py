@@ -19,7 +19,7 @@ from ..files import GeneratedFile
 from .extension import extension_path
 from .formats.reader import parse_document, read_document
 from .formats.writer import DocumentNotWritableError, write_document
-from .generation.generator import GENERATED_BY, generate
+from .generation.generator import GENERATED_BY
 from .imports import resolve
 from .loading import component_path, load_document
 
@@ -70,7 +70,7 @@ def compile_document(
     except OSError as error:
         diagnostics.error("E500", f"{target} cannot be read: {error.strerror or error}", Location(path))
         return None
-    return [GeneratedFile(target, generate(loaded.program))]
+    return [GeneratedFile(target, loaded.component)]
 
 
 def _is_generated(file: Path) -> bool:

@@ -1,4 +1,4 @@
-"""Load a document as far as a program: with all that it imports and extends, checked."""
+"""Load a document as far as a component: with all that it imports and extends, checked."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ from .code.names import identifier
 from .document import Document
 from .extension import find_extension
 from .formats.reader import read_document
+from .generation.generator import check_component, generate
 from .generation.understanding import understand
 from .imports import resolve
 from .known_interfaces import KnownInterfaces, find_interfaces
-from .program import Program
 
 __all__ = ["LoadedDocument", "component_path", "load_document"]
 
 
 @dataclass(frozen=True, slots=True)
 class LoadedDocument:
-    """A document whose imports are resolved, the interfaces that it may name, and its program."""
+    """A document with its imports resolved, the interfaces that it may name, and its component's text."""
 
     document: Document
     interfaces: KnownInterfaces
-    program: Program
+    component: str
 
 
 def load_document(
@@ -55,7 +55,11 @@ def load_document(
     program = understand(document, path, interfaces, diagnostics, extension)
     if program is None or len(diagnostics.errors) > errors:
         return None
-    return LoadedDocument(document, interfaces, program)
+    component = generate(program)
+    check_component(program, component, path, diagnostics)
+    if len(diagnostics.errors) > errors:
+        return None
+    return LoadedDocument(document, interfaces, component)
 
 
 def component_path(document: Path, output: Path | None) -> Path:

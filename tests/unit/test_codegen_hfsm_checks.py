@@ -121,6 +121,9 @@ def test_a_time_that_is_no_positive_number(path: Path, time: str) -> None:
         ("break", "E520: not valid Python: 'break' outside loop"),
         ("yield 3", "E520: `yield` has no place here"),
         ("await x", "E520: `await` has no place here"),
+        ("x = 1\nfrom __future__ import annotations", "4:1: E520: `from __future__` has no place here"),
+        ("def f():\n    from math import *", "E520: not valid Python: import * only allowed at module level"),
+        ("def f(a: (b := 1)): pass", "E520: not valid Python: 'named expression' can not be used"),
         ("def f(k=(yield)): pass", "E520: `yield` has no place here"),
         ("from math import *", "E520: `import *` has no place here"),
         ("self = 3", "E520: `self` is the component"),
@@ -168,6 +171,48 @@ def test_variables_and_functions_are_checked(path: Path) -> None:
         "E520: not valid Python: expected an indented block after function definition on line 1",
         "E520: the function `g` is defined twice, first in line 14",
     ]
+
+
+@pytest.mark.parametrize(
+    ("code", "expected"),
+    [
+        ("from math import *", "18: E520: not valid Python: import * only allowed at module level"),
+        ("from __future__ import division", "1: E520: `from __future__` has no place here"),
+        ("nonlocal zz", "1: E520: not valid Python: no binding for nonlocal 'zz' found"),
+        ("def f(self, a: (b := 1)): pass", "17: E520: not valid Python: 'named expression' can not be used"),
+    ],
+)
+def test_functions_that_cannot_stand_in_a_class(path: Path, code: str, expected: str) -> None:
+    text = document(sub(1, 0, A, functions=f"def g(self): pass\n{code}"))
+    assert one(errors(path, text)).startswith(f"7:{expected}")
+
+
+@pytest.mark.parametrize(
+    ("code", "expected"),
+    [
+        ("nonlocal zz", "E520: `nonlocal` has no place in the variables"),
+        ("from __future__ import annotations", "E520: `from __future__` has no place here"),
+        ("a: (b := 1) = 2", "E520: not valid Python: 'named expression' can not be used"),
+        ("global zz; zz = 1", "E520: `global zz` makes `zz` a name of the whole file"),
+    ],
+)
+def test_variables_that_cannot_stand_in_a_function(path: Path, code: str, expected: str) -> None:
+    text = document(sub(1, 0, state(1, "a", "zz = 2", initial=True), variables=f"y = 1\n{code}"))
+    found = one(errors(path, text))
+    assert found.startswith("6:")
+    assert expected in found
+
+
+def test_a_global_of_all_code_is_no_variable(path: Path) -> None:
+    a = state(1, "a", "global zz\nzz = 2", initial=True)
+    assert errors(path, document(sub(1, 0, a, variables="global zz\nzz = 1"))) == []
+
+
+def test_code_that_does_not_agree_with_what_stands_around_it(path: Path) -> None:
+    go = transition(1, 1, 2, "go", type="event", code="y = 1\nnonlocal event")
+    b = state(2, "b", "# behavior.xml:99\nself.log.info(y)")
+    text = document(sub(1, 0, A, b, go, variables="y = 0\n# behavior.xml:6"))
+    assert one(errors(path, text)) == "7:1: E520: not valid Python: name 'event' is parameter and nonlocal"
 
 
 def test_functions_that_collide(path: Path) -> None:

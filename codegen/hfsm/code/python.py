@@ -10,7 +10,7 @@ from dataclasses import replace
 from typing import Final
 
 from ..document import Text
-from .text import INDENT, Code, CodeError, compile_source, parse, split, without_warnings
+from .text import FUTURE, INDENT, Code, CodeError, compile_source, parse, split, without_warnings
 from .trees import own_nodes, parse_python
 
 __all__ = [
@@ -21,6 +21,7 @@ __all__ = [
     "analyze_expression",
     "analyze_library",
     "analyze_methods",
+    "global_names",
 ]
 
 _SELF: Final = "self"
@@ -90,7 +91,8 @@ def analyze_methods(text: Text) -> tuple[Code, dict[str, int]] | None:
     if code is None:
         return None
     tree = parse(code, code.lines)
-    compile_source("\n".join(code.lines), code)
+    source = "\n".join([FUTURE, "class _Component:", *code.indented(1), f"{INDENT}pass"])
+    compile_source(source, code, header=2, columns=len(INDENT))
     found: dict[str, int] = {}
     for node in tree.body:
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
@@ -100,6 +102,14 @@ def analyze_methods(text: Text) -> tuple[Code, dict[str, int]] | None:
                 raise code.error(message, node.lineno, node.col_offset + 1)
             found[node.name] = line
     return replace(code, bound=frozenset(found), used=_names(tree), has_statements=bool(tree.body)), found
+
+
+def global_names(code: Code) -> dict[str, int]:
+    """Return the names that a block declares as global in its own scope, with their lines in the document."""
+    if not any("global" in line for line in code.lines):
+        return {}
+    declared = [node for node in own_nodes(parse(code, code.lines)) if isinstance(node, ast.Global)]
+    return {name: code.line + node.lineno - 1 for node in declared for name in node.names}
 
 
 def analyze_library(text: Text) -> tuple[str, frozenset[str]]:
@@ -122,7 +132,7 @@ def analyze_library(text: Text) -> tuple[str, frozenset[str]]:
 def _scope(code: Code, outer: frozenset[str], *, expression: bool = False) -> symtable.SymbolTable:
     """Return the names of the code as the body of a function inside one that binds `outer`."""
     names = " = ".join(sorted(outer | {"_"}))
-    lines = ["def _outer():", f"{INDENT}{names} = None", f"{INDENT}def _inner():"]
+    lines = [FUTURE, "def _outer():", f"{INDENT}{names} = None", f"{INDENT}def _inner():"]
     lines += [f"{INDENT * 2}return ("] if expression else []
     header = len(lines)
     lines += code.indented(2)
@@ -177,6 +187,8 @@ def _refuse_out_of_place(tree: ast.Module, code: Code, *, returns: bool, header:
             )
         if isinstance(node, ast.Return) and not returns:
             raise code.error("`return` has no place in the variables", *place)
+        if isinstance(node, ast.Nonlocal) and not returns:
+            raise code.error("`nonlocal` has no place in the variables: no code stands around them", *place)
         if isinstance(node, ast.ImportFrom) and any(alias.name == "*" for alias in node.names):
             raise code.error("`import *` has no place here: name it among the libraries", *place)
 

@@ -21,6 +21,7 @@ from ..document import Text
 from .trees import parse_python
 
 __all__ = [
+    "FUTURE",
     "INDENT",
     "Code",
     "CodeError",
@@ -31,6 +32,8 @@ __all__ = [
 ]
 
 INDENT: Final = " " * 4
+FUTURE: Final = "from __future__ import annotations"
+"""How a component begins, which changes what Python takes in an annotation."""
 
 _ESCAPED: Final = re.compile("&(?:lt|gt|amp);")
 
@@ -130,7 +133,7 @@ def parse(code: Code, lines: Sequence[str], header: int = 0) -> ast.Module:
     source = "\n".join(lines)
     try:
         with without_warnings():
-            return parse_python(source)
+            tree = parse_python(source)
     except (SyntaxError, ValueError) as error:
         line, column = getattr(error, "lineno", None) or 1, getattr(error, "offset", None) or 1
         reason = error.msg if isinstance(error, SyntaxError) else str(error)
@@ -140,6 +143,11 @@ def parse(code: Code, lines: Sequence[str], header: int = 0) -> ast.Module:
         raise code.error(f"not valid Python: {reason}{hint}", line - header, column) from error
     except (RecursionError, MemoryError) as error:
         raise code.error("the code is nested too deeply") from error
+    for node in ast.walk(tree) if "__future__" in source else ():
+        if isinstance(node, ast.ImportFrom) and node.module == "__future__":
+            message = "`from __future__` has no place here: it is for a whole file, and Python 3 needs none"
+            raise code.error(message, node.lineno - header, node.col_offset + 1)
+    return tree
 
 
 def compile_source(source: str, code: Code, header: int = 0, columns: int = 0) -> None:

@@ -11,7 +11,7 @@ from typing import TypeVar
 from ...diagnostics import Diagnostics, Location, Note, did_you_mean
 from ..checks import delay, milliseconds
 from ..code.literals import literal
-from ..code.python import analyze_block, analyze_condition, analyze_expression
+from ..code.python import analyze_block, analyze_condition, analyze_expression, global_names
 from ..code.reader import CodeReader
 from ..code.text import Code
 from ..code.values import INPUT_TYPES, ValueTextError, parse_value
@@ -81,6 +81,14 @@ class AutomatonAnalysis:
             for name in sorted(self._reserved & piece.bound):
                 message = f"`{name}` is a name that the component needs: choose another"
                 self._error("E521", message, piece.line, 1)
+        shared = {item.name for item in inputs}.union(*(piece.bound for piece in program.pieces()))
+        for name, line in (global_names(variables) if variables else {}).items():
+            if name in shared:
+                message = (
+                    f"`global {name}` makes `{name}` a name of the whole file, and other code of the "
+                    "automaton assigns its own: strike it here, or say it there, too"
+                )
+                self._error("E520", message, line, 1)
         return program
 
     def _states(self) -> Iterator[StateProgram]:

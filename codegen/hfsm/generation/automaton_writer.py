@@ -10,7 +10,7 @@ from ..code.names import identifier, unique
 from ..code.text import INDENT, Code
 from ..program import ArgumentProgram, AutomatonProgram, Program, StateProgram, TransitionProgram
 
-__all__ = ["ANNOTATIONS", "AutomatonWriter", "piece"]
+__all__ = ["ANNOTATIONS", "AutomatonWriter", "marker", "piece"]
 
 ANNOTATIONS: Final[Mapping[str, str]] = {"Any": "typing", "Mapping": "collections.abc"}
 """Names of the standard library that annotations need, with their modules."""
@@ -187,7 +187,7 @@ class AutomatonWriter:
         """Return an expression with what stands around it: on one line, or between parentheses."""
         prefix = INDENT * level
         if len(code.lines) == 1 and "#" not in code.lines[0] and not code.bound:
-            return [f"{prefix}{_marker(self._file, code)}", f"{prefix}{before}{code.lines[0]}{end}"]
+            return [f"{prefix}{marker(self._file, code)}", f"{prefix}{before}{code.lines[0]}{end}"]
         return [f"{prefix}{before}(", *piece(self._file, code, level + 1), f"{prefix}){end}"]
 
     def _unused(self, wanted: str, number: int = 1) -> str:
@@ -203,10 +203,11 @@ def piece(file: str, code: Code, level: int) -> list[str]:
     All text of a person that may look like such a comment stands in these lines: who reads the comments from
     the top of the component, and skips the lines that each one names, never takes a person's for one.
     """
-    return [INDENT * level + _marker(file, code), *code.indented(level)]
+    return [INDENT * level + marker(file, code), *code.indented(level)]
 
 
-def _marker(file: str, code: Code) -> str:
+def marker(file: str, code: Code) -> str:
+    """Return the comment that says where a piece of code comes from."""
     last = code.line + len(code.lines) - 1
     return f"# {file}:{code.line}" if last == code.line else f"# {file}:{code.line}-{last}"
 
