@@ -124,6 +124,7 @@ def test_a_time_that_is_no_positive_number(path: Path, time: str) -> None:
         ("x = 1\nfrom __future__ import annotations", "4:1: E520: `from __future__` has no place here"),
         ("def f():\n    from math import *", "E520: not valid Python: import * only allowed at module level"),
         ("def f(a: (b := 1)): pass", "E520: not valid Python: 'named expression' can not be used"),
+        ("def f(): nonlocal q", "3:97: E520: not valid Python: no binding for nonlocal 'q' found"),
         ("def f(k=(yield)): pass", "E520: `yield` has no place here"),
         ("from math import *", "E520: `import *` has no place here"),
         ("self = 3", "E520: `self` is the component"),
@@ -191,6 +192,7 @@ def test_functions_that_cannot_stand_in_a_class(path: Path, code: str, expected:
     ("code", "expected"),
     [
         ("nonlocal zz", "E520: `nonlocal` has no place in the variables"),
+        ("def f(): nonlocal q", "E520: not valid Python: no binding for nonlocal 'q' found"),
         ("from __future__ import annotations", "E520: `from __future__` has no place here"),
         ("a: (b := 1) = 2", "E520: not valid Python: 'named expression' can not be used"),
         ("global zz; zz = 1", "E520: `global zz` makes `zz` a name of the whole file"),

@@ -236,6 +236,21 @@ def test_code_may_say_nonlocal_itself(tmp_path: Path) -> None:
     assert variables_of(virtual.tree.root.automaton) == {"n": "2"}
 
 
+def test_a_function_in_code_may_say_nonlocal_for_what_other_code_assigns(tmp_path: Path) -> None:
+    a = state(
+        1, "a", "n = 1\ndef own():\n    local = 1\n    def f():\n        nonlocal local\n    f()\nown()"
+    )
+    b = state(
+        2, "b", "def f():\n    class C:\n        nonlocal n\n        n += self.given\nf()", initial=True
+    )
+    made = component(
+        tmp_path, document(sub(1, 0, a, b, variables="def g():\n    nonlocal n\n    n = 5\ng()"))
+    )
+    made.given = 2  # type: ignore[attr-defined]
+    assert variables_of(run(made, 0).tree.root.automaton)["n"] == "7"
+    assert "local" not in variables_of(run(made, 0).tree.root.automaton)
+
+
 @pytest.mark.parametrize(
     "definition",
     [

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import re
 import symtable
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from typing import Final
 
@@ -27,21 +27,19 @@ __all__ = [
 _SELF: Final = "self"
 
 
-def analyze_block(text: Text, *, shared: frozenset[str] = frozenset(), returns: bool = True) -> Code | None:
+def analyze_block(text: Text, *, returns: bool = True) -> Code | None:
     """Return statements that become the body of a function, or None when there are none and no comment.
 
-    `shared` are the names that the variables of the automaton bind. With `returns` false the code runs in the
-    middle of a function, and must not return from it. Raises CodeError.
+    With `returns` false the code runs in the middle of a function, and must not return from it. Raises
+    CodeError.
     """
     code = split(text)
     if code is None:
         return None
     tree = parse(code, code.lines)
     _refuse_out_of_place(tree, code, returns=returns)
-    declared = frozenset(
-        name for node in own_nodes(tree) if isinstance(node, ast.Nonlocal) for name in node.names
-    )
-    bound = _bound(_scope(code, shared | declared), tree) | declared
+    # Whether other code binds the names that functions in here take from outside, the whole component shows.
+    bound = _bound(_scope(code, _nonlocals(ast.walk(tree))), tree) | _nonlocals(own_nodes(tree))
     if _SELF in bound:
         raise code.error("`self` is the component: no code can assign it")
     if returns:
@@ -67,14 +65,14 @@ def analyze_expression(text: Text, what: str = "value") -> Code:
     return replace(code, bound=bound, used=_names(tree), is_expression=True)
 
 
-def analyze_condition(text: Text, *, shared: frozenset[str] = frozenset()) -> Code:
+def analyze_condition(text: Text) -> Code:
     """Return an expression, or the statements that return the value of a condition. Raises CodeError."""
     try:
         return analyze_expression(text, "condition")
     except CodeError:
         if not re.search(r"\breturn\b", text.text):
             raise
-    code = analyze_block(text, shared=shared)
+    code = analyze_block(text)
     assert code is not None, "a blank text is no expression, and returns nothing"
     statements = parse(code, code.lines)
     if not any(isinstance(node, ast.Return) and node.value is not None for node in own_nodes(statements)):
@@ -142,6 +140,10 @@ def _scope(code: Code, outer: frozenset[str], *, expression: bool = False) -> sy
     with without_warnings():
         table = symtable.symtable(source, "<document>", "exec")
     return table.get_children()[0].get_children()[0]
+
+
+def _nonlocals(nodes: Iterable[ast.AST]) -> frozenset[str]:
+    return frozenset(name for node in nodes if isinstance(node, ast.Nonlocal) for name in node.names)
 
 
 def _bound(table: symtable.SymbolTable, tree: ast.Module) -> frozenset[str]:

@@ -51,7 +51,6 @@ class AutomatonAnalysis:
         self._reserved = reserved
         self._reader = reader
         self._diagnostics = diagnostics
-        self._shared: frozenset[str] = frozenset()
 
     def program(self, owner: State | None, file: str) -> AutomatonProgram:
         """Return the program of the automaton, which is of use when no error was reported.
@@ -66,7 +65,6 @@ class AutomatonAnalysis:
         )
         bound = variables.bound if variables else frozenset()
         inputs = tuple(self._inputs(bound, owner))
-        self._shared = bound.union(item.name for item in inputs)
         program = AutomatonProgram(
             automaton=automaton,
             owner=owner,
@@ -118,9 +116,9 @@ class AutomatonAnalysis:
             self._diagnostics.warning("W532", message, self._place(transition))
             guard = replace(_NEVER, line=transition.trigger.line)
         elif kind == "condition":
-            guard = self._read(self._condition, f"the condition of {label}", transition.trigger)
+            guard = self._read(analyze_condition, f"the condition of {label}", transition.trigger)
         elif not transition.guard.is_blank:
-            guard = self._read(self._condition, f"the guard of {label}", transition.guard)
+            guard = self._read(analyze_condition, f"the guard of {label}", transition.guard)
         code = self._block(f"the code of {label}", transition.code)
         if kind == "event":  # a parameter of both, which they do not share with anybody
             guard, code = (_without(piece, _EVENT) for piece in (guard, code))
@@ -207,11 +205,8 @@ class AutomatonAnalysis:
             if child in self._automata:
                 yield from ((child, item) for item in self._automata[child].inputs)
 
-    def _condition(self, text: Text) -> Code:
-        return analyze_condition(text, shared=self._shared)
-
     def _block(self, what: str, text: Text) -> Code | None:
-        return self._read(lambda text: analyze_block(text, shared=self._shared), what, text)
+        return self._read(analyze_block, what, text)
 
     def _read(self, analyze: Callable[[Text], _T], what: str, text: Text) -> _T | None:
         return self._reader.read(analyze, what, text, self._path)

@@ -56,20 +56,23 @@ def check_component(program: Program, text: str, path: Path, diagnostics: Diagno
     try:
         compile_source(text, Code(lines, line=1))
     except CodeError as error:
-        diagnostics.error("E520", str(error), _place(program, lines, error.line, path))
+        diagnostics.error("E520", str(error), _place(program, lines, error, path))
 
 
-def _place(program: Program, lines: Sequence[str], wrong: int, path: Path) -> Location:
-    """Return the place in the document of a line: what we write belongs to the code below it."""
+def _place(program: Program, lines: Sequence[str], wrong: CodeError, path: Path) -> Location:
+    """Return the place in the document of what is wrong: what we write belongs to the code below it."""
     place = Location(path)
     end = 0
     for source, file, code in _pieces(program, path):
         begin = next(
             (at for at in range(end, len(lines)) if lines[at].strip() == marker(file, code)), len(lines)
         )
-        place = Location(source, code.line + min(max(0, wrong - begin - 2), len(code.lines) - 1))
         end = begin + 1 + len(code.lines)
-        if wrong <= end:
+        index = min(max(0, wrong.line - begin - 2), len(code.lines) - 1)
+        indentation = max(0, lines[wrong.line - 1].find(code.lines[index]))
+        found = code.error("", index + 1, wrong.column - indentation)
+        place = Location(source, found.line, found.column)
+        if wrong.line <= end:
             break
     return place
 
