@@ -197,6 +197,8 @@ def make_automata(component: Component) -> Automaton:
     Raises DefinitionError, ZenohIceError when they need a server that is not there, and VariablesError for
     any other exception in them.
     """
+    sleep, send = component._hfsm_sleep, component._hfsm_send
+    component._hfsm_sleep = component._hfsm_send = _too_early
     try:
         return component.automaton()
     except (ComponentError, ZenohIceError):
@@ -205,6 +207,14 @@ def make_automata(component: Component) -> Automaton:
         place = locate(error, source_of(component), component._hfsm_document)
         message = f"the variables of the component failed: {type(error).__name__}: {error}"
         raise VariablesError(f"{message} at {place}" if place else message) from error
+    finally:
+        component._hfsm_sleep, component._hfsm_send = sleep, send
+
+
+def _too_early(*_: object) -> None:
+    raise RuntimeError(
+        "`self.send` and `self.sleep` are for entry code: no automaton runs when variables are set"
+    )
 
 
 @contextmanager

@@ -205,6 +205,15 @@ def test_variables_that_cannot_stand_in_a_function(path: Path, code: str, expect
     assert expected in found
 
 
+@pytest.mark.parametrize("name", ["send", "sleep"])
+def test_variables_that_send_or_sleep(path: Path, name: str) -> None:
+    variables = f"later = lambda: self.{name}(1)\nself.{name}(2)"
+    expected = f"6:1: E520: `self.{name}` is for entry code: no automaton runs when variables are set"
+    assert errors(path, document(sub(1, 0, A, variables=variables))) == [expected]
+    functions = f"def {name}(self, x): pass"
+    assert errors(path, document(sub(1, 0, A, variables=variables, functions=functions))) == []
+
+
 def test_a_global_of_all_code_is_no_variable(path: Path) -> None:
     a = state(1, "a", "global zz\nzz = 2", initial=True)
     assert errors(path, document(sub(1, 0, a, variables="global zz\nzz = 1"))) == []

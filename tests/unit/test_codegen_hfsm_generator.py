@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import logging
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -13,8 +14,10 @@ from hypothesis import strategies as st
 from codegen.hfsm.code.python import CodeError, analyze_block, analyze_condition
 from codegen.hfsm.document import Text
 from hfsm_runtime import Component, ComponentError, VirtualRun, run
+from hfsm_runtime.runtime import Runtime
 from hfsm_runtime.variables import variables_of
 from tests.support.documents import compile_to, document, load, state, sub, transition
+from zenoh_ice.clock import VirtualClock
 
 
 def component(tmp_path: Path, text: str, name: str = "behavior") -> Component:
@@ -444,6 +447,19 @@ def test_variables_that_fail_are_told_with_their_line(tmp_path: Path) -> None:
     text = document(sub(1, 0, state(1, "a", initial=True), variables="x = 1\ny = x / 0"))
     with pytest.raises(ComponentError, match=r"the variables .* ZeroDivisionError: .*\(behavior.xml:6\)"):
         VirtualRun(component(tmp_path, text))
+
+
+@pytest.mark.parametrize("call", ["send('go')", "sleep(0.1)"])
+@pytest.mark.parametrize("make", [VirtualRun, lambda made: Runtime(made, VirtualClock())])
+def test_variables_can_neither_send_nor_sleep(
+    tmp_path: Path, make: Callable[[Component], object], call: str
+) -> None:
+    functions = f"def early(self):\n    self.{call}"
+    text = document(sub(1, 0, state(1, "a", initial=True), variables="x = self.early()", functions=functions))
+    with pytest.raises(
+        ComponentError, match=r"no automaton runs when .* at behavior.py:\d+ \(behavior.xml:7\)"
+    ):
+        make(component(tmp_path, text))
 
 
 def test_an_exception_whose_text_fails_is_told(tmp_path: Path) -> None:

@@ -34,7 +34,7 @@ from .report import Report
 from .shadows import check_shadows
 from .timers import check_timers
 from .tree import check_tree
-from .variables import check_variables
+from .variables import check_start, check_variables
 
 __all__ = ["COMPONENT_ATTRIBUTES", "ON_ERROR", "ON_REFUSED", "check", "delay", "milliseconds"]
 
@@ -91,7 +91,11 @@ def _check_code(
     extension = extension_of(path)
     if is_complete:
         check_attributes(document, interfaces, extension, pieces=pieces, found=found, report=report)
-    if any("send" in defined_names(piece) for piece in functions):  # what it sends is its own affair
+    own = frozenset().union(*(defined_names(piece) for piece in functions))
+    if is_complete and not extension.exists:
+        for code in codes:
+            check_start(code, own, report)
+    if "send" in own:  # what it sends is its own affair
         found, is_complete = [access for access in found if access.name != "send"], False
     check_events(document, extension, found, report, is_complete=is_complete)
     check_blocking(codes, functions, found, modules, report)

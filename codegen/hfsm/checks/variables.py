@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from typing import Final
 
 from ..code.names import RESERVED
@@ -11,7 +11,7 @@ from ..code.trees import own_nodes
 from .pieces import AutomatonCode, Piece
 from .report import Report
 
-__all__ = ["check_variables"]
+__all__ = ["check_start", "check_variables"]
 
 _READERS: Final = frozenset({"dir", "eval", "exec", "locals", "vars"})
 """Builtins that may read any variable."""
@@ -38,6 +38,17 @@ def check_variables(code: AutomatonCode, report: Report) -> None:
                 told.add(name)
                 message = f"nothing reads the variable `{name}`"
                 report.warning("W521", message, piece.place(target, len(name)))
+
+
+def check_start(code: AutomatonCode, own: Collection[str], report: Report) -> None:
+    """Report events and waits in the variables; `own` are the attributes that the document itself defines."""
+    if code.variables is None:
+        return
+    for node in own_nodes(code.variables.tree):
+        match node:
+            case ast.Call(func=ast.Attribute(ast.Name("self"), "send" | "sleep" as name)) if name not in own:
+                message = f"`self.{name}` is for entry code: no automaton runs when variables are set"
+                report.error("E520", message, code.variables.place(node))
 
 
 def _reads(piece: Piece) -> Iterator[str]:
