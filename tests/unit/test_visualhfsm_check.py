@@ -15,6 +15,8 @@ from visualhfsm.command import app
 CLEAN = document(sub(1, 0, state(1, "wait", initial=True)))
 WARNING = document(sub(1, 0, state(1, "wait", "distance = 3", initial=True)))
 ERROR = document(sub(1, 0, state(1, "wait", "x = = 1", initial=True)))
+UNBOUND = document(sub(1, 0, state(1, "wait", "def f(): nonlocal x", initial=True)))
+"""Only its component as a whole shows what is wrong."""
 TWO_STATES = sub(
     1, 0, state(1, "walk", initial=True), state(2, "rest"),
     transition(1, 1, 2, "tired"), transition(2, 2, 1, "1000", type="time"), variables="tired = False",
@@ -54,8 +56,9 @@ def test_a_warning_fails_only_when_it_is_strict(tmp_path: Path) -> None:
     assert result.stdout == "1 document: 1 warning\n"
 
 
-def test_an_error_fails(tmp_path: Path) -> None:
-    result = run(write(tmp_path, "wrong.xml", ERROR))
+@pytest.mark.parametrize("wrong", [ERROR, UNBOUND])
+def test_an_error_fails(tmp_path: Path, wrong: str) -> None:
+    result = run(write(tmp_path, "wrong.xml", wrong))
     assert result.exit_code == 1
     assert "error[E520]" in result.stderr
     assert "1 error" not in result.stderr, "the summary tells it"
