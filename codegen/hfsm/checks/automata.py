@@ -105,6 +105,10 @@ def _check_transition(automaton: Automaton, transition: Transition, states: set[
         *others, last = (f'"{known}"' for known in TRIGGERS)
         message = f"{name} has the type `{transition.type[:40]}`: it is {', '.join(others)} or {last}"
         report.error("E515", message, trigger)
+    if transition.type == "condition" and not transition.guard.is_blank:
+        message = f"{name} fires by a condition, which has no guard"
+        note = Note("write both into the condition, joined by `and`, or delete the guard")
+        report.error("E515", message, report.place(transition, transition.guard), [note])
     _check_priority(automaton, transition, report)
 
 

@@ -41,7 +41,7 @@ export function transitionEditor(about) {
         <h3 id="guard-title">Guard <span class="faint">must hold as well</span></h3>
         <hfsm-code-field class="grow" wraps data-part="guard" .tab=${tab} .place=${{...place, part: "guard"}} .text=${transition.guard} ?readonly=${readonly}
           label="Guard of ${transition.name}" hint="always"></hfsm-code-field>
-        ${transition.type === "condition" ? html`<p class="explain">A condition has no guard of its own: this one is not looked at. Move it into the condition.</p>` : nothing}</div>`}
+        ${transition.type === "condition" ? html`<p class="explain">A condition has no guard: the component cannot be generated. Write both into the condition, joined by <code>and</code>, or delete the guard.</p>` : nothing}</div>`}
       ${priority(about, place, fields)}
       <div class="section code"><h3>Code <span class="faint">runs when it fires</span></h3>
         <hfsm-code-field class="fill" data-part="fired" .tab=${tab} .place=${{...place, part: "fired"}} .text=${transition.code} ?readonly=${readonly}
