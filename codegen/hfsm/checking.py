@@ -49,7 +49,10 @@ def check_document(
         for interface in loaded.document.interfaces
         for known in loaded.interfaces.find(interface.type)
     }
-    operations = read_operations(schema for schema in sorted(schemas) if schema.is_file())
+    errors = len(diagnostics.errors)
+    operations = read_operations((each for each in sorted(schemas) if each.is_file()), diagnostics)
+    if len(diagnostics.errors) > errors:
+        return None
     report = check_model(loaded.document, path, operations=operations, limit=limit)
     report_model(_without_known(report, loaded, path, diagnostics), diagnostics, leave_out=_TOLD)
     return report

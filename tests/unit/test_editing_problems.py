@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import contextlib
 import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +14,7 @@ import psutil
 import pytest
 
 from codegen.hfsm import write_document
-from codegen.hfsm.document import Automaton, Document, Import, Library, State, Text, Transition
+from codegen.hfsm.document import Automaton, Document, Import, Interface, Library, State, Text, Transition
 from tests.support.editing import large_document, tree
 from tests.support.limits import LIMIT
 from visualhfsm.editing.check_process import CheckProcess
@@ -140,6 +143,20 @@ def test_a_process_beside_finds_the_same(checks: CheckProcess) -> None:
     assert checks.find_problems(clean(), None) == []
 
 
+def test_a_broken_description_of_interfaces_is_a_problem_with_its_file(
+    checks: CheckProcess, tmp_path: Path
+) -> None:
+    (tmp_path / "lab").mkdir()
+    (tmp_path / "lab" / "__init__.py").write_text("")
+    (tmp_path / "lab" / "lamp.py").write_text("class LampPrx(ObjectPrx):\n    pass\n")
+    schema = tmp_path / "lab" / "schema.json"
+    schema.write_text('{\n<<<<<<< HEAD\n "definitions": {}\n}\n')
+    document = replace(clean(), interfaces=(Interface(name="Lamp", type="Lamp"),))
+    (problem,) = checks.find_problems(document, tmp_path / "main.xml", [tmp_path])
+    assert (problem.code, problem.severity) == ("E605", "error")
+    assert (problem.file, problem.line) == (str(schema), 2)
+
+
 def checkers() -> list[psutil.Process]:
     found = []
     for child in psutil.Process().children():
@@ -153,9 +170,21 @@ def test_a_process_that_dies_is_started_again(checks: CheckProcess) -> None:
     checks.find_problems(clean(), None)
     (process,) = checkers()
     process.kill()
+    process.wait(LIMIT)
     assert checks.find_problems(clean(), None) == []
     (other,) = checkers()
     assert other != process
+
+
+def test_a_revision_that_the_model_checker_did_not_look_at_has_a_warning(checks: CheckProcess) -> None:
+    with ThreadPoolExecutor(1) as pool:
+        future = pool.submit(checks.find_problems, clean(), None)
+        deadline = time.monotonic() + LIMIT
+        while not (running := checkers()):
+            assert time.monotonic() < deadline
+        running[0].kill()  # before it has answered: it takes longer to start
+        (problem,) = future.result(LIMIT)
+    assert (problem.severity, "by the model checker" in problem.message) == ("warning", True)
 
 
 def test_a_check_that_takes_too_long_is_told(checks: CheckProcess) -> None:

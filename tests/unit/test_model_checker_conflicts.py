@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from codegen.diagnostics import Diagnostics
 from codegen.hfsm.document import Document, Interface, Text
 from codegen.hfsm.model_checker import Command, Commands, Conflict, check_model, is_command, read_operations
 from tests.support.model_documents import PATH, Player, after, automaton, document, play, state, when
@@ -20,7 +21,7 @@ LOOK = "self.Head.setPose(0.0, 0.0, 0.2)"
 
 def commanded(code: str, functions: str = "", variables: str = "") -> set[tuple[str, str]]:
     doc = document(automaton(1, [state(1)], functions=Text(functions)), interfaces=(HEAD, LEFT, RIGHT))
-    commands = Commands(doc, read_operations(SCHEMAS))
+    commands = Commands(doc, read_operations(SCHEMAS, Diagnostics()))
     found = commands.of(Text(code), commands.aliases(Text(variables)))
     return {(command.identity, command.operation) for command in found}
 
@@ -87,7 +88,7 @@ def test_which_operations_command(operation: str, idempotent: bool | None, expec
 
 
 def test_operations_of_a_base_are_those_of_the_interface() -> None:
-    operations = read_operations(SCHEMAS)
+    operations = read_operations(SCHEMAS, Diagnostics())
     assert operations["Camera"]["getImageData"] is False
     assert operations["Camera"]["setCameraDescription"] is True
 

@@ -33,7 +33,7 @@ from tests.support.model_documents import (
 
 ROOT = Path(__file__).resolve().parents[2]
 BEHAVIORS = sorted((ROOT / "behaviors").glob("*.xml"))
-OPERATIONS = read_operations((ROOT / "interfaces").glob("*/schema.json"))
+OPERATIONS = read_operations((ROOT / "interfaces").glob("*/schema.json"), Diagnostics())
 
 
 def read(path: Path) -> Document:

@@ -17,6 +17,7 @@ WARNING = document(sub(1, 0, state(1, "wait", "distance = 3", initial=True)))
 ERROR = document(sub(1, 0, state(1, "wait", "x = = 1", initial=True)))
 UNBOUND = document(sub(1, 0, state(1, "wait", "def f(): nonlocal x", initial=True)))
 """Only its component as a whole shows what is wrong."""
+LAMP = "<iceinterface><nameinterface>Lamp</nameinterface><nameproxy>Lamp</nameproxy><interface>Lamp</interface></iceinterface>"
 TWO_STATES = sub(
     1, 0, state(1, "walk", initial=True), state(2, "rest"),
     transition(1, 1, 2, "tired"), transition(2, 2, 1, "1000", type="time"), variables="tired = False",
@@ -147,3 +148,27 @@ def test_what_the_checks_tell_the_model_does_not_tell_again(tmp_path: Path) -> N
     result = run(write(tmp_path, "main.xml", document(automaton)))
     assert result.stderr.count("warning[") == 1
     assert "W517" in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("schema", "place", "problem"),
+    [
+        ('{\n<<<<<<< HEAD\n "definitions": {}\n}\n', "schema.json:2:1:", "is no JSON: Expecting property name"),
+        ("[]", "schema.json:", "is none that codegen writes"),
+        ('{"definitions": {"::lab::Lamp": {"kind": "interface", "operations": 5}}}', "schema.json:", "is none that"),
+        ("\xff", "schema.json:", "is none that codegen writes"),
+    ],
+)  # fmt: skip
+def test_a_broken_description_of_interfaces_is_an_error_with_its_file(
+    tmp_path: Path, schema: str, place: str, problem: str
+) -> None:
+    write(tmp_path, "lab/__init__.py", "")
+    write(tmp_path, "lab/lamp.py", "class LampPrx(ObjectPrx):\n    pass\n")
+    (tmp_path / "lab" / "schema.json").write_text(schema, encoding="latin-1")
+    path = write(tmp_path, "main.xml", document(TWO_STATES, config=LAMP, head=stated("never", "rest")))
+    result = run(path, "-I", tmp_path)
+    assert result.exit_code == 1
+    assert (
+        f"{tmp_path / 'lab'}/{place} error[E605]: the description of package `lab` {problem}" in result.stderr
+    )
+    assert "it rests" not in result.stdout, "the model checker has not looked"

@@ -55,16 +55,21 @@ class CheckProcess:
             question = _Question(text, None if path is None else str(path), [*map(str, include)], limit)
             try:
                 answer = self._process.ask(msgspec.json.encode(question), self._patience)
-                return msgspec.json.decode(answer, type=list[Problem])
+                problems = msgspec.json.decode(answer, type=list[Problem])
             except (NoAnswerError, msgspec.MsgspecError):
                 continue
-        what = "the checks took too long, or ended by themselves"
-        return [Problem(code="", severity="warning", message=f"{what}: this revision is not checked")]
+            return problems if limit else [*problems, _unchecked("model checker")]
+        return [_unchecked("checks")]
 
     def close(self) -> None:
         """End the process; a check that is running ends without a result."""
         self._closed.set()
         self._process.close()
+
+
+def _unchecked(what: str) -> Problem:
+    message = f"this revision is not checked by the {what}, which took too long or failed"
+    return Problem(code="", severity="warning", message=message)
 
 
 def _answer(line: bytes) -> bytes:

@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
+from ...diagnostics import Diagnostics, Location, Note
 from ..code.trees import parse_python
 from ..document import Document, Text
 
@@ -46,21 +47,37 @@ def is_command(operation: str, idempotent: bool | None = None) -> bool:
     return not _READS.match(operation) and idempotent is False
 
 
-def read_operations(schemas: Iterable[Path]) -> dict[str, dict[str, bool]]:
-    """Return the operations of interfaces from the `schema.json` files that codegen writes."""
+def read_operations(schemas: Iterable[Path], diagnostics: Diagnostics) -> dict[str, dict[str, bool]]:
+    """Return the operations of interfaces from the `schema.json` files that codegen writes.
+
+    A file that cannot be read, or is no such description, is reported as an error.
+    """
     own: dict[str, dict[str, bool]] = {}
     bases: dict[str, list[str]] = {}
     for path in schemas:
-        definitions = json.loads(path.read_text(encoding="utf-8")).get("definitions", {})
-        for scoped, definition in definitions.items():
-            if definition.get("kind") != "interface":
-                continue
-            name = scoped.rsplit("::", 1)[-1]
-            bases[name] = [base.rsplit("::", 1)[-1] for base in definition.get("bases") or ()]
-            own[name] = {
-                operation["name"]: is_command(operation["name"], bool(operation.get("idempotent")))
-                for operation in definition.get("operations", ())
-            }
+        place, problem = Location(path), ""
+        try:
+            text = path.read_text(encoding="utf-8")
+            diagnostics.add_source(path, text)
+            for scoped, definition in json.loads(text)["definitions"].items():
+                if definition["kind"] == "interface":
+                    name = scoped.rsplit("::", 1)[-1]
+                    bases[name] = [base.rsplit("::", 1)[-1] for base in definition.get("bases", ())]
+                    own[name] = {
+                        operation["name"]: is_command(operation["name"], operation.get("idempotent") is True)
+                        for operation in definition.get("operations", ())
+                    }
+        except OSError as error:
+            problem = f"cannot be read: {error.strerror or error}"
+        except json.JSONDecodeError as error:
+            place, problem = Location(path, error.lineno, error.colno), f"is no JSON: {error.msg}"
+        except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
+            problem = "is none that codegen writes"
+        if problem:
+            note = Note("the model checker needs it: undo a broken merge, or generate the package again")
+            diagnostics.error(
+                "E605", f"the description of package `{path.parent.name}` {problem}", place, [note]
+            )
     return {name: _with_bases(name, own, bases, 0) for name in own}
 
 
