@@ -302,7 +302,7 @@ def test_timeline_goes_back_through_the_run_and_to_now(shown: EditorPage) -> Non
     shown.press("Alt+Enter")
     expect_current(shown, "go")
     gone_on = """async () => {
-      const entry = document.querySelector('script[type=module]').src;
+      const entry = document.querySelector('script[src$="/app.js"]').src;
       const {past} = (await import(entry.replace('app.js', 'monitor/monitor.js'))).monitor;
       return past.end - past.changes.at(-1).time > 1;
     }"""

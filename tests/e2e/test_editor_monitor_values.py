@@ -134,7 +134,7 @@ def test_values_are_read_as_python_or_json_write_them(browser: Browser, running:
     with monitor_page(browser, running) as shown:
         found = shown.page.evaluate(
             """async (all) => {
-              const entry = document.querySelector('script[type=module]').src;
+              const entry = document.querySelector('script[src$="/app.js"]').src;
               const {valueIn} = await import(entry.replace('app.js', 'monitor/values.js'));
               return all.map((written) => (valueIn(written) === undefined ? 'refused' : valueIn(written)));
             }""",

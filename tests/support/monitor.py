@@ -100,7 +100,7 @@ def run(shown: EditorPage) -> None:
 def run_anew(shown: EditorPage) -> None:
     """Press F5 while the component runs, and wait until another one is followed."""
     started = (
-        "async () => (await import(document.querySelector('script[type=module]').src"
+        "async () => (await import(document.querySelector('script[src$=\"/app.js\"]').src"
         ".replace('app.js', 'monitor/monitor.js'))).monitor.newest?.component.startedAt"
     )
     before = shown.page.evaluate(started)

@@ -8,7 +8,7 @@ let list;
 /**
  * Tell something.
  *
- * @param {string} text @param {"info" | "error"} kind
+ * @param {string} text @param {"info" | "error" | "failure"} kind  a failure stays until it is dismissed
  * @param {{label: string, run: () => void}} [link] leads to what it is about
  * @returns {() => void} takes it away
  */
@@ -18,10 +18,12 @@ export function notify(text, kind = "info", link = undefined) {
     list.className = "notices";
     document.body.append(list);
   }
-  for (const each of list.children) if (each.firstChild.data === text) each.remove(); // it is said anew, not twice
+  const same = [...list.children].find((each) => each.firstChild.data === text);
+  if (same && kind === "failure") return () => same.remove(); // it may come with each frame, and its button is to stay
+  same?.remove(); // it is said anew, not twice
   const notice = document.createElement("div");
   notice.className = `notice ${kind}`;
-  notice.setAttribute("role", kind === "error" ? "alert" : "status");
+  notice.setAttribute("role", kind === "info" ? "status" : "alert");
   notice.textContent = text;
   if (link) {
     const button = document.createElement("button");
@@ -43,7 +45,7 @@ export function notify(text, kind = "info", link = undefined) {
   notice.append(close);
   list.append(notice);
   while (list.children.length > 4) list.firstElementChild.remove();
-  setTimeout(() => notice.remove(), kind === "error" ? SHOWN_ERROR : SHOWN);
+  if (kind !== "failure") setTimeout(() => notice.remove(), kind === "error" ? SHOWN_ERROR : SHOWN);
   return () => notice.remove();
 }
 

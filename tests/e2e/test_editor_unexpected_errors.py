@@ -1,0 +1,67 @@
+"""An error that nobody expected is shown in the page, with what to do."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, Locator, expect
+
+from tests.support.browser import EditorPage, editor_page
+from tests.support.editor import DOCUMENT, editor
+
+
+@pytest.fixture
+def shown(browser: Browser, tmp_path: Path) -> Iterator[EditorPage]:
+    root = tmp_path / "root"
+    root.mkdir()
+    file = root / "walk.xml"
+    file.write_text(DOCUMENT, "utf-8")
+    with editor(root, file) as running, editor_page(browser, running) as shown:
+        shown.expect_states("wait", "go")
+        yield shown
+        shown.mishaps.clear()  # they are planted
+
+
+def alert(shown: EditorPage) -> Locator:
+    return shown.page.get_by_role("alert").filter(has_text="An error of the editor")
+
+
+def plant(shown: EditorPage, handler: str) -> None:
+    """Break the button for light and dark, and click it."""
+    shown.page.evaluate(f"() => {{ document.querySelector('hfsm-app').toggleTheme = {handler} }}")
+    shown.button("Light or dark").click()
+
+
+@pytest.mark.parametrize("handler", ["() => missing()", "async () => missing()"], ids=["error", "rejection"])
+def test_an_unexpected_error_is_shown_and_the_page_can_be_loaded_again(
+    shown: EditorPage, handler: str
+) -> None:
+    plant(shown, handler)
+    expect(alert(shown)).to_contain_text("ReferenceError: missing is not defined (app.js:")
+    expect(alert(shown)).to_contain_text("Your changes are kept by the server. Reload the page")
+    alert(shown).get_by_role("button", name="Reload the page").click()
+    expect(alert(shown)).to_have_count(0)
+    shown.expect_states("wait", "go")
+
+
+def test_an_error_that_comes_again_is_shown_once(shown: EditorPage) -> None:
+    plant(shown, "() => missing()")
+    expect(alert(shown)).to_have_count(1)
+    alert(shown).evaluate("alert => alert.dataset.first = ''")
+    shown.button("Light or dark").click()
+    expect(alert(shown)).to_have_count(1)
+    expect(alert(shown)).to_have_attribute("data-first", "")
+
+
+def test_a_script_that_cannot_be_loaded_is_shown(shown: EditorPage) -> None:
+    shown.page.route("**/app.js", lambda route: route.abort())
+    shown.page.reload()
+    expect(alert(shown)).to_contain_text("app.js could not be loaded")
+
+
+def test_a_refusal_that_nothing_catches_is_shown_as_it_is(shown: EditorPage) -> None:
+    plant(shown, "async () => { throw Object.assign(new Error('the server is away'), {kind: 'offline'}); }")
+    expect(shown.page.get_by_role("alert").filter(has_text="the server is away")).to_have_count(1)
+    expect(alert(shown)).to_have_count(0)
