@@ -309,16 +309,19 @@ class Property(Node):
 class Document(Node):
     """A component as a tree of automata, with the libraries and interfaces that its code uses.
 
-    `description`, `on_error`, `on_refused`, `language`, parameters, events and properties are additions of
-    ours; the origin's editor ignores them. `language` is blank for Python, and names any other, in which the
-    code is kept but does not run. What is unknown among the libraries and among the interfaces is in
-    `libraries_extras` and `config_extras`. `functions` come from imported files, and are never written.
+    `description`, `on_error`, `on_refused`, `dialect`, `language`, parameters, events and properties are
+    additions of ours; the origin's editor ignores them. `dialect` is blank for the format of today, and names
+    the editor of old (`VisualHFSM`, `VisualStates`) whose generator the code was written for. `language` is
+    blank for Python, and names any other, in which the code is kept but does not run. What is unknown among
+    the libraries and among the interfaces is in `libraries_extras` and `config_extras`. `functions` come from
+    imported files, and are never written.
     """
 
     root_tag: str = "VisualHFSM"
     description: Text = Text()
     on_error: Text = Text()
     on_refused: Text = Text()
+    dialect: Text = Text()
     language: Text = Text()
     parameters: tuple[Parameter, ...] = ()
     events: tuple[Event, ...] = ()
@@ -329,6 +332,16 @@ class Document(Node):
     libraries_extras: tuple[Extra, ...] = ()
     config_extras: tuple[Extra, ...] = ()
     functions: tuple[Functions, ...] = ()
+
+    @property
+    def is_old(self) -> bool:
+        """Whether the code expects what the origin's generators gave to it."""
+        return not self.dialect.is_blank
+
+    @property
+    def proxy_aliases(self) -> dict[str, str]:
+        """The second names that the origin's generators gave to proxies, each with the interface's name."""
+        return {f"{each.name}Prx": each.name for each in self.interfaces} if self.is_old else {}
 
     def automaton(self, id: int) -> Automaton | None:
         """Return the automaton with this id, or None."""

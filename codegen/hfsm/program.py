@@ -143,7 +143,8 @@ class Program:
     """A component, ready to be written down.
 
     `document_name` is the file that it is made of, and `sources` are those that this one imports. `automata`
-    are the root and all below it, each before its children.
+    are the root and all below it, each before its children. `is_old` tells that the code expects what the
+    origin's generators gave to it.
     """
 
     document_name: str
@@ -159,3 +160,4 @@ class Program:
     proxies: tuple[ProxyProgram, ...]
     functions: tuple[FunctionsProgram, ...]
     automata: tuple[AutomatonProgram, ...]
+    is_old: bool = False

@@ -24,6 +24,7 @@ OLD = """<VisualStates>
 
 NEW = """<?xml version="1.0" encoding="UTF-8"?>
 <VisualHFSM>
+  <dialect>VisualStates</dialect>
   <SubAutomata id="1" idFather="0">
     <state initial="true" id="1">
       <posx>0</posx>

@@ -10,7 +10,7 @@ import ast
 from pathlib import Path
 
 from ...diagnostics import Diagnostics
-from ..code.names import RESERVED
+from ..code.names import OLD_MODULES, RESERVED
 from ..code.pieces import is_foreign
 from ..code.python import analyze_library
 from ..code.text import CodeError
@@ -123,7 +123,7 @@ def _check_names(
 
 def _libraries(document: Document) -> dict[str, str]:
     """Return the names that the libraries bind, with what each stands for."""
-    found: dict[str, str] = {}
+    found = {module: module for module in (OLD_MODULES if document.is_old else ())}
     for library in document.libraries:
         if library.name.is_blank or not library.is_module:
             continue

@@ -38,6 +38,9 @@ def check_attributes(
         candidates = known.find(interface.type)
         if len(candidates) == 1 and interface.name not in assigned | functions | extension.attributes:
             proxies.setdefault(interface.name, candidates[0])
+    for alias, name in document.proxy_aliases.items():
+        if name in proxies and alias not in assigned | functions | extension.attributes:
+            proxies.setdefault(alias, proxies[name])
     if not extension.is_open and not any(sets_attributes_by_name(piece) for piece in pieces):
         names = {
             *COMPONENT_ATTRIBUTES,
@@ -46,6 +49,8 @@ def check_attributes(
             *functions,
             *extension.attributes,
             *(interface.name for interface in document.interfaces),
+            *document.proxy_aliases,
+            *(["lock"] if document.is_old else []),
             *(parameter.name for parameter in document.parameters),
         }
         _check_known(found, names, known, report)

@@ -10,12 +10,23 @@ from typing import Final
 
 from ..document import Document
 
-__all__ = ["RESERVED", "camel_case", "component_name", "identifier", "reserved_names", "unique"]
+__all__ = [
+    "OLD_MODULES",
+    "RESERVED",
+    "camel_case",
+    "component_name",
+    "identifier",
+    "reserved_names",
+    "unique",
+]
 
 RESERVED: Final = frozenset(
     {"Any", "Automaton", "Component", "Proxy", "State", "Transition", "libraries", "main", "self"}
 )
 """Names that every generated component needs for itself; `reserved_names` tells those of one document."""
+
+OLD_MODULES: Final = ("signal", "sys", "threading", "time", "traceback")
+"""What the origin's generators imported, and documents of old therefore use without a library."""
 
 _LONGEST_NAME: Final = 100
 

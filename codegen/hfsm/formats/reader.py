@@ -15,7 +15,7 @@ from ...diagnostics import Diagnostics, Location
 from ..code.language import CPP, language_of
 from ..code.reader import first_foreign
 from ..document import Comment, Document, Text
-from .dialects import ROOT_TAGS, Dialect, dialect_of, reader_of
+from .dialects import ROOT_TAGS, Dialect, dialect_of, editor_of, reader_of
 from .xml_tree import parse_xml, read_bytes
 
 __all__ = ["looks_like_document", "parse_document", "read_document"]
@@ -49,8 +49,9 @@ def parse_document(
 ) -> Document | None:
     """Return the document in `content`, or None after errors were reported; `path` is for the messages.
 
-    Documents of old dialects never say their language: one whose code looks like C++ is marked so, with a
-    note. A document in the format of today is in Python unless it says otherwise.
+    A document that an editor of old wrote is marked so. Documents of old dialects never say their language:
+    one whose code looks like C++ is marked so, with a note. A document in the format of today is in Python
+    unless it says otherwise.
     """
     if isinstance(content, str):
         content = content.encode()
@@ -69,6 +70,8 @@ def parse_document(
         return None
     reader.tell_remarks()
     document = replace(document, comments=tuple(Comment(text) for text in comments))
+    if not document.is_old and (editor := editor_of(root)):
+        document = replace(document, dialect=Text(editor))
     if dialect_of(root) is not Dialect.NATIVE and language_of(document) == CPP:
         document = replace(document, language=Text(CPP))
         if (piece := first_foreign(document, path)) is not None:

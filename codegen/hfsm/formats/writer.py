@@ -48,6 +48,7 @@ class _Writer:
         self._optional("description", document.description)
         self._optional("onerror", document.on_error)
         self._optional("onrefused", document.on_refused)
+        self._optional("dialect", document.dialect)
         self._optional("language", document.language)
         self._list(
             "parameters", [partial(self._parameter, "parameter", each) for each in document.parameters]

@@ -145,6 +145,11 @@ def _class(program: Program) -> Iterator[str]:
     bases = f"{program.extension.class_name}, Component" if program.extension else "Component"
     yield f"class {program.class_name}({bases}, document={document}, {policies}):"
     yield f'    """{docstring(program.description)}"""'
+    if program.is_old:  # first, so that the document's own attributes win
+        yield ""
+        yield "    lock = threading.Lock()"
+        for proxy in program.proxies:
+            yield f"    {proxy.attribute}Prx = property(lambda self: self.{proxy.attribute})"
     if program.parameters:
         yield ""
     for parameter in program.parameters:

@@ -8,7 +8,7 @@ from pathlib import Path
 from ...diagnostics import Diagnostics, Location
 from ..checks import ON_ERROR, ON_REFUSED, check
 from ..code.literals import literal, printable
-from ..code.names import camel_case, component_name, reserved_names
+from ..code.names import OLD_MODULES, camel_case, component_name, reserved_names
 from ..code.python import analyze_library, analyze_methods
 from ..code.reader import CodeReader, first_foreign, report_foreign
 from ..code.values import PARAMETER_TYPES, ValueTextError, parse_value
@@ -73,6 +73,7 @@ def understand(
         ),
         functions=functions,
         automata=automata,
+        is_old=document.is_old,
     )
 
 
@@ -91,7 +92,8 @@ class _Understanding:
 
     def imports(self) -> tuple[str, ...]:
         """Return the import statements of the libraries, each once."""
-        statements: dict[str, None] = {}
+        modules = OLD_MODULES if self._document.is_old else ()
+        statements = dict.fromkeys(f"import {module}" for module in modules)
         for library in self._document.libraries:
             if library.name.is_blank or not library.is_module:
                 continue

@@ -107,6 +107,8 @@ class Commands:
             interface.name: (interface.identity, interface.type.replace(".", "::").rsplit("::", 1)[-1])
             for interface in self.document.interfaces
         }
+        for alias, name in self.document.proxy_aliases.items():
+            self._interfaces.setdefault(alias, self._interfaces[name])
         self._functions = {}
         automata = self.document.automata
         for text in (*(a.functions for a in automata), *(f.text for f in self.document.functions)):

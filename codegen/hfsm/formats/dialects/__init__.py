@@ -9,12 +9,12 @@ from codegen.diagnostics import Diagnostics
 
 from ...document import Document
 from ..xml_tree import XmlElement
-from .detection import ROOT_TAGS, Dialect, dialect_of
+from .detection import ROOT_TAGS, Dialect, dialect_of, editor_of
 from .native import NativeReader
 from .spanish import SpanishReader
 from .visualstates import VisualStatesReader
 
-__all__ = ["ROOT_TAGS", "Dialect", "DialectReader", "dialect_of", "reader_of"]
+__all__ = ["ROOT_TAGS", "Dialect", "DialectReader", "dialect_of", "editor_of", "reader_of"]
 
 
 class DialectReader(Protocol):

@@ -11,7 +11,7 @@ from typing import Final
 
 from ..xml_tree import XmlElement
 
-__all__ = ["ROOT_TAGS", "Dialect", "dialect_of"]
+__all__ = ["ROOT_TAGS", "Dialect", "dialect_of", "editor_of"]
 
 ROOT_TAGS: Final = ("VisualHFSM", "VisualStates")
 
@@ -44,3 +44,19 @@ def dialect_of(root: XmlElement) -> Dialect:
     if any(element.tag == "nombreEsquema" for element in root.elements()):
         return Dialect.SPANISH
     return Dialect.NATIVE
+
+
+def editor_of(root: XmlElement) -> str:
+    """Return which editor of old wrote a document that does not say it, or an empty text for none.
+
+    The format of today is VisualHFSM's of 2017. Its editor wrote everything on one line; ours never does.
+    """
+    match dialect_of(root):
+        case Dialect.VISUALSTATES:
+            return "VisualStates"
+        case Dialect.SPANISH:
+            return "VisualHFSM"
+    automaton = next((element for element in root.elements() if element.tag == "SubAutomata"), None)
+    inside = None if automaton is None else next(automaton.elements(), None)
+    is_one_line = automaton and inside and root.line == automaton.line == inside.line
+    return "VisualHFSM" if is_one_line else ""

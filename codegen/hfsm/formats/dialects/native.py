@@ -37,7 +37,7 @@ __all__ = [
 
 _LISTS: Final = ("parameters", "events", "properties")
 _CONTAINERS: Final = (*_LISTS, "libraries", "config")
-_DOCUMENT_LEAVES: Final = ("description", "onerror", "onrefused", "language")
+_DOCUMENT_LEAVES: Final = ("description", "onerror", "onrefused", "dialect", "language")
 _AUTOMATON_NODES: Final = ("state", "transition", "input")
 _AUTOMATON_LEAVES: Final = ("import", "iteration_time", "variables", "functions")
 _STATE_NODES: Final = ("child", "argument")
@@ -81,6 +81,7 @@ class NativeReader(ElementReader):
             description=text_of(parts.first("description")),
             on_error=text_of(parts.first("onerror")),
             on_refused=text_of(parts.first("onrefused")),
+            dialect=text_of(parts.first("dialect")),
             language=text_of(parts.first("language")),
             parameters=self._parameters(parameters, "parameter"),
             events=tuple(self._event(each, events.comments_before(each)) for each in events.all("event")),

@@ -1,0 +1,90 @@
+"""Documents of the origin's editors get what the origin's generators gave them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from codegen.diagnostics import Diagnostics
+from codegen.hfsm import parse_document, write_document
+from codegen.hfsm.checking import check_document
+from hfsm_runtime import VirtualRun
+from tests.support.documents import compile_to, document, load, state, sub
+
+MOTORS = (
+    "<iceinterface><nameinterface>motors</nameinterface><nameproxy>Motors</nameproxy>"
+    "<ip>localhost</ip><port>9999</port><interface>Motors</interface></iceinterface>"
+)
+CODE = """with self.lock:
+    speed = 0.5 if time.time() and signal.SIGINT else 0.0
+self.motorsPrx.setV(speed)
+self.motors.setW(float(len(threading.enumerate()) > 0))
+self.seen = sys.version_info.major, traceback.format_exc()"""
+
+
+def old(*parts: str, config: str = MOTORS) -> str:
+    """Return a document as VisualHFSM's editor of 2013 to 2017 wrote it: on one line, but for code."""
+    inside = "".join(part.replace(">\n", ">") for part in parts)
+    return f"<VisualHFSM>{inside}<libraries/><config>{config}</config></VisualHFSM>"
+
+
+def visualstates(inside: str) -> str:
+    """Return a document of VisualStates."""
+    return (
+        f'<VisualStates>\n<state id="0" initial="True"><name>root</name>\n{inside}</state>\n</VisualStates>'
+    )
+
+
+def checked(path: Path, text: str) -> list[str]:
+    """Return what `check` reports of a document, as `code: message`."""
+    path.write_text(text)
+    diagnostics = Diagnostics()
+    check_document(path, diagnostics)
+    return [f"{found.code}: {found.message}" for found in diagnostics]
+
+
+def converted(text: str) -> str:
+    """Return a document in the format of today."""
+    document = parse_document(text, Path("old.xml"), Diagnostics())
+    assert document is not None
+    return write_document(document)
+
+
+@pytest.mark.parametrize("change", [str, converted])
+def test_code_finds_what_the_generator_of_2017_gave_it(tmp_path: Path, change: Callable[[str], str]) -> None:
+    text = change(old(sub(1, 0, state(1, "go", CODE, initial=True))))
+    assert checked(tmp_path / "old.xml", text) == []
+    component = load(compile_to(tmp_path, text))
+    calls: list[float] = []
+    vars(component)["motors"] = SimpleNamespace(setV=calls.append, setW=calls.append)
+    run = VirtualRun(component)
+    run.advance(0)
+    assert (run.errors, calls) == ((), [0.5, 1.0])
+
+
+def test_a_document_of_today_gets_none_of_it(tmp_path: Path) -> None:
+    text = document(sub(1, 0, state(1, "go", CODE, initial=True)), config=MOTORS)
+    found = " ".join(checked(tmp_path / "new.xml", text))
+    for name in ("self.lock", "time", "signal", "self.motorsPrx", "threading", "sys", "traceback"):
+        assert f"`{name}`" in found
+    generated = compile_to(tmp_path, text).read_text()
+    assert not any(each in generated for each in ("import threading", "motorsPrx =", "lock ="))
+
+
+def test_what_the_document_itself_calls_so_wins(tmp_path: Path) -> None:
+    functions = "def lock(self): return 1\ndef motorsPrx(self): return 2"
+    code = "self.found = self.lock() + self.motorsPrx()"
+    component = load(
+        compile_to(tmp_path, old(sub(1, 0, state(1, "go", code, initial=True), functions=functions)))
+    )
+    run = VirtualRun(component)
+    run.advance(0)
+    assert (run.errors, vars(component)["found"]) == ((), 3)
+
+
+def test_operations_are_checked_under_both_names(tmp_path: Path) -> None:
+    text = old(sub(1, 0, state(1, "go", "self.motorsPrx.fly()", initial=True)))
+    assert any("has no operation `fly`" in each for each in checked(tmp_path / "a.xml", text))
