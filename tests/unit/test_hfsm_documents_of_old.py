@@ -12,7 +12,7 @@ from codegen.diagnostics import Diagnostics
 from codegen.hfsm import parse_document, write_document
 from codegen.hfsm.checking import check_document
 from hfsm_runtime import VirtualRun
-from tests.support.documents import compile_to, document, load, state, sub
+from tests.support.documents import compile_to, document, load, state, sub, transition
 
 MOTORS = (
     "<iceinterface><nameinterface>motors</nameinterface><nameproxy>Motors</nameproxy>"
@@ -88,3 +88,42 @@ def test_what_the_document_itself_calls_so_wins(tmp_path: Path) -> None:
 def test_operations_are_checked_under_both_names(tmp_path: Path) -> None:
     text = old(sub(1, 0, state(1, "go", "self.motorsPrx.fly()", initial=True)))
     assert any("has no operation `fly`" in each for each in checked(tmp_path / "a.xml", text))
+
+
+STATES = state(1, "go", initial=True), state(2, "rest")
+REPEATED = transition(4, 1, 2, "10", type="time"), transition(4, 2, 1, "20", type="time")
+
+
+def visualstates_transition(id: int, origin: int, destination: int) -> str:
+    """Return a transition of VisualStates."""
+    return (
+        f'<transition id="{id}"><type>0</type><time>10</time><originid>{origin}</originid>'
+        f"<destinationid>{destination}</destinationid><code></code></transition>"
+    )
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        old(sub(1, 0, *STATES, *REPEATED), config=""),
+        visualstates(
+            '<state id="1" initial="True"><name>go</name>'
+            + visualstates_transition(4, 1, 2)
+            + '</state>\n<state id="2"><name>rest</name>'
+            + visualstates_transition(4, 2, 1)
+            + "</state>\n"
+        ),
+    ],
+)
+def test_repeated_ids_of_transitions_are_renumbered(tmp_path: Path, text: str) -> None:
+    assert checked(tmp_path / "old.xml", text) == [
+        "W508: the id 4 of a transition is that of another: it is given 1"
+    ]
+    component = load(compile_to(tmp_path, text))
+    assert [each.id for each in component.automaton().transitions] == [4, 1]
+    assert checked(tmp_path / "new.xml", converted(text)) == []
+
+
+def test_repeated_ids_of_today_are_an_error(tmp_path: Path) -> None:
+    (found,) = checked(tmp_path / "new.xml", document(sub(1, 0, *STATES, *REPEATED)))
+    assert found.startswith("E517: ")
