@@ -26,7 +26,7 @@ from .communicator import VirtualNetwork, make_stub
 from .errors import BehaviorFailed, UnknownName, says_it_all
 from .guards import GuardTable, path_of
 from .journal import Call, Fired
-from .loading import load_component
+from .loading import forget, load_component
 from .robot import CameraKind, RobotKind, RobotUnderTest
 
 __tracebackhide__ = says_it_all
@@ -244,9 +244,14 @@ class Behavior(ReloadableRun):
         DocumentInvalid, and then changes nothing.
         """
         path = (self.document or Path()).parent / document
-        component = load_component(path)()
-        self._connect(component)
-        not_kept = self.exchange(component)
+        former, component = self.component, load_component(path)()
+        try:
+            self._connect(component)
+            not_kept = self.exchange(component)
+        except BaseException:
+            forget(type(component))
+            raise
+        forget(type(former))
         self.document = path
         self._guards = GuardTable(self.tree)
         self._journal.note(f"reloads {path.name}")

@@ -7,9 +7,10 @@ import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import lru_cache
+from itertools import count
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, Final
 
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import compile_document, read_document, resolve
@@ -20,6 +21,9 @@ from hfsm_runtime.debugger.reload import components_in
 from .errors import DocumentInvalid, says_it_all
 
 __tracebackhide__ = says_it_all
+
+_MARK: Final = "_under_test_"
+_numbers = count(1)
 
 
 def read(path: Path) -> Document:
@@ -51,7 +55,8 @@ def document_of(component: type[Component]) -> Path | None:
 def load_component(document: Path, include: Sequence[Path] = ()) -> type[Component]:
     """Compile a document and return the class of its component; raises DocumentInvalid.
 
-    Nothing is written. Each time the module is a new one, so that tests share no state.
+    Nothing is written. Each time the module is a new one, so that tests share no state; give the component
+    to `forget` when it runs no more.
     """
     path = document.resolve()
     target, text = _compile(path, path.stat().st_mtime_ns, tuple(include))
@@ -60,12 +65,23 @@ def load_component(document: Path, include: Sequence[Path] = ()) -> type[Compone
     file = str(target) if on_disk else f"<compiled>/{target.name}"
     if not on_disk:
         linecache.cache[file] = (len(text), None, text.splitlines(keepends=True), file)
-    module = ModuleType(target.stem)
+    module = ModuleType(f"{target.stem}{_MARK}{next(_numbers)}")
     module.__file__ = file
-    with _importable(target.parent, *include):
-        exec(_code(text, file), vars(module))  # noqa: S102 - the component under test
-    (found,) = components_in(module)
+    sys.modules[module.__name__] = module  # where dataclasses and pickle look for the module of a class
+    try:
+        with _importable(target.parent, *include):
+            exec(_code(text, file), vars(module))  # noqa: S102 - the component under test
+        (found,) = components_in(module)
+    except BaseException:
+        del sys.modules[module.__name__]
+        raise
     return found
+
+
+def forget(component: type[Component]) -> None:
+    """Let go of the module of a component, if `load_component` loaded it."""
+    if _MARK in component.__module__:
+        sys.modules.pop(component.__module__, None)
 
 
 @lru_cache(maxsize=64)

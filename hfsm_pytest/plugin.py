@@ -79,9 +79,10 @@ def pytest_configure(config: pytest.Config) -> None:
 def behavior(request: pytest.FixtureRequest) -> Iterator[MakeBehavior]:
     """Make behaviors that run in virtual time; each is closed after the test."""
     from .behavior import Behavior
-    from .loading import document_of, find_document, load_component
+    from .loading import document_of, find_document, forget, load_component
 
     made: list[Behavior] = []
+    loaded: list[type[Component]] = []
     request.node.stash[_BEHAVIORS] = made
     coverage = request.config.pluginmanager.get_plugin(_COVERAGE)
 
@@ -96,6 +97,7 @@ def behavior(request: pytest.FixtureRequest) -> Iterator[MakeBehavior]:
         else:
             path = find_document(Path(document), [request.path.parent, request.config.rootpath])
             component = load_component(path, include)
+            loaded.append(component)
         behavior = Behavior(component(), document=path, **options)
         made.append(behavior)
         if coverage is not None and path is not None:
@@ -105,6 +107,9 @@ def behavior(request: pytest.FixtureRequest) -> Iterator[MakeBehavior]:
     yield make
     for behavior in made:
         behavior.close()
+        loaded.append(type(behavior.component))  # another one after a reload
+    for component in loaded:
+        forget(component)
 
 
 @pytest.hookimpl(wrapper=True)

@@ -18,7 +18,7 @@ from hfsm_runtime.tree import Run
 from .abstraction import abstract_component
 from .behavior import Behavior, name_of
 from .errors import BehaviorFailed, DocumentInvalid, says_it_all
-from .loading import load_component, read
+from .loading import forget, load_component, read
 from .strategies import Step, stimuli
 
 __tracebackhide__ = says_it_all
@@ -86,6 +86,7 @@ def check_properties(
         run()
     finally:
         log.disabled = before
+        forget(component)
 
 
 _Check = tuple[str, Invariant]

@@ -56,6 +56,25 @@ def write(directory: Path, *parts: str) -> Path:
     return path
 
 
+class TestCode:
+    def test_dataclasses_and_pickles_find_the_module_of_a_class(
+        self, behavior: MakeBehavior, tmp_path: Path
+    ) -> None:
+        def ball(default: int) -> Path:
+            point = f"from dataclasses import dataclass\n@dataclass\nclass Point:\n    x: int = {default}"
+            find = "import pickle, sys\nmodule = pickle.loads(pickle.dumps(type(self))).__module__"
+            code = f"{point}\nx = Point().x\n{find}\nfound = module in sys.modules"
+            variables = f"{point}\nat = Point()\nx = found = module = 0"
+            return write(tmp_path, sub(1, 0, state(1, "only", code, initial=True), variables=variables))
+
+        b = behavior(ball(7))
+        b.advance(0.0)
+        assert (b.variables("written")["x"], b.variables("written")["found"]) == (7, True)
+        b.reload(ball(8))
+        b.advance(0.1)
+        assert (b.variables("written")["x"], b.variables("written")["found"]) == (8, True)
+
+
 class TestTime:
     def test_nothing_runs_before_the_time_is_moved_on(self, b: Behavior) -> None:
         assert (b.time, b.active, b.variables("walk")["steps"]) == (0.0, "walking/left", 0)

@@ -57,6 +57,32 @@ def lamp(pytester: pytest.Pytester) -> pytest.Pytester:
     return pytester
 
 
+def test_a_document_leaves_no_module_behind(lamp: pytest.Pytester) -> None:
+    lamp.makepyfile(
+        """
+        import sys
+
+        import pytest
+
+        from hfsm_pytest import UnknownName, check_properties
+
+        def test_a_behavior(behavior):
+            b = behavior("lamp.xml")
+            b.reload("lamp.xml")
+            with pytest.raises(UnknownName):
+                behavior("lamp.xml", parameters={"none": 1})
+            assert [name for name in sys.modules if name.startswith("lamp_")]
+
+        def test_properties():
+            check_properties("lamp.xml", lambda b: True, abstract=False, examples=2)
+
+        def test_nothing_is_left():
+            assert not [name for name in sys.modules if name.startswith("lamp_")]
+        """
+    )
+    lamp.runpytest().assert_outcomes(passed=3)
+
+
 def test_a_failed_test_shows_the_timeline(lamp: pytest.Pytester) -> None:
     lamp.makepyfile(
         """
