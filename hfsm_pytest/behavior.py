@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import inspect
+import threading
+import time
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from functools import partial
 from pathlib import Path
 from typing import Any, Final
@@ -13,6 +15,7 @@ from hfsm_runtime import Component
 from hfsm_runtime.component import parameters_of, proxies_of
 from hfsm_runtime.debugger.reload import ReloadableRun
 from hfsm_runtime.errors import OnRefused
+from hfsm_runtime.recording.clocks import asked_time
 from hfsm_runtime.robot import commands_taken, stop_robot
 from hfsm_runtime.supervision import UNAVAILABLE
 from hfsm_runtime.tree import Run
@@ -62,6 +65,8 @@ class Behavior(ReloadableRun):
         self.document = document
         """The file of the document, if it is known."""
         self._strict = on_error is None
+        self._thread: Final = threading.get_ident()
+        self._date: Final = time.time()
         clock: Final = TaskClock()
         self._network: Final = VirtualNetwork(clock)
         self._robot: Final = (
@@ -78,14 +83,15 @@ class Behavior(ReloadableRun):
             self._connect(component)
             self._journal: Final = self._network.journal
             safety = SafetyPrx.uncheckedCast(self._network.communicator.stringToProxy("Safety"))
-            super().__init__(
-                component,
-                clock=clock,
-                on_error=on_error,
-                on_halt=lambda: stop_robot(self.component),
-                commands_taken=partial(commands_taken, safety),
-                observers=[self._journal],
-            )
+            with self._virtual_time(component):
+                super().__init__(
+                    component,
+                    clock=clock,
+                    on_error=on_error,
+                    on_halt=lambda: stop_robot(self.component),
+                    commands_taken=partial(commands_taken, safety),
+                    observers=[self._journal],
+                )
         except BaseException:
             self.close()
             raise
@@ -99,7 +105,8 @@ class Behavior(ReloadableRun):
 
         Raises BehaviorFailed when user code raises an exception and no `on_error` was given.
         """
-        super().advance(seconds)
+        with self._virtual_time(self.component):
+            super().advance(seconds)
         self._check()
 
     def run_until(self, condition: Condition, limit: float = 60.0) -> float:
@@ -247,7 +254,8 @@ class Behavior(ReloadableRun):
         former, component = self.component, load_component(path)()
         try:
             self._connect(component)
-            not_kept = self.exchange(component)
+            with self._virtual_time(component):
+                not_kept = self.exchange(component)
         except BaseException:
             forget(type(component))
             raise
@@ -264,6 +272,22 @@ class Behavior(ReloadableRun):
                 self._robot.close()
         finally:
             self._network.communicator.destroy()
+
+    def _virtual_time(self, component: Component) -> AbstractContextManager[None]:
+        """Let the module `time` of user code go by the clock of the test, while that code runs."""
+        return asked_time(type(component), self._read_time)
+
+    def _read_time(self, kind: str, read: Callable[[], Any], waits: Callable[[], float] | None) -> object:
+        name = kind.removeprefix("time.")
+        if threading.get_ident() != self._thread or name == "process_time":
+            return read()  # a thread of user code must not move the clock of the test
+        if waits is not None and waits() >= 0:
+            self._sleep(waits())
+            return None
+        if name == "sleep":
+            return read()  # which raises
+        now = self.clock.now() + (self._date if name.startswith("time") else 0.0)
+        return round(now * 1e9) if name.endswith("_ns") else now
 
     def _connect(self, component: Component) -> None:
         for name, declared in proxies_of(component).items():

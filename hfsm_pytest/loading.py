@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import builtins
 import linecache
 import sys
 from collections.abc import Iterator, Sequence
@@ -67,6 +68,7 @@ def load_component(document: Path, include: Sequence[Path] = ()) -> type[Compone
         linecache.cache[file] = (len(text), None, text.splitlines(keepends=True), file)
     module = ModuleType(f"{target.stem}{_MARK}{next(_numbers)}")
     module.__file__ = file
+    vars(module)["__builtins__"] = dict(vars(builtins))  # its imports are its own, for `time` to be virtual
     sys.modules[module.__name__] = module  # where dataclasses and pickle look for the module of a class
     try:
         with _importable(target.parent, *include):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import builtins
 import sys
 import threading
 import time
@@ -12,6 +13,7 @@ from typing import Any, Final
 
 from zenoh_ice.clock import Clock
 
+from ..component import Component
 from ..timeline import Timeline
 
 _TIME_FUNCTIONS: Final = (
@@ -74,26 +76,40 @@ class AskedTimeline(Timeline):
 def asked_time(component: type, ask: Ask) -> Iterator[None]:
     """Ask for what user code reads of the module `time`, in a `with` block.
 
-    Its functions are replaced in the component's own module, where that has imported them.
+    Its functions are replaced in the modules of the component and of its extension, where these have imported
+    them, and in imports within their functions where a module has builtins of its own.
     """
-    module = sys.modules.get(component.__module__)
-    if module is None:
-        yield
-        return
     made = {name: _asked(name, getattr(time, name), ask) for name in _TIME_FUNCTIONS}
     stand_in = ModuleType("time", time.__doc__)
     vars(stand_in).update({**vars(time), **made})
     functions = {getattr(time, name): made[name] for name in _TIME_FUNCTIONS}
-    genuine: dict[str, object] = {}
-    for name, value in list(vars(module).items()):
-        is_function = getattr(value, "__module__", None) == "time" and value in functions
-        if value is time or is_function:
-            genuine[name] = value
-            setattr(module, name, functions[value] if is_function else stand_in)
+
+    def import_(name: str, *arguments: Any) -> Any:  # noqa: ANN401 - those of __import__
+        return stand_in if name == "time" else builtins.__import__(name, *arguments)
+
+    genuine: list[tuple[dict[str, Any], str, object]] = []
+    for module in _modules(component):
+        for name, value in list(module.items()):
+            is_function = getattr(value, "__module__", None) == "time" and value in functions
+            if value is time or is_function:
+                genuine.append((module, name, value))
+                module[name] = functions[value] if is_function else stand_in
+        own = module.get("__builtins__")
+        if isinstance(own, dict) and own is not vars(builtins):
+            genuine.append((own, "__import__", own["__import__"]))
+            own["__import__"] = import_
     try:
         yield
     finally:
-        vars(module).update(genuine)
+        for namespace, name, value in genuine:
+            namespace[name] = value
+
+
+def _modules(component: type) -> list[dict[str, Any]]:
+    """Return the namespaces of the modules of a component and of its extension, which is one of its bases."""
+    classes = [component, *(base for base in component.__bases__ if base not in Component.__mro__)]
+    names = dict.fromkeys(each.__module__ for each in classes)
+    return [vars(sys.modules[name]) for name in names if name in sys.modules]
 
 
 def _asked(name: str, function: Callable[..., Any], ask: Ask) -> Callable[..., Any]:
