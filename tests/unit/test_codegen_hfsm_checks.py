@@ -294,6 +294,14 @@ def test_libraries_that_are_none(path: Path) -> None:
     ]  # fmt: skip
 
 
+@pytest.mark.parametrize("library", ["random", "signal", "numpy", "hfsm_runtime"])
+def test_a_component_that_would_hide_a_library(tmp_path: Path, library: str) -> None:
+    (found,) = problems(tmp_path / f"{library}.xml", document(sub(1, 0, state(1, "only", initial=True))))
+    assert found.endswith(
+        f"W540: its component {library}.py would hide the library `{library}`: rename the document"
+    )
+
+
 def test_an_unknown_policy(path: Path) -> None:
     found = one(problems(path, document(sub(1, 0, A), head="<onerror>explode</onerror>")))
     assert found.startswith("1:22: E510: `onerror` is `stop` or `continue`, not `explode`")

@@ -22,7 +22,7 @@ from .arguments import check_arguments
 from .attributes import check_attributes
 from .automata import check_automaton
 from .blocking import check_blocking, imported_names
-from .component import COMPONENT_ATTRIBUTES, ON_ERROR, ON_REFUSED, check_component
+from .component import COMPONENT_ATTRIBUTES, ON_ERROR, ON_REFUSED, check_component, check_file_name
 from .constants import delay, milliseconds
 from .events import check_events
 from .extension import extension_of
@@ -48,6 +48,7 @@ def check(document: Document, path: Path, interfaces: KnownInterfaces, diagnosti
     only be said if it were known.
     """
     report = Report(path, diagnostics)
+    check_file_name(path, _libraries(document).values(), report)
     check_component(document, interfaces, report)
     check_tree(document, report)
     for automaton in document.automata:

@@ -4,15 +4,26 @@ from __future__ import annotations
 
 import keyword
 import re
+import sys
 import unicodedata
+from collections.abc import Iterable
+from pathlib import Path
 from typing import Final
 
-from ...diagnostics import Note, did_you_mean
+from ...diagnostics import Location, Note, did_you_mean
+from ..code.names import identifier
 from ..document import Document, Interface
 from ..known_interfaces import KnownInterfaces
 from .report import Report
 
-__all__ = ["COMPONENT_ATTRIBUTES", "ON_ERROR", "ON_REFUSED", "check_component", "is_attribute"]
+__all__ = [
+    "COMPONENT_ATTRIBUTES",
+    "ON_ERROR",
+    "ON_REFUSED",
+    "check_component",
+    "check_file_name",
+    "is_attribute",
+]
 
 ON_ERROR: Final = ("stop", "continue")
 """What a component may do after an error in its code; the first is the default."""
@@ -22,6 +33,12 @@ ON_REFUSED: Final = ("pause", "error")
 
 COMPONENT_ATTRIBUTES: Final = frozenset({"automaton", "clock", "log", "send", "sleep"})
 """Attributes that every component has. A function of a document may be called like one, and wins."""
+
+_LIBRARIES: Final = sys.stdlib_module_names | {
+    *("cv2", "lz4", "mcap", "msgpack", "msgspec", "numpy", "rich", "typer", "zenoh", "zstandard"),
+    *("hfsm_recording", "hfsm_runtime", "interfaces", "startup", "zenoh_ice"),
+}
+"""What a component may import, itself or by what it imports."""
 
 _IDENTITY: Final = re.compile(r"[A-Za-z0-9_.\-]+(@[A-Za-z0-9_.\-]+)?")
 
@@ -43,6 +60,15 @@ def check_component(document: Document, known: KnownInterfaces, report: Report) 
             note = Note("an identity has letters, digits and _ . -; `@realm` may follow it")
             report.error("E531", message, report.place(interface), [note])
         _check_type(interface, known, report)
+
+
+def check_file_name(path: Path, imported: Iterable[str], report: Report) -> None:
+    """Check that the component's file hides no library; `imported` are those of the document, dotted."""
+    name = identifier(path.stem, "component")
+    if name in _LIBRARIES or name in {library.split(".")[0] for library in imported}:
+        message = f"its component {name}.py would hide the library `{name}`: rename the document"
+        note = Note(f"programs that are started in its directory import {name}.py instead, and most fail")
+        report.warning("W540", message, Location(path), [note])
 
 
 def is_attribute(name: str) -> bool:
