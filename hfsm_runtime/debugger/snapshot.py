@@ -113,4 +113,5 @@ def _snapshot(run: Run, now: int) -> hfsm.AutomatonSnapshot:
         overruns=run.overruns,
         lastCycle=run.last_cycle,
         longestCycle=run.longest_cycle,
+        inCycle=run.in_cycle,
     )

@@ -212,6 +212,8 @@ class AutomatonSnapshot(Struct):
     """Wall seconds that the last cycle took."""
     longestCycle: float
     """Wall seconds that the longest cycle took."""
+    inCycle: bool = False
+    """Whether a cycle runs at this moment, which a pause does not cut short."""
 
 
 AutomatonSnapshotSeq = list[AutomatonSnapshot]
@@ -533,7 +535,7 @@ _HfsmMonitor: Final = Interface(
         _HfsmMonitor_reload,
         _HfsmMonitor_stop,
     ),
-    fingerprint="1ab9f7db34e405ca",
+    fingerprint="5aab79a41cf6eca5",
     module=__name__,
 )
 

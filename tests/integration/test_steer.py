@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import threading
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -106,6 +107,31 @@ def test_pause_step_and_resume(shell: Shell) -> None:
     ]
     assert "walker running" in shell("resume", "walker")
     eventually(lambda: shell.variable(2, "corner") > before + 10)
+
+
+def test_a_pause_names_a_cycle_that_still_runs(pair: Pair, tmp_path: Path) -> None:
+    go_on = threading.Event()
+    code = "self.entered.set()\nself.go_on.wait(30)"
+    only = sub(1, 0, state(1, "only", code, initial=True))
+    component: Any = load(compile_to(tmp_path, document(only), "stuck"))
+    component.entered, component.go_on = threading.Event(), go_on
+    runtime = Runtime(component, WallClock())
+    with Monitor(runtime, pair.server):
+        runtime.start()
+        try:
+            shell = Shell(pair.endpoint, runtime, tmp_path / "stuck.xml")
+            assert component.entered.wait(10)
+            result = shell.result("pause", "stuck")
+            assert "stuck paused at" in result.stdout
+            assert result.stderr == (
+                "but a cycle of stuck in the state only still runs: its code must not block\n"
+            )
+            go_on.set()
+            result = shell.result("pause", "stuck")
+            assert result.stderr == ""
+        finally:
+            go_on.set()
+            runtime.stop()
 
 
 def test_a_step_of_a_ghost_tells_that_nothing_ran(shell: Shell) -> None:

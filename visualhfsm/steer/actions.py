@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 from collections.abc import Iterable, Sequence
 from typing import Final
 
@@ -15,10 +16,13 @@ from visualhfsm.steer.addresses import did_you_mean
 from visualhfsm.steer.target import Target
 from visualhfsm.watch.automata import printable
 
-__all__ = ["print_json", "run_steps", "send_event", "set_variables", "show_states"]
+__all__ = ["pause", "print_json", "run_steps", "send_event", "set_variables", "show_states"]
 
 _PYTHON: Final = {"True": "true", "False": "false", "None": "null"}
 _OPENING: Final = ("{", "[", '"')
+_GAP: Final = 1.0
+"""Seconds in which cycles that run when a component is paused ought to end."""
+_PERIOD: Final = 0.02
 
 
 def show_states(target: Target, *, as_json: bool = False) -> None:
@@ -31,7 +35,7 @@ def show_states(target: Target, *, as_json: bool = False) -> None:
                 "time": snapshot.time,
                 "automata": [
                     {"id": a.id, "name": target.addresses.named(a.id), "state": _state(target, a.id, a.state),
-                     "ghost": a.ghost, "finished": a.finished, "cycles": a.cycles}
+                     "ghost": a.ghost, "finished": a.finished, "cycles": a.cycles, "inCycle": a.inCycle}
                     for a in snapshot.automata
                 ],
             }
@@ -39,6 +43,18 @@ def show_states(target: Target, *, as_json: bool = False) -> None:
         return
     status = snapshot.status.name.lower()
     typer.echo(f"{target.name} {status} at {snapshot.time:.3f} s: {target.states(snapshot)}")
+    for one in snapshot.automata:
+        if one.inCycle and snapshot.status is ComponentStatus.Paused:
+            where = f"{target.addresses.named(one.id)} in the state {_state(target, one.id, one.state)}"
+            typer.echo(f"but a cycle of {where} still runs: its code must not block", err=True)
+
+
+def pause(target: Target) -> None:
+    """Pause a component, and wait up to 1 s for the cycles that run to end."""
+    target.monitor.pause()
+    deadline = time.monotonic() + _GAP
+    while any(one.inCycle for one in target.monitor.getSnapshot().automata) and time.monotonic() < deadline:
+        time.sleep(_PERIOD)
 
 
 def print_json(value: object) -> None:

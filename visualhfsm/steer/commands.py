@@ -102,12 +102,12 @@ def register(app: typer.Typer) -> None:
 
 def pause(*, settings: Settings, component: _Component, json: _Json = False) -> None:
     """Pause a component: running cycles end, none begins, its time stands still."""
-    from visualhfsm.steer.actions import show_states
+    from visualhfsm.steer import actions
     from visualhfsm.steer.target import steered
 
     with steered(settings, component) as target:
-        target.monitor.pause()
-        show_states(target, as_json=json)
+        actions.pause(target)
+        actions.show_states(target, as_json=json)
 
 
 def resume(*, settings: Settings, component: _Component, json: _Json = False) -> None:
