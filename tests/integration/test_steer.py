@@ -278,9 +278,12 @@ def test_a_document_with_errors_touches_nothing(shell: Shell) -> None:
 
 
 def test_a_refusal_is_told(shell: Shell) -> None:
+    before = shell.file.with_suffix(".py").read_bytes()
     shell.file.write_text(walker().replace("corner = 0", "corner = 1 / 0"), encoding="utf-8")
     with pytest.raises(VisualHfsmError, match=r"not reloaded, walker runs on as it was: .*ZeroDivisionError"):
         shell("reload", "walker", str(shell.file))
+    assert shell.result("reload", "walker", str(shell.file)).stdout == ""
+    assert shell.file.with_suffix(".py").read_bytes() == before
 
 
 def test_the_document_is_found_where_it_is_expected(

@@ -10,6 +10,8 @@ from typing import Final
 import typer
 
 from codegen.diagnostics import Diagnostics
+from codegen.hfsm import component_path
+from interfaces.hfsm import ReloadRefused
 from visualhfsm.errors import VisualHfsmError
 from visualhfsm.generation import generate_component
 from visualhfsm.steer.actions import print_json
@@ -28,16 +30,23 @@ def reload_document(
 ) -> None:
     """Compile a document, write the component's file, and reload the component.
 
-    Errors of the document are shown and end the command with exit code 1 before anything is touched. Raises
-    VisualHfsmError.
+    Errors of the document are shown and end the command with exit code 1 before anything is touched. When the
+    component refuses, its file gets its former content back. Raises VisualHfsmError and ReloadRefused.
     """
-    written = _generate(document or _find(target), output, include)
-    if not as_json:
-        typer.echo(f"{written} is written")
-    report = target.monitor.ice_invocationTimeout(RELOAD_PATIENCE).reload()
+    path = document or _find(target)
+    file = component_path(path, output)
+    former = file.read_bytes() if file.is_file() else None
+    written = _generate(path, output, include)
+    try:
+        report = target.monitor.ice_invocationTimeout(RELOAD_PATIENCE).reload()
+    except ReloadRefused:
+        if former is not None:
+            written.write_bytes(former)
+        raise
     if as_json:
         print_json(report)
         return
+    typer.echo(f"{written} is written")
     held = f"it was held for {report.held * 1000:.1f} ms"
     typer.echo(f"{target.name} goes on in generation {report.generation}; {held}")
     for sentence in report.notKept:
