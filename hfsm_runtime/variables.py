@@ -22,6 +22,7 @@ from .automaton import Automaton
 from .errors import UnknownElementError, ValueTypeError
 
 _LONGEST: Final = 120
+_KINDS: Final = (Real, str, (list, tuple), dict)
 
 
 def variables_of(automaton: Automaton) -> dict[str, str]:
@@ -83,6 +84,18 @@ def assign(automaton: Automaton, name: str, value: object) -> None:
         if declared.name == name:
             value = convert(value, declared.type, f"the input {name}")
     cell.cell_contents = value
+
+
+def check_kind(automaton: Automaton, name: str, value: object) -> None:
+    """Raise ValueTypeError for a value that is another kind of thing than a variable is now.
+
+    Kinds are numbers, texts, lists and dictionaries; None may become anything, and anything None.
+    """
+    present = values_of(automaton).get(name)
+    kind = next((kind for kind in _KINDS if isinstance(present, kind)), None)
+    if kind is not None and value is not None and not isinstance(value, kind):
+        now, given = type(present).__name__, type(value).__name__
+        raise ValueTypeError(f"{name} is {now} now ({short_repr(present)}), not {given}: {value!r:.80}")
 
 
 def convert(value: object, wanted: type, what: str) -> object:

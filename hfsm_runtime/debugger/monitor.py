@@ -20,6 +20,7 @@ from ..observer import Observer
 from ..robot import connect
 from ..runtime import Runtime
 from ..tree import ChangeKind, Run
+from ..variables import check_kind
 from .breakpoints import Breakpoints
 from .explanation import explain
 from .expressions import plain
@@ -84,7 +85,10 @@ class _Servant(hfsm.HfsmMonitor):
 
     def setVariable(self, automaton: int, name: str, value: str, current: Current) -> None:  # noqa: ARG002
         with _told():
-            self._runtime.set_variable(automaton, _checked(name), _read_json(value))
+            read = _read_json(value)
+            if automaton:
+                check_kind(self._runtime.run(automaton).automaton, name, read)
+            self._runtime.set_variable(automaton, _checked(name), read)
 
     def sendEvent(self, name: str, data: str, current: Current) -> None:  # noqa: ARG002
         with _told():

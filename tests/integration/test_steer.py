@@ -195,7 +195,7 @@ def test_variables_and_parameters_are_set(shell: Shell) -> None:
     assert shell("set", "walker", "corner=1000", "speed=0.5") == "follow: corner = 1000\nself: speed = 0.5\n"
     assert shell.variable(2, "corner") >= 1000
     assert shell.runtime.component.speed == 0.5  # type: ignore[attr-defined]
-    shell("set", "walker", "beats=[1, 2]", "--automaton", "walker")
+    shell("set", "walker", "beats=1.5", "--automaton", "walker")
     with pytest.raises(VisualHfsmError, match="did you mean corner"):
         shell("set", "walker", "cornr=1")
     with pytest.raises(VisualHfsmError, match="speed is float, not str"):
@@ -264,6 +264,14 @@ def test_reload_tells_what_was_not_kept(shell: Shell) -> None:
     assert "not kept: variables of automaton 2 (follow) are gone: corner" in shell(
         "reload", "walker", str(shell.file)
     )
+
+
+def test_a_counter_is_not_set_to_a_list(shell: Shell) -> None:
+    shell("pause", "walker")
+    with pytest.raises(VisualHfsmError, match=r"corner is int now \(\d+\), not list: \[1, 2\]"):
+        shell("set", "walker", "corner=[1, 2]")
+    for value in ("7.5", "null", "[1, 2]"):
+        shell("set", "walker", f"corner={value}")
 
 
 def test_a_document_with_errors_touches_nothing(shell: Shell) -> None:
