@@ -43,6 +43,8 @@ class Recorder(Observer):
         self.turns = Turns(self._overlap)
         self.takes_images: Callable[[], bool] = lambda: False
         """Returns whether images are recorded now."""
+        self.images_left_out: Callable[[str], object] = lambda _attribute: None
+        """Called when an image of a proxy is not recorded."""
         self._context = context or (lambda: self.turns.context)
         self.component_time: Callable[[], int] = lambda: 0
         """Returns the component time in ns; set as soon as there is one."""

@@ -66,6 +66,8 @@ class Results:
                     self._written.append(missing.hash)
                     image = partial(_image, packed, data, missing.hash, self._attribute, self._recorder.now())
                     self._recorder.put(f"/images/{self._attribute}", image, 400 + len(data))
+        elif bulk:
+            self._recorder.images_left_out(self._attribute)
         found = [missing for missing, _ in bulk]
         message = partial(_message, exchange, context, packed, found, self._resolve)
         size = 400 + len(packed or b"") + len(exchange.arguments or b"")

@@ -11,7 +11,7 @@ import random
 import sys
 import time
 from collections.abc import Callable, Iterator
-from functools import partial
+from functools import cache, partial
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any, Final
@@ -38,6 +38,8 @@ START: Final = "start"
 """The context of what runs before the first cycle."""
 MONITOR: Final = "monitor"
 """The context of what the monitor does."""
+
+_logger = logging.getLogger(__name__)
 
 _LARGEST_SOURCE: Final = 4 << 20
 _PACKAGES: Final = ("visualhfsm", "eclipse-zenoh", "msgspec", "mcap")
@@ -70,6 +72,8 @@ def recording(component: Component, path: Path, *, with_images: bool = False) ->
     writer = RecordingWriter(path, metadata, _sources(component), start)
     recorder = Recorder(writer.put, start)
     recorder.takes_images = lambda: with_images and not writer.crowded
+    if not with_images:
+        recorder.images_left_out = cache(_warn_of_images)
     log = LogRecorder(recorder)
     try:
         logging.getLogger().addHandler(log)
@@ -78,6 +82,14 @@ def recording(component: Component, path: Path, *, with_images: bool = False) ->
     finally:
         logging.getLogger().removeHandler(log)
         writer.close()
+
+
+def _warn_of_images(attribute: str) -> None:
+    _logger.warning(
+        "the images of self.%s are not recorded: code that looks at them can only be replayed if the run is "
+        "recorded with --record-images",
+        attribute,
+    )
 
 
 def random_state() -> str:

@@ -629,7 +629,13 @@ class Looks(Watcher, document="watcher.xml"):
 @pytest.mark.parametrize("size", [500, 5000, 200_000])
 @pytest.mark.parametrize("with_images", [False, True])
 def test_images_come_back_where_they_are_recorded(
-    tmp_path: Path, world: World, adapter: ObjectAdapter, size: int, with_images: bool
+    *,
+    tmp_path: Path,
+    world: World,
+    adapter: ObjectAdapter,
+    caplog: pytest.LogCaptureFixture,
+    size: int,
+    with_images: bool,
 ) -> None:
     camera = ImageI()
     adapter.add(camera, "Camera")
@@ -640,6 +646,8 @@ def test_images_come_back_where_they_are_recorded(
             camera.getImageDataPublisher.publish(image(number, bytes([number]) * size))
             clock.sleep(0.1)
         eventually(lambda: runtime.tree.root.cycles > 10)
+    warned = [record for record in caplog.messages if "images of self.camera are not recorded" in record]
+    assert len(warned) == (0 if with_images else 1)
     if with_images:
         identical(path, Looks)
     else:  # those of the calls are large
