@@ -111,13 +111,17 @@ class Presence:
 
     The transport's threads run the handlers here, so they only note what they are given, and nothing asks the
     transport for anything while it holds the lock that they take. `submit` runs a function on another thread.
-    What is remembered is bounded, whatever tokens a stranger declares.
+    What is remembered is bounded, whatever tokens a stranger declares. A process that `needs_links` warns
+    when it has none any more.
     """
 
-    def __init__(self, transport: Transport, submit: Callable[[Job], None]) -> None:
+    def __init__(
+        self, transport: Transport, submit: Callable[[Job], None], *, needs_links: bool = True
+    ) -> None:
         self._transport: Final = transport
         self._submit: Final = submit
         self._endpoints: Final = tuple(transport.endpoints)
+        self._needs_links: Final = needs_links
         self._changed: Final = threading.Condition()
         self._tokens: Final[dict[Target, dict[str, ServantToken]]] = {}  # by their keys
         self._count = 0  # of these tokens
@@ -365,7 +369,7 @@ class Presence:
             else:
                 self._linked.discard(peer)
                 self._last_link_lost = time.monotonic()
-                if self._endpoints and not self._linked and not self._closed:
+                if self._needs_links and self._endpoints and not self._linked and not self._closed:
                     _logger.warning(
                         "no process is linked any more; connecting again to %s", ", ".join(self._endpoints)
                     )

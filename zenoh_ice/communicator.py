@@ -125,7 +125,11 @@ class Communicator:
             self.transport: Final = transport(self.pool)
             end.callback(self.transport.close)
             self.client_id: Final = self.transport.id
-            self.presence: Final = Presence(self.transport, self.pool.submit)
+            # Who listens and was given nothing to connect to is linked when others come, and they may go.
+            named = "connect" in settings.origins or settings.connect != Settings().connect
+            self.presence: Final = Presence(
+                self.transport, self.pool.submit, needs_links=named or not settings.listen
+            )
             self.presence.watch(self.realm)
             self.coroutines: Final = Coroutines(f"zenoh_ice {self.realm} coroutines")
             end.callback(self.coroutines.close, _DESTROY_LIMIT)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 from concurrent.futures import wait
+from typing import Any
 
 import pytest
 
@@ -14,13 +15,35 @@ from tests.support.calculator_servant import CalculatorI
 from tests.support.limits import AT_ONCE, CALL_LIMIT, LIMIT
 from tests.support.notebook import Notebook, NotebookPrx
 from tests.support.processes import free_endpoint
+from tests.support.running import eventually
 from zenoh_ice import (
     Communicator,
     CommunicatorDestroyedException,
     ConnectFailedException,
     Current,
     ObjectNotExistException,
+    initialize,
 )
+from zenoh_ice.transport import Target
+
+
+@pytest.mark.parametrize("named", [False, True])
+def test_a_lost_link_is_warned_of_where_somebody_named_an_endpoint(
+    make_communicator: Callable[..., Communicator], caplog: pytest.LogCaptureFixture, named: bool
+) -> None:
+    endpoint = free_endpoint()
+    others: dict[str, Any] = {"connect": [free_endpoint()]} if named else {}
+    with initialize(clock="wall", realm="listening", listen=[endpoint], **others) as listener:
+        absent = Target("listening", "Absent")
+
+        def linked() -> bool:
+            return not isinstance(listener.presence.explain_absence(absent), ConnectFailedException)
+
+        tool = make_communicator(connect=[endpoint], realm="listening")
+        eventually(linked)
+        tool.destroy()
+        eventually(lambda: not linked())
+    assert ("no process is linked any more" in caplog.text) is named
 
 
 def test_calls_of_an_absent_servant_hold_up_no_others(make_communicator: Callable[..., Communicator]) -> None:
