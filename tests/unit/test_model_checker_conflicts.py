@@ -97,6 +97,13 @@ def conflicts(doc: Document, limit: int = 100_000) -> list[Conflict]:
     return list(check_model(doc, PATH, limit=limit).conflicts)
 
 
+def test_two_automata_of_one_state_each_conflict_where_nothing_ever_changes() -> None:
+    below = [automaton(number, [state(1, code=LOOK)], father=1) for number in (2, 3)]
+    doc = document(automaton(1, [state(1, children=[2, 3])]), *below, interfaces=(HEAD,))
+    (found,) = conflicts(doc)
+    assert found.certain
+
+
 def side_by_side(*second: object, code: str = LOOK) -> Document:
     """Return two automata below one state, of which the first commands the head in its second state."""
     return document(

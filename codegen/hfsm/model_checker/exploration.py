@@ -140,7 +140,7 @@ def find(
     """
     search = _Search(system)
     search.start, node, elapsed = system.start()
-    if bad(search.start) and (elapsed or not lasting):
+    if bad(search.start) and (elapsed or node.position < 0 or not lasting):
         return Outcome(Run(search.start, (), 0), True, 1, 0)
     search.came[node] = None
     search.times[node] = elapsed
