@@ -6,16 +6,24 @@ import ast
 from pathlib import Path
 
 from ..diagnostics import Diagnostics, Location, Note
-from .code.names import camel_case, component_name
+from .code.names import camel_case, component_name, identifier
 from .code.trees import parse_python
 from .program import ExtensionProgram
 
-__all__ = ["extension_path", "find_extension"]
+__all__ = ["extension_path", "find_extension", "has_extension"]
 
 
 def extension_path(component: Path) -> Path:
     """Return where the extension of a component lies, if it has one."""
     return component.with_name(f"{component.stem}_ext.py")
+
+
+def has_extension(document: Path) -> bool:
+    """Return whether there is hand-written code for the component of the document at a path."""
+    try:
+        return extension_path(document.with_stem(identifier(document.stem, "component"))).is_file()
+    except (OSError, ValueError):
+        return False
 
 
 def find_extension(document: Path, component: Path, diagnostics: Diagnostics) -> ExtensionProgram | None:

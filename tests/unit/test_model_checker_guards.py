@@ -85,6 +85,6 @@ def test_a_guard_is_a_conjunction_of_atoms(text: str, needs: Conjunction | None)
 
 
 def test_a_guard_that_changes_each_time_it_is_asked_is_an_atom_of_its_own() -> None:
-    assert conjunction("random.random() < 0.5", "random.random() < 0.5 [3]") == (
+    assert conjunction("random.random() < 0.5", "random.random() < 0.5 [3]", is_steady=False) == (
         ("random.random() < 0.5 [3]", True),
     )

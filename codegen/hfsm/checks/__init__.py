@@ -7,12 +7,15 @@ generated code gave a meaning is a warning and not an error, so that its documen
 from __future__ import annotations
 
 import ast
+from functools import cache
 from pathlib import Path
 
 from ...diagnostics import Diagnostics
+from ..code.answers import Answers
 from ..code.names import OLD_MODULES, RESERVED
 from ..code.pieces import is_foreign
 from ..code.python import analyze_library
+from ..code.sends import unclear_sends
 from ..code.text import CodeError
 from ..code.trees import parse_python
 from ..document import Document
@@ -23,7 +26,7 @@ from .attributes import check_attributes
 from .automata import check_automaton
 from .blocking import check_blocking, imported_names
 from .component import COMPONENT_ATTRIBUTES, ON_ERROR, ON_REFUSED, check_component, check_file_name
-from .constants import delay, milliseconds
+from .constants import delay, milliseconds, truth
 from .events import check_events
 from .extension import extension_of
 from .flow import check_flow
@@ -36,7 +39,7 @@ from .timers import check_timers
 from .tree import check_tree
 from .variables import check_start, check_variables
 
-__all__ = ["COMPONENT_ATTRIBUTES", "ON_ERROR", "ON_REFUSED", "check", "delay", "milliseconds"]
+__all__ = ["COMPONENT_ATTRIBUTES", "ON_ERROR", "ON_REFUSED", "check", "delay", "milliseconds", "truth"]
 
 _STAR = "*"
 
@@ -59,11 +62,12 @@ def check(document: Document, path: Path, interfaces: KnownInterfaces, diagnosti
 
 
 def _check_behavior(document: Document, path: Path, interfaces: KnownInterfaces, report: Report) -> None:
+    answers = cache(lambda: Answers(document, has_extension=extension_of(path).exists))
     codes = [automaton_code(automaton, report) for automaton in document.automata]
     graphs = [Graph(automaton) for automaton in document.automata]
     for graph, code in zip(graphs, codes, strict=True):
         check_graph(graph, report)
-        check_shadows(document, graph, code, report)
+        check_shadows(document, graph, code, answers, report)
     by_id = {graph.automaton.id: graph for graph in graphs}
     if len(by_id) == len(graphs):
         check_timers(document, by_id, {code.automaton.id: code for code in codes}, report)
@@ -98,7 +102,8 @@ def _check_code(
             check_start(code, own, report)
     if "send" in own:  # what it sends is its own affair
         found, is_complete = [access for access in found if access.name != "send"], False
-    check_events(document, extension, found, report, is_complete=is_complete)
+    is_complete = is_complete and not any(unclear_sends(document, path))
+    check_events(document, pieces, found, report, is_complete=is_complete)
     check_blocking(codes, functions, found, modules, report)
 
 

@@ -6,24 +6,31 @@ import ast
 from collections.abc import Iterable
 
 from ...diagnostics import Location, did_you_mean
-from ..document import Document
+from ..code.sends import sends_of
+from ..document import Document, Text
 from .accesses import Access
-from .extension import Extension
 from .labels import transition_label
+from .pieces import Piece
 from .report import Report
 
 __all__ = ["check_events"]
 
 
 def check_events(
-    document: Document, extension: Extension, found: Iterable[Access], report: Report, *, is_complete: bool
+    document: Document,
+    pieces: Iterable[Piece],
+    found: Iterable[Access],
+    report: Report,
+    *,
+    is_complete: bool,
 ) -> None:
     """Compare the events that are awaited, sent and declared.
 
-    `found` is every use of `self` in the code, of which none was missed when it `is_complete`.
+    `pieces` are all code, and `found` is every use of `self` in it. What it sends by other names for the
+    component counts, too; when it `is_complete`, nothing more is sent.
     """
-    sent, is_certain = _sent(found)
-    is_certain = is_certain and is_complete and not extension.exists
+    sent = _sent(found)
+    otherwise = set[str]().union(*(sends_of(Text("\n".join(piece.code.lines))).names for piece in pieces))
     declared = {event.name.strip(): report.place(event) for event in document.events}
     awaited: set[str] = set()
     for automaton in document.automata:
@@ -32,7 +39,7 @@ def check_events(
             if transition.type != "event" or not name:
                 continue
             awaited.add(name)
-            if is_certain and name not in sent and name not in declared:
+            if is_complete and name not in {*sent, *otherwise, *declared}:
                 who = transition_label(transition)
                 message = f"{who} waits for the event `{name}`, which nothing sends or declares"
                 known = did_you_mean(name, {*sent, *declared})
@@ -43,19 +50,14 @@ def check_events(
             report.warning("W527", message, place, did_you_mean(name, awaited))
 
 
-def _sent(found: Iterable[Access]) -> tuple[dict[str, Location], bool]:
-    """Return the events that code sends, and whether these are all."""
+def _sent(found: Iterable[Access]) -> dict[str, Location]:
+    """Return the events that code sends by `self`, with the first place of each."""
     sent: dict[str, Location] = {}
-    is_certain = True
     for access in found:
-        if access.path != ("send",):
-            continue
-        name = None if access.call is None else _name(access.call)
+        name = None if access.path != ("send",) or access.call is None else _name(access.call)
         if isinstance(name, ast.Constant) and isinstance(name.value, str):
             sent.setdefault(name.value, access.piece.place(name))
-        else:
-            is_certain = False
-    return sent, is_certain
+    return sent
 
 
 def _name(call: ast.Call) -> ast.expr | None:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import ast
+from collections.abc import Callable
 
 from ...diagnostics import Note
+from ..code.answers import Answer, Answers
 from ..document import Document, State, Transition
 from .constants import delay, truth
 from .graph import Graph
@@ -22,16 +24,25 @@ def is_unguarded(transition: Transition, code: AutomatonCode) -> bool:
     return transition.guard.is_blank or _truth(transition, code) is True
 
 
-def check_shadows(document: Document, graph: Graph, code: AutomatonCode, report: Report) -> None:
-    """Check the transitions out of each state against those that are tried before them."""
+def check_shadows(
+    document: Document, graph: Graph, code: AutomatonCode, answers: Callable[[], Answers], report: Report
+) -> None:
+    """Check the transitions out of each state against those that are tried before them.
+
+    `answers` returns what is known of guards that are asked again.
+    """
     if not graph.sound:
         return
     for state in graph.automaton.states:
         _check_finished(document, graph, state, report)
         earlier = _Earlier(code)
-        for transition in graph.outgoing(state):
+        outgoing = graph.outgoing(state)
+        for place, transition in enumerate(outgoing):
             _check_constant(transition, code, report)
             first = earlier.preceding(transition)
+            if first is not None and earlier.is_by_guard(first, transition):
+                again = answers().of_state(graph.automaton, outgoing)[place]
+                first = first if again is Answer.SAME else None
             if first is None:
                 earlier.add(transition)
             else:
@@ -57,7 +68,7 @@ class _Earlier:
             return
         key = self._key(transition)
         condition = self._code.condition(transition)
-        if key is not None and condition is not None and not _draws_lots(condition):
+        if key is not None and condition is not None:
             self._by_trigger.setdefault(key, transition)
 
     def preceding(self, transition: Transition) -> Transition | None:
@@ -68,6 +79,10 @@ class _Earlier:
         if trigger is None:
             return None
         return self._by_trigger.get((*trigger, None)) or self._by_trigger.get(self._key(transition) or ())
+
+    def is_by_guard(self, first: Transition, transition: Transition) -> bool:
+        """Return whether one precedes another only because their guards read the same."""
+        return not is_unguarded(first, self._code) and self._key(transition) is not None
 
     def _key(self, transition: Transition) -> tuple[object, ...] | None:
         """Return what transitions have in common that fire by the same; None when nothing can be said."""
@@ -121,17 +136,6 @@ def _check_finished(document: Document, graph: Graph, state: State, report: Repo
 
 def _never_finishes(graph: Graph) -> bool:
     return graph.sound and not graph.can_finish
-
-
-def _draws_lots(condition: ast.expr) -> bool:
-    """Return whether a condition may give another answer when it is asked again on purpose."""
-    names = (
-        node.id if isinstance(node, ast.Name) else node.attr
-        for node in ast.walk(condition)
-        if isinstance(node, ast.Name | ast.Attribute)
-    )
-    asks_again = any(isinstance(node, ast.NamedExpr) for node in ast.walk(condition))
-    return asks_again or any("rand" in name.lower() or name in ("choice", "next", "pop") for name in names)
 
 
 def _truth(transition: Transition, code: AutomatonCode) -> bool | None:

@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Final
+from typing import Final, TypeVar
 
+from ...diagnostics import Note
 from ..document import Document
 from .actuators import Commands, Operations
-from .conflicts import Conflict, find_conflicts, uses_of
+from .conflicts import Conflict, Use, find_conflicts, uses_of
 from .deadlock import Deadlock, find_deadlocks
-from .events import events_of
+from .events import Events, events_of
 from .exploration import Budget
 from .fireability import analyze
 from .model import Model, read_model
 from .properties import PropertyResult, Verdict, check_property
 from .reachability import (
+    Reachability,
     StateResult,
     TransitionResult,
     find_reachable,
@@ -30,6 +32,8 @@ DEFAULT_LIMIT: Final = 500_000
 
 QUICK_LIMIT: Final = 30_000
 """A limit for checks on the way to something else, such as generation."""
+
+_Result = TypeVar("_Result", StateResult, TransitionResult)
 
 
 @dataclass(frozen=True)
@@ -47,6 +51,8 @@ class ModelReport:
     properties: tuple[PropertyResult, ...]
     work: int
     complete: bool
+    doubtful: tuple[Note, ...] = ()
+    """The code that cannot be followed, where something is undecided because of it."""
 
 
 def check_model(
@@ -64,19 +70,31 @@ def check_model(
     automata that are looked at in configurations. What it leaves undecided is reported as such.
     """
     model = read_model(document, path)
-    fireability = analyze(model, events_of(model))
-    budget = Budget(limit)
+    events = events_of(model)
+    uses = uses_of(model, commands or Commands(document, operations or {}))
+    doubtful = (*model.doubtful, *events.places)
+    if not doubtful:
+        return _check(model, events, uses, Budget(limit))
+    report = _check(model, events, uses, Budget(limit // 2))
+    trusting = read_model(document, path, trusting=True)
+    likely = _check(trusting, events.certain, uses, Budget(limit // 2))
+    return _agreed(report, likely, doubtful)
+
+
+def _check(model: Model, events: Events, uses: list[list[Use]], budget: Budget) -> ModelReport:
+    limit = budget.left
+    fireability = analyze(model, events)
     share = budget.share(limit // 4)
     reached = find_reachable(model, fireability, share)
     budget.give_back(share)
-    uses = uses_of(model, commands or Commands(document, operations or {}))
     share = budget.share(limit // 4)
     conflicts = find_conflicts(model, uses, fireability, reached, share)
     budget.give_back(share)
     properties: list[PropertyResult] = []
-    for done, stated in enumerate(document.properties):
-        share = budget.share(budget.left // (len(document.properties) - done))
-        properties.append(check_property(model, stated, fireability, share))
+    stated = model.document.properties
+    for done, one in enumerate(stated):
+        share = budget.share(budget.left // (len(stated) - done))
+        properties.append(check_property(model, one, fireability, share))
         budget.give_back(share)
     return ModelReport(
         model=model,
@@ -90,3 +108,48 @@ def check_model(
         and all(conflict.certain for conflict in conflicts)
         and all(result.verdict is not Verdict.UNDECIDED for result in properties),
     )
+
+
+def _agreed(report: ModelReport, likely: ModelReport, doubtful: tuple[Note, ...]) -> ModelReport:
+    """Return what is so whatever the code does that cannot be followed.
+
+    `report` lets it do anything, so that what it calls impossible or proved is so; what `likely` finds
+    happens without it. All else is undecided.
+    """
+    servants = {_pair(found) for found in likely.conflicts if found.certain}
+    agreed = replace(
+        report,
+        states=tuple(map(_agreed_result, report.states, likely.states)),
+        transitions=tuple(map(_agreed_result, report.transitions, likely.transitions)),
+        conflicts=tuple(
+            replace(found, certain=found.certain and _pair(found) in servants) for found in report.conflicts
+        ),
+        properties=tuple(map(_agreed_property, report.properties, likely.properties)),
+    )
+    undecided = agreed != report
+    return replace(
+        agreed,
+        work=report.work + likely.work,
+        complete=report.complete and likely.complete and not undecided,
+        doubtful=doubtful if undecided else (),
+    )
+
+
+def _pair(conflict: Conflict) -> tuple[int, int, str]:
+    return conflict.first.automaton, conflict.second.automaton, conflict.first.command.identity
+
+
+def _agreed_result(one: _Result, likely: _Result) -> _Result:
+    if one.reachability is Reachability.IMPOSSIBLE:
+        return one
+    if likely.reachability is Reachability.POSSIBLE:
+        return likely
+    return replace(one, reachability=Reachability.UNDECIDED)
+
+
+def _agreed_property(one: PropertyResult, likely: PropertyResult) -> PropertyResult:
+    if one.verdict in (Verdict.HOLDS, Verdict.INVALID):
+        return one
+    if likely.verdict is Verdict.VIOLATED:
+        return likely
+    return replace(one, verdict=Verdict.UNDECIDED, counterexample=None)

@@ -7,11 +7,11 @@ value than `x`. A conjunction is a set of literals; whatever else a guard consis
 from __future__ import annotations
 
 import ast
-import re
 import textwrap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Final
 
+from ..checks import truth
 from ..code.trees import parse_python
 
 __all__ = ["Assignment", "Conjunction", "conjunction", "satisfy"]
@@ -25,22 +25,22 @@ Assignment = Mapping[str, bool]
 _MOST_STEPS: Final = 20_000
 """Steps of the search for values of guards that depend on one another; it may take 2 to the power of them."""
 
-_CHANGES_WHEN_ASKED: Final = re.compile(r"random|shuffle|choice|next|pop|read|recv|get_nowait|:=|\bawait\b")
-"""What makes the second value of an expression in one cycle independent of the first."""
 
-
-def conjunction(text: str, unique: str) -> Conjunction | None:
+def conjunction(text: str, unique: str, *, is_steady: bool = True) -> Conjunction | None:
     """Return what a guard, a Python expression or a body that returns one, needs; None if it never holds.
 
-    `unique` names the atom of a guard that may change its value each time it is asked.
+    `unique` names the atom of a guard that is not steady: its value may change each time it is asked.
     """
     source = textwrap.dedent(text).strip()
     try:
         tree: ast.expr | None = parse_python(source, mode="eval").body
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         tree = None
-    if tree is None or _CHANGES_WHEN_ASKED.search(source):
-        return ((unique if tree is not None else source, True),)
+    value = None if tree is None else truth(tree)
+    if value is not None:
+        return () if value else None
+    if tree is None or not is_steady:
+        return ((source if is_steady else unique, True),)
     literals: dict[str, bool] = {}
     try:
         for atom, value in _literals(tree, True):
@@ -64,13 +64,11 @@ def _literals(tree: ast.expr, wanted: bool) -> Iterator[tuple[str, bool]]:
         for operand in tree.values:
             yield from _literals(operand, wanted)
     else:
-        try:
-            constant = bool(ast.literal_eval(tree))
-        except (ValueError, TypeError, SyntaxError, MemoryError):
+        constant = truth(tree)
+        if constant is None:
             yield ast.unparse(tree), wanted
-        else:
-            if constant is not wanted:
-                raise _NeverHolds
+        elif constant is not wanted:
+            raise _NeverHolds
 
 
 def satisfy(wanted: Conjunction, refused: Iterable[Conjunction]) -> dict[str, bool] | None:

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Final
 
+from ...diagnostics import Location, Note
 from ..checks import delay as transition_time
+from ..code.answers import Answer, Answers
 from ..document import DEFAULT_PERIOD, Automaton, Document, State, Text, Transition
+from ..extension import has_extension
 from .guards import Conjunction, conjunction
 
 __all__ = ["AutomatonModel", "Model", "StateModel", "TransitionModel", "nanoseconds", "read_model"]
@@ -76,6 +80,8 @@ class Model:
     document: Document
     path: Path
     automata: tuple[AutomatonModel, ...]
+    doubtful: tuple[Note, ...] = ()
+    """The guards that read like others, and perhaps answer otherwise."""
     _labels: dict[int, str] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @cached_property
@@ -111,18 +117,24 @@ class Model:
         return self._labels[automaton]
 
 
-def read_model(document: Document, path: Path) -> Model:
+def read_model(document: Document, path: Path, *, trusting: bool = False) -> Model:
     """Return the model of a document; what the structural checks find wrong is read as generation does.
 
     The first initial state counts, or the first state where there is none; a child that does not exist and a
     transition between states that do not are left out; so is an automaton without a root above it.
+
+    Guards of the same text that cannot be followed may differ within one cycle. A `trusting` model takes them
+    for the same, unless they surely are not.
     """
-    return Model(document, path, tuple(_Reader(document).automata))
+    reader = _Reader(document, path, trusting)
+    return Model(document, path, tuple(reader.automata), tuple(reader.doubtful))
 
 
 class _Reader:
-    def __init__(self, document: Document) -> None:
+    def __init__(self, document: Document, path: Path, trusting: bool) -> None:
+        self._document, self._path, self._trusting = document, path, trusting
         self._python = not document.language.text.strip() or "python" in document.language.text.lower()
+        self.doubtful: list[Note] = []
         self._sources: dict[int, Automaton] = {}
         for source in document.automata:
             self._sources.setdefault(source.id, source)
@@ -146,6 +158,11 @@ class _Reader:
             if item.origin in first and item.destination in first:
                 transitions[number] = self._transition(number, item, first)
         numbers = {id(item): number for number, item in enumerate(source.transitions)}
+        leaving = source.all_outgoing()
+        for of_state in leaving.values():
+            outgoing = [transitions.get(numbers[id(item)]) for item in of_state]
+            for model in self._separated(source, [model for model in outgoing if model is not None], first):
+                transitions[model.index] = model
         states = []
         for number, state in enumerate(source.states):
             found = [self._sources.get(child) for child in dict.fromkeys(state.children)]
@@ -153,7 +170,7 @@ class _Reader:
                 child for child in found if child is not None and child.states and child.id not in self._seen
             ]
             children = [self._read(child, index, number, depth + 1) for child in below if depth < _DEEPEST]
-            outgoing = (transitions.get(numbers[id(item)]) for item in source.outgoing(state.id))
+            outgoing = [transitions.get(numbers[id(item)]) for item in leaving.get(state.id, ())]
             arguments = bool(state.arguments) and not state.final
             states.append(
                 StateModel(
@@ -173,7 +190,9 @@ class _Reader:
         )
         return index
 
-    def _transition(self, number: int, source: Transition, states: dict[int, int]) -> TransitionModel:
+    def _transition(
+        self, number: int, source: Transition, states: Mapping[int, int], *, is_steady: bool = True
+    ) -> TransitionModel:
         delay, event, kind = 0, "", source.type
         needs: Conjunction | None = ()
         guard = source.guard.text
@@ -187,7 +206,7 @@ class _Reader:
         elif kind != "finished":
             guard = source.trigger.text or " "
         if needs is not None and (guard.strip() or kind == "condition"):
-            more = self._guard(guard, number, event)
+            more = self._guard(guard, number, event, is_steady=is_steady)
             needs = None if more is None else needs + more
         return TransitionModel(
             index=number,
@@ -201,12 +220,44 @@ class _Reader:
             guarded=bool(guard.strip()),
         )
 
-    def _guard(self, text: str, number: int, event: str) -> Conjunction | None:
+    def _guard(self, text: str, number: int, event: str, *, is_steady: bool = True) -> Conjunction | None:
         unique = f"{text.strip()} [{number}]"
-        needs = conjunction(text, unique) if self._python else ((text.strip() or unique, True),)
+        needs: Conjunction | None = ((text.strip() or unique, True),)
+        if self._python:
+            needs = conjunction(text, unique, is_steady=is_steady)
         if needs is None or not event:
             return needs
         return tuple((f"{atom} [{event}]", value) for atom, value in needs)
+
+    @cached_property
+    def _answers(self) -> Answers:
+        return Answers(self._document, has_extension=has_extension(self._path))
+
+    def _separated(
+        self, source: Automaton, outgoing: list[TransitionModel], states: Mapping[int, int]
+    ) -> Iterator[TransitionModel]:
+        """Yield the transitions out of a state whose guards may answer unlike others of the same text.
+
+        Each of them has an atom of its own.
+        """
+        guards = [(model.needs or ())[1 if model.event else 0 :] for model in outgoing]
+        atoms = Counter(atom for needs in guards for atom, _ in needs)
+        is_entangled = any(count > 1 for count in atoms.values()) or any(
+            model.guarded and model.needs is None for model in outgoing
+        )
+        if not self._python or not is_entangled:
+            return
+        answers = self._answers.of_state(source, [model.source for model in outgoing])
+        for model, answer in zip(outgoing, answers, strict=True):
+            item = model.source
+            if not model.guarded or answer is Answer.SAME:
+                continue
+            if answer is Answer.UNKNOWN:
+                text = item.trigger if item.type == "condition" else item.guard
+                place = Location(item.path or self._path, text.line or item.line, max(1, text.column))
+                self.doubtful.append(Note("this guard may answer otherwise when it is asked again", place))
+            if answer is Answer.OTHER or not self._trusting:
+                yield self._transition(model.index, item, states, is_steady=False)
 
 
 def nanoseconds(text: Text) -> int | None:

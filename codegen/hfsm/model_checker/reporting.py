@@ -41,6 +41,10 @@ def report_model(
         reporter.conflict(conflict)
     for deadlock in report.deadlocks:
         reporter.deadlock(deadlock.state, deadlock.paths)
+    for found in report.doubtful:
+        assert found.location is not None
+        message = f"{found.message}: what depends on it is undecided"
+        diagnostics.note("N606", message, found.location)
     report_properties(report, diagnostics)
 
 
@@ -54,6 +58,7 @@ def report_properties(report: ModelReport, diagnostics: Diagnostics, *, with_und
 
 class _Reporter:
     def __init__(self, report: ModelReport, diagnostics: Diagnostics) -> None:
+        self._report = report
         self._model = report.model
         self._diagnostics = diagnostics
 
@@ -123,7 +128,8 @@ class _Reporter:
         elif result.verdict is Verdict.UNDECIDED:
             found = f"explored {result.explored} configurations up to {result.until_ms / 1000:g} s"
             message = f"{name} is undecided ({found})"
-            self._diagnostics.warning("W611", message, self._text_place(stated, stated.expression))
+            notes = list(self._report.doubtful)
+            self._diagnostics.warning("W611", message, self._text_place(stated, stated.expression), notes)
 
     def _invalid(self, result: PropertyResult, name: str) -> None:
         stated = result.property

@@ -1,0 +1,212 @@
+"""Know which events code sends, by whatever name it calls the component, and where that cannot be known."""
+
+from __future__ import annotations
+
+import ast
+import re
+import sys
+import textwrap
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Final
+
+from ...diagnostics import Location, Note
+from ..document import Document, Text
+from ..extension import has_extension
+from .pieces import pieces_of
+from .python import analyze_library
+from .text import CodeError
+from .trees import parse_python
+
+__all__ = ["Sends", "sends_of", "unclear_sends"]
+
+_SEND: Final = frozenset({"send", "_hfsm_send"})
+_BY_NAME: Final = frozenset({"getattr", "attrgetter", "methodcaller", "__getattribute__"})
+"""What reads an attribute whose name is an argument."""
+_ANYTHING: Final = frozenset({"eval", "exec", "vars", "getmembers"})
+_ANY_ATTRIBUTE: Final = frozenset({"__dict__", "__getattribute__", "__getattr__"})
+_WORDS: Final = re.compile(
+    r"\b(_hfsm_send|__import__|import_module|" + "|".join(_BY_NAME | _ANYTHING | _ANY_ATTRIBUTE) + r")\b|send"
+)
+_LOADERS: Final = frozenset({"__import__", "import_module"})
+_KNOWN_LIBRARIES: Final = sys.stdlib_module_names | {
+    "cv2",
+    "numpy",
+    "scipy",
+    "PIL",
+    "interfaces",
+    "zenoh_ice",
+}
+"""Libraries that send no events, whatever they are given."""
+_HARMLESS: Final = frozenset({"print", "repr", "str", "id", "isinstance", "hasattr", "getattr", "type"})
+
+
+@dataclass(frozen=True, slots=True)
+class Sends:
+    """The events that code sends for certain, and whether it may send others: it is `unclear` from a line on.
+
+    With `hands_over` it gives the component another name, and so perhaps to a library.
+    """
+
+    names: frozenset[str] = frozenset()
+    unclear: int | None = None
+    hands_over: bool = False
+
+
+def unclear_sends(document: Document, path: Path) -> Iterator[Note]:
+    """Yield the places of code of a document, which lies at `path`, that may send any event."""
+    if has_extension(path):
+        yield Note("hand-written code beside the document may send any event", Location(path))
+    pieces = [(each.text, each.path) for each in pieces_of(document, path)]
+    pieces += [(functions.text, functions.path or path) for functions in document.functions]
+    unknown = _has_unknown_library(document, (text.text for text, _ in pieces))
+    for text, file in pieces:
+        sends = sends_of(text)
+        if sends.unclear is not None or (unknown and sends.hands_over):
+            line = text.line + (sends.unclear or 1) - 1
+            column = text.column if line == text.line else 1
+            yield Note("this code may send any event", Location(file, max(1, line), max(1, column)))
+
+
+def _has_unknown_library(document: Document, texts: Iterable[str]) -> bool:
+    """Return whether a document uses a library that may send events when it is given the component."""
+    statements = []
+    for library in document.libraries:
+        if library.is_module and not library.name.is_blank:
+            try:
+                statements.append(analyze_library(library.name)[0])
+            except CodeError:  # told when the component is generated
+                return True
+    for source in (*statements, *(text for text in texts if "import" in text)):
+        tree = _parsed(source)
+        for node in ast.walk(tree) if tree else ():
+            match node:
+                case ast.Import(names=names) if any(_is_unknown(alias.name) for alias in names):
+                    return True
+                case ast.ImportFrom(module=module) if _is_unknown(module or ""):
+                    return True
+    return False
+
+
+def _is_unknown(module: str) -> bool:
+    return module.split(".", maxsplit=1)[0] not in _KNOWN_LIBRARIES
+
+
+def sends_of(text: Text) -> Sends:
+    """Return which events a piece of Python sends."""
+    return _sends(text.text)
+
+
+@cache
+def _sends(source: str) -> Sends:
+    if not _WORDS.search(source) and not re.search(r"\b(self\b(?!\s*\.)|def\b)", source):
+        return Sends()
+    tree = _parsed(source)
+    if tree is None:
+        return Sends(unclear=1)
+    names: set[str] = set()
+    lines: list[int] = []
+    understood: set[ast.AST] = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr in _SEND:
+            understood.add(node.func)
+            found, clear = _sent(node, node.func)
+            names |= found
+            if not clear:
+                lines.append(node.lineno)
+        elif node not in understood and _may_send(node):
+            lines.append(getattr(node, "lineno", 1))
+    return Sends(frozenset(names), min(lines, default=None), any(_handed_over(tree)))
+
+
+def _parsed(source: str) -> ast.Module | None:
+    try:
+        return parse_python(textwrap.dedent(source))
+    except SyntaxError:
+        pass
+    except (ValueError, RecursionError, MemoryError):
+        return None
+    try:  # an expression that spans lines
+        return parse_python(f"(\n{source}\n)")
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        return None
+
+
+def _sent(call: ast.Call, function: ast.Attribute) -> tuple[set[str], bool]:
+    """Return the events that a call of `send` sends, and whether these are all."""
+    arguments = list(call.args)
+    if not _is_self(function.value) and arguments and _is_self(arguments[0]):
+        del arguments[0]  # `Component.send(self, "x")`
+    name = arguments[0] if arguments else next((k.value for k in call.keywords if k.arg == "name"), None)
+    if name is None:
+        return set(), not any(keyword.arg is None for keyword in call.keywords)
+    values = _values(name)
+    return {value.strip() for value in values or () if isinstance(value, str)}, values is not None
+
+
+def _values(node: ast.expr) -> list[object] | None:
+    """Return what an expression may be, None when nobody knows."""
+    if isinstance(node, ast.Constant):
+        return [node.value]
+    if not isinstance(node, ast.IfExp):
+        return None
+    first, second = _values(node.body), _values(node.orelse)
+    return None if first is None or second is None else first + second
+
+
+def _may_send(node: ast.AST) -> bool:
+    """Return whether a node, which is no call of `send` as it is written, may lead to one."""
+    match node:
+        case ast.Attribute(value=ast.Name(id="builtins" | "__builtins__")):
+            return True
+        case ast.Attribute(attr=attribute):
+            return attribute in _SEND | _ANY_ATTRIBUTE | _LOADERS | {"getmembers"}
+        case ast.Constant(value=str() as value):
+            return value in _SEND
+        case ast.Name(id=name):
+            return name in _ANYTHING | _LOADERS
+        case ast.MatchClass(kwd_attrs=attributes):
+            return bool(_SEND.intersection(attributes))
+        case ast.alias(name=name):
+            return name in _ANYTHING | _LOADERS | _BY_NAME
+        case ast.FunctionDef(name=name) | ast.AsyncFunctionDef(name=name) | ast.ClassDef(name=name):
+            return name in _SEND  # what it does with the names that it is given, nobody knows
+        case ast.Call(func=ast.Name(id=name) | ast.Attribute(attr=name), args=arguments) if name in _BY_NAME:
+            place = 1 if name == "getattr" else 0
+            return not arguments[place:] or not all(
+                _is_another(each) for each in arguments[place : place + 1]
+            )
+    return False
+
+
+def _is_another(name: ast.expr) -> bool:
+    """Return whether the name of an attribute, which may be computed, is certainly not that of `send`."""
+    match name:
+        case ast.Constant(value=str() as value):
+            return value not in _SEND
+        case ast.JoinedStr(values=[first, *_, last]) | ast.BinOp(op=ast.Add(), left=first, right=last):
+            start, end = (part.value if isinstance(part, ast.Constant) else "" for part in (first, last))
+            return not any(each.startswith(str(start)) and each.endswith(str(end)) for each in _SEND)
+    return False
+
+
+def _handed_over(tree: ast.AST) -> Iterator[bool]:
+    """Yield for each use of the component itself whether that gives it to somebody."""
+    harmless: set[ast.AST] = set()
+    names = {"self"}
+    for node in ast.walk(tree):
+        match node:
+            case ast.FunctionDef(args=ast.arguments(args=[first, *_])):
+                names.add(first.arg)
+            case ast.Attribute(value=value):
+                harmless.add(value)
+            case ast.Call(func=ast.Name(id=name), args=arguments) if name in _HARMLESS:
+                harmless.update(arguments)
+    for node in ast.walk(tree):
+        yield isinstance(node, ast.Name) and node.id in names and node not in harmless
+
+
+def _is_self(node: ast.expr) -> bool:
+    return isinstance(node, ast.Name) and node.id == "self"

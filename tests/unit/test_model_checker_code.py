@@ -1,0 +1,273 @@
+"""The verdicts of the model checker and the checks against the runtime, for code with aliases and state.
+
+Documents are compiled and run in virtual time: what is called impossible or proved never happens otherwise.
+"""
+
+from __future__ import annotations
+
+import random
+import re
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+import hfsm_runtime as runtime
+from codegen.diagnostics import Diagnostics
+from codegen.hfsm import write_document
+from codegen.hfsm.checking import check_document
+from codegen.hfsm.document import Document, Interface, Library, Text
+from codegen.hfsm.model_checker import (
+    ModelReport,
+    Reachability,
+    Verdict,
+    WhyNever,
+    check_model,
+    report_model,
+)
+from hfsm_pytest.loading import load_component
+from hfsm_runtime.observer import Observer
+from hfsm_runtime.tree import Run
+from tests.support.examples import examples
+from tests.support.model_documents import PATH, automaton, document, on, state, stated, when
+
+FUNCTIONS = {
+    "coin": """def coin(self):
+    return random.random() < 0.5
+""",
+    "often": """def often(self):
+    return self.coin() or self.coin()
+""",
+    "fixed": """def fixed(self):
+    return math.hypot(3.0, 4.0) > 4
+""",
+    "tick": """def tick(self):
+    self.ticks = getattr(self, "ticks", 0) + 1
+    return self.ticks % 2 == 0
+""",
+    "turn": """def turn(self, counts=[0]):
+    counts[0] += 1
+    return counts[0] % 3 == 0
+""",
+    "take": """def take(self):
+    if not hasattr(self, "left"):
+        self.left = iter([True, False, False, True] * 99)
+    return next(self.left)
+""",
+    "emit": """def emit(self, who, name):
+    who.send(name)
+""",
+    "Holder": """class Holder:
+    def __init__(self, component):
+        self.component = component
+
+    def tell(self):
+        self.component.send("x")
+""",
+    "Toggle": """class Toggle:
+    def __init__(self):
+        self.calls = 0
+
+    def __bool__(self):
+        self.calls += 1
+        return self.calls % 2 == 0
+
+    @property
+    def value(self):
+        return bool(self)
+""",
+}
+VARIABLES = {
+    "toggle": "toggle = self.Toggle()",
+    "items": "items = [True, False] * 99",
+    "draw": "draw = iter([True, False] * 99)",
+    "n": "n = 0",
+}
+
+SENDS = [
+    'self.send("x")',
+    'me = self\nme.send("x")',
+    'send = self.send\nsend("x")',
+    "self.Holder(self).tell()",
+    'self.emit(self, "x")',
+    '(lambda c: c.send("x"))(self)',
+    'def tell(c):\n    c.send("x")\ntell(self)',
+    'type(self).send(self, "x")',
+    'getattr(self, "send")("x")',
+    'getattr(self, "se" + "nd")("x")',
+    'operator.methodcaller("send", "x")(self)',
+    'operator.methodcaller("".join(["se", "nd"]), "x")(self)',
+    'functools.partial(self.send, "x")()',
+    '[c.send("x") for c in (self,)]',
+    'eval("c.s" + "end(chr(120))", {"c": self})',
+    'self._hfsm_send("x", None)',
+    '{"me": self}["me"].send(name="x")',
+    'match self:\n    case object(send=tell):\n        tell("x")',
+]
+GUARDS = [
+    "self.coin()", "not self.coin()", "self.often()", "self.tick()", "not self.tick()", "self.turn()",
+    "not self.turn()", "self.take()", "not self.take()", "self.fixed()", "not self.fixed()", "bool(toggle)",
+    "toggle", "not toggle", "toggle.value", "items.pop()", "not items.pop()", "next(draw)", "not next(draw)",
+    "True in draw", "not (True in draw)", "(n := n + 1) % 3 == 0", "n % 3 == 0", "not (n % 3 == 0)",
+    "random.random() < 0.5", "not (random.random() < 0.5)", "any(draw)", "len(items) % 2", "not len(items) % 2",
+    "self.coin() and not self.coin()", '"a" == b"a"', "return self.tick()", "self.ticks > 3",
+]  # fmt: skip
+LIBRARIES = tuple(Library(name=Text(name)) for name in ("random", "math", "operator", "functools"))
+
+
+def coded(*outgoing: str, code: str = "", event: bool = False) -> Document:
+    """Return a document with a state `s1`, which guards leave to others, and properties of it."""
+    ways = [when(guard, 1, number + 2, id=number + 1) for number, guard in enumerate(outgoing)]
+    if event:
+        ways.append(on("x", 1, len(ways) + 2, id=len(ways) + 1))
+    states = [state(1, code=code), *(state(number + 2) for number in range(len(ways)))]
+    others = [f"s{number + 2}" for number in range(len(ways))]
+    text = "\n".join([*outgoing, code])
+    variables = "\n".join(_mentioned(VARIABLES, text))
+    functions = "\n".join(_mentioned(FUNCTIONS, f"{text}\n{variables}"))
+    properties = [stated("never", other) for other in others]
+    properties += [stated("eventually", " or ".join(others), within) for within in ("100", "200", "500")]
+    return document(
+        automaton(1, states, ways, functions=Text(functions), variables=Text(variables)),
+        properties=properties,
+        libraries=LIBRARIES,
+    )
+
+
+def _mentioned(definitions: dict[str, str], text: str) -> list[str]:
+    """Return the definitions that a text mentions, and those that they mention."""
+    found: dict[str, str] = {}
+    for _ in definitions:
+        words = set(re.findall(r"\w+", "\n".join([text, *found.values()])))
+        found = {name: code for name, code in definitions.items() if name in words}
+    return list(found.values())
+
+
+class Visits(Observer):
+    """When each state was entered first, in ns, by id, and which transitions fired."""
+
+    def __init__(self) -> None:
+        self.first: dict[int, int] = {}
+        self.fired_: set[int] = set()
+
+    def cycle_ended(self, run: Run, at: int) -> None:
+        self.first.setdefault(run.current.id, at)
+
+    def fired(self, run: Run, transition: runtime.Transition, at: int) -> None:
+        self.fired_.add(transition.id)
+
+
+def run(path: Path, seed: int) -> Visits:
+    random.seed(seed)
+    virtual = runtime.VirtualRun(load_component(path)())
+    seen = Visits()
+    virtual.tree.observers.append(seen)
+    virtual.advance(0.6)
+    return seen
+
+
+def assert_agrees(report: ModelReport, told: Diagnostics, seen: Visits) -> None:
+    for transition in report.transitions:
+        assert not (
+            transition.reachability is Reachability.IMPOSSIBLE and transition.transition in seen.fired_
+        ), transition
+    for result in report.properties:
+        if result.verdict is not Verdict.HOLDS:
+            continue
+        wanted = {int(name[1:]) for name in result.property.expression.text.split(" or ")}
+        times = [at for number, at in seen.first.items() if number in wanted]
+        if result.property.kind == "never":
+            assert not times, result.property
+        else:
+            assert times, result.property
+            assert min(times) <= float(result.property.within.text) * 1e6, result.property
+    for found in told:
+        if found.code == "W516":
+            number = int(found.message.split()[1])
+            assert number not in seen.fired_, found.message
+
+
+def checked(doc: Document, directory: Path) -> tuple[ModelReport, Diagnostics, Path]:
+    path = directory / "coded.xml"
+    path.write_text(write_document(doc), encoding="utf-8")
+    diagnostics = Diagnostics()
+    report = check_document(path, diagnostics)
+    assert report is not None, diagnostics.render()
+    return report, diagnostics, path
+
+
+@pytest.mark.parametrize("code", SENDS)
+def test_an_event_that_code_sends_by_any_name_is_not_called_impossible(code: str, tmp_path: Path) -> None:
+    report, told, path = checked(coded(code=code, event=True), tmp_path)
+    assert 2 in run(path, 0).first
+    assert report.properties[0].verdict is not Verdict.HOLDS
+    assert "W526" not in {found.code for found in told}
+
+
+def test_what_only_code_that_cannot_be_followed_may_send_is_undecided_and_said(tmp_path: Path) -> None:
+    report, told, _ = checked(coded(code='getattr(self, "".join("foo"))', event=True), tmp_path)
+    assert report.properties[0].verdict is Verdict.UNDECIDED
+    assert not report.complete
+    assert "this code may send any event" in "".join(f.message for f in told if f.code == "N606")
+
+
+def test_without_such_code_an_event_that_nothing_sends_is_impossible(tmp_path: Path) -> None:
+    report, told, _ = checked(coded(code='getattr(self, f"{n}Motors", None)', event=True), tmp_path)
+    assert report.properties[0].verdict is Verdict.HOLDS
+    assert "W526" in {found.code for found in told}
+
+
+@pytest.mark.parametrize("guard", ["self.coin()", "self.often()", "random.random() < 0.5", "self.take()"])
+def test_guards_that_draw_lots_make_no_proof_and_may_fail(guard: str) -> None:
+    verdicts = {
+        each.property.within.text: each.verdict
+        for each in check_model(coded(guard, f"not {guard}"), PATH).properties
+    }
+    assert verdicts["200"] is Verdict.VIOLATED
+
+
+@pytest.mark.parametrize("guard", ["self.tick()", "self.turn()", "toggle.value"])
+def test_guards_with_state_are_undecided_and_said(guard: str) -> None:
+    report = check_model(coded(guard, f"not ({guard})"), PATH)
+    assert report.properties[-1].verdict is Verdict.UNDECIDED
+    diagnostics = Diagnostics()
+    report_model(report, diagnostics)
+    assert "N606" in {found.code for found in diagnostics}
+
+
+@pytest.mark.parametrize("guard", ["self.fixed()", "n > 3", "math.sin(n) > 0.5", "n is None"])
+def test_guards_without_state_still_prove(guard: str) -> None:
+    doc = coded(guard, f"not ({guard})")
+    assert check_model(doc, PATH).properties[-1].verdict is Verdict.HOLDS
+
+
+def test_a_comparison_of_constants_has_one_truth() -> None:
+    report = check_model(coded('"a" == b"a"'), PATH)
+    assert report.properties[0].verdict is Verdict.HOLDS
+    assert report.transitions[0].why is WhyNever.GUARD
+
+
+def test_a_read_of_a_sensor_is_another_each_time() -> None:
+    doc = coded("self.Head.getPose().pan > 0", "not (self.Head.getPose().pan > 0)")
+    head = Interface(name="Head", type="PoseHead")
+    doc = document(*doc.automata, properties=doc.properties, interfaces=(head,))
+    assert check_model(doc, PATH).properties[-1].verdict is not Verdict.HOLDS
+
+
+@settings(
+    max_examples=examples(30),
+    deadline=None,
+    suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture],
+)
+@given(
+    guards=st.lists(st.sampled_from(GUARDS), min_size=1, max_size=4),
+    code=st.sampled_from(["", "n += 1", *SENDS]),
+    event=st.booleans(),
+)
+def test_no_verdict_is_wrong_for_code_with_aliases_and_state(
+    guards: list[str], code: str, event: bool, tmp_path: Path
+) -> None:
+    report, told, path = checked(coded(*guards, code=code, event=event), tmp_path)
+    for seed in range(3):
+        assert_agrees(report, told, run(path, seed))
