@@ -111,7 +111,7 @@ def show(file: _File) -> None:
             table.add_row(name, *cells, "yes" if role.liveliness else "no")
         Console().print(table)
     elif settings.mode != "client":
-        typer.echo("It has no roles: whoever is let in may do everything.")
+        typer.echo("It has no roles: everybody who is let in may do everything.")
 
 
 @app.command(

@@ -36,7 +36,7 @@ def report_foreign(piece: Piece, language: str, diagnostics: Diagnostics, *notes
 
 
 class CodeReader:
-    """Analyze pieces of code; `report` then tells what is wrong with them."""
+    """Analyze pieces of code; `report` then returns what is wrong with them."""
 
     def __init__(self, path: Path, diagnostics: Diagnostics) -> None:
         self._path = path
