@@ -283,7 +283,7 @@ def test_stop_ends_the_component_even_while_only_watching_it(
 def test_error_leads_to_the_code_that_failed(shown: EditorPage) -> None:
     run(shown)
     shown.press("Alt+l")
-    shown.page.get_by_role("textbox", name="count", exact=True).fill('"a text"')
+    shown.page.get_by_role("textbox", name="count", exact=True).fill("null")
     shown.press("Enter")
     expect(status(shown)).to_have_text("Ended with exit code 1 after an error")
     notice(shown, "TypeError: '>' not supported")
