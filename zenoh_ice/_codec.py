@@ -259,7 +259,7 @@ class Codec(Generic[S]):
         if known is not Value.ice_known or len(decoders) > _MOST_SLICED:
             _, decoders = self._decoders = Value.ice_known, {}  # at once: other threads decode, too
         if sliced not in decoders:
-            wire = WireTypes(self.struct, sliced).root
+            wire = self.struct if self._types.plain else WireTypes(self.struct, sliced).root
             decoders[sliced] = msgspec.msgpack.Decoder(wire, dec_hook=_proxy)
         return decoders[sliced]
 
