@@ -7,7 +7,6 @@ methods and attributes of objects, attributes of the component that others assig
 from __future__ import annotations
 
 import ast
-import textwrap
 from collections.abc import Iterable, Iterator
 from enum import IntEnum
 from typing import Final
@@ -15,7 +14,7 @@ from typing import Final
 from ..document import Automaton, Document, Transition
 from .python import analyze_library
 from .text import CodeError
-from .trees import parse_python
+from .trees import parse_piece, parse_python
 
 __all__ = ["Answer", "Answers"]
 
@@ -86,12 +85,12 @@ class Answers:
             self._read_functions(text.text)
         for automaton in document.automata:
             for source in _sources(automaton):
-                self._read(_parsed(source), automaton.id)
+                self._read(parse_piece(source), automaton.id)
 
     def of_state(self, automaton: Automaton, outgoing: Iterable[Transition]) -> list[Answer]:
         """Return what the guards of the transitions out of a state answer, one for each, guarded or not."""
         found = [
-            self._of(_parsed(text.text), automaton.id)
+            self._of(parse_piece(text.text), automaton.id)
             for item in outgoing
             for text in [item.trigger if item.type == "condition" else item.guard]
         ]
@@ -181,7 +180,7 @@ class Answers:
                 self._libraries[name] = start + (alias.name if alias.asname or start else name)
 
     def _read_functions(self, source: str) -> None:
-        tree = _parsed(source)
+        tree = parse_piece(source)
         for node in tree.body if tree else ():
             if isinstance(node, _DEFINITIONS):
                 self._functions.setdefault(node.name, []).append(node)
@@ -260,14 +259,3 @@ def _dotted(node: ast.expr) -> list[str]:
         parts.append(node.attr)
         node = node.value
     return [node.id, *parts[::-1]] if isinstance(node, ast.Name) else []
-
-
-def _parsed(source: str) -> ast.Module | None:
-    """Return the tree of statements, or of an expression that may span lines; None for what is no Python."""
-    text = textwrap.dedent(source)
-    for written in (text, f"(\n{text}\n)"):
-        try:
-            return parse_python(written if written.strip("(\n )") else "")
-        except (SyntaxError, ValueError, RecursionError, MemoryError):
-            continue
-    return None

@@ -5,7 +5,6 @@ from __future__ import annotations
 import ast
 import re
 import sys
-import textwrap
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cache
@@ -18,7 +17,7 @@ from ..extension import has_extension
 from .pieces import pieces_of
 from .python import analyze_library
 from .text import CodeError
-from .trees import parse_python
+from .trees import parse_piece
 
 __all__ = ["Sends", "sends_of", "unclear_sends"]
 
@@ -80,7 +79,7 @@ def _has_unknown_library(document: Document, texts: Iterable[str]) -> bool:
             except CodeError:  # told when the component is generated
                 return True
     for source in (*statements, *(text for text in texts if "import" in text)):
-        tree = _parsed(source)
+        tree = parse_piece(source)
         for node in ast.walk(tree) if tree else ():
             match node:
                 case ast.Import(names=names) if any(_is_unknown(alias.name) for alias in names):
@@ -103,7 +102,7 @@ def sends_of(text: Text) -> Sends:
 def _sends(source: str) -> Sends:
     if not _WORDS.search(source) and not re.search(r"\b(self\b(?!\s*\.)|def\b)", source):
         return Sends()
-    tree = _parsed(source)
+    tree = parse_piece(source)
     if tree is None:
         return Sends(unclear=1)
     names: set[str] = set()
@@ -119,19 +118,6 @@ def _sends(source: str) -> Sends:
         elif node not in understood and _may_send(node):
             lines.append(getattr(node, "lineno", 1))
     return Sends(frozenset(names), min(lines, default=None), any(_handed_over(tree)))
-
-
-def _parsed(source: str) -> ast.Module | None:
-    try:
-        return parse_python(textwrap.dedent(source))
-    except SyntaxError:
-        pass
-    except (ValueError, RecursionError, MemoryError):
-        return None
-    try:  # an expression that spans lines
-        return parse_python(f"(\n{source}\n)")
-    except (SyntaxError, ValueError, RecursionError, MemoryError):
-        return None
 
 
 def _sent(call: ast.Call, function: ast.Attribute) -> tuple[set[str], bool]:

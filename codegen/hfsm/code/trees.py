@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import ast
+import textwrap
 import threading
 from collections.abc import Iterator
 from typing import Literal, overload
 
-__all__ = ["own_nodes", "parse_python"]
+__all__ = ["own_nodes", "parse_piece", "parse_python"]
 
 _ONE_AT_A_TIME = threading.Lock()
 # Until Python 3.13 all threads share the counter of a tree's depth: when another thread gets its turn while
@@ -56,3 +57,14 @@ def _in_same_scope(node: ast.AST) -> list[ast.AST]:
 def _defaults(arguments: ast.arguments) -> Iterator[ast.expr]:
     yield from arguments.defaults
     yield from (default for default in arguments.kw_defaults if default is not None)
+
+
+def parse_piece(source: str) -> ast.Module | None:
+    """Return the tree of statements, or of an expression that may span lines; None for what is no Python."""
+    text = textwrap.dedent(source)
+    for written in (text, f"(\n{text}\n)"):
+        try:
+            return parse_python(written if written.strip("(\n )") else "")
+        except (SyntaxError, ValueError, RecursionError, MemoryError):
+            continue
+    return None
