@@ -29,8 +29,7 @@ sys.path.insert(0, str(ROOT))
 
 from codegen.diagnostics import Diagnostics  # noqa: E402
 from codegen.idl.parser import parse  # noqa: E402
-from codegen.idl.preprocessor import Preprocessor  # noqa: E402
-from codegen.idl.source_files import SourceFiles  # noqa: E402
+from codegen.idl.preprocessor import Preprocessor, SourceFiles  # noqa: E402
 
 FILES = 36
 LIMITS = {"--help": 150.0, "generate": 300.0, "up to date": 300.0, "--check": 300.0, "parsing alone": 20.0}

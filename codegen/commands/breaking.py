@@ -16,7 +16,6 @@ from .options import (
     Format,
     Include,
     InterfaceFiles,
-    Strict,
     require_directories,
     require_extensions,
 )
@@ -25,7 +24,6 @@ from .reporting import ErrorFormat, report
 if TYPE_CHECKING:
     from codegen.idl import ast
     from codegen.idl.breaking import BreakingChange
-    from codegen.idl.dialect import Dialect
     from codegen.idl.lexer import Token
     from codegen.older_version import OlderVersion
 
@@ -56,7 +54,6 @@ def breaking(
     ignore: Annotated[
         list[str] | None, typer.Option("--ignore", metavar="CODE", help="Leave out a rule; repeatable.")
     ] = None,
-    strict: Strict = False,
     error_format: Format = ErrorFormat.TEXT,
 ) -> None:
     """Tell what changed that breaks clients or servers.
@@ -69,19 +66,17 @@ def breaking(
     directories = require_directories(include)
     from codegen.idl.breaking import breaking_changes
     from codegen.idl.breaking_rules import Break, BreakingRule
-    from codegen.idl.dialect import DEFAULT, STRICT_3_7
     from codegen.older_version import OlderVersionError, older_version
 
     ignored = set(ignore or ())
     unknown = ignored - {rule.code for rule in BreakingRule}
     if unknown:
         raise typer.BadParameter(f"there is no rule {', '.join(sorted(unknown))}", param_hint="--ignore")
-    dialect = STRICT_3_7 if strict else DEFAULT
     diagnostics = Diagnostics()
-    new = _definitions(files, directories, diagnostics, dialect)
+    new = _definitions(files, directories, diagnostics)
     try:
         with older_version(against, files, directories) as older:
-            old = _definitions_of_older(older, diagnostics, dialect)
+            old = _definitions_of_older(older, diagnostics)
             report(diagnostics, error_format, "")
             if not older.files:
                 typer.echo(f"{against} has none of the files: nothing can break")
@@ -98,19 +93,17 @@ def breaking(
 
 
 def _definitions(
-    files: Sequence[Path], include: Sequence[Path], diagnostics: Diagnostics, dialect: Dialect
+    files: Sequence[Path], include: Sequence[Path], diagnostics: Diagnostics
 ) -> dict[str, ast.Definition]:
     from codegen.idl.loading import definitions_of, load_interfaces
 
-    return definitions_of(load_interfaces(files, include, diagnostics, dialect))
+    return definitions_of(load_interfaces(files, include, diagnostics))
 
 
-def _definitions_of_older(
-    older: OlderVersion, diagnostics: Diagnostics, dialect: Dialect
-) -> dict[str, ast.Definition]:
+def _definitions_of_older(older: OlderVersion, diagnostics: Diagnostics) -> dict[str, ast.Definition]:
     """Return the older definitions; errors among them are told under the names that people know."""
     found = Diagnostics()
-    definitions = _definitions(older.files, older.include, found, dialect)
+    definitions = _definitions(older.files, older.include, found)
     for each in found.errors:
         place = Location(
             older.shown(each.location.path), each.location.line, each.location.column, each.location.length

@@ -18,7 +18,6 @@ from .options import (
     INTERFACES,
     Format,
     Include,
-    Strict,
     require_directories,
     require_extensions,
 )
@@ -34,7 +33,6 @@ class _Job:
     interfaces: list[Path]
     documents: list[Path]
     include: list[Path]
-    strict: bool
     interface_output: Path | None
     document_output: Path | None
     packages_above: tuple[Path, ...]
@@ -71,7 +69,6 @@ def generate(
     watch: Annotated[
         bool, typer.Option("--watch", help="Go on, and generate again when a file changes; Ctrl-C ends it.")
     ] = False,
-    strict: Strict = False,
     error_format: Format = ErrorFormat.TEXT,
 ) -> None:
     """Generate Python: the command when none is named.
@@ -91,7 +88,6 @@ def generate(
         interfaces,
         [path for path in files if path.suffix.lower() in DOCUMENTS],
         require_directories(include),
-        strict,
         root,
         output,
         above,
@@ -139,11 +135,9 @@ def _run(job: _Job) -> _Result:
     result = _Result()
     if job.interfaces:
         from codegen.idl import compile_interfaces
-        from codegen.idl.dialect import DEFAULT, STRICT_3_7
 
-        dialect = STRICT_3_7 if job.strict else DEFAULT
         compilation = compile_interfaces(
-            job.interfaces, job.include, job.interface_output, result.diagnostics, dialect
+            job.interfaces, job.include, job.interface_output, result.diagnostics
         )
         result.generated += compilation.files
         result.leftovers += compilation.leftovers

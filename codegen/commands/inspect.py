@@ -17,7 +17,6 @@ from .options import (
     Format,
     Include,
     InterfaceFiles,
-    Strict,
     require_directories,
     require_extensions,
 )
@@ -39,7 +38,6 @@ def fingerprint(
     files: InterfaceFiles,
     include: Include = None,
     *,
-    strict: Strict = False,
     error_format: Format = ErrorFormat.TEXT,
 ) -> None:
     """Print the fingerprints of interfaces and types.
@@ -52,7 +50,7 @@ def fingerprint(
     from codegen.idl.fingerprint import fingerprint as digest
 
     given = {path.resolve() for path in files}
-    for scoped, definition in sorted(_load(files, include, error_format, strict=strict).items()):
+    for scoped, definition in sorted(_load(files, include, error_format).items()):
         if definition.token.source.path.resolve() in given and not isinstance(definition, ast.Constant):
             typer.echo(f"{digest(canonical_definition(definition))}  {definition.kind} {scoped}")
 
@@ -62,14 +60,13 @@ def describe(
     files: InterfaceFiles,
     include: Include = None,
     *,
-    strict: Strict = False,
     error_format: Format = ErrorFormat.TEXT,
 ) -> None:
     """Explain a type, an interface or an operation.
 
     It prints the documentation, what travels, with an example in JSON and in bytes, and the fingerprint.
     """
-    definitions = _load(files, include, error_format, strict=strict)
+    definitions = _load(files, include, error_format)
     from codegen.idl.describe import describe as description
 
     typer.echo(description(_find(name, definitions)))
@@ -89,7 +86,6 @@ def decode(
             "--max-size", metavar="MIB", min=1, help="Largest payload; 1, or 32 where bytes are sent."
         ),
     ] = None,
-    strict: Strict = False,
     error_format: Format = ErrorFormat.TEXT,
 ) -> None:
     """Check a payload from stdin and print it as JSON.
@@ -97,7 +93,7 @@ def decode(
     Bytes are printed in base64, enumerators by name, numbers that are not finite as text. The payload may
     come from anywhere: it is checked byte by byte, and what does not fit is told with its place.
     """
-    definitions = _load(files, include, error_format, strict=strict)
+    definitions = _load(files, include, error_format)
     from codegen.idl import ast
     from codegen.idl.payload_reader import PayloadError, PayloadReader
     from codegen.idl.wire_shape import Part, holds_bytes
@@ -122,16 +118,15 @@ def decode(
 
 
 def _load(
-    files: Sequence[Path], include: Sequence[Path] | None, error_format: ErrorFormat, *, strict: bool
+    files: Sequence[Path], include: Sequence[Path] | None, error_format: ErrorFormat
 ) -> dict[str, ast.Definition]:
     """Return what files and all that they include define; end the command when they have errors."""
     require_extensions(files, INTERFACES)
     directories = require_directories(include)
-    from codegen.idl.dialect import DEFAULT, STRICT_3_7
     from codegen.idl.loading import definitions_of, load_interfaces
 
     diagnostics = Diagnostics()
-    loaded = load_interfaces(files, directories, diagnostics, STRICT_3_7 if strict else DEFAULT)
+    loaded = load_interfaces(files, directories, diagnostics)
     report(diagnostics, error_format, "")
     return definitions_of(loaded)
 

@@ -24,10 +24,6 @@ Format = Annotated[
     ErrorFormat,
     typer.Option("--error-format", help="How diagnostics are written to stderr."),
 ]
-Strict = Annotated[
-    bool,
-    typer.Option("--strict-3.7", help="Hold interfaces to the exact rules of Ice 3.7."),
-]
 
 
 def require_extensions(paths: Iterable[Path], allowed: frozenset[str]) -> None:

@@ -64,8 +64,6 @@ class Definition:
     metadata: list[Metadata] = field(default_factory=list)
     scoped: str = ""
     """The name from the root, `::jderobot::Time`; set by the checker."""
-    local: bool = False
-    """Whether it is marked `local`: it never travels, and the checker takes it out of the tree."""
 
     kind: ClassVar[str] = "definition"
 

@@ -1,4 +1,4 @@
-"""Give every name its meaning and report what breaks the rules of Slice.
+"""Check that a tree follows the rules of Slice, and complete it: names, values, tags.
 
 The tree is walked in the order of the source, as a name must be declared before it is used. The rules are
 those of the reference compiler, slice2py of Ice 3.7.
@@ -6,164 +6,139 @@ those of the reference compiler, slice2py of Ice 3.7.
 
 from __future__ import annotations
 
-from codegen.diagnostics import Diagnostics, Note
+from collections.abc import Iterable, Iterator, Sequence
+
+from codegen.diagnostics import Diagnostics, Note, did_you_mean
 
 from . import ast
 from .codes import Code
-from .composition import holds_sequence, parts, why_not_a_key
 from .constants import ConstantChecker
-from .declarer import Declarer
-from .interface_checker import InterfaceChecker
-from .locality import LocalityRules
-from .member_checker import MemberChecker, inherited_names
-from .resolver import Resolver
-from .symbols import Scope
+from .resolver import Resolver, Scope, declared_kind, with_article
 
 _DEEPEST_TYPE = 100
+_KEY_TYPES = frozenset({"bool", "byte", "short", "int", "long", "string"})
+_METADATA = frozenset(
+    {
+        "amd",
+        "async-oneway",
+        "bitset",
+        "deepcopy",
+        "delegate",
+        "deprecate",
+        "deprecated",
+        "format",
+        "marshaled-result",
+        "nonmutating",
+        "preserve-slice",
+        "property",
+        "protected",
+        "stop",
+        "stream",
+        "UserException",
+    }
+)
+"""Metadata without a colon that Slice or codegen knows."""
+
+_Inherited = dict[str, ast.Definition]
+"""Members and operations of bases, by name in lower case."""
 
 
 def check(root: ast.Module, diagnostics: Diagnostics) -> None:
-    """Resolve the names of a translation unit in place and report what is wrong with it.
-
-    Local definitions are checked like the others and then taken out of the tree, with a note.
-    """
+    """Resolve the names of a translation unit in place and report what is wrong with it."""
     _Checker(diagnostics).check(root)
 
 
 class _Checker:
     def __init__(self, diagnostics: Diagnostics) -> None:
         self._resolver = Resolver(diagnostics)
-        self._declarer = Declarer(self._resolver)
         self._constants = ConstantChecker(self._resolver)
-        self._members = MemberChecker(self._resolver, self._declarer, self._constants)
-        self._interfaces = InterfaceChecker(self._resolver, self._declarer, self._constants)
-        self._locality = LocalityRules(self._resolver)
         self._depths: dict[str, int] = {}
         self._compact_ids: dict[int, ast.Class] = {}
 
     def check(self, root: ast.Module) -> None:
         """Check a translation unit."""
         self._resolver.symbols.expect(root)
-        self._module(root, Scope())
+        self._definitions(root, Scope())
         self._resolver.finish()
-        self._drop_local(root)
 
-    def _module(self, module: ast.Module, scope: Scope) -> None:
+    def _definitions(self, module: ast.Module, scope: Scope) -> None:
         """Check the definitions of a module or of the root, whose body is `scope`."""
         for definition in module.definitions:
+            self._metadata(definition)
             self._definition(definition, scope)
             self._limit_depth(definition)
 
     def _definition(self, definition: ast.Definition, scope: Scope) -> None:
         match definition:
             case ast.Module():
-                self._members_of_module(definition, scope)
+                if self._resolver.declare(definition, scope):
+                    self._resolver.introduce(definition.name, scope, definition.token, definition)
+                self._definitions(definition, Scope(definition.scoped))
             case ast.ForwardDeclaration():
-                new = self._declarer.declare(definition, scope)
+                new = self._resolver.declare(definition, scope)
                 if new and definition.of is ast.Interface:
                     self._resolver.introduce(definition.name, scope, definition.token, definition)
             case ast.Struct():
-                self._members.check(definition, self._body(definition, scope))
+                self._members(definition, self._body(definition, scope), {})
             case ast.ExceptionType():
-                self._members.bases_of_exception(definition, scope)
-                inherited = inherited_names(definition.ancestors())
-                self._members.check(definition, self._body(definition, scope), inherited)
+                if definition.base is not None:
+                    self._resolver.exception(definition.base, scope, Code.WRONG_KIND)
+                inherited = _names_in(definition.ancestors())
+                self._members(definition, self._body(definition, scope), inherited)
             case ast.Class():
                 self._class(definition, scope)
             case ast.Interface():
-                definition.bases = self._interfaces.bases(definition, definition.bases, scope)
-                body = self._body(definition, scope)
-                self._interfaces.operations(definition, body, self._interfaces.inherited(definition))
+                self._interface(definition, scope)
             case ast.Enumeration():
                 body = self._body(definition, scope)
                 for enumerator in definition.enumerators:
                     self._constants.check_enumerator_value(enumerator, body)
-                    self._declarer.declare_inside(enumerator, body)
+                    self._resolver.declare_inside(enumerator, body)
                 self._constants.number_enumerators(definition)
             case ast.Sequence():
                 self._resolver.data_type(definition.element, scope)
-                self._declarer.declare(definition, scope)
-                own = Scope(scope.name, definition.local)
-                self._locality.type(definition.element, own, f"the elements of `{definition.name}`")
+                self._resolver.declare(definition, scope)
                 self._resolver.warn_of_deprecated_type(definition.element)
             case ast.Dictionary():
                 self._dictionary(definition, scope)
             case ast.Constant():
                 if self._resolver.data_type(definition.type, scope):
                     self._constants.check_constant(definition, scope)
-                self._declarer.declare(definition, scope)
+                self._resolver.declare(definition, scope)
 
     def _body(self, definition: ast.Definition, scope: Scope) -> Scope:
         """Declare a definition and return the scope of its body."""
-        if self._declarer.declare(definition, scope):
+        if self._resolver.declare(definition, scope):
             self._resolver.introduce(definition.name, scope, definition.token, definition)
-            return Scope(definition.scoped, definition.local)
-        return Scope(f"{definition.scoped} (again)", definition.local)
+            return Scope(definition.scoped)
+        return Scope(f"{definition.scoped} (again)")
 
-    def _members_of_module(self, module: ast.Module, scope: Scope) -> None:
-        if self._declarer.declare(module, scope):
-            self._resolver.introduce(module.name, scope, module.token, module)
-        self._module(module, Scope(module.scoped))
-
-    def _class(self, definition: ast.Class, scope: Scope) -> None:
-        if definition.compact_id is not None:
-            self._constants.check_compact_id(definition.compact_id, scope)
-        if definition.base is not None:
-            base = self._resolver.base(definition.base, definition, scope)
-            if base is not None:
-                self._locality.bases(definition, [(base, definition.base.token)])
-        definition.implements = self._interfaces.bases(definition, definition.implements, scope)
-        body = self._body(definition, scope)
-        inherited = self._interfaces.inherited(definition)
-        tags: dict[int, ast.Member] = {}
-        for item in sorted((*definition.members, *definition.operations), key=lambda each: each.token.offset):
-            if isinstance(item, ast.Member):
-                self._members.member(item, definition, body, inherited, tags)
-            elif isinstance(item, ast.Operation):
-                self._interfaces.operation(item, definition, body, inherited)
-        if definition.compact_id is not None:
-            self._unique_compact_id(definition, definition.compact_id)
-        if (definition.implements or definition.operations) and not definition.local:
-            what = "operations" if definition.operations else "implemented interfaces"
-            message = f"{what} of a class are deprecated and left out; an interface can have operations"
-            self._resolver.warning(Code.DEPRECATED, message, definition.token)
-
-    def _unique_compact_id(self, definition: ast.Class, number: ast.Literal) -> None:
-        if not isinstance(number.value, int):
-            return
-        other = self._compact_ids.setdefault(number.value, definition)
-        if other is not definition:
-            note = Note("first used here", other.token.location)
-            message = f"the compact id {number.value} belongs to class `{other.name}`"
-            self._resolver.error(Code.BAD_TAG, message, number.token, note)
-
-    def _dictionary(self, dictionary: ast.Dictionary, scope: Scope) -> None:
-        key = self._resolver.data_type(dictionary.key, scope)
-        value = self._resolver.data_type(dictionary.value, scope)
-        self._declarer.declare(dictionary, scope)
-        own = Scope(scope.name, dictionary.local)
-        if key:
-            self._dictionary_key(dictionary)
-            self._locality.type(dictionary.key, own, f"the keys of `{dictionary.name}`")
-        if value:
-            self._locality.type(dictionary.value, own, f"the values of `{dictionary.name}`")
-            self._resolver.warn_of_deprecated_type(dictionary.value)
-
-    def _dictionary_key(self, dictionary: ast.Dictionary) -> None:
-        reason = why_not_a_key(dictionary.key)
-        token = dictionary.key.token
-        if reason:
-            message = f"the key of dictionary `{dictionary.name}` {reason}"
-            note = Note("a key is a bool, an integer, a string, an enumeration, or a struct of these")
-            self._resolver.error(Code.BAD_DICTIONARY_KEY, message, token, note)
-        elif holds_sequence(dictionary.key):
-            message = f"sequences in the key of dictionary `{dictionary.name}` are deprecated"
-            self._resolver.warning(Code.DEPRECATED, message, token)
+    def _metadata(self, definition: ast.Definition) -> None:
+        """Report metadata that is unknown or out of place."""
+        kind = with_article(definition.kind)
+        is_operation = isinstance(definition, ast.Operation)
+        is_dispatched = issubclass(declared_kind(definition), ast.Operation | ast.Interface | ast.Class)
+        for metadata in definition.metadata:
+            text = metadata.text
+            if text == "stream" and not is_operation:
+                message = f"only operations can be streamed, not {kind}"
+                self._resolver.error(Code.BAD_STREAM, message, metadata.token)
+            elif text == "stop" and not is_operation:
+                message = f'["stop"] is for the operation that stops, not for {kind}'
+                self._resolver.error(Code.BAD_STOP, message, metadata.token)
+            elif text == "amd" and not is_dispatched:
+                message = f'["amd"] is ignored: it is for operations and interfaces, not for {kind}'
+                self._resolver.warning(Code.MISPLACED_AMD, message, metadata.token)
+            elif ":" not in text and text not in _METADATA:
+                message = f'unknown metadata ["{text}"] is ignored'
+                self._resolver.warning(
+                    Code.UNKNOWN_METADATA, message, metadata.token, *did_you_mean(text, _METADATA)
+                )
 
     def _limit_depth(self, definition: ast.Definition) -> None:
         """Report types that contain or extend others too deeply for those that walk them, here and later."""
         depth = 0
-        for named in parts(definition):
+        for named in _parts(definition):
             part = named.definition
             if part is None or isinstance(part, ast.ForwardDeclaration):
                 continue
@@ -179,16 +154,318 @@ class _Checker:
         if isinstance(definition, ast.Interface):
             definition.generation = depth
 
-    def _drop_local(self, module: ast.Module) -> None:
-        """Take local definitions out of the tree."""
-        kept: list[ast.Definition] = []
-        for definition in module.definitions:
-            if isinstance(definition, ast.Module):
-                self._drop_local(definition)
-            if definition.local:
-                if not isinstance(definition, ast.ForwardDeclaration):
-                    message = f"local {definition.kind} `{definition.name}` is left out: it never travels"
-                    self._resolver.note(Code.LOCAL_LEFT_OUT, message, definition.token)
-            else:
-                kept.append(definition)
-        module.definitions = kept
+    # Structs, exceptions and classes
+
+    def _members(self, owner: ast.Struct | ast.ExceptionType, scope: Scope, inherited: _Inherited) -> None:
+        tags: dict[int, ast.Member] = {}
+        for member in owner.members:
+            self._member(member, owner, scope, inherited, tags)
+
+    def _member(
+        self,
+        member: ast.Member,
+        owner: ast.Struct | ast.Derivable,
+        scope: Scope,
+        inherited: _Inherited,
+        tags: dict[int, ast.Member],
+    ) -> None:
+        """Check a member of what has the body `scope`; `tags` are those used so far."""
+        self._metadata(member)
+        if isinstance(owner, ast.Struct):
+            if member.tag is not None:
+                message = f"member `{member.name}` is optional, which members of structs cannot be"
+                note = Note("members of classes and exceptions can")
+                self._resolver.error(Code.BAD_TAG, message, member.tag.token, note)
+        elif member.tag is not None:
+            self._constants.check_tag(member.tag, scope)
+        if not self._resolver.data_type(member.type, scope):
+            self._resolver.declare_inside(member, scope)
+            return
+        self._constants.check_default(member, scope)
+        new = self._resolver.declare_inside(member, scope)
+        self._resolver.report_inherited(member, inherited)
+        if (
+            isinstance(owner, ast.Struct)
+            and isinstance(member.type, ast.NamedType)
+            and member.type.definition is owner
+        ):
+            message = f"struct `{owner.name}` contains itself"
+            self._resolver.error(Code.CONTAINS_ITSELF, message, member.type.token)
+            member.type.definition = None
+        self._resolver.warn_of_deprecated_type(member.type)
+        if member.tag is not None and isinstance(member.tag.value, int):
+            first = tags.setdefault(member.tag.value, member)
+            if first is not member:
+                note = Note("first used here", first.token.location)
+                message = f"tag {member.tag.value} of `{member.name}` belongs to `{first.name}`"
+                self._resolver.error(Code.BAD_TAG, message, member.tag.token, note)
+        if new:
+            self._resolver.introduce(member.name, scope, member.token, member)
+
+    def _class(self, definition: ast.Class, scope: Scope) -> None:
+        number = definition.compact_id
+        if number is not None:
+            self._constants.check_compact_id(number, scope)
+        if definition.base is not None:
+            self._resolver.complete(definition.base, ast.Class, definition, scope)
+        definition.implements = self._bases(definition, definition.implements, scope)
+        body = self._body(definition, scope)
+        inherited = self._inherited(definition)
+        tags: dict[int, ast.Member] = {}
+        for item in sorted((*definition.members, *definition.operations), key=lambda each: each.token.offset):
+            if isinstance(item, ast.Member):
+                self._member(item, definition, body, inherited, tags)
+            elif isinstance(item, ast.Operation):
+                self._operation(item, definition, body, inherited)
+        if number is not None and isinstance(number.value, int):
+            other = self._compact_ids.setdefault(number.value, definition)
+            if other is not definition:
+                note = Note("first used here", other.token.location)
+                message = f"the compact id {number.value} belongs to class `{other.name}`"
+                self._resolver.error(Code.BAD_TAG, message, number.token, note)
+        if definition.implements or definition.operations:
+            what = "operations" if definition.operations else "implemented interfaces"
+            message = f"{what} of a class are deprecated and left out; an interface can have operations"
+            self._resolver.warning(Code.DEPRECATED, message, definition.token)
+
+    # Dictionaries
+
+    def _dictionary(self, dictionary: ast.Dictionary, scope: Scope) -> None:
+        key = self._resolver.data_type(dictionary.key, scope)
+        value = self._resolver.data_type(dictionary.value, scope)
+        self._resolver.declare(dictionary, scope)
+        if key:
+            self._dictionary_key(dictionary)
+        if value:
+            self._resolver.warn_of_deprecated_type(dictionary.value)
+
+    def _dictionary_key(self, dictionary: ast.Dictionary) -> None:
+        reason = _why_not_a_key(dictionary.key)
+        token = dictionary.key.token
+        if reason:
+            message = f"the key of dictionary `{dictionary.name}` {reason}"
+            note = Note("a key is a bool, an integer, a string, an enumeration, or a struct of these")
+            self._resolver.error(Code.BAD_DICTIONARY_KEY, message, token, note)
+        elif _holds_sequence(dictionary.key):
+            message = f"sequences in the key of dictionary `{dictionary.name}` are deprecated"
+            self._resolver.warning(Code.DEPRECATED, message, token)
+
+    # Interfaces, and what classes implement
+
+    def _interface(self, definition: ast.Interface, scope: Scope) -> None:
+        definition.bases = self._bases(definition, definition.bases, scope)
+        body = self._body(definition, scope)
+        inherited = self._inherited(definition)
+        for operation in definition.operations:
+            self._operation(operation, definition, body, inherited)
+        self._stops(definition)
+        self._generated_names(definition, inherited)
+
+    def _bases(
+        self, derived: ast.Interface | ast.Class, named: Sequence[ast.NamedType], scope: Scope
+    ) -> list[ast.NamedType]:
+        """Resolve the interfaces that are extended or implemented; return those that are good, each once."""
+        good: dict[str, ast.NamedType] = {}
+        for each in named:
+            base = self._resolver.complete(each, ast.Interface, derived, scope)
+            if base is not None:
+                good.setdefault(base.scoped, each)
+        return list(good.values())
+
+    def _inherited(self, derived: ast.Interface | ast.Class) -> _Inherited:
+        """Return what bases bring with them; report what two of them bring."""
+        named = derived.bases if isinstance(derived, ast.Interface) else [derived.base, *derived.implements]
+        bases = [each.definition for each in named if each is not None and each.definition is not None]
+        brought: _Inherited = {}
+        for base in bases:
+            for name, operation in _names_in([base]).items():
+                other = brought.setdefault(name, operation)
+                if other is not operation and isinstance(operation, ast.Operation):
+                    notes = [Note("one is here", other.token.location)]
+                    notes.append(Note("the other is here", operation.token.location))
+                    message = f"`{derived.name}` inherits `{operation.name}` from two unrelated interfaces"
+                    self._resolver.error(Code.AMBIGUOUS_OPERATION, message, derived.token, *notes)
+        return brought
+
+    def _operation(
+        self,
+        operation: ast.Operation,
+        owner: ast.Interface | ast.Class,
+        scope: Scope,
+        inherited: _Inherited,
+    ) -> None:
+        """Check an operation of what has the body `scope`."""
+        self._metadata(operation)
+        if operation.return_tag is not None:
+            self._constants.check_tag(operation.return_tag, scope)
+        if operation.returns is not None:
+            self._resolver.data_type(operation.returns, scope)
+        new = self._resolver.declare_inside(operation, scope)
+        self._resolver.report_inherited(operation, inherited)
+        if operation.name.lower() == owner.name.lower():
+            message = f"operation `{operation.name}` has the name of its {owner.kind}"
+            self._resolver.error(Code.REDEFINITION, message, operation.token)
+        operation.amd = operation.is_marked("amd") or owner.is_marked("amd")
+        if operation.streamed and operation.returns is None and not operation.outputs:
+            message = f"operation `{operation.name}` is streamed but returns nothing"
+            self._resolver.error(Code.BAD_STREAM, message, operation.token)
+        if new:
+            self._resolver.introduce(operation.name, scope, operation.token, operation)
+        self._parameters(operation, Scope(operation.scoped))
+        self._throws(operation, scope)
+
+    def _parameters(self, operation: ast.Operation, scope: Scope) -> None:
+        tags: dict[int, ast.Literal] = {}
+        self._unique_tag(operation.return_tag, tags)
+        before: ast.Parameter | None = None
+        for parameter in operation.parameters:
+            self._metadata(parameter)
+            if parameter.tag is not None:
+                self._constants.check_tag(parameter.tag, scope)
+            if self._resolver.data_type(parameter.type, scope):
+                self._resolver.warn_of_deprecated_type(parameter.type)
+            if self._resolver.declare_inside(parameter, scope):
+                self._resolver.introduce(parameter.name, scope, parameter.token, parameter)
+            if before is not None and before.out and not parameter.out:
+                note = Note("the out parameter is here", before.token.location)
+                message = f"in parameter `{parameter.name}` stands behind an out parameter"
+                self._resolver.error(Code.OUT_BEFORE_IN, message, parameter.token, note)
+            self._unique_tag(parameter.tag, tags)
+            before = parameter
+
+    def _unique_tag(self, tag: ast.Literal | None, tags: dict[int, ast.Literal]) -> None:
+        if tag is None or not isinstance(tag.value, int):
+            return
+        first = tags.setdefault(tag.value, tag)
+        if first is not tag:
+            note = Note("first used here", first.token.location)
+            message = f"tag {tag.value} is used twice in this operation"
+            self._resolver.error(Code.BAD_TAG, message, tag.token, note)
+
+    def _throws(self, operation: ast.Operation, scope: Scope) -> None:
+        thrown: dict[str, ast.NamedType] = {}
+        for named in operation.throws:
+            exception = self._resolver.exception(named, scope, Code.BAD_THROWS)
+            if exception is None:
+                continue
+            first = thrown.setdefault(exception.scoped, named)
+            if first is not named:
+                note = Note("it stands here already", first.token.location)
+                message = f"`{named.name}` stands in `throws` twice"
+                self._resolver.error(Code.BAD_THROWS, message, named.token, note)
+
+    def _stops(self, owner: ast.Interface) -> None:
+        """Report stop operations that cannot be called without knowing more than the mark, or are several."""
+        marked = [operation for operation in owner.operations if operation.stop]
+        for operation in marked:
+            if operation is not marked[0]:
+                note = Note("the first is here", marked[0].token.location)
+                message = f'`{owner.name}` has two operations marked ["stop"]; one is to stop it all'
+                self._resolver.error(Code.BAD_STOP, message, operation.token, note)
+            problems = []
+            if operation.returns is not None or operation.outputs:
+                problems.append("returns something")
+            if any(parameter.tag is None for parameter in operation.inputs):
+                problems.append("has a parameter that is not optional")
+            if not operation.idempotent:
+                problems.append("is not idempotent")
+            if problems:
+                message = f'operation `{operation.name}` is marked ["stop"] but {" and ".join(problems)}'
+                self._resolver.error(Code.BAD_STOP, message, operation.token)
+
+    def _generated_names(self, interface: ast.Interface, inherited: _Inherited) -> None:
+        """Report operations and parameters with a name that proxies, servants or the wire use."""
+        own = interface.operations
+        for operation in own:
+            if operation.name.startswith("ice_"):
+                message = (
+                    f"operation `{operation.name}`: names with `ice_` belong to what every object offers"
+                )
+                self._resolver.error(Code.RESERVED_NAME, message, operation.token)
+            for parameter in operation.outputs:
+                if parameter.name == "returnValue" and operation.returns is not None:
+                    message = "`returnValue` is how the wire calls what an operation returns"
+                    self._resolver.error(Code.RESERVED_NAME, message, parameter.token)
+        operations = {each.name: each for each in inherited.values() if isinstance(each, ast.Operation)}
+        operations |= {operation.name: operation for operation in own}
+        for operation in operations.values():
+            for suffix in ("Async", "Publisher") if operation.streamed else ("Async",):
+                other = operations.get(operation.name + suffix)
+                if other is None or (operation not in own and other not in own):
+                    continue
+                note = Note(f"`{operation.name}` brings `{other.name}` with it", operation.token.location)
+                message = f"operation `{other.name}` has the name of a generated method"
+                self._resolver.error(Code.NAME_CLASH_IN_OUTPUT, message, other.token, note)
+
+
+# What definitions are made of
+
+
+def _names_in(bases: Iterable[ast.Definition]) -> _Inherited:
+    """Return the members and operations of classes, interfaces and exceptions and of their bases."""
+    found: _Inherited = {}
+    for base in bases:
+        if isinstance(base, ast.Interface):
+            for interface in (base, *base.ancestors()):
+                found |= {operation.name.lower(): operation for operation in interface.operations}
+        elif isinstance(base, ast.Derivable):
+            for derivable in (base, *base.ancestors()):
+                found |= {member.name.lower(): member for member in derivable.members}
+                if isinstance(derivable, ast.Class):
+                    found |= {operation.name.lower(): operation for operation in derivable.operations}
+                    found |= _names_in(
+                        named.definition for named in derivable.implements if named.definition is not None
+                    )
+    return found
+
+
+def _parts(definition: ast.Definition) -> Iterator[ast.NamedType]:
+    """Yield the types that a definition is made of: members, elements, bases, but not members of classes."""
+    types: list[ast.Type | None] = []
+    match definition:
+        case ast.Struct():
+            types = [member.type for member in definition.members]
+        case ast.Class():
+            types = [definition.base]
+        case ast.ExceptionType():
+            types = [definition.base, *(member.type for member in definition.members)]
+        case ast.Interface():
+            types = [*definition.bases]
+        case ast.Sequence():
+            types = [definition.element]
+        case ast.Dictionary():
+            types = [definition.key, definition.value]
+    yield from (kind for kind in types if isinstance(kind, ast.NamedType))
+
+
+def _why_not_a_key(kind: ast.Type) -> str:
+    """Return why values of a type cannot be keys of a dictionary; nothing when they can."""
+    match kind:
+        case ast.BuiltinType(name=name):
+            return "" if name in _KEY_TYPES else f"is {with_article(name)}"
+        case ast.NamedType(definition=ast.Enumeration()):
+            return ""
+        case ast.NamedType(definition=ast.Sequence() as sequence):
+            reason = _why_not_a_key(sequence.element)
+            return f"is a sequence of what {reason}" if reason else ""
+        case ast.NamedType(definition=ast.Struct() as struct):
+            for member in struct.members:
+                reason = _why_not_a_key(member.type)
+                if reason:
+                    return f"has a member `{member.name}` that {reason}"
+            return ""
+        case ast.NamedType(definition=ast.Definition() as definition):
+            return f"is {with_article(declared_kind(definition).kind)}"
+        case ast.ProxyType():
+            return "is a proxy"
+    return ""
+
+
+def _holds_sequence(kind: ast.Type) -> bool:
+    """Return whether a type is a sequence or a struct with a sequence somewhere in it."""
+    match kind:
+        case ast.NamedType(definition=ast.Sequence()):
+            return True
+        case ast.NamedType(definition=ast.Struct() as struct):
+            return any(_holds_sequence(member.type) for member in struct.members)
+    return False

@@ -6,7 +6,7 @@ from enum import StrEnum
 
 
 class Code(StrEnum):
-    """What a diagnostic is about: E is an error, W a warning, N a note."""
+    """What a diagnostic is about: E is an error, W a warning."""
 
     UNREADABLE_FILE = "E001"
     UNEXPECTED_CHARACTER = "E002"
@@ -39,7 +39,7 @@ class Code(StrEnum):
     NO_MEMBER = "E033"
     TOO_DEEP = "E034"
     BAD_TAG = "E035"
-    LOCAL_TYPE = "E036"
+    LOCAL = "E036"
     BAD_STOP = "E037"
 
     UNKNOWN_METADATA = "W001"
@@ -52,5 +52,3 @@ class Code(StrEnum):
     NOT_UTF8_ESCAPES = "W008"
     DOUBTFUL_CAPITALIZATION = "W009"
     MISPLACED_AMD = "W010"
-
-    LOCAL_LEFT_OUT = "N001"

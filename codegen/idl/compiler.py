@@ -12,14 +12,13 @@ from codegen.files import GeneratedFile
 
 from . import ast
 from .codes import Code
-from .dialect import DEFAULT, Dialect
 from .leftovers import earlier_modules
 from .lexer import Source
 from .names import exported_names, module_package
 from .packages import ModuleSummary, package_files, packages_in_cycles
 from .places import GeneratedModule, NestedModules, Places
+from .preprocessor import SourceFiles
 from .schema import schema_entry
-from .source_files import SourceFiles
 from .units import Units, places_of
 from .writer import GENERATED_BY, module_text, write_module
 
@@ -57,7 +56,6 @@ def compile_interfaces(
     include_directories: Sequence[Path],
     output: Path | None,
     diagnostics: Diagnostics,
-    dialect: Dialect = DEFAULT,
 ) -> Compilation:
     """Compile IDL files and all that they include.
 
@@ -65,7 +63,7 @@ def compile_interfaces(
     given. What is wrong goes to `diagnostics`; after an error the compilation is empty. Nothing is written.
     """
     files = SourceFiles(diagnostics)
-    units = Units(files, include_directories, dialect)
+    units = Units(files, include_directories)
     sources = {source: path for path in paths if (source := files.load(path)) is not None}
     for source in sources:
         units.read(source, diagnostics)

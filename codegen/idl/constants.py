@@ -8,8 +8,7 @@ from codegen.diagnostics import Note, did_you_mean
 
 from . import ast
 from .codes import Code
-from .resolver import Resolver, declared_kind, with_article
-from .symbols import Scope
+from .resolver import Resolver, Scope, declared_kind, with_article
 
 INTEGER_RANGES = {
     "byte": (0, 2**8 - 1),

@@ -11,8 +11,7 @@ from .codes import Code
 from .formatter import format_source
 from .lexer import Kind, Source
 from .parser import parse
-from .preprocessor import Preprocessor
-from .source_files import SourceFiles
+from .preprocessor import Preprocessor, SourceFiles
 
 __all__ = ["format_file"]
 

@@ -9,10 +9,8 @@ from pathlib import Path
 from codegen.diagnostics import Diagnostics
 
 from . import ast
-from .dialect import DEFAULT, Dialect
 from .lexer import Source
-from .preprocessor import Preprocessor
-from .source_files import SourceFiles
+from .preprocessor import Preprocessor, SourceFiles
 from .units import checked_tree
 
 __all__ = ["CheckedFile", "definitions_of", "load_interfaces"]
@@ -32,7 +30,6 @@ def load_interfaces(
     paths: Sequence[Path],
     include_directories: Sequence[Path],
     diagnostics: Diagnostics,
-    dialect: Dialect = DEFAULT,
 ) -> list[CheckedFile]:
     """Read, parse and check files, each once, with all that they include.
 
@@ -44,7 +41,7 @@ def load_interfaces(
     loaded: list[CheckedFile] = []
     for source, path in sources.items():
         unit = preprocessor.unit(source)
-        tree = checked_tree(unit, diagnostics, dialect)
+        tree = checked_tree(unit, diagnostics)
         loaded.append(CheckedFile(path, source, tuple(unit.included), tree))
     return loaded
 

@@ -3,30 +3,45 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import NoReturn, TypeVar
 
-from codegen.diagnostics import Diagnostics, Note, did_you_mean
+from codegen.diagnostics import Diagnostics, Location, Note, did_you_mean
 
 from . import ast
 from .codes import Code
-from .dialect import DEFAULT, Dialect
-from .lexer import Kind, Source, Token
-from .member_parser import MemberParser
+from .lexer import Kind, LiteralError, Source, Token, parse_float, parse_integer, parse_string
 from .preprocessor import TranslationUnit
-from .token_reader import SliceSyntaxError, shown
 
+BUILTIN_TYPES = ("bool", "byte", "short", "int", "long", "float", "double", "string")
+_TYPE_KEYWORDS = frozenset({*BUILTIN_TYPES, "Object", "Value"})
+_RESERVED_SUFFIXES = ("Helper", "Holder", "Prx", "Ptr")
 _DEEPEST_MODULE = 50
 
+_NO_OPERATIONS = "a struct or exception has no operations; put them into an interface"
+_NO_MEMBERS = "an interface has no data members; put them into a struct or class"
 
-def parse(unit: TranslationUnit, diagnostics: Diagnostics, dialect: Dialect = DEFAULT) -> ast.Module:
+_Item = TypeVar("_Item")
+
+
+class _SliceSyntaxError(Exception):
+    """What is read does not follow the grammar; it has been reported, and reading goes on behind it."""
+
+
+def parse(unit: TranslationUnit, diagnostics: Diagnostics) -> ast.Module:
     """Return the root module of a translation unit: what its files define, without what could not be read."""
-    return _Parser(unit, diagnostics, dialect).root()
+    return _Parser(unit, diagnostics).root()
 
 
-class _Parser(MemberParser):
-    def __init__(self, unit: TranslationUnit, diagnostics: Diagnostics, dialect: Dialect) -> None:
-        super().__init__(unit, diagnostics, dialect)
+class _Parser:
+    def __init__(self, unit: TranslationUnit, diagnostics: Diagnostics) -> None:
+        self._tokens = unit.tokens
+        self._next = 0
+        self._token = unit.tokens[0]
+        self._diagnostics = diagnostics
         self._depth = 0
         self._sources_with_modules: set[Source] = set()
+        self._well_spelled: set[str] = set()
+        self._reported_end = False
         self._readers: dict[str, Callable[[], ast.Definition]] = {
             "class": self._class,
             "const": self._constant,
@@ -38,6 +53,8 @@ class _Parser(MemberParser):
             "sequence": self._sequence,
             "struct": self._struct,
         }
+
+    # Definitions
 
     def root(self) -> ast.Module:
         """Read everything."""
@@ -52,15 +69,15 @@ class _Parser(MemberParser):
             return None
         metadata, doc = self._metadata()
         token = self._token
-        local = self._accept("local") is not None
-        token = self._token
         read = self._readers.get(token.text) if token.kind is Kind.KEYWORD else None
-        if read is None or (local and token.text in {"module", "const"}):
+        if read is None:
+            if self._at("local"):
+                message = "what is `local` never travels, so that nothing can be generated for it"
+                self._fail(message, Note("leave it out"), code=Code.LOCAL)
             notes = did_you_mean(token.text, self._readers) if token.kind is Kind.NAME else ()
-            self._fail(f"expected a definition, found {shown(token)}", *notes)
+            self._fail(f"expected a definition, found {_shown(token)}", *notes)
         self._advance()
         definition = read()
-        definition.local = local
         definition.doc = doc or self._previous.trailing_doc
         definition.metadata += metadata
         return definition
@@ -68,19 +85,11 @@ class _Parser(MemberParser):
     def _metadata_of_file(self) -> None:
         """Take `[["..."]]`; it speaks to the generators of other languages."""
         opening = self._advance()
-        metadata = self._strings("metadata of the file")
-        self._file_metadata[opening.source] += [each.text for each in metadata]
+        self._strings("metadata of the file")
         self._expect("]]", "behind metadata of the file")
         if opening.source in self._sources_with_modules:
             message = "metadata of the file must stand before all definitions"
             self._diagnostics.error(Code.SYNTAX, message, opening.location)
-
-    def _no_member(self, message: str, name: Token) -> None:
-        note = Note("it begins here", name.location)
-        self._diagnostics.error(Code.NO_MEMBER, message, self._previous.location, [note])
-
-    def _end_of_body(self) -> None:
-        self._accept(";")
 
     def _module(self) -> ast.Module:
         if self._token.kind is Kind.KEYWORD:
@@ -96,7 +105,7 @@ class _Parser(MemberParser):
             module.definitions += self._block(self._definition, f"module {name.text}")
         finally:
             self._depth -= 1
-        self._end_of_body()
+        self._accept(";")
         return module
 
     def _struct(self) -> ast.Struct:
@@ -104,8 +113,8 @@ class _Parser(MemberParser):
         found_before = len(self._diagnostics)
         members = self._block(self._member, f"struct {name.text}")
         if not members and len(self._diagnostics) == found_before:
-            self._no_member(f"struct `{name.text}` has no member", name)
-        self._end_of_body()
+            self._report_empty(f"struct `{name.text}` has no member", name)
+        self._accept(";")
         return ast.Struct(name.text, name, members=members)
 
     def _class(self) -> ast.Class | ast.ForwardDeclaration:
@@ -125,36 +134,31 @@ class _Parser(MemberParser):
                 class_.operations.append(each)
             else:
                 class_.members.append(each)
-        self._end_of_body()
+        self._accept(";")
         return class_
 
     def _exception(self) -> ast.ExceptionType:
         name = self._name("an exception")
         base = self._base("an exception")
         members = self._block(self._member, f"exception {name.text}")
-        self._end_of_body()
+        self._accept(";")
         return ast.ExceptionType(name.text, name, base=base, members=members)
 
     def _interface(self) -> ast.Interface | ast.ForwardDeclaration:
         name = self._name("an interface")
         if self._accept(";"):
             return ast.ForwardDeclaration(name.text, name, of=ast.Interface)
-        bases: list[ast.NamedType] = []
-        if self._accept_extends():
-            bases += self._list_of("an interface")
+        bases = self._list_of("an interface") if self._accept_extends() else []
         operations = self._block(self._operation, f"interface {name.text}")
-        self._end_of_body()
+        self._accept(";")
         return ast.Interface(name.text, name, bases=bases, operations=operations)
 
     def _accept_extends(self) -> bool:
-        if self._at(":") and not self._dialect.colon_extends:
-            self._fail("expected `extends`, found `:`", Note("`:` for `extends` is of Slice 3.8"))
+        """Take `extends`, or the `:` of Ice 3.8."""
         return self._accept("extends") is not None or self._accept(":") is not None
 
     def _base(self, what: str) -> ast.NamedType | None:
-        if self._accept_extends():
-            return ast.NamedType(*self._scoped_name(what))
-        return None
+        return ast.NamedType(*self._scoped_name(what)) if self._accept_extends() else None
 
     def _enumeration(self) -> ast.Enumeration:
         name = self._name("an enumeration")
@@ -169,13 +173,13 @@ class _Parser(MemberParser):
                 continue
             try:
                 enumeration.enumerators.append(self._enumerator(enumeration))
-            except SliceSyntaxError:
+            except _SliceSyntaxError:
                 while not (self._at(",") or self._at("}") or self._at_end()):
                     self._advance()
         self._advance()
         if not enumeration.enumerators and len(self._diagnostics) == found_before:
-            self._no_member(f"enumeration `{name.text}` has no enumerator", name)
-        self._end_of_body()
+            self._report_empty(f"enumeration `{name.text}` has no enumerator", name)
+        self._accept(";")
         return enumeration
 
     def _enumerator(self, enumeration: ast.Enumeration) -> ast.Enumerator:
@@ -183,11 +187,15 @@ class _Parser(MemberParser):
         name = self._name("an enumerator")
         literal = self._literal() if self._accept("=") else None
         if not (self._at(",") or self._at("}") or self._at_end()):
-            self._fail(f"expected `,` or `}}` behind an enumerator, found {shown(self._token)}")
+            self._fail(f"expected `,` or `}}` behind an enumerator, found {_shown(self._token)}")
         doc = doc or self._previous.trailing_doc
         if self._at(","):
             doc = doc or self._token.trailing_doc
         return ast.Enumerator(name.text, name, doc, literal=literal, enumeration=enumeration)
+
+    def _report_empty(self, message: str, name: Token) -> None:
+        note = Note("it begins here", name.location)
+        self._diagnostics.error(Code.NO_MEMBER, message, self._previous.location, [note])
 
     def _sequence(self) -> ast.Sequence:
         self._expect("<", "behind `sequence`")
@@ -220,3 +228,356 @@ class _Parser(MemberParser):
         literal = self._literal()
         self._expect_end_of_statement("a constant")
         return ast.Constant(name.text, name, metadata=metadata, type=kind, literal=literal)
+
+    # What bodies hold: members, operations and their parameters
+
+    def _member(self) -> ast.Member:
+        """Read a member of a struct or an exception."""
+        metadata, doc = self._metadata()
+        tag = self._tag()
+        if self._at("void") or self._at("idempotent"):
+            self._fail(_NO_OPERATIONS)
+        kind = self._type("the type of a member")
+        name = self._name("a member")
+        if self._at("("):
+            self._fail(_NO_OPERATIONS, token=name)
+        return self._rest_of_member(name, kind, tag, metadata, doc)
+
+    def _operation(self) -> ast.Operation:
+        """Read an operation of an interface."""
+        item = self._member_or_operation(members=False)
+        assert isinstance(item, ast.Operation)
+        return item
+
+    def _member_or_operation(self, *, members: bool = True) -> ast.Member | ast.Operation:
+        """Read what a class holds; the parenthesis behind the name tells one from the other."""
+        metadata, doc = self._metadata()
+        idempotent = self._accept("idempotent") is not None
+        tag = self._tag()
+        if tag is not None and self._at("void"):
+            self._fail("`void` cannot be optional")
+        void = self._accept("void") is not None
+        returns = None if void else self._type("the type of a member or an operation")
+        name = self._name("a member or an operation" if members else "an operation")
+        if not self._at("("):
+            if returns is not None and members and not idempotent:
+                return self._rest_of_member(name, returns, tag, metadata, doc)
+            if not members and (self._at(";") or self._at("=")):
+                self._fail(_NO_MEMBERS, token=name)
+            self._fail(f"expected `(` behind the name of an operation, found {_shown(self._token)}")
+        parameters = self._parameters()
+        throws = self._list_of("an exception") if self._accept("throws") else []
+        end = self._expect_end_of_statement("an operation")
+        return ast.Operation(
+            name.text,
+            name,
+            doc or end.trailing_doc,
+            metadata,
+            returns=returns,
+            return_tag=tag,
+            parameters=parameters,
+            throws=throws,
+            idempotent=idempotent,
+        )
+
+    def _rest_of_member(
+        self,
+        name: Token,
+        kind: ast.Type,
+        tag: ast.Literal | None,
+        metadata: list[ast.Metadata],
+        doc: str | None,
+    ) -> ast.Member:
+        default = self._literal() if self._accept("=") else None
+        end = self._expect_end_of_statement("a member")
+        return ast.Member(
+            name.text, name, doc or end.trailing_doc, metadata, type=kind, default=default, tag=tag
+        )
+
+    def _parameters(self) -> list[ast.Parameter]:
+        opening = self._advance()
+        parameters: list[ast.Parameter] = []
+        while not self._at(")"):
+            parameters.append(self._parameter())
+            if not self._accept(","):
+                break
+            if self._at(")"):
+                self._fail(f"expected a parameter behind `,`, found {_shown(self._token)}")
+        if not self._at(")"):
+            begin = Note("the parameters begin here", opening.location)
+            self._fail(f"expected `,` or `)` behind a parameter, found {_shown(self._token)}", begin)
+        self._advance()
+        return parameters
+
+    def _parameter(self) -> ast.Parameter:
+        doc = self._token.doc
+        out = self._accept("out") is not None
+        metadata, _ = self._metadata()
+        tag = self._tag()
+        kind = self._type("the type of a parameter")
+        name = self._name("a parameter")
+        doc = doc or name.trailing_doc
+        return ast.Parameter(name.text, name, doc, metadata, type=kind, out=out, tag=tag)
+
+    # What definitions are made of: names, types, values, metadata
+
+    def _name(self, what: str) -> Token:
+        """Take the name of something that is being defined."""
+        token = self._token
+        if token.kind is Kind.KEYWORD:
+            if token.text == "Value" and what in {"a member", "a parameter", "a member or an operation"}:
+                message = "`Value` is a keyword of Ice since 3.7"
+                self._diagnostics.warning(Code.TOLERATED_KEYWORD, message, token.location)
+                return self._advance()
+            note = Note(f"a backslash makes it a name: `\\{token.text}`")
+            message = f"the keyword `{token.text}` cannot be the name of {what}"
+            self._diagnostics.error(Code.KEYWORD_AS_NAME, message, token.location, [note])
+            return self._advance()
+        if token.kind is not Kind.NAME:
+            self._fail(f"expected the name of {what}, found {_shown(token)}")
+        self._check_spelling(token)
+        return self._advance()
+
+    def _check_spelling(self, token: Token) -> None:
+        name = token.text
+        if name in self._well_spelled:
+            return
+        suffix = next((each for each in _RESERVED_SUFFIXES if name.endswith(each)), None)
+        if suffix is not None:
+            reason = f"the suffix `{suffix}` is reserved"
+        elif name.startswith("_") or name.endswith("_") or "__" in name:
+            reason = "a name neither begins nor ends with an underscore nor has two together"
+        else:
+            self._well_spelled.add(name)
+            return
+        self._diagnostics.error(Code.RESERVED_NAME, f"`{name}`: {reason}", token.location)
+
+    def _scoped_name(self, what: str) -> tuple[str, Token]:
+        """Take `A`, `A::B` or `::A::B`; return it with its last part, where errors point to."""
+        start = self._token
+        parts = [""] if self._accept("::") else []
+        while True:
+            token = self._token
+            if token.kind is not Kind.NAME and not (token.kind is Kind.KEYWORD and parts):
+                notes = did_you_mean(token.text, _TYPE_KEYWORDS) if token.kind is Kind.KEYWORD else ()
+                self._fail(f"expected the name of {what}, found {_shown(token)}", *notes)
+            parts.append(self._advance().text)
+            if not self._accept("::"):
+                break
+        end = token.offset + token.escaped + len(token.text)
+        if len(parts) > 1 and token.source is start.source:
+            written = start.source.text[start.offset : end]
+            if any(character.isspace() for character in written):
+                message = "a name with `::` has no space in it"
+                self._diagnostics.error(Code.SYNTAX, message, start.location)
+        self._check_spelling(token)
+        return "::".join(parts), token
+
+    def _list_of(self, what: str) -> list[ast.NamedType]:
+        """Take names with commas between them."""
+        names = [ast.NamedType(*self._scoped_name(what))]
+        while self._accept(","):
+            names.append(ast.NamedType(*self._scoped_name(what)))
+        return names
+
+    def _type(self, what: str) -> ast.Type:
+        token = self._token
+        kind: ast.BuiltinType | ast.NamedType
+        if token.kind is Kind.KEYWORD and token.text in _TYPE_KEYWORDS:
+            self._advance()
+            kind = ast.BuiltinType(token.text, token)
+        elif token.kind is Kind.NAME or self._at("::"):
+            kind = ast.NamedType(*self._scoped_name("a type"))
+        else:
+            self._fail(f"expected {what}, found {_shown(token)}")
+        if isinstance(kind, ast.BuiltinType) and kind.name != "Object":
+            return kind
+        star = self._accept("*")
+        return ast.ProxyType(kind, star) if star else kind
+
+    def _metadata(self) -> tuple[list[ast.Metadata], str | None]:
+        """Take metadata in brackets, if there is any; return it with the doc comment before it."""
+        doc = self._token.doc
+        if not self._accept("["):
+            return [], doc
+        found = self._strings("metadata")
+        self._expect("]", "behind metadata")
+        return found, self._token.doc or doc
+
+    def _strings(self, what: str) -> list[ast.Metadata]:
+        """Take strings with commas between them; adjacent strings are one."""
+        found: list[ast.Metadata] = []
+        while True:
+            token = self._token
+            if token.kind is not Kind.STRING:
+                self._fail(f"expected {what} in quotes, found {_shown(token)}")
+            text = self._string()
+            while self._token.kind is Kind.STRING:
+                text += self._string()
+            found.append(ast.Metadata(text, token))
+            if not self._accept(","):
+                return found
+
+    def _string(self) -> str:
+        token = self._advance()
+        try:
+            text, unknown = parse_string(token.text)
+        except LiteralError as error:
+            self._diagnostics.error(Code.BAD_LITERAL, str(error), token.location)
+            return ""
+        if "\N{REPLACEMENT CHARACTER}" in text and "\N{REPLACEMENT CHARACTER}" not in token.text:
+            message = "the escapes of this string are not UTF-8; what is not is replaced"
+            self._diagnostics.warning(Code.NOT_UTF8_ESCAPES, message, token.location)
+        for escape in unknown:
+            message = f"unknown escape `{escape}` is kept as it is"
+            self._diagnostics.warning(Code.UNKNOWN_ESCAPE, message, token.location)
+        return text
+
+    def _tag(self) -> ast.Literal | None:
+        """Take `optional(n)`; return its number or the name of one."""
+        token = self._accept("optional")
+        if token is None:
+            return None
+        if not self._accept("("):
+            self._fail("`optional` needs the number of its tag: `optional(1)`", token=token)
+        if self._at(")"):
+            self._fail("`optional` needs the number of its tag: `optional(1)`")
+        tag = self._number("the number of the tag")
+        self._expect(")", "behind the tag")
+        return tag
+
+    def _number(self, what: str) -> ast.Literal:
+        """Take an integer, or the name of a constant or an enumerator."""
+        if self._token.kind not in {Kind.INTEGER, Kind.NAME} and not self._at("::"):
+            self._fail(f"expected {what}, found {_shown(self._token)}")
+        return self._literal()
+
+    def _literal(self) -> ast.Literal:
+        """Take a literal or the name of a constant or an enumerator."""
+        token = self._token
+        try:
+            if token.kind is Kind.INTEGER:
+                return ast.Literal(self._advance(), parse_integer(token.text))
+            if token.kind is Kind.FLOAT:
+                return ast.Literal(self._advance(), parse_float(token.text))
+        except LiteralError as error:
+            self._diagnostics.error(Code.BAD_LITERAL, str(error), token.location)
+            return ast.Literal(token)
+        if token.kind is Kind.STRING:
+            return ast.Literal(token, self._string())
+        if token.kind is Kind.KEYWORD and token.text in {"true", "false"}:
+            return ast.Literal(self._advance(), token.text == "true")
+        if token.kind is Kind.NAME or self._at("::"):
+            name, last = self._scoped_name("a constant or an enumerator")
+            return ast.Literal(last, name=name)
+        return self._fail(f"expected a value, found {_shown(token)}")
+
+    # Tokens
+
+    def _advance(self) -> Token:
+        token = self._token
+        if token.kind is not Kind.END:
+            self._next += 1
+            self._token = self._tokens[self._next]
+        return token
+
+    @property
+    def _previous(self) -> Token:
+        """The token taken last."""
+        return self._tokens[self._next - 1]
+
+    def _at_end(self) -> bool:
+        return self._token.kind is Kind.END
+
+    def _at(self, text: str) -> bool:
+        token = self._token
+        return token.text == text and (token.kind is Kind.PUNCTUATION or token.kind is Kind.KEYWORD)
+
+    def _accept(self, text: str) -> Token | None:
+        return self._advance() if self._at(text) else None
+
+    def _expect(self, text: str, where: str) -> Token:
+        if not self._at(text):
+            self._fail(f"expected `{text}` {where}, found {_shown(self._token)}")
+        return self._advance()
+
+    def _expect_end_of_statement(self, what: str) -> Token:
+        """Take the `;` behind a statement; at the end of a line reading goes on without one."""
+        if self._at(";"):
+            return self._advance()
+        last = self._previous
+        line, column = last.source.position(last.offset + len(last.text))
+        note = Note("it is missing here", Location(last.source.path, line, column))
+        message = f"expected `;` behind {what}, found {_shown(self._token)}"
+        self._diagnostics.error(Code.SYNTAX, message, self._token.location, [note])
+        if self._at("}") or line != self._token.location.line:
+            return last
+        raise _SliceSyntaxError
+
+    def _fail(
+        self, message: str, *notes: Note, token: Token | None = None, code: Code = Code.SYNTAX
+    ) -> NoReturn:
+        self._diagnostics.error(code, message, (token or self._token).location, notes)
+        raise _SliceSyntaxError
+
+    # Bodies, and the way back after an error
+
+    def _block(self, read_item: Callable[[], _Item | None], what: str) -> list[_Item]:
+        """Read `{`, items and `}`; an item that cannot be read is reported and left out."""
+        opening = self._expect("{", f"before the body of {what}")
+        items: list[_Item] = []
+        while not self._at("}"):
+            if self._at_end():
+                self._report_end(what, opening)
+                return items
+            self._read_into(items, read_item)
+        self._advance()
+        return items
+
+    def _read_into(self, items: list[_Item], read_item: Callable[[], _Item | None]) -> None:
+        """Read one item; after an error go on behind it, by one token at least."""
+        before = self._next
+        try:
+            item = read_item()
+            if item is not None:
+                items.append(item)
+        except _SliceSyntaxError:
+            self._recover(self._tokens[before].source)
+            if self._next == before:
+                self._advance()
+
+    def _recover(self, source: Source) -> None:
+        """Skip to behind the next `;` or before the next `}`, over whole blocks, but not out of a file."""
+        depth = 0
+        while not self._at_end() and self._token.source is source:
+            if self._at("{"):
+                depth += 1
+            elif self._at("}"):
+                if depth == 0:
+                    return
+                depth -= 1
+                if depth == 0:
+                    self._advance()
+                    self._accept(";")
+                    return
+            elif self._at(";") and depth == 0:
+                self._advance()
+                return
+            self._advance()
+
+    def _report_end(self, what: str, opening: Token) -> None:
+        """Report the first body that the end of the file leaves open."""
+        if not self._reported_end:
+            self._reported_end = True
+            note = Note("the body begins here", opening.location)
+            message = f"expected `}}` behind the body of {what}, found the end of the file"
+            self._diagnostics.error(Code.SYNTAX, message, self._token.location, [note])
+
+
+def _shown(token: Token) -> str:
+    """Return a token as messages name it."""
+    if token.kind is Kind.END:
+        return "the end of the file"
+    if token.kind is Kind.KEYWORD:
+        return f"the keyword `{token.text}`"
+    return f"`{token.text if len(token.text) <= 40 else token.text[:40] + '...'}`"

@@ -1,31 +1,84 @@
-"""Follow includes, guards and conditions: from the tokens of files to those of one translation unit."""
+"""Find, read and join files: from the path of one file to the tokens of all that it includes.
+
+Of the C preprocessor Slice files use includes and guards, so that is all there is: `#include`, `#define` of a
+name alone, `#ifdef`, `#ifndef`, `#else`, `#endif` and `#pragma once`. Anything else is an error.
+"""
 
 from __future__ import annotations
 
+import errno
+import os
 import re
+import stat
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from codegen.diagnostics import Diagnostics, Note
+from codegen.diagnostics import Diagnostics, Location, Note
 
 from .codes import Code
-from .conditions import ConditionError, evaluate
 from .lexer import Kind, Source, Token
-from .macros import ExpansionTooLargeError, MacroError, Macros, is_macro_use
-from .source_files import IncludePath, SourceFiles
 
+EXTENSIONS = (".idl", ".ice")
+
+_LARGEST_FILE = 16 * 2**20
 _DEEPEST_INCLUDE = 64
 # Against files that include each other without guards.
 _MOST_INCLUDES = 10_000
 _MOST_TOKENS = 2_000_000
 
+# What the reference compiler defines too, so that files with parts for one language are read alike.
+_PREDEFINED = ("ICE_VERSION", "__SLICE2PY__")
 _FOLDERS_OF_ICE = frozenset({"Glacier2", "Ice", "IceBox", "IceGrid", "IcePatch2", "IceSSL", "IceStorm"})
 
-_DIRECTIVE = re.compile(r"#\s*(?P<name>[a-z]*)\s*(?P<rest>.*)", re.DOTALL)
+_DIRECTIVE = re.compile(r"#\s*(?P<name>\w*)\s*(?P<rest>.*)", re.DOTALL)
 _INCLUDE = re.compile(r'"(?P<quoted>[^"]+)"|<(?P<angled>[^>]+)>')
 _NAME = re.compile(r"[A-Za-z_]\w*")
 _COMMENT = re.compile(r"//.*|/\*.*?\*/", re.DOTALL)
+
+
+class SourceFiles:
+    """Read each file once in a run."""
+
+    def __init__(self, diagnostics: Diagnostics) -> None:
+        self._diagnostics = diagnostics
+        self._sources: dict[Path, Source | None] = {}
+        self._identities: dict[Path, Path] = {}
+
+    def load(self, path: Path, included_at: Location | None = None) -> Source | None:
+        """Return the source at `path`, or None after reporting why it cannot be read."""
+        identity = self._identities.get(path)
+        if identity is None:
+            identity = self._identities[path] = path.resolve()
+        if identity not in self._sources:
+            self._sources[identity] = self._read(path, included_at or Location(path))
+        return self._sources[identity]
+
+    def _read(self, path: Path, requested_at: Location) -> Source | None:
+        try:
+            status = path.stat()
+            if not stat.S_ISREG(status.st_mode):
+                raise OSError(errno.EINVAL, "not a regular file")
+            if status.st_size > _LARGEST_FILE:
+                raise OSError(errno.EFBIG, f"{status.st_size} bytes are more than {_LARGEST_FILE}")
+            content = path.read_bytes()
+        except OSError as error:
+            reason = error.strerror or str(error)
+            self._diagnostics.error(Code.UNREADABLE_FILE, f"{path} cannot be read: {reason}", requested_at)
+            return None
+        try:
+            text = content.decode("utf-8-sig")
+        except UnicodeDecodeError as error:
+            line = content.count(b"\n", 0, error.start) + 1
+            column = error.start - content.rfind(b"\n", 0, error.start)
+            message = "the file is not UTF-8 and is read as Latin-1"
+            self._diagnostics.warning(Code.UNKNOWN_ENCODING, message, Location(path, line, column))
+            text = content.decode("latin-1")
+        text = text.replace("\r\n", "\n")
+        if text and not text.endswith("\n"):
+            text += "\n"
+        self._diagnostics.add_source(path, text)
+        return Source(path, text)
 
 
 @dataclass(slots=True)
@@ -37,18 +90,7 @@ class TranslationUnit:
     included: list[Source] = field(default_factory=list)
     """Every file that it includes, directly or not, each once."""
     complete: bool = True
-    """Whether every included file was found; if not, names that seem undefined may be defined there."""
-
-
-@dataclass(slots=True)
-class _Condition:
-    token: Token
-    active: bool
-    """Whether the present branch is read."""
-    taken: bool
-    """Whether a branch has been read, so that no further one is."""
-    outer_active: bool
-    else_seen: bool = False
+    """Whether all of it was read; if not, names that seem undefined may be defined in what is missing."""
 
 
 class Preprocessor:
@@ -62,32 +104,69 @@ class Preprocessor:
         self, files: SourceFiles, include_directories: Sequence[Path], diagnostics: Diagnostics
     ) -> None:
         self._files = files
-        self._include_path = IncludePath(include_directories)
+        self._include_directories = tuple(include_directories)
+        self._found: dict[tuple[str, Path, bool], Path | None] = {}
         self._diagnostics = diagnostics
 
     def unit(self, source: Source) -> TranslationUnit:
         """Return the translation unit of a file."""
         unit = TranslationUnit(source)
-        _Reader(unit, self._files, self._include_path, self._diagnostics).read(source)
+        _Reader(unit, self, self._files, self._diagnostics).read(source)
         unit.tokens.append(source.tokens[-1])
         return unit
+
+    def find(self, name: str, own: Path, *, own_directory_first: bool) -> Path | None:
+        """Return the file that a file in the directory `own` includes by a name.
+
+        A name with the one extension also finds a file with the other.
+        """
+        key = (name, own, own_directory_first)
+        if key not in self._found:
+            self._found[key] = self._search(name, own, own_directory_first)
+        return self._found[key]
+
+    def searched(self, own: Path) -> str:
+        """Return the directories that are searched, as messages name them."""
+        return ", ".join(str(directory) for directory in (own, *self._include_directories))
+
+    def _search(self, name: str, own: Path, own_directory_first: bool) -> Path | None:
+        if "\0" in name:
+            return None
+        directories = list(self._include_directories)
+        directories.insert(0 if own_directory_first else len(directories), own)
+        stem, extension = os.path.splitext(name)  # noqa: PTH122 - `name` may hold what Path would normalize
+        others = [stem + other for other in EXTENSIONS if other != extension and extension in EXTENSIONS]
+        for candidate in (name, *others):
+            for directory in directories:
+                path = Path(os.path.normpath(directory / candidate))
+                if path.is_file():
+                    return path
+        return None
+
+
+@dataclass(slots=True)
+class _Condition:
+    token: Token
+    active: bool
+    """Whether the present branch is read."""
+    otherwise: bool
+    """Whether the branch behind `#else` is read."""
+    skipped: bool = False
+    """Whether no branch is read: it stands in one that is not, or it is not supported, as was reported."""
+    else_seen: bool = False
 
 
 class _Reader:
     """The state while one translation unit is read."""
 
     def __init__(
-        self,
-        unit: TranslationUnit,
-        files: SourceFiles,
-        include_path: IncludePath,
-        diagnostics: Diagnostics,
+        self, unit: TranslationUnit, preprocessor: Preprocessor, files: SourceFiles, diagnostics: Diagnostics
     ) -> None:
         self._unit = unit
+        self._preprocessor = preprocessor
         self._files = files
-        self._include_path = include_path
         self._diagnostics = diagnostics
-        self._macros = Macros()
+        self._defined = set(_PREDEFINED)
         self._once: set[Source] = set()
         self._depth = 0
         self._includes = 0
@@ -98,12 +177,7 @@ class _Reader:
         conditions: list[_Condition] = []
         active = True
         output = self._unit.tokens
-        macros = self._macros.names
-        tokens = source.tokens
-        index = 0
-        while index < len(tokens):
-            token = tokens[index]
-            index += 1
+        for token in source.tokens:
             kind = token.kind
             if kind is Kind.DIRECTIVE:
                 active = self._directive(token, conditions)
@@ -111,10 +185,6 @@ class _Reader:
                     return
             elif not active or kind is Kind.END:
                 continue
-            elif token.text in macros and is_macro_use(token):
-                index = self._expand(tokens, index - 1)
-                if self._stopped:
-                    return
             elif kind is Kind.INVALID or kind is Kind.UNTERMINATED:
                 self._report_bad_token(token)
             else:
@@ -126,21 +196,6 @@ class _Reader:
 
     def _error(self, code: Code, message: str, token: Token, *notes: Note) -> None:
         self._diagnostics.error(code, message, token.location, notes)
-
-    def _expand(self, tokens: list[Token], index: int) -> int:
-        """Append what the macro used at `index` stands for; return the index behind its use."""
-        try:
-            replacement, index = self._macros.expand(tokens, index)
-        except MacroError as error:
-            self._error(Code.BAD_DIRECTIVE, str(error), tokens[index])
-            self._stopped = isinstance(error, ExpansionTooLargeError)
-            return index + 1
-        self._unit.tokens += replacement
-        return index
-
-    def _stop(self, message: str, token: Token) -> None:
-        self._stopped = True
-        self._error(Code.INCLUDE_TOO_DEEP, message, token)
 
     def _report_bad_token(self, token: Token) -> None:
         if token.kind is Kind.UNTERMINATED:
@@ -154,91 +209,90 @@ class _Reader:
         else:
             self._error(Code.UNEXPECTED_CHARACTER, f"unexpected {_cut(token.text)!r}", token)
 
+    # Directives
+
     def _directive(self, token: Token, conditions: list[_Condition]) -> bool:
-        """Do what a directive says; return whether the tokens behind it are read."""
+        """Follow a directive; return whether the tokens behind it are read."""
         text = _COMMENT.sub(" ", token.text.replace("\\\n", " "))
         if "/*" in text:
             self._error(Code.UNTERMINATED, "a comment that begins on this line has no end", token)
+            text = text.partition("/*")[0]
         match = _DIRECTIVE.match(text)
         name, rest = (match["name"], match["rest"].strip()) if match else ("", "")
         active = not conditions or conditions[-1].active
-        if name in {"if", "ifdef", "ifndef"}:
-            holds = active and self._holds(name, rest, token)
-            conditions.append(_Condition(token, holds, holds, active))
-        elif name in {"elif", "else", "endif"}:
-            self._next_branch(name, rest, token, conditions)
-        elif active:
-            self._plain_directive(name, rest, token)
+        match name:
+            case "ifdef" | "ifndef":
+                conditions.append(self._condition(name, rest, token, active))
+            case "if":
+                if active:
+                    self._unsupported(f"#{name}", token)
+                conditions.append(_Condition(token, active=False, otherwise=False, skipped=True))
+            case "elif" | "else" | "endif":
+                self._next_branch(name, rest, token, conditions)
+            case "include" if active:
+                self._include(rest, token)
+            case "define" if active:
+                self._define(rest, token)
+            case "pragma" if active and rest == "once":
+                self._once.add(token.source)
+            case _ if active and (name or rest):  # `#` alone does nothing
+                self._unsupported(f"#{name or rest} {rest if name == 'pragma' else ''}".strip(), token)
         return not conditions or conditions[-1].active
 
-    def _next_branch(self, name: str, rest: str, token: Token, conditions: list[_Condition]) -> None:
-        if not conditions:
-            self._error(Code.BAD_DIRECTIVE, f"#{name} without #if", token)
-            return
-        if name != "elif":
-            self._nothing_behind(rest, name, token)
-        if name == "endif":
-            conditions.pop()
-            return
-        condition = conditions[-1]
-        if condition.else_seen:
-            begin = Note("the condition begins here", condition.token.location)
-            self._error(Code.BAD_DIRECTIVE, f"#{name} behind #else", token, begin)
-        open_ = condition.outer_active and not condition.taken
-        condition.active = open_ and (name == "else" or self._holds("if", rest, token))
-        condition.taken = condition.taken or condition.active
-        condition.else_seen = condition.else_seen or name == "else"
-
-    def _holds(self, name: str, rest: str, token: Token) -> bool:
-        if name == "if":
-            try:
-                return evaluate(rest, self._macros.values())
-            except ConditionError as error:
-                self._error(Code.BAD_DIRECTIVE, f"#if: {error}", token)
-                return False
-        match = _NAME.match(rest)
-        if match is None:
-            self._error(Code.BAD_DIRECTIVE, f"#{name} needs a name", token)
-            return False
-        self._nothing_behind(rest[match.end() :], name, token)
-        return (match[0] in self._macros.names) == (name == "ifdef")
-
-    def _plain_directive(self, name: str, rest: str, token: Token) -> None:
-        match name:
-            case "include":
-                self._include(rest, token)
-            case "define":
-                self._define(rest, token)
-            case "undef":
-                undefined, _, behind = rest.partition(" ")
-                if not undefined:
-                    self._error(Code.BAD_DIRECTIVE, "#undef needs a name", token)
-                self._nothing_behind(behind, name, token)
-                self._macros.undefine(undefined)
-            case "pragma":
-                if rest == "once":
-                    self._once.add(token.source)
-                else:
-                    self._error(Code.BAD_DIRECTIVE, f"unknown #pragma {rest}", token)
-            case "error":
-                self._error(Code.BAD_DIRECTIVE, f"#error {rest}", token)
-            case "" if not rest or rest[0].isdigit():  # `#` alone, and the line marks of a C preprocessor
-                pass
-            case "line":
-                pass
-            case _:
-                self._error(Code.BAD_DIRECTIVE, f"unknown directive #{name}", token)
+    def _unsupported(self, directive: str, token: Token) -> None:
+        self._unit.complete = False
+        note = Note(
+            "there are #include, #define of a name alone, #ifdef, #ifndef, #else, #endif, #pragma once"
+        )
+        self._error(Code.BAD_DIRECTIVE, f"`{_cut(directive)}` is not supported", token, note)
 
     def _nothing_behind(self, rest: str, name: str, token: Token) -> None:
         if rest.strip():
             message = f"only a comment can stand behind #{name}, not `{_cut(rest.strip())}`"
             self._error(Code.BAD_DIRECTIVE, message, token)
 
+    def _condition(self, name: str, rest: str, token: Token, active: bool) -> _Condition:
+        if not active:
+            return _Condition(token, active=False, otherwise=False, skipped=True)
+        match = _NAME.match(rest)
+        if match is None:
+            self._error(Code.BAD_DIRECTIVE, f"#{name} needs a name", token)
+            return _Condition(token, active=False, otherwise=True)
+        self._nothing_behind(rest[match.end() :], name, token)
+        holds = (match[0] in self._defined) == (name == "ifdef")
+        return _Condition(token, active=holds, otherwise=not holds)
+
+    def _next_branch(self, name: str, rest: str, token: Token, conditions: list[_Condition]) -> None:
+        if not conditions:
+            self._error(Code.BAD_DIRECTIVE, f"#{name} without #ifdef or #ifndef", token)
+            return
+        condition = conditions[-1]
+        if name == "elif":
+            if not condition.skipped:
+                self._unsupported("#elif", token)
+            condition.active = condition.otherwise = False
+            condition.skipped = True
+            return
+        self._nothing_behind(rest, name, token)
+        if name == "endif":
+            conditions.pop()
+            return
+        if condition.else_seen:
+            begin = Note("the condition begins here", condition.token.location)
+            self._error(Code.BAD_DIRECTIVE, "#else behind #else", token, begin)
+        condition.active = condition.otherwise and not condition.else_seen
+        condition.else_seen = True
+
     def _define(self, rest: str, token: Token) -> None:
-        try:
-            self._macros.define(rest, token.source.path)
-        except MacroError as error:
-            self._error(Code.BAD_DIRECTIVE, str(error), token)
+        match = _NAME.match(rest)
+        if match is None:
+            self._error(Code.BAD_DIRECTIVE, "#define needs a name", token)
+            return
+        self._defined.add(match[0])
+        if rest[match.end() :]:
+            self._unit.complete = False  # its uses cannot be understood
+            message = f"`{match[0]}` cannot stand for something: only a name alone can be defined"
+            self._error(Code.BAD_DIRECTIVE, message, token)
 
     def _include(self, rest: str, token: Token) -> None:
         match = _INCLUDE.match(rest)
@@ -248,9 +302,9 @@ class _Reader:
         name = match["quoted"] or match["angled"]
         self._nothing_behind(rest[match.end() :], "include", token)
         own = token.source.path.parent
-        path = self._include_path.find(name, own, own_directory_first=match["quoted"] is not None)
+        path = self._preprocessor.find(name, own, own_directory_first=match["quoted"] is not None)
         if path is None:
-            notes = [Note(f"searched in {self._include_path.described(own)}; -I DIR adds a directory")]
+            notes = [Note(f"searched in {self._preprocessor.searched(own)}; -I DIR adds a directory")]
             if name.partition("/")[0] in _FOLDERS_OF_ICE:
                 notes.append(
                     Note("it is a file of Ice: `pip install zeroc-ice` brings the directory `slice` for -I")
@@ -264,7 +318,9 @@ class _Reader:
         self._includes += 1
         too_large = self._includes > _MOST_INCLUDES or len(self._unit.tokens) > _MOST_TOKENS
         if self._depth >= _DEEPEST_INCLUDE or too_large:
-            self._stop(f"`{name}` is included without end: do the files lack guards?", token)
+            self._stopped = True
+            message = f"`{name}` is included without end: do the files lack guards?"
+            self._error(Code.INCLUDE_TOO_DEEP, message, token)
             return
         if source not in self._unit.included and source is not self._unit.source:
             self._unit.included.append(source)

@@ -1,17 +1,137 @@
-"""Find what names mean, and report those that mean nothing, the wrong thing, or no longer the same."""
+"""Give names their meaning: what is declared, what a name means where it stands, and what is wrong."""
 
 from __future__ import annotations
 
-from codegen.diagnostics import Diagnostics, Note
+from collections import defaultdict
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from itertools import chain, islice
+
+from codegen.diagnostics import Diagnostics, Note, did_you_mean
 
 from . import ast
 from .codes import Code
 from .lexer import Token
-from .phrase_parser import BUILTIN_TYPES
-from .symbols import Introduction, Kinds, Scope, Symbols
+from .parser import BUILTIN_TYPES
+
+# Looking for near names is slow; a file with more wrong names than this needs no proposal for each.
+_MOST_PROPOSALS = 30
+_MOST_CANDIDATES = 3000
 
 _DATA_TYPES = (ast.Struct, ast.Class, ast.Interface, ast.Enumeration, ast.Sequence, ast.Dictionary)
-_PROXY_TARGETS = (ast.Interface, ast.Class)
+_DECLARABLE = (ast.Interface, ast.Class)
+
+Kinds = tuple[type[ast.Definition], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Introduction:
+    """The first use or declaration of a name in a scope: what it means there from then on."""
+
+    scoped: str
+    kind: type[ast.Definition]
+    token: Token
+
+
+@dataclass(slots=True, eq=False)
+class Scope:
+    """A body of the source that names are looked up from; a module has one each time it is opened."""
+
+    name: str = ""
+    """The scoped name of what it is the body of: `::jderobot`; empty for the root."""
+    introduced: dict[str, Introduction] = field(default_factory=dict)
+    """By name in lower case."""
+
+
+def enclosing_scopes(scope: str) -> Iterator[str]:
+    """Yield `::a::b`, `::a` and the root's empty name for the scope `::a::b`."""
+    while scope:
+        yield scope
+        scope = scope.rpartition("::")[0]
+    yield ""
+
+
+class Symbols:
+    """Definitions by scoped name without regard to capitalization, as Slice allows only one of a spelling."""
+
+    def __init__(self) -> None:
+        self._by_lower_case: dict[str, ast.Definition] = {}
+        self._enumerators: defaultdict[str, list[ast.Enumerator]] = defaultdict(list)
+        self._expected: dict[str, ast.Definition] = {}
+        self._proposals = 0
+
+    def get(self, scoped: str) -> ast.Definition | None:
+        """Return the first definition whose scoped name differs from `scoped` at most in capitalization."""
+        return self._by_lower_case.get(scoped.lower())
+
+    def add(self, definition: ast.Definition) -> None:
+        """Declare a definition under its scoped name; it takes the place of a declaration of it."""
+        key = definition.scoped.lower()
+        if isinstance(self._by_lower_case.get(key), ast.ForwardDeclaration):
+            self._by_lower_case[key] = definition
+        self._by_lower_case.setdefault(key, definition)
+        if isinstance(definition, ast.Enumerator):
+            enumeration, _, name = key.rpartition("::")
+            container = enumeration.rpartition("::")[0]
+            self._enumerators[f"{container}::{name}"].append(definition)
+
+    def candidates(self, name: str, scope: str) -> Iterator[tuple[ast.Definition, str]]:
+        """Yield what `name` could mean in `scope`, the innermost first, and what it is called there."""
+        for outer in ("",) if name.startswith("::") else enclosing_scopes(scope):
+            expected = f"{outer}::{name.removeprefix('::')}"
+            definition = self._by_lower_case.get(expected.lower())
+            if definition is not None:
+                yield definition, expected
+
+    def find(self, name: str, scope: str) -> ast.Definition | None:
+        """Return what `name` means in `scope`, whatever its capitalization."""
+        return next((definition for definition, _ in self.candidates(name, scope)), None)
+
+    def enumerators(self, name: str, scope: str) -> list[ast.Enumerator]:
+        """Return the enumerators that `name` could mean when their enumeration is left out of it."""
+        container, separator, last = name.rpartition("::")
+        scopes = enclosing_scopes(scope)
+        if separator:
+            found = self.find(container, scope)
+            scopes = iter([found.scoped] if found else [])
+        for each in scopes:
+            enumerators = self._enumerators.get(f"{each}::{last}".lower())
+            if enumerators:
+                return enumerators
+        return []
+
+    def expect(self, module: ast.Module) -> None:
+        """Remember what a module will define, for those who use it too early."""
+        for definition in module.definitions:
+            self._expected.setdefault(definition.name, definition)
+            if isinstance(definition, ast.Module):
+                self.expect(definition)
+
+    def help(self, name: str, scope: str, kinds: Kinds, also: Iterable[str] = ()) -> tuple[Note, ...]:
+        """Return notes that help with an undefined name: it is defined later, or a near one was meant.
+
+        Proposed are names of one of `kinds`, and those in `also`.
+        """
+        later = self._expected.get(name.rpartition("::")[2])
+        if later is not None and not later.scoped and isinstance(later, kinds):
+            return (Note("it is defined here, but must be before it is used", later.token.location),)
+        if self._proposals == _MOST_PROPOSALS:
+            return ()
+        self._proposals += 1
+        candidates = list(islice(chain(also, self._spellings(scope, kinds)), _MOST_CANDIDATES))
+        last = name.rpartition("::")[2]
+        elsewhere = [candidate for candidate in candidates if candidate.endswith(f"::{last}")]
+        return did_you_mean(elsewhere[0] if elsewhere else name, candidates)
+
+    def _spellings(self, scope: str, kinds: Kinds) -> Iterator[str]:
+        """Yield every declared name of some kinds the way it can be written in `scope`."""
+        for definition in self._by_lower_case.values():
+            if not issubclass(declared_kind(definition), kinds):
+                continue
+            for outer in enclosing_scopes(scope):
+                if definition.scoped.startswith(f"{outer}::"):
+                    yield definition.scoped.removeprefix(f"{outer}::")
+                    break
 
 
 class Resolver:
@@ -30,9 +150,88 @@ class Resolver:
         """Report a warning at a token."""
         self._diagnostics.warning(code, message, token.location, notes)
 
-    def note(self, code: Code, message: str, token: Token) -> None:
-        """Tell something about a token that need not be changed."""
-        self._diagnostics.note(code, message, token.location)
+    # Declarations
+
+    def declare(self, definition: ast.Definition, scope: Scope) -> bool:
+        """Declare what a module or the root holds; return whether it has its name to itself."""
+        definition.scoped = f"{scope.name}::{definition.name}"
+        if not scope.name and not isinstance(definition, ast.Module):
+            message = f"{with_article(declared_kind(definition).kind)} can be defined only inside a module"
+            self.error(Code.OUTSIDE_MODULE, message, definition.token)
+        before = self.symbols.get(definition.scoped)
+        if before is not None and not self._may_follow(definition, before):
+            return False
+        self._report_name_of_module_around(definition, scope)
+        if before is None or not isinstance(definition, ast.ForwardDeclaration):
+            self.symbols.add(definition)
+        return True
+
+    def declare_inside(self, definition: ast.Definition, scope: Scope) -> bool:
+        """Declare a member, an operation, a parameter or an enumerator; return whether its name is new."""
+        definition.scoped = f"{scope.name}::{definition.name}"
+        before = self.symbols.get(definition.scoped)
+        if before is not None:
+            self._report_taken(definition, before)
+            return False
+        self.symbols.add(definition)
+        return True
+
+    def report_inherited(self, definition: ast.Definition, inherited: dict[str, ast.Definition]) -> None:
+        """Report a member or operation whose name comes from a base; `inherited` is by lower case."""
+        base = inherited.get(definition.name.lower())
+        if base is None:
+            return
+        note = Note("first defined here", base.token.location)
+        if base.name == definition.name:
+            message = f"{definition.kind} `{definition.name}` is inherited already"
+            self.error(Code.REDEFINITION, message, definition.token, note)
+        else:
+            message = (
+                f"{definition.kind} `{definition.name}` differs only in capitalization "
+                f"from the inherited `{base.name}`"
+            )
+            self.error(Code.CAPITALIZATION, message, definition.token, note)
+
+    def _may_follow(self, definition: ast.Definition, before: ast.Definition) -> bool:
+        """Return whether a second definition of a name only continues the first; report it if not."""
+        if isinstance(definition, ast.Module) and isinstance(before, ast.Module):
+            if before.name == definition.name:
+                return True
+        elif declared_kind(definition) in _DECLARABLE and declared_kind(before) in _DECLARABLE:
+            if declared_kind(definition) is not declared_kind(before):
+                note = Note("first declared here", before.token.location)
+                message = f"`{definition.name}` was declared as {with_article(declared_kind(before).kind)}"
+                self.error(Code.REDEFINITION, message, definition.token, note)
+                return False
+            if ast.ForwardDeclaration in {type(definition), type(before)}:
+                if before.name != definition.name:
+                    note = Note("first declared here", before.token.location)
+                    message = f"`{definition.name}` differs only in capitalization from `{before.name}`"
+                    self.warning(Code.DOUBTFUL_CAPITALIZATION, message, definition.token, note)
+                return True
+        self._report_taken(definition, before)
+        return False
+
+    def _report_taken(self, definition: ast.Definition, before: ast.Definition) -> None:
+        kind = declared_kind(before).kind
+        note = Note(f"first defined here, as {with_article(kind)}", before.token.location)
+        if before.name == definition.name:
+            message = f"{declared_kind(definition).kind} `{definition.name}` is defined again"
+            self.error(Code.REDEFINITION, message, definition.token, note)
+        else:
+            message = (
+                f"{declared_kind(definition).kind} `{definition.name}` differs only in capitalization "
+                f"from `{before.name}`"
+            )
+            self.error(Code.CAPITALIZATION, message, definition.token, note)
+
+    def _report_name_of_module_around(self, definition: ast.Definition, scope: Scope) -> None:
+        for module in scope.name.split("::"):
+            if module.lower() == definition.name.lower():
+                what = declared_kind(definition).kind
+                message = f"{what} `{definition.name}` has the name of a module around it"
+                self.error(Code.REDEFINITION, message, definition.token)
+                return
 
     # Types
 
@@ -45,14 +244,12 @@ class Resolver:
         target = kind.target
         if isinstance(target, ast.BuiltinType):
             return True
-        if not self._type(target, scope, _PROXY_TARGETS):
+        if not self._type(target, scope, _DECLARABLE):
             return False
         definition = target.definition
-        if definition is None or not issubclass(declared_kind(definition), _PROXY_TARGETS):
-            return not self._wrong_kind(Code.WRONG_KIND, target, "an interface")
-        if definition.local:
-            message = f"`{target.name}` is local: there is no proxy for it"
-            self.error(Code.LOCAL_TYPE, message, target.token)
+        if definition is None or not issubclass(declared_kind(definition), _DECLARABLE):
+            self._wrong_kind(Code.WRONG_KIND, target, "an interface")
+            return False
         return True
 
     def _type(self, named: ast.NamedType, scope: Scope, proposed: Kinds = _DATA_TYPES) -> bool:
@@ -78,19 +275,18 @@ class Resolver:
 
     def warn_of_deprecated_type(self, kind: ast.Type) -> None:
         """Warn of interfaces by value and of proxies for classes."""
-        if isinstance(kind, ast.NamedType) and is_kind(kind.definition, ast.Interface):
-            message = f"interface `{kind.name}` by value is deprecated; `{kind.name}*` is its proxy"
-            self.warning(Code.DEPRECATED, message, kind.token)
-        if isinstance(kind, ast.ProxyType) and is_class(kind.target):
-            message = f"`{kind.target.name}*`, a proxy for a class, is deprecated"
-            self.warning(Code.DEPRECATED, message, kind.target.token)
+        target = kind.target if isinstance(kind, ast.ProxyType) else kind
+        if not isinstance(target, ast.NamedType) or target.definition is None:
+            return
+        declared = declared_kind(target.definition)
+        if target is kind and declared is ast.Interface:
+            message = f"interface `{target.name}` by value is deprecated; `{target.name}*` is its proxy"
+            self.warning(Code.DEPRECATED, message, target.token)
+        if target is not kind and declared is ast.Class:
+            message = f"`{target.name}*`, a proxy for a class, is deprecated"
+            self.warning(Code.DEPRECATED, message, target.token)
 
     # Bases and exceptions
-
-    def base(self, named: ast.NamedType, derived: ast.Definition, scope: Scope) -> ast.Definition | None:
-        """Resolve a class or interface that `derived` extends: it must be complete."""
-        wanted = ast.Interface if isinstance(derived, ast.Interface) else ast.Class
-        return self.complete(named, wanted, derived, scope)
 
     def complete(
         self, named: ast.NamedType, wanted: type[ast.Definition], derived: ast.Definition, scope: Scope
@@ -142,14 +338,13 @@ class Resolver:
         notes = self.symbols.help(named.name, scope.name, kinds, builtin)
         self.error(Code.UNDEFINED_NAME, f"`{named.name}` is not defined", named.token, *notes)
 
-    def _wrong_kind(self, code: Code, named: ast.NamedType, wanted: str) -> bool:
+    def _wrong_kind(self, code: Code, named: ast.NamedType, wanted: str) -> None:
         found = named.definition
         if found is not None:
             note = Note(f"`{found.name}` is defined here", found.token.location)
             message = f"`{named.name}` is {with_article(declared_kind(found).kind)}, not {wanted}"
             self.error(code, message, named.token, note)
         named.definition = None
-        return True
 
     # Meanings
 
@@ -202,25 +397,3 @@ def with_article(noun: str) -> str:
 def declared_kind(definition: ast.Definition) -> type[ast.Definition]:
     """Return the kind of a definition, or of what a declaration announces."""
     return definition.of if isinstance(definition, ast.ForwardDeclaration) else type(definition)
-
-
-def is_kind(definition: ast.Definition | None, kind: type[ast.Definition]) -> bool:
-    """Return whether a definition, or what a declaration announces, is of a kind."""
-    return definition is not None and declared_kind(definition) is kind
-
-
-def is_class(kind: ast.Type) -> bool:
-    """Return whether a type is a class by its name."""
-    return isinstance(kind, ast.NamedType) and is_kind(kind.definition, ast.Class)
-
-
-def is_local(kind: ast.Type | None) -> bool:
-    """Return whether a type never travels: `LocalObject`, and what is marked `local`."""
-    match kind:
-        case ast.BuiltinType(name=name):
-            return name == "LocalObject"
-        case ast.NamedType(definition=ast.Definition() as definition):
-            return definition.local
-        case ast.ProxyType(target=target):
-            return is_local(target)
-    return False

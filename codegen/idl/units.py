@@ -10,12 +10,10 @@ from codegen.diagnostics import Diagnostics
 
 from . import ast
 from .checker import check
-from .dialect import Dialect
 from .lexer import Source
 from .parser import parse
 from .places import FileNames, NestedModules, Places
-from .preprocessor import Preprocessor, TranslationUnit
-from .source_files import SourceFiles
+from .preprocessor import Preprocessor, SourceFiles, TranslationUnit
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,10 +27,9 @@ class Unit:
 class Units:
     """Read each file as the main file of a unit, once."""
 
-    def __init__(self, files: SourceFiles, include_directories: Sequence[Path], dialect: Dialect) -> None:
+    def __init__(self, files: SourceFiles, include_directories: Sequence[Path]) -> None:
         self._files = files
         self._include_directories = include_directories
-        self._dialect = dialect
         self._units: dict[Source, Unit | None] = {}
 
     def read(self, source: Source, diagnostics: Diagnostics) -> Unit | None:
@@ -41,7 +38,7 @@ class Units:
             errors_before = len(diagnostics.errors)
             preprocessor = Preprocessor(self._files, self._include_directories, diagnostics)
             read = preprocessor.unit(source)
-            tree = checked_tree(read, diagnostics, self._dialect)
+            tree = checked_tree(read, diagnostics)
             sound = len(diagnostics.errors) == errors_before
             self._units[source] = Unit(tree, tuple(read.included)) if sound else None
         return self._units[source]
@@ -69,9 +66,9 @@ class Units:
         return {source: found[source] for source in order}
 
 
-def checked_tree(unit: TranslationUnit, diagnostics: Diagnostics, dialect: Dialect) -> ast.Module:
+def checked_tree(unit: TranslationUnit, diagnostics: Diagnostics) -> ast.Module:
     """Return what a translation unit defines; what is wrong with it goes to `diagnostics`."""
-    tree = parse(unit, diagnostics, dialect)
+    tree = parse(unit, diagnostics)
     if unit.complete:  # else every name of the file that is not found would seem undefined
         check(tree, diagnostics)
     return tree

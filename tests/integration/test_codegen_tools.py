@@ -77,14 +77,6 @@ def test_interfaces_and_documents_in_one_call(home: Path) -> None:
     assert files_in(home) == before
 
 
-def test_the_strict_dialect(home: Path) -> None:
-    (home / "lamp.idl").write_text(LAMP.replace("power", "full_power"))
-    assert codegen("--check", "lamp.idl", cwd=home).stderr.endswith("files are stale\n")
-    done = codegen("--strict-3.7", "lamp.idl", cwd=home)
-    assert done.returncode == 1
-    assert "full_power" in done.stderr
-
-
 def test_watching_generates_at_every_change_and_ends_at_ctrl_c(home: Path) -> None:
     environment = {"PYTHONPATH": str(ROOT), "PYTHONUNBUFFERED": "1"}
     command = [sys.executable, "-m", "codegen", "--watch", str(home / "room.idl")]

@@ -14,10 +14,8 @@ from codegen.diagnostics import Diagnostics
 from codegen.files import apply, compare_with_disk
 from codegen.idl import Compilation, compile_interfaces
 from codegen.idl.checker import check
-from codegen.idl.dialect import DEFAULT, Dialect
 from codegen.idl.parser import parse
-from codegen.idl.preprocessor import Preprocessor
-from codegen.idl.source_files import SourceFiles
+from codegen.idl.preprocessor import Preprocessor, SourceFiles
 
 from .slice_reference import Verdict
 
@@ -39,14 +37,14 @@ def compile_text(directory: Path, text: str, **others: str) -> tuple[Compilation
     return compile_interfaces([main], [], None, diagnostics), diagnostics
 
 
-def checked(path: Path, dialect: Dialect = DEFAULT) -> Diagnostics:
+def checked(path: Path) -> Diagnostics:
     """Return what is found wrong with a file when it is parsed and checked."""
     diagnostics = Diagnostics()
     files = SourceFiles(diagnostics)
     source = files.load(path)
     if source is not None:
         unit = Preprocessor(files, [], diagnostics).unit(source)
-        tree = parse(unit, diagnostics, dialect)
+        tree = parse(unit, diagnostics)
         if unit.complete:
             check(tree, diagnostics)
     return diagnostics

@@ -30,7 +30,7 @@ _NAMES = (
 _TOKEN = re.compile(r'"[^"]*"|[\w\\]+|::|\[\[|\]\]|[^\w\s]')
 _SPARE = (  # noqa: SIM905 - a list of words is easier to read than of literals
     "int string void out throws extends optional(1) idempotent class interface struct sequence < > ( ) { } ; , = *"
-    ' A time 5 -1 1.5 "text" ["a:b"] :: local x'
+    ' A time 5 -1 1.5 "text" ["a:b"] :: x'
 ).split(" ")
 
 
@@ -156,16 +156,15 @@ class _Writer:
     def definition(self) -> None:
         """Write one definition."""
         kind = self.number(12)
-        local = "local " if self.rarely() else ""
         match kind:
             case 0 | 1:
                 name = self.name("S")
-                self.body(f"{local}struct {name}", self.members(tags=False))
+                self.body(f"struct {name}", self.members(tags=False))
                 self.types.append(name)
             case 2:
                 name = self.name("C")
                 tag = f"({self.number(9)})" if self.number(6) == 0 else ""
-                head = f"{local}class {name}{tag}{self.extends(self.classes)}"
+                head = f"class {name}{tag}{self.extends(self.classes)}"
                 self.body(head + self.extends(self.interfaces, "implements"), self.members(tags=True))
                 self.types.append(name)
                 self.classes.append(name)
@@ -175,29 +174,29 @@ class _Writer:
                 if bases and self.number(2):
                     bases += f", {self.reference(self.interfaces, 'A')}"
                 operations = [self.operation() for _ in range(self.number(4))]
-                self.body(f"{local}interface {name}{bases}", operations)
+                self.body(f"interface {name}{bases}", operations)
                 self.interfaces.append(name)
             case 6:
                 name = self.name("X")
-                self.body(f"{local}exception {name}{self.extends(self.exceptions)}", self.members(tags=True))
+                self.body(f"exception {name}{self.extends(self.exceptions)}", self.members(tags=True))
                 self.exceptions.append(name)
             case 7:
                 name = self.name("E")
                 names = [self.name("e") for _ in range(1 + self.number(3))]
                 values = [f" = {self.value('int')}" if self.number(5) == 0 else "" for _ in names]
                 pairs = [name + value for name, value in zip(names, values, strict=True)]
-                self.body(f"{local}enum {name}", [f"{pair}," for pair in pairs])
+                self.body(f"enum {name}", [f"{pair}," for pair in pairs])
                 self.types.append(name)
                 self.enumerators[name] = names
             case 8:
                 name = self.name("Q")
-                self.lines.append(f"{local}sequence<{self.type()}> {name};")
+                self.lines.append(f"sequence<{self.type()}> {name};")
                 self.types.append(name)
             case 9:
                 name = self.name("D")
                 key = self.one_of(["int", "string", "bool", *list(self.enumerators)])
                 key = self.type() if self.number(4) == 0 else key
-                self.lines.append(f"{local}dictionary<{key}, {self.type()}> {name};")
+                self.lines.append(f"dictionary<{key}, {self.type()}> {name};")
                 self.types.append(name)
             case 10:
                 name = self.name("k")

@@ -136,7 +136,6 @@ def test_what_breaks_a_rule_is_told_once_with_its_place(
         ("interface I { }; class C implements I { };", "W004", 24),
         ("sequence<int> K; dictionary<K, int> D;", "W004", 29),
         ("class C; class c { };", "W009", 16),
-        ("struct S { int a; }; local interface L { };", "N001", 38),
         ('["amd"] struct S { int a; };', "W010", 2),
         ('interface I { void f(["amd"] int a); };', "W010", 23),
         ('const string s = "\\xff";', "W008", 18),
@@ -197,14 +196,11 @@ def test_an_error_in_an_included_file_is_told_there_and_once(tmp_path: Path) -> 
     assert [str(found.location) for found in diagnostics] == [f"{tmp_path / 'a.idl'}:2:23"]
 
 
-def test_what_is_local_is_checked_and_left_out(tmp_path: Path) -> None:
-    (path,) = write_sources(
-        tmp_path, {"main.idl": "module m { local struct S { int a; }; struct T { int a; }; };"}
-    )
-    diagnostics = Diagnostics()
-    (file,) = load_interfaces([path], [], diagnostics)
-    assert not diagnostics.has_errors
-    assert list(definitions_of([file])) == ["::m::T"]
+def test_what_is_local_is_refused_once(tmp_path: Path) -> None:
+    text = "module m { local struct S { int a; }; struct T { int a; }; };"
+    compiled, diagnostics = compile_text(tmp_path, text)
+    assert not compiled.files
+    assert findings(diagnostics) == [("E036", 1, 12)]
 
 
 def test_names_and_numbers_have_their_values_once_checked(tmp_path: Path) -> None:

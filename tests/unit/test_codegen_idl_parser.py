@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 from codegen.diagnostics import Diagnostics
 from codegen.idl import ast, compile_interfaces
 from codegen.idl.parser import parse
-from codegen.idl.preprocessor import Preprocessor
-from codegen.idl.source_files import SourceFiles
+from codegen.idl.preprocessor import Preprocessor, SourceFiles
 from tests.support.slice_compiler import compile_text, findings, write_sources
 from tests.support.slice_texts import slice_like_texts
 

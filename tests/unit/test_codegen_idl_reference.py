@@ -4,7 +4,6 @@ from pathlib import Path
 
 import pytest
 
-from codegen.idl.dialect import STRICT_3_7
 from tests.support.examples import examples
 from tests.support.slice_agreement import compare_generated
 from tests.support.slice_cases import Case, all_cases
@@ -39,16 +38,6 @@ def test_the_reference_compiler_says_what_the_cases_say(tmp_path: Path) -> None:
     assert not wrong
 
 
-@needs_reference
-def test_strict_3_7_is_the_reference_without_its_flags(tmp_path: Path) -> None:
-    paths = [case.write(tmp_path / str(number)) for number, case in enumerate(CASES)]
-    wanted = reference_verdicts(paths, tmp_path / "out", options=())
-    for case, path, verdict in zip(CASES, paths, wanted, strict=True):
-        if case.ours == case.reference:
-            diagnostics = checked(path, dialect=STRICT_3_7)
-            assert first_error(diagnostics) == verdict, (case.title, diagnostics.render())
-
-
 @pytest.mark.slow
 @needs_reference
 def test_generated_files_are_judged_as_by_the_reference(tmp_path: Path) -> None:
@@ -59,21 +48,16 @@ def test_generated_files_are_judged_as_by_the_reference(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "line"),
+    "text",
     [
-        ("module m { struct a_b { int c; }; };", 1),
-        ("module m { struct A { int c_d; }; };", 1),
-        ("module m { struct iceberg { int c; }; };", 1),
-        ("module m {\nexception A { };\nexception B : A { };\n};", 3),
-        ("module m { struct A { int Value; }; };", 1),
-        ('[["underscore"]]\nmodule m { struct a_b { int c; }; };', None),
-        ('[["ice-prefix"]]\nmodule m { struct iceberg { int c; }; };', None),
-        ('#include "a.idl"\nmodule m { };', None),
+        "module m { struct a_b { int c; }; };",
+        "module m { struct A { int c_d; }; };",
+        "module m { struct iceberg { int c; }; };",
+        "module m {\nexception A { };\nexception B : A { };\n};",
+        "module m { struct A { int Value; }; };",
     ],
 )
-def test_strict_3_7_allows_less(tmp_path: Path, text: str, line: int | None) -> None:
+def test_what_files_in_use_do_is_allowed_beyond_slice_3_7(tmp_path: Path, text: str) -> None:
     path = tmp_path / "main.idl"
     path.write_text(text)
-    (tmp_path / "a.idl").write_text("module m { struct a_b { int c; }; };")
     assert first_error(checked(path)) == Verdict()
-    assert first_error(checked(path, dialect=STRICT_3_7)) == Verdict(("main.idl", line) if line else None)
