@@ -59,11 +59,11 @@ def parse_all(paths: list[Path]) -> None:
     """Read each file and parse it once, what it includes read with it."""
     diagnostics = Diagnostics()
     files = SourceFiles(diagnostics)
-    preprocessor = Preprocessor(files, [], diagnostics)
+    preprocessor = Preprocessor(files, [])
     for path in paths:
         source = files.load(path)
         assert source is not None
-        parse(preprocessor.unit(source), diagnostics)
+        parse(preprocessor.unit(source, diagnostics), diagnostics)
     assert not len(diagnostics)
 
 

@@ -95,9 +95,9 @@ def breaking(
 def _definitions(
     files: Sequence[Path], include: Sequence[Path], diagnostics: Diagnostics
 ) -> dict[str, ast.Definition]:
-    from codegen.idl.loading import definitions_of, load_interfaces
+    from codegen.idl.loading import load_definitions
 
-    return definitions_of(load_interfaces(files, include, diagnostics))
+    return load_definitions(files, include, diagnostics)
 
 
 def _definitions_of_older(older: OlderVersion, diagnostics: Diagnostics) -> dict[str, ast.Definition]:

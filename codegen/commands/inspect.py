@@ -123,16 +123,16 @@ def _load(
     """Return what files and all that they include define; end the command when they have errors."""
     require_extensions(files, INTERFACES)
     directories = require_directories(include)
-    from codegen.idl.loading import definitions_of, load_interfaces
+    from codegen.idl.loading import load_definitions
 
     diagnostics = Diagnostics()
-    loaded = load_interfaces(files, directories, diagnostics)
+    definitions = load_definitions(files, directories, diagnostics)
     report(diagnostics, error_format, "")
-    return definitions_of(loaded)
+    return definitions
 
 
 def _find(name: str, definitions: Mapping[str, ast.Definition]) -> ast.Definition:
-    from codegen.idl.lookup import UnknownNameError, find_definition
+    from codegen.idl.loading import UnknownNameError, find_definition
 
     try:
         return find_definition(name, definitions)

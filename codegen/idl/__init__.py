@@ -1,8 +1,8 @@
 """Compile interfaces written in Slice, the language of Ice, to typed Python that talks over zenoh_ice.
 
-A file goes through `lexer` (tokens), `preprocessor` (includes, guards), `parser` (the tree of `ast`), `checker`
-with `resolver` and `constants` (names, types, values, rules), `fingerprint` and `writer` (Python). `loading`
-leads it as far as the checked tree, `compiler` to the end.
+A file goes through `lexer` (tokens), `preprocessor` (includes, guards), `parser` (the tree of `ast`),
+`checker` with `resolver` and `constants` (names, types, values, rules), `fingerprint` and `writer` (Python).
+`loading` leads it as far as the checked tree, `compiler` to the end.
 Diagnostics carry a code of `codes`; the writers of the parts share `names` and `layout`.
 """
 

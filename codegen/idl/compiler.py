@@ -14,12 +14,12 @@ from . import ast
 from .codes import Code
 from .leftovers import earlier_modules
 from .lexer import Source
+from .loading import Unit, Units
 from .names import exported_names, module_package
 from .packages import ModuleSummary, package_files, packages_in_cycles
-from .places import GeneratedModule, NestedModules, Places
+from .places import FileNames, GeneratedModule, NestedModules, Places
 from .preprocessor import SourceFiles
 from .schema import schema_entry
-from .units import Units, places_of
 from .writer import GENERATED_BY, module_text, write_module
 
 
@@ -77,9 +77,24 @@ def compile_interfaces(
     with_included = {directory: units.with_included(each) for directory, each in given.items()}
     nested = NestedModules(units.trees())
     roots = [
-        _Root(directory, output is None, places_of(each, nested)) for directory, each in with_included.items()
+        _Root(directory, output is None, _places_of(each, nested))
+        for directory, each in with_included.items()
     ]
     return _generate_all(roots, output, diagnostics)
+
+
+def _places_of(units: dict[Source, Unit | None], nested: NestedModules) -> dict[Source, Places]:
+    """Return the places of each file in its own unit, or else in the first one that includes it."""
+    names = FileNames()
+    own = {source: Places(unit.tree, nested, names) for source, unit in units.items() if unit is not None}
+    places: dict[Source, Places] = {}
+    for source in units:
+        if source in own:
+            places[source] = own[source]
+        else:
+            includers = (each for each, unit in units.items() if unit is not None and source in unit.included)
+            places[source] = own[next(includers)]
+    return places
 
 
 def _generate_all(roots: Sequence[_Root], output: Path | None, diagnostics: Diagnostics) -> Compilation:

@@ -26,7 +26,7 @@ def format_file(path: Path, include_directories: Sequence[Path], diagnostics: Di
     files = SourceFiles(found)
     source = files.load(path)
     if source is not None:
-        parse(Preprocessor(files, include_directories, found).unit(source), found)
+        parse(Preprocessor(files, include_directories).unit(source, found), found)
         diagnostics.add_source(path, source.text)
     own = [
         each

@@ -100,18 +100,15 @@ class Preprocessor:
     `#include "x"`.
     """
 
-    def __init__(
-        self, files: SourceFiles, include_directories: Sequence[Path], diagnostics: Diagnostics
-    ) -> None:
-        self._files = files
+    def __init__(self, files: SourceFiles, include_directories: Sequence[Path]) -> None:
+        self.files = files
         self._include_directories = tuple(include_directories)
         self._found: dict[tuple[str, Path, bool], Path | None] = {}
-        self._diagnostics = diagnostics
 
-    def unit(self, source: Source) -> TranslationUnit:
-        """Return the translation unit of a file."""
+    def unit(self, source: Source, diagnostics: Diagnostics) -> TranslationUnit:
+        """Return the translation unit of a file; what is wrong with it goes to `diagnostics`."""
         unit = TranslationUnit(source)
-        _Reader(unit, self, self._files, self._diagnostics).read(source)
+        _Reader(unit, self, diagnostics).read(source)
         unit.tokens.append(source.tokens[-1])
         return unit
 
@@ -159,12 +156,9 @@ class _Condition:
 class _Reader:
     """The state while one translation unit is read."""
 
-    def __init__(
-        self, unit: TranslationUnit, preprocessor: Preprocessor, files: SourceFiles, diagnostics: Diagnostics
-    ) -> None:
+    def __init__(self, unit: TranslationUnit, preprocessor: Preprocessor, diagnostics: Diagnostics) -> None:
         self._unit = unit
         self._preprocessor = preprocessor
-        self._files = files
         self._diagnostics = diagnostics
         self._defined = set(_PREDEFINED)
         self._once: set[Source] = set()
@@ -312,7 +306,7 @@ class _Reader:
             self._error(Code.INCLUDE_NOT_FOUND, f"`{name}` is not found", token, *notes)
             self._unit.complete = False
             return
-        source = self._files.load(path, token.location)
+        source = self._preprocessor.files.load(path, token.location)
         if source is None or source in self._once:
             return
         self._includes += 1

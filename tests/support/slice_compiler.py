@@ -43,7 +43,7 @@ def checked(path: Path) -> Diagnostics:
     files = SourceFiles(diagnostics)
     source = files.load(path)
     if source is not None:
-        unit = Preprocessor(files, [], diagnostics).unit(source)
+        unit = Preprocessor(files, []).unit(source, diagnostics)
         tree = parse(unit, diagnostics)
         if unit.complete:
             check(tree, diagnostics)

@@ -12,7 +12,7 @@ from codegen.idl import ast
 from codegen.idl.breaking import BreakingChange, breaking_changes
 from codegen.idl.breaking_rules import Break, BreakingRule
 from codegen.idl.fingerprint import canonical_definition
-from codegen.idl.loading import definitions_of, load_interfaces
+from codegen.idl.loading import load_definitions
 
 BASE = """\
 module m {
@@ -47,7 +47,7 @@ def compiled(directory: Path, text: str) -> tuple[dict[str, ast.Definition], Dia
     path = directory / "main.idl"
     path.write_text(text)
     diagnostics = Diagnostics()
-    return definitions_of(load_interfaces([path], [], diagnostics)), diagnostics
+    return load_definitions([path], [], diagnostics), diagnostics
 
 
 def changes(directory: Path, before: str, after: str) -> list[BreakingChange]:

@@ -6,7 +6,7 @@ import pytest
 
 from codegen.diagnostics import Diagnostics
 from codegen.idl import ast
-from codegen.idl.loading import definitions_of, load_interfaces
+from codegen.idl.loading import load_definitions
 from tests.support.slice_compiler import compile_text, findings, write_sources
 
 
@@ -211,7 +211,7 @@ def test_names_and_numbers_have_their_values_once_checked(tmp_path: Path) -> Non
     """
     (path,) = write_sources(tmp_path, {"main.idl": in_module(text)})
     diagnostics = Diagnostics()
-    found = definitions_of(load_interfaces([path], [], diagnostics))
+    found = load_definitions([path], [], diagnostics)
     assert not len(diagnostics), diagnostics.render()
     class_, interface = found["::m::C"], found["::m::I"]
     assert isinstance(class_, ast.Class)

@@ -14,7 +14,7 @@ from codegen.idl.format_file import format_file
 from codegen.idl.format_words import words_of
 from codegen.idl.formatter import FormattingError, format_source
 from codegen.idl.lexer import Kind, Source
-from codegen.idl.loading import definitions_of, load_interfaces
+from codegen.idl.loading import load_definitions
 from tests.support.examples import examples
 from tests.support.slice_grammar import slice_files
 from tests.support.slice_texts import slice_like_texts
@@ -107,7 +107,7 @@ def formatted(text: str) -> str:
 def forms(path: Path) -> dict[str, str]:
     """Return the canonical definitions of the interfaces of a file."""
     diagnostics = Diagnostics()
-    found = definitions_of(load_interfaces([path], [], diagnostics))
+    found = load_definitions([path], [], diagnostics)
     assert not diagnostics.has_errors, diagnostics.render()
     interfaces = (each for each in found.values() if isinstance(each, ast.Interface))
     return {interface.scoped: canonical_definition(interface) for interface in interfaces}
@@ -253,7 +253,7 @@ def test_generated_files_keep_their_meaning(tmp_path_factory: pytest.TempPathFac
 def found_in(path: Path) -> tuple[list[str], dict[str, str]]:
     """Return the codes of what is wrong with a file, and the canonical forms of all that it defines."""
     diagnostics = Diagnostics()
-    definitions = definitions_of(load_interfaces([path], [], diagnostics))
+    definitions = load_definitions([path], [], diagnostics)
     codes = sorted(found.code for found in diagnostics)
     if diagnostics.has_errors:
         return codes, {}

@@ -20,7 +20,7 @@ def parsed(directory: Path, text: str) -> tuple[ast.Module, Diagnostics]:
     files = SourceFiles(diagnostics)
     source = files.load(path)
     assert source is not None
-    return parse(Preprocessor(files, [], diagnostics).unit(source), diagnostics), diagnostics
+    return parse(Preprocessor(files, []).unit(source, diagnostics), diagnostics), diagnostics
 
 
 def test_an_operation_has_all_its_parts(tmp_path: Path) -> None:

@@ -19,8 +19,7 @@ from codegen.diagnostics import Diagnostics
 from codegen.idl import ast
 from codegen.idl.describe import describe
 from codegen.idl.example import ExampleTooLargeError, example_of
-from codegen.idl.loading import definitions_of, load_interfaces
-from codegen.idl.lookup import UnknownNameError, find_definition
+from codegen.idl.loading import UnknownNameError, find_definition, load_definitions
 from codegen.idl.payload_reader import PayloadError, PayloadReader
 from codegen.idl.wire_shape import Part, holds_bytes
 from tests.support.slice_compiler import imported
@@ -80,7 +79,7 @@ def definitions(tmp_path_factory: pytest.TempPathFactory) -> Definitions:
     path = tmp_path_factory.mktemp("idl") / "main.idl"
     path.write_text(TEXT)
     diagnostics = Diagnostics()
-    found = definitions_of(load_interfaces([path], [], diagnostics))
+    found = load_definitions([path], [], diagnostics)
     assert not diagnostics.has_errors, diagnostics.render()
     return Definitions(found)
 
@@ -299,7 +298,7 @@ def test_an_example_that_nobody_would_read_is_left_out(tmp_path: Path) -> None:
     lines += [f"struct S{n} {{ S{n - 1} a; S{n - 1} b; }};" for n in range(1, 40)]
     path = tmp_path / "main.idl"
     path.write_text(f"module m {{ {' '.join(lines)} }};")
-    definition = definitions_of(load_interfaces([path], [], Diagnostics()))["::m::S39"]
+    definition = load_definitions([path], [], Diagnostics())["::m::S39"]
     with pytest.raises(ExampleTooLargeError):
         example_of(definition)
     assert "for example" not in describe(definition)

@@ -18,7 +18,7 @@ def preprocess(
     files = SourceFiles(diagnostics)
     source = files.load(main)
     assert source is not None
-    unit = Preprocessor(files, include or [], diagnostics).unit(source)
+    unit = Preprocessor(files, include or []).unit(source, diagnostics)
     return " ".join(token.text for token in unit.tokens[:-1]), diagnostics
 
 
