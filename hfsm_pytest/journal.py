@@ -8,7 +8,7 @@ from typing import Any, Final
 
 from hfsm_runtime import Event, Transition
 from hfsm_runtime.observer import Observer
-from hfsm_runtime.tree import ChangeKind, Run
+from hfsm_runtime.tree import ChangeKind, DropReason, Run
 
 _SECOND: Final = 1_000_000_000
 _LONGEST: Final = 200
@@ -105,6 +105,11 @@ class Journal(Observer):
         """Write down an event."""
         data = "" if event.data is None else f" with {event.data!r}"
         self._write(now / _SECOND, 0, f"event {event.name}{data}")
+
+    def event_dropped(self, run: Run, event: Event, reason: DropReason) -> None:
+        """Write down an event that fired nothing."""
+        what = f"{run.automaton.name}: drops event {event.name} in {run.current.name}: {reason}"
+        self._write(self._now(), run.depth, what)
 
     def code_failed(self, run: Run, error: Exception) -> None:
         """Write down an exception of user code."""

@@ -16,7 +16,7 @@ from .automaton import REQUIRED, Automaton, Event, State, Transition
 from .errors import DefinitionError, EventError
 
 CAPACITY: Final = 64
-"""How many events an automaton keeps; of more the oldest are lost."""
+"""How many events wait in the queue of an automaton; of more the oldest are dropped."""
 _DEEPEST: Final = 32
 
 
@@ -31,6 +31,15 @@ class ChangeKind(StrEnum):
     """It goes on in the state that it remembered."""
     FINISHED = "finished"
     """It is in a final state, and runs no more cycles."""
+
+
+class DropReason(StrEnum):
+    """Why an event left the queue of an automaton without firing a transition."""
+
+    UNHANDLED = "no transition out of the current state took it"
+    GHOST = "the automaton became a ghost before its turn"
+    FINISHED = "the automaton has finished"
+    OVERFLOW = f"more than {CAPACITY} events waited"
 
 
 @dataclass(eq=False, repr=False, slots=True)
@@ -83,10 +92,16 @@ class Run:
     """When the running, or the last, cycle really began, which may be later than the time it belongs to."""
     in_step: bool = False
     """Whether the running cycle is such a one."""
-    inbox: deque[Event] = field(default_factory=deque)
-    """The events that arrived since its last cycle began, at most `CAPACITY`."""
-    present: dict[str, Event] = field(default_factory=dict)
-    """The events of the running cycle, by name."""
+    queue: deque[Event] = field(default_factory=deque)
+    """The events that wait to be handled, oldest first; at most `CAPACITY`."""
+    due: int = 0
+    """How many of them were there when the running cycle began: it handles no others."""
+    event: Event | None = None
+    """The event with which the running cycle asks its transitions."""
+    dropped: int = 0
+    """How many events it has dropped."""
+    last_dropped: tuple[Event, DropReason, int] | None = None
+    """The newest of these, why, and the component time."""
     guards: dict[int, tuple[bool, int]] = field(default_factory=dict)
     """The last value of each guard out of the current state, and the cycle time of it."""
     last_slot: int = -1
@@ -136,7 +151,7 @@ class Run:
         self.forced = next((t for t in automaton.transitions if forced and t.id == forced.id), None)
         if self.last_transition not in {transition.id for transition in automaton.transitions}:
             self.last_transition = 0
-        self.guards, self.present = {}, {}
+        self.guards = {}
         if found is not None and self.entered is not None:
             self.current = found
             self.finished = self.finished and found.final

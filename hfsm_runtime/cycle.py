@@ -39,7 +39,7 @@ def run_cycle(tree: Tree, run: Run, now: int, supervisor: Supervisor) -> bool:
     """Run one cycle of an automaton, which belongs to the component time `now`; false for a ghost.
 
     The entry into the current state comes first, where it is still owed. Then the transitions out of it are
-    tried, and the first that holds fires: the automata below the old state become ghosts and end their
+    asked, and the first that holds fires: the automata below the old state become ghosts and end their
     running cycles, exit code, the change of state, the transition's code and entry code follow, and then the
     timers of the new state start and the automata below it wake. At last the code of the current state runs.
     What takes no longer than the period counts as if it took no time, so that timers keep to the schedule of
@@ -102,22 +102,36 @@ def _pauses(tree: Tree, run: Run, transition: Transition | None) -> bool:
 
 
 def _first_that_holds(tree: Tree, run: Run, now: int, supervisor: Supervisor) -> Transition | None:
+    """Return the transition that is to fire, if any: the one that is forced, or the first that holds.
+
+    They are asked with the oldest event. One that fires none of them is dropped, and those that wait for an
+    event are asked with the next one. An event stays first when another transition fires before it, and when
+    the cycle is cut short in between.
+    """
     forced = run.forced
     if forced is not None:
-        run.forced = None
+        run.forced = run.event = None
         if forced.origin == run.current.id:
             return forced
-    for transition in run.automaton.outgoing(run.current):
-        if _holds(tree, run, transition, now, supervisor):
-            return transition
-    return None
+    transitions = run.automaton.outgoing(run.current)
+    while True:
+        event = run.event = tree.next_event(run, now)
+        for transition in transitions:
+            if _holds(tree, run, transition, now, supervisor):
+                if event is not None and transition.event:
+                    tree.take_event(run, event, now, handled=True)
+                return transition
+        if event is None:
+            return None
+        tree.take_event(run, event, now, handled=False)
+        transitions = tuple(each for each in transitions if each.event)  # the others have been asked
 
 
 def _holds(tree: Tree, run: Run, transition: Transition, now: int, supervisor: Supervisor) -> bool:
     if transition.delay is not None:
         triggered = run.active_time(now) >= transition.delay
     elif transition.event:
-        triggered = transition.event in run.present
+        triggered = run.event is not None and transition.event == run.event.name
     elif transition.finished:
         triggered = bool(run.below) and all(child.finished for child in run.below)
     else:
@@ -194,7 +208,9 @@ def _bound(run: Run, transition: Transition, code: Callable[..., object]) -> Cal
     """Return a transition's guard or code as a function without parameters."""
     if not transition.event:
         return code
-    event = run.present.get(transition.event) or Event(transition.event)  # none when it was forced
+    event = run.event
+    if event is None or event.name != transition.event:  # it was forced
+        event = Event(transition.event)
     return lambda: code(event)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from .automaton import Event, Transition
-from .automaton_run import ChangeKind, Run
+from .automaton_run import ChangeKind, DropReason, Run
 
 
 class Observer:
@@ -14,7 +14,7 @@ class Observer:
     """
 
     def cycle_began(self, run: Run, at: int) -> None:
-        """A cycle begins; `run.present` are the events that are present in it."""
+        """A cycle begins, in which the first `run.due` events of `run.queue` may fire transitions."""
 
     def guard_evaluated(self, run: Run, transition: Transition, value: bool, at: int) -> None:
         """The guard of a transition out of the current state was evaluated."""
@@ -38,6 +38,9 @@ class Observer:
 
     def event_sent(self, event: Event, now: int) -> None:
         """An event was sent; called under the tree's lock."""
+
+    def event_dropped(self, run: Run, event: Event, reason: DropReason) -> None:
+        """An event left the queue of an automaton and fired nothing; called under the tree's lock."""
 
     def code_failed(self, run: Run, error: Exception) -> None:
         """A piece of user code raised an exception."""

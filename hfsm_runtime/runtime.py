@@ -242,8 +242,7 @@ class Runtime(Observer):
 
     def send(self, name: str, data: object = None) -> None:
         """Send an event to every automaton that is active; raises EventError."""
-        for run, event in self.tree.send(make_event(name, data), self.timeline.now()):
-            self._supervision.event_lost(run, event)
+        self.tree.send(make_event(name, data), self.timeline.now())
 
     def run(self, automaton: int) -> Run:
         """Return an automaton by its id; raises UnknownElementError."""

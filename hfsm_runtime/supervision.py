@@ -24,8 +24,9 @@ from .automaton import Event
 from .component import Component, source_of
 from .cycle import CycleEnded
 from .errors import OnError, OnRefused, describe, locate, part_of_component
+from .observer import Observer
 from .timeline import Timeline
-from .tree import Run, Tree
+from .tree import DropReason, Run, Tree
 
 _KEPT: Final = 20
 _LONGEST_MESSAGE: Final = 1000
@@ -79,7 +80,7 @@ class _Outage:
         return time.monotonic() - self._began if before and not self._waiting else None
 
 
-class Supervision:
+class Supervision(Observer):
     """Take errors from the cycles of one component, and answer them.
 
     `on_error` and `on_refused` are the policies, by default those of the document. `halt` is called when they
@@ -116,6 +117,9 @@ class Supervision:
         self._refused = _Outage()
         self._hardware_failures: dict[Run, int] = {}
         """Cycles in a row that ended because hardware failed."""
+        self._dropped: set[tuple[int, int, str]] = set()
+        """Where which events were dropped: the automaton, its state, and the event with the reason."""
+        tree.observers.append(self)
         self.turn_to(component)
 
     def turn_to(self, component: Component) -> None:
@@ -191,11 +195,17 @@ class Supervision:
         self._record(run, "", message)
         self._log.warning("%s: %s", _place(run), message)
 
-    def event_lost(self, run: Run, event: Event) -> None:
-        """Take notice that an automaton has lost an event, since too many came before its next cycle."""
-        message = f"the event {event.name!r} is lost: more came within a period than are kept"
-        self._record(run, "", message)
-        self._log_seldom(run, event.name, f"{_place(run)}: {message}", None)
+    def event_dropped(self, run: Run, event: Event, reason: DropReason) -> None:
+        """Log a dropped event: too many are an error, the others stand in the log once for each place."""
+        message = f"the event {event.name!r} is dropped: {reason}"
+        if reason is DropReason.OVERFLOW:
+            self._record(run, "", message)
+            self._log_seldom(run, event.name, f"{_place(run)}: {message}", None)
+            return
+        place = (run.automaton.id, run.current.id, f"{event.name}: {reason}")
+        first = place not in self._dropped
+        self._dropped.add(place)
+        self._log.log(logging.INFO if first else logging.DEBUG, "%s: %s", _place(run), message)
 
     def _wait(self, outage: _Outage, run: Run, location: str, message: str, what: str) -> None:
         with self._lock:

@@ -9,11 +9,11 @@ import threading
 from dataclasses import dataclass
 
 from .automaton import Automaton, Event, State, Transition
-from .automaton_run import CAPACITY, ChangeKind, Run, grow, owes
+from .automaton_run import CAPACITY, ChangeKind, DropReason, Run, grow, owes
 from .errors import UnknownElementError
 from .observer import Observer
 
-__all__ = ["ChangeKind", "Replaced", "Run", "Tree", "grow"]
+__all__ = ["ChangeKind", "DropReason", "Replaced", "Run", "Tree", "grow"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,26 +74,46 @@ class Tree:
         with self.lock:
             self._begin(self.root, now)
 
-    def send(self, event: Event, now: int) -> list[tuple[Run, Event]]:
-        """Give an event to every automaton that is active and waits for its like anywhere.
-
-        Return who lost which older event for it.
-        """
-        lost: list[tuple[Run, Event]] = []
+    def send(self, event: Event, now: int) -> None:
+        """Put an event into the queue of every active automaton that has a transition for its name."""
         with self.lock:
-            for run in self.runs:
-                if run.active and not run.finished and event.name in run.automaton.events:
-                    if len(run.inbox) >= CAPACITY:
-                        lost.append((run, run.inbox.popleft()))
-                    run.inbox.append(event)
             for observer in self.observers:
                 observer.event_sent(event, now)
-        return lost
+            for run in self.runs:
+                if run.active and not run.finished and event.name in run.automaton.events:
+                    if len(run.queue) >= CAPACITY:
+                        self._drop(run, DropReason.OVERFLOW, now)
+                    run.queue.append(event)
+
+    def next_event(self, run: Run, now: int) -> Event | None:
+        """Return the oldest due event for which a transition out of the current state waits.
+
+        It stays in the queue until it fires one, or is dropped. Those before it are dropped.
+        """
+        if not run.due:
+            return None
+        with self.lock:
+            awaited = {transition.event for transition in run.automaton.outgoing(run.current)}
+            while run.due:
+                if run.queue[0].name in awaited:
+                    return run.queue[0]
+                self._drop(run, DropReason.UNHANDLED, now)
+        return None
+
+    def take_event(self, run: Run, event: Event, now: int, *, handled: bool) -> None:
+        """Remove an event that `next_event` returned: one that is not `handled` is dropped."""
+        with self.lock:
+            if run.queue and run.queue[0] is event:  # an overflow may have been faster
+                if handled:
+                    run.queue.popleft()
+                    run.due -= 1
+                else:
+                    self._drop(run, DropReason.UNHANDLED, now)
 
     def begin_cycle(self, run: Run) -> bool:
         """Claim an automaton for a cycle; false for a ghost, and for all while the tree is held.
 
-        The events that have arrived become present, except in a cycle that only goes on with the last one.
+        The events that have arrived become due, except in a cycle that only goes on with the last one.
         """
         with self.lock:
             stepping, run.stepping = run.stepping, False
@@ -102,8 +122,7 @@ class Tree:
             run.in_cycle, run.in_step = True, stepping
             run.claimed = run.activations
             if not run.cut:
-                run.present = {event.name: event for event in run.inbox}  # the newest of each name
-                run.inbox.clear()
+                run.due = len(run.queue)
             run.cut = False
             return True
 
@@ -170,6 +189,7 @@ class Tree:
             if run.on_duty and not run.finished:
                 run.finished = True
                 self._changed(now, run, ChangeKind.FINISHED)
+                self._drop_all(run, DropReason.FINISHED, now)
 
     def suspend(self, run: Run, *, code_first: bool) -> None:
         """Let the next cycle go on where this one pauses: at the code of the state, or at the transitions."""
@@ -273,10 +293,23 @@ class Tree:
         for child in run.below:
             self._deactivate(child, now)
         run.active = run.cut = run.code_first = False
-        run.inbox.clear()
         run.waited = run.active_time(now)
         run.since = None
         self._changed(now, run, ChangeKind.GHOST)
+        self._drop_all(run, DropReason.GHOST, now)
+
+    def _drop_all(self, run: Run, reason: DropReason, now: int) -> None:
+        while run.queue:
+            self._drop(run, reason, now)
+
+    def _drop(self, run: Run, reason: DropReason, now: int) -> None:
+        """Drop the oldest event of an automaton."""
+        event = run.queue.popleft()
+        run.due = max(0, run.due - 1)
+        run.dropped += 1
+        run.last_dropped = event, reason, now
+        for observer in self.observers:
+            observer.event_dropped(run, event, reason)
 
     def _set(self, run: Run, state: State, now: int) -> None:
         run.current = state

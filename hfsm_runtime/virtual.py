@@ -146,8 +146,7 @@ class VirtualRun:
 
     def send(self, name: str, data: object = None) -> None:
         """Send an event to every automaton that is active; raises EventError."""
-        for run, event in self.tree.send(make_event(name, data), self._timeline.now()):
-            self._supervision.event_lost(run, event)
+        self.tree.send(make_event(name, data), self._timeline.now())
 
     def replace(self, component: Component, apply: Callable[[int], object]) -> None:
         """Go on in another version of the component; `apply` puts its automata into the tree at a time."""

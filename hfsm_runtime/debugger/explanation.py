@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import islice
 from typing import Final
 
 from interfaces.hfsm import Explanation, TransitionExplanation
@@ -16,6 +17,7 @@ _SECOND: Final = 1e9
 _LONGEST_CONDITION: Final = 200
 _LONGEST_VALUE: Final = 60
 _MOST_VALUES: Final = 5
+_MOST_EVENTS: Final = 5
 
 
 def explain(tree: Tree, run: Run, timeline: Timeline) -> Explanation:
@@ -66,6 +68,8 @@ def _reason(run: Run, transition: Transition, found: TransitionExplanation, now:
     if first is not None:
         return f"it was not asked: {_name_of(run, first)}, which comes first, fired"
     if transition.event:
+        if any(event.name == transition.event for event in run.queue):
+            return f"the event {transition.event} waits in the queue for the next cycle"
         return f"no event {transition.event} has come since the state was entered"
     if transition.finished:
         return _unfinished(run)
@@ -128,6 +132,14 @@ def _summary(run: Run, reasons: list[TransitionExplanation], *, paused: bool, no
         parts.append("No transition leaves the state.")
     for transition, each in zip(run.automaton.outgoing(run.current), reasons, strict=True):
         parts.append(f"{each.order}. {_name_of(run, transition)}: {each.reason}.")
+    if run.queue:
+        names = ", ".join(event.name for event in islice(run.queue, _MOST_EVENTS))
+        more = ", ..." if len(run.queue) > _MOST_EVENTS else ""
+        parts.append(f"Events that wait: {len(run.queue)} ({names}{more}).")
+    if run.last_dropped is not None:
+        event, reason, at = run.last_dropped
+        ago = f"{(now - at) / _SECOND:.2f} s ago"
+        parts.append(f"Events dropped: {run.dropped}, the last one ({event.name}) {ago}: {reason}.")
     return " ".join(parts)
 
 

@@ -851,7 +851,8 @@ class RandomComponent(Component, document="random.xml"):
             elif deed == "share":
                 seen, self.shared = self.shared, self.shared + 1
             elif deed == "send":
-                self.send("ping", count)
+                for number in range(count % 3 + 1):
+                    self.send("ping", number)
             elif deed == "fail" and count % 3 == 0:
                 raise ValueError(count)
             elif deed == "latest":
@@ -906,8 +907,10 @@ def test_random_components_are_replayed_to_the_same_end(world: World, spec: Spec
     kind = type("Random", (RandomComponent,), {"spec": spec}, document="random.xml")
     with TemporaryDirectory() as folder:
         path = Path(folder, "run.mcap")
-        with running(kind, world, path) as (_, clock):
+        with running(kind, world, path) as (runtime, clock):
             for step in range(20):
+                for number in range(step % 3):
+                    runtime.send("ping", -number)
                 world[1].getPosePublisher.publish(world[1].pose(), time=float(step))
                 clock.sleep(0.1)
         identical(path, kind)

@@ -198,7 +198,7 @@ class Fired(NamedTuple):
 class Player(Observer):
     """A document on the real runtime, in virtual time, and what was seen there.
 
-    `guard` says what guards come to, and `present` which events are there in a cycle.
+    `guard` says what guards come to, and `present` which events arrive just before a cycle.
     """
 
     def __init__(
@@ -217,8 +217,8 @@ class Player(Observer):
 
     def cycle_began(self, run: Run, at: int) -> None:
         self._now = at
-        names = self._present(at, run.automaton.id)
-        run.present = {**run.present, **{name: runtime.Event(name) for name in names}}
+        run.queue.extend(runtime.Event(name) for name in self._present(at, run.automaton.id))
+        run.due = len(run.queue)
 
     def cycle_ended(self, run: Run, at: int) -> None:
         self.seen.append((at, self._configuration()))

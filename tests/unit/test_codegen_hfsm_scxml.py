@@ -14,7 +14,9 @@ from codegen.diagnostics import Diagnostics
 from codegen.hfsm import parse_document, read_document, write_document
 from codegen.hfsm.document import Document
 from codegen.hfsm.scxml import is_scxml, parse_scxml, write_scxml
+from hfsm_runtime import run
 from tests.support.codegen_command import ROOT
+from tests.support.documents import compile_to, load
 from tests.support.examples import examples
 from tests.support.pages import DOCS
 from tests.support.random_documents import documents, trees
@@ -474,6 +476,19 @@ def test_events_that_come_from_outside_are_declared_and_regions_keep_their_names
     assert [event.name for event in document.events] == ["go"]
     assert document.description.text == "Robot"
     assert [comment.text for comment in document.automata[1].comments] == [" left ", " r1 "]
+
+
+def test_events_that_are_raised_in_a_row_keep_their_order(tmp_path: Path) -> None:
+    inside = (
+        '<state id="s0"><onentry><raise event="foo"/><raise event="bar"/></onentry>'
+        '<transition event="bar" target="fail"/><transition event="foo" target="s1"/></state>'
+        '<state id="s1"><transition event="bar" target="pass"/></state><state id="pass"/><state id="fail"/>'
+    )
+    document, diagnostics = import_(scxml(inside, ' datamodel="python"'))
+    assert document is not None
+    assert list(diagnostics) == []
+    component = load(compile_to(tmp_path, write_document(document)))
+    assert run(component, 1).active == "pass"
 
 
 def test_a_parameter_that_was_added_stands_beside_those_that_were_there() -> None:

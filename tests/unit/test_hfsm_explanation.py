@@ -89,6 +89,18 @@ def test_an_event_is_awaited_or_came_while_its_guard_did_not_hold() -> None:
     assert told.why().transitions[0].asked is False  # not in the last cycle
 
 
+def test_events_that_wait_and_that_were_dropped_are_told() -> None:
+    told = Explained(automaton(Transition(id=1, name="t1", origin=1, destination=2, event="lost")))
+    told.run.send("lost")
+    assert told.reasons() == ["the event lost waits in the queue for the next cycle"]
+    assert told.why().summary.endswith(" Events that wait: 1 (lost).")
+    told.run.send("lost")
+    told.run.advance(0.15)
+    assert told.why().summary.endswith(
+        " Events dropped: 1, the last one (lost) 0.05 s ago: no transition out of the current state took it."
+    )
+
+
 def test_the_transition_that_comes_first_is_named() -> None:
     told = Explained(automaton(when(1, lambda: True, destination=1), when(2, lambda: True)))
     told.run.advance(0.3)

@@ -15,7 +15,9 @@ class Notes(Observer):
         self.lines: list[str] = []
 
     def cycle_began(self, run: Run, at: int) -> None:
-        self.lines.append(f"cycle began {at // 1_000_000} {','.join(run.present)}".strip())
+        self.lines.append(
+            f"cycle began {at // 1_000_000} {','.join(event.name for event in run.queue)}".strip()
+        )
 
     def guard_evaluated(self, run: Run, transition: Transition, value: bool, at: int) -> None:
         self.lines.append(f"guard {transition.event or 'plain'} {value} in {run.current.name}")

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import count, groupby
 
@@ -17,9 +17,10 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from hfsm_runtime import Automaton, Component, Event, Input, State, Transition, VirtualRun
+from hfsm_runtime.automaton_run import CAPACITY
 from hfsm_runtime.cycle import Supervisor, run_cycle
 from hfsm_runtime.observer import Observer
-from hfsm_runtime.tree import ChangeKind, Run, Tree
+from hfsm_runtime.tree import ChangeKind, DropReason, Run, Tree
 from tests.support.automata import component
 from tests.support.examples import examples
 
@@ -113,8 +114,12 @@ def plans(draw: st.DrawFn, depth: int = 0) -> Plan:
 
 
 OUTSIDE = st.dictionaries(
-    st.integers(0, END // STEP).map(lambda slot: slot * STEP), st.sampled_from(EVENTS), max_size=6
+    st.integers(0, END // STEP).map(lambda slot: slot * STEP),
+    st.lists(st.sampled_from(EVENTS), min_size=1, max_size=4),
+    max_size=6,
 )
+"""Events from outside, by time in ms; those of one time are sent one after the other."""
+Outside = Mapping[int, Sequence[str]]
 
 
 @dataclass
@@ -131,7 +136,8 @@ class Node:
     settled: bool = False  # whether the entry into its state is complete
     finished: bool = False
     active_time: int = 0  # ms in the current state
-    inbox: dict[str, int] = field(default_factory=dict)
+    queue: list[tuple[str, int]] = field(default_factory=list)  # names and numbers
+    due: int = 0  # how many of them the running cycle may handle
     asked: Counter[int] = field(default_factory=Counter)
     value: int = 0  # of its input
     was_awake: bool = False
@@ -150,7 +156,7 @@ def grow(plan: Plan, ids: count[int], parent: Node | None = None, owner: int = 0
         yield from below
 
 
-def reference(plan: Plan, outside: Mapping[int, str]) -> list[Line]:
+def reference(plan: Plan, outside: Outside) -> list[Line]:
     nodes = list(grow(plan, count(1)))
     trace: list[Line] = []
     sent, handed = count(), count(1)
@@ -169,8 +175,20 @@ def reference(plan: Plan, outside: Mapping[int, str]) -> list[Line]:
     def send(name: str) -> None:
         data = next(sent)
         for node in nodes:
-            if awake(node) and not node.finished:
-                node.inbox[name] = data
+            waits = any(transition.event == name for transition in node.plan.transitions)
+            if awake(node) and not node.finished and waits:
+                if len(node.queue) == CAPACITY:
+                    drop(node, DropReason.OVERFLOW)
+                node.queue.append((name, data))
+
+    def drop(node: Node, reason: DropReason) -> None:
+        _, data = node.queue.pop(0)
+        node.due = max(0, node.due - 1)
+        note(node, f"drops {data}: {reason}")
+
+    def drop_all(node: Node, reason: DropReason) -> None:
+        while node.queue:
+            drop(node, reason)
 
     def piece(node: Node, what: str, code: Piece) -> None:
         if code is not None:
@@ -184,7 +202,7 @@ def reference(plan: Plan, outside: Mapping[int, str]) -> list[Line]:
             if awake(node) != node.was_awake:
                 node.was_awake = not node.was_awake
                 note(node, "awake" if node.was_awake else "ghost")
-                node.inbox.clear()
+                drop_all(node, DropReason.GHOST)
 
     def enter(node: Node, state: int) -> None:
         node.state, node.settled = state, False
@@ -216,6 +234,44 @@ def reference(plan: Plan, outside: Mapping[int, str]) -> list[Line]:
         settle(node)
         look()
 
+    def choose(node: Node) -> int | None:
+        """Return the transition that fires, if any; one by an event fires by the first of the queue."""
+        if node.now_in.final:
+            return None
+        leaving = [pair for pair in enumerate(node.plan.transitions) if pair[1].origin == node.state]
+        leaving.sort(key=lambda pair: pair[1].priority or math.inf)
+        is_first_time = True
+        while True:
+            while node.due and all(node.queue[0][0] != transition.event for _, transition in leaving):
+                drop(node, DropReason.UNHANDLED)
+            for index, transition in leaving:
+                if transition.event:
+                    may_hold = node.due > 0 and node.queue[0][0] == transition.event
+                else:
+                    may_hold = is_first_time and passes(node, transition)
+                if may_hold and answers(node, index):
+                    return index
+            if not node.due:
+                return None
+            drop(node, DropReason.UNHANDLED)
+            is_first_time = False
+
+    def passes(node: Node, transition: PlannedTransition) -> bool:
+        """Return whether one that waits for no event may fire but for its guard."""
+        if transition.finished:
+            below = [child for child in node.children if child.owner == node.state]
+            return below != [] and all(child.finished for child in below)
+        return transition.delay is None or node.active_time >= transition.delay
+
+    def answers(node: Node, index: int) -> bool:
+        """Return what the guard of a transition answers, if there is one."""
+        transition = node.plan.transitions[index]
+        if not transition.script:
+            return True
+        note(node, f"guard {index}" + (f" {node.queue[0][1]}" if transition.event else ""))
+        node.asked[index] += 1
+        return transition.script[(node.asked[index] - 1) % len(transition.script)]
+
     def leave_for_good(node: Node) -> None:
         if node.now_in.restart:
             for child in node.children:
@@ -234,43 +290,31 @@ def reference(plan: Plan, outside: Mapping[int, str]) -> list[Line]:
         for node in nodes:
             if now % node.plan.period or node.finished or not awake(node):
                 continue
-            present = dict(node.inbox)
-            node.inbox.clear()
+            node.due = len(node.queue)
             if not node.settled:
                 complete(node)
-            ordered = sorted(enumerate(node.plan.transitions), key=lambda pair: pair[1].priority or math.inf)
-            for index, transition in ordered:
-                if transition.origin != node.state or node.now_in.final:
-                    continue
-                below = [child for child in node.children if child.owner == node.state]
-                holds = (
-                    (transition.delay is None or node.active_time >= transition.delay)
-                    and (not transition.event or transition.event in present)
-                    and (not transition.finished or (below != [] and all(c.finished for c in below)))
-                )
-                data = f" {present[transition.event]}" if holds and transition.event else ""
-                if holds and transition.script:
-                    note(node, f"guard {index}{data}")
-                    holds = transition.script[node.asked[index] % len(transition.script)]
-                    node.asked[index] += 1
-                if holds:
-                    node.settled = False
-                    look()
-                    leave_for_good(node)
-                    enter(node, transition.destination)
-                    piece(node, f"fired {index}{data}", transition.code)
-                    complete(node)
-                    break
+            index = choose(node)
+            if index is not None:
+                transition, data = node.plan.transitions[index], ""
+                if transition.event:
+                    data = f" {node.queue.pop(0)[1]}"
+                    node.due -= 1
+                node.settled = False
+                look()
+                leave_for_good(node)
+                enter(node, transition.destination)
+                piece(node, f"fired {index}{data}", transition.code)
+                complete(node)
             if node.now_in.final:
                 node.finished = True
-                node.inbox.clear()
                 note(node, "finished")
+                drop_all(node, DropReason.FINISHED)
                 if node.parent is None:
                     return trace
             else:
                 piece(node, f"code {node.state}", node.now_in.code)
-        if now in outside:
-            send(outside[now])
+        for name in outside.get(now, ()):
+            send(name)
     return trace
 
 
@@ -285,14 +329,15 @@ class Recorder(Observer):
         self._awake: set[str] = set()
         self.virtual: VirtualRun | None = None
 
-    def run(self, outside: Mapping[int, str]) -> list[Line]:
+    def run(self, outside: Outside) -> list[Line]:
         self.virtual = virtual = VirtualRun(component(self._root))
         for change in virtual.trace:
             self._note_change(change.automaton, change.state, change.kind)
         virtual.tree.observers.append(self)
         for time in sorted(outside):
             virtual.advance(time / 1000 - virtual.time)
-            self._send(virtual.component, outside[time])
+            for name in outside[time]:
+                self._send(virtual.component, name)
         virtual.advance(END / 1000 - virtual.time)
         return self.trace
 
@@ -305,6 +350,9 @@ class Recorder(Observer):
 
     def changed(self, now: int, run: Run, kind: ChangeKind) -> None:
         self._note_change(run.automaton.name, run.current.name, kind)
+
+    def event_dropped(self, run: Run, event: Event, reason: DropReason) -> None:
+        self._note(run.automaton.name, f"drops {event.data}: {reason}")
 
     def _note_change(self, name: str, state: str, kind: ChangeKind) -> None:
         if kind is ChangeKind.FINISHED:
@@ -396,10 +444,13 @@ class Recorder(Observer):
         )
 
 
+_CHANGES = ("awake", "ghost", "enters", "drops")
+
+
 def in_order(trace: list[Line]) -> list[Line]:
     """Return a trace with changes that follow each other without code in between sorted."""
     ordered: list[Line] = []
-    for is_change, lines in groupby(trace, lambda line: line[2].startswith(("awake", "ghost", "enters"))):
+    for is_change, lines in groupby(trace, lambda line: line[2].startswith(_CHANGES)):
         group = list(lines)
         ordered += sorted(group) if is_change else group
     return ordered
@@ -407,14 +458,14 @@ def in_order(trace: list[Line]) -> list[Line]:
 
 @settings(max_examples=examples(60), deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(plans(), OUTSIDE)
-def test_the_runtime_does_what_the_reference_does(plan: Plan, outside: Mapping[int, str]) -> None:
+def test_the_runtime_does_what_the_reference_does(plan: Plan, outside: Outside) -> None:
     assert in_order(Recorder(plan).run(outside)) == in_order(reference(plan, outside))
 
 
 @settings(max_examples=examples(20), deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(plans(), OUTSIDE, SCRIPTS)
 def test_cycles_that_pause_at_an_entry_and_go_on_do_the_same(
-    plan: Plan, outside: Mapping[int, str], pauses: tuple[bool, ...]
+    plan: Plan, outside: Outside, pauses: tuple[bool, ...]
 ) -> None:
     entries, paused = count(), False
 

@@ -8,7 +8,7 @@ from collections import deque
 import pytest
 
 from hfsm_runtime import Automaton, Component, Event, State, Transition, VirtualRun, run
-from hfsm_runtime.automaton_run import CAPACITY
+from hfsm_runtime.automaton_run import CAPACITY, DropReason
 from hfsm_runtime.errors import DefinitionError, EventError
 from tests.support.automata import Code, after, automaton, component, on, when
 from zenoh_ice.exceptions import ConnectionLostException
@@ -79,12 +79,87 @@ def listener(*transitions: Transition, period: float = 0.1) -> VirtualRun:
     return VirtualRun(component(automaton(1, "root", states("a", "b", "c"), transitions, period)))
 
 
-def test_an_event_is_present_in_the_next_cycle_and_gone_after_it() -> None:
+def test_an_event_fires_one_transition_in_the_next_cycle() -> None:
     virtual = listener(on("go", 1, 2), on("go", 2, 3))
     virtual.advance(0.05)
     virtual.send("go")
     virtual.advance(1)
     assert virtual.changes("root") == [(0, "a"), (0.1, "b")]
+
+
+def test_events_that_are_sent_in_a_row_fire_one_transition_a_cycle_in_their_order() -> None:
+    seen: list[object] = []
+    virtual = listener(
+        on("foo", 1, 2, code=lambda event: seen.append(event.data)),
+        on("bar", 2, 3, code=lambda event: seen.append(event.data)),
+        on("bar", 1, 3, priority=1),
+    )
+    virtual.advance(0)
+    for number, name in enumerate(("foo", "bar")):
+        virtual.send(name, number)
+    virtual.advance(1)
+    assert virtual.changes("root") == [(0, "a"), (0.1, "b"), (0.2, "c")]
+    assert seen == [0, 1]
+
+
+def test_events_that_no_transition_of_the_state_takes_do_not_delay_those_behind_them() -> None:
+    virtual = listener(on("refused", 1, 3, guard=lambda event: False), on("go", 1, 2), on("elsewhere", 2, 1))
+    virtual.advance(0)
+    for name in ("elsewhere", "refused", "elsewhere", "go"):
+        virtual.send(name)
+    virtual.advance(0.1)
+    assert virtual.changes("root") == [(0, "a"), (0.1, "b")]
+    assert virtual.tree.root.dropped == 3
+
+
+def test_guards_without_an_event_are_asked_once_a_cycle_however_many_events_wait() -> None:
+    asked: list[float] = []
+
+    def guard() -> bool:
+        asked.append(virtual.time)
+        return False
+
+    virtual: VirtualRun
+    virtual = listener(when(guard, 1, 2), on("go", 1, 2, guard=lambda event: bool(event.data == 3)))
+    for number in range(1, 4):
+        virtual.send("go", number)
+    virtual.advance(0)
+    assert virtual.active == "b"
+    assert asked == [0]
+
+
+def test_a_transition_without_an_event_that_fires_first_leaves_the_event_to_the_new_state() -> None:
+    virtual = listener(when(always, 1, 2), on("go", 1, 1), on("go", 2, 3))
+    virtual.send("go")
+    virtual.advance(1)
+    assert virtual.changes("root") == [(0, "a"), (0, "b"), (0.1, "c")]
+
+
+def test_entry_code_may_send_several_events() -> None:
+    def root(c: Component) -> Automaton:
+        def entry() -> None:
+            c.send("foo")
+            c.send("bar")
+
+        first = State(id=1, name="a", entry=entry)
+        return automaton(1, "root", [first, *states("", "b", "c")[1:]], [on("foo", 1, 2), on("bar", 2, 3)])
+
+    assert run(component(root), 1).changes("root") == [(0, "a"), (0.1, "b"), (0.2, "c")]
+
+
+def test_a_dropped_event_stands_in_the_log_once_for_each_place_and_reason(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    caplog.set_level(logging.INFO)
+    virtual = listener(on("go", 1, 2, guard=lambda event: False))
+    for _ in range(5):
+        virtual.send("go")
+        virtual.advance(0.1)
+    assert [record.getMessage() for record in caplog.records] == [
+        "root/a: the event 'go' is dropped: no transition out of the current state took it"
+    ]
+    assert virtual.tree.root.dropped == 5
+    assert virtual.errors == ()
 
 
 def test_a_transition_ignores_events_of_other_names() -> None:
@@ -94,28 +169,30 @@ def test_a_transition_ignores_events_of_other_names() -> None:
     assert virtual.active == "c"
 
 
-def test_guard_and_code_get_the_newest_event_of_the_name() -> None:
+def test_guard_and_code_get_the_events_of_the_name_one_after_the_other() -> None:
     guarded: list[Event] = []
     coded: list[Event] = []
 
     def guard(event: Event) -> bool:
         guarded.append(event)
-        return True
+        return bool(event.data != 1)
 
     virtual = listener(on("go", 1, 2, guard=guard, code=coded.append))
     virtual.advance(0)
     for data in (1, {"place": ["kitchen", 2.5, None, True]}):
         virtual.send("go", data)
     virtual.advance(0.1)
-    assert guarded == coded == [Event("go", {"place": ["kitchen", 2.5, None, True]})]
+    assert guarded == [Event("go", 1), Event("go", {"place": ["kitchen", 2.5, None, True]})]
+    assert coded == guarded[1:]
 
 
-def test_an_event_whose_guard_does_not_hold_is_gone() -> None:
+def test_an_event_whose_guard_does_not_hold_is_dropped() -> None:
     virtual: VirtualRun
     virtual = listener(on("go", 1, 2, guard=lambda event: virtual.time > 0.15))
     virtual.send("go")
     virtual.advance(1)
     assert virtual.active == "a"
+    assert virtual.tree.root.last_dropped == (Event("go"), DropReason.UNHANDLED, 0)
 
 
 def test_an_event_of_a_state_reaches_every_active_automaton() -> None:
@@ -149,7 +226,7 @@ def test_an_automaton_receives_what_it_sends_itself_in_its_next_cycle() -> None:
     assert run(component(root), 1).changes("root") == [(0, "a"), (0.1, "b")]
 
 
-def test_a_ghost_receives_no_events_and_forgets_those_it_had_not_looked_at() -> None:
+def test_a_ghost_receives_no_events_and_drops_those_that_waited() -> None:
     child = automaton(2, "child", states("x", "y"), [on("go", 1, 2)], period=1)
     root = automaton(
         1,
@@ -163,6 +240,8 @@ def test_a_ghost_receives_no_events_and_forgets_those_it_had_not_looked_at() -> 
         virtual.send("go")
     virtual.advance(2)
     assert virtual.changes("child") == [(0, "x")]
+    assert virtual.tree.runs[1].last_dropped == (Event("go"), DropReason.GHOST, 500_000_000)
+    assert virtual.tree.runs[1].dropped == 1
 
 
 def test_children_that_wake_at_a_transition_receive_no_event_sent_before() -> None:
@@ -187,10 +266,22 @@ def test_a_finished_automaton_receives_no_events() -> None:
     child = automaton(2, "child", [State(id=1, name="x", final=True)], [on("go", 1, 1)])
     virtual = run(component(automaton(1, "root", [State(id=1, name="a", children=(child,))])), 0.1)
     virtual.send("go")
-    assert virtual.tree.runs[1].inbox == deque()
+    assert virtual.tree.runs[1].queue == deque()
 
 
-def test_of_more_events_than_are_kept_the_oldest_is_lost_and_told(caplog: pytest.LogCaptureFixture) -> None:
+def test_an_automaton_that_finishes_drops_what_waited() -> None:
+    final = [State(id=1, name="x"), State(id=2, name="y", final=True)]
+    child = automaton(2, "child", final, [on("go", 1, 2)])
+    virtual = VirtualRun(component(automaton(1, "root", [State(id=1, name="a", children=(child,))])))
+    for number in range(2):
+        virtual.send("go", number)
+    virtual.advance(0)
+    assert virtual.tree.runs[1].last_dropped == (Event("go", 1), DropReason.FINISHED, 0)
+
+
+def test_of_more_events_than_may_wait_the_oldest_is_dropped_and_that_is_an_error(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
     virtual = listener(on("first", 1, 2), on("last", 1, 3))
     virtual.send("first")
     for number in range(CAPACITY):
@@ -198,7 +289,7 @@ def test_of_more_events_than_are_kept_the_oldest_is_lost_and_told(caplog: pytest
     virtual.advance(0)
     assert virtual.active == "c"
     assert [record.levelno for record in caplog.records] == [logging.ERROR]
-    assert "root/a: the event 'first' is lost" in caplog.text
+    assert "root/a: the event 'first' is dropped: more than 64 events waited" in caplog.text
     assert len(virtual.errors) == 1
 
 
@@ -242,7 +333,7 @@ def test_the_receiver_does_not_see_what_the_sender_changes_later() -> None:
     assert seen == [[1]]
 
 
-def test_events_of_a_cycle_that_a_lost_server_cuts_short_are_gone() -> None:
+def test_events_of_a_cycle_that_a_lost_server_cuts_short_are_handled_when_it_is_back() -> None:
     def lost() -> bool:
         if virtual.time < 0.1:
             raise ConnectionLostException("gone")
@@ -251,7 +342,16 @@ def test_events_of_a_cycle_that_a_lost_server_cuts_short_are_gone() -> None:
     virtual = listener(when(lost, 1, 2), on("go", 1, 3))
     virtual.send("go")
     virtual.advance(0.1)
-    assert virtual.active == "a"
+    assert virtual.changes("root") == [(0, "a"), (0.1, "c")]
+
+
+def test_a_guard_that_fails_drops_its_event_when_errors_are_ignored() -> None:
+    automata = automaton(1, "root", states("a", "b"), [on("go", 1, 2, guard=lambda event: event.data / 0)])
+    virtual = VirtualRun(component(automata), on_error="continue")
+    virtual.send("go", 1)
+    virtual.advance(0.5)
+    assert len(virtual.errors) == 1
+    assert virtual.tree.root.dropped == 1
 
 
 # Definitions.

@@ -41,7 +41,13 @@ def roll(document: Document, seed: int, seconds: float = 8.0) -> Player:
         values = {name: chance(time, automaton, event, name) for name in ("a", "b")}
         return bool(eval(text, values))
 
-    player = Player(document, guard, lambda time, automaton: [e for e in sent if chance(time, automaton, e)])
+    def arriving(time: int, automaton: int) -> list[str]:
+        """Return events in any order, some of them twice: what fires nothing at once waits, or is dropped."""
+        chances = [name for name in sent for again in range(2) if chance(time, automaton, name, again)]
+        random.Random(repr((seed, time, automaton))).shuffle(chances)
+        return chances
+
+    player = Player(document, guard, arriving)
     player.virtual.advance(seconds)
     return player
 

@@ -280,11 +280,14 @@ class TransitionSystem:
 
 
 def _choices(enabled: list[TransitionModel]) -> Iterator[Choice]:
+    """Yield what a cycle may come to. No event comes but the one that fires: it would wait in the queue."""
     needs: list[Conjunction] = [transition.needs or () for transition in enabled]
+    events = {transition.event: (transition.needs or ())[0][0] for transition in enabled if transition.event}
     for place, transition in enumerate(enabled):
-        values = satisfy(needs[place], needs[:place])
+        others = tuple((atom, False) for event, atom in events.items() if event != transition.event)
+        values = satisfy(needs[place] + others, needs[:place])
         if values is not None:
             yield Choice(transition, frozenset(atom for atom, value in values.items() if value))
-    values = satisfy((), needs)
+    values = satisfy(tuple((atom, False) for atom in events.values()), needs)
     if values is not None:
         yield Choice(None, frozenset(atom for atom, value in values.items() if value))
