@@ -110,7 +110,8 @@ def test_a_transition_by_time_is_an_event_that_its_state_sends_itself(millisecon
     send = element(text, ".//state[@id='a']/onentry/send")
     transition = element(text, ".//state[@id='a']/transition")
     assert send.get("delay") == delay
-    assert transition.attrib == {"event": send.get("event"), "cond": "x < 1", "target": "b"}
+    own = "{urn:visualhfsm:document}transition"
+    assert transition.attrib == {"event": send.get("event"), "cond": "x < 1", "target": "b", own: "1.1"}
     assert element(text, ".//state[@id='a']/onexit/cancel").get("sendid") == send.get("id")
 
 
@@ -218,10 +219,33 @@ def test_what_scxml_says_counts_when_it_was_changed() -> None:
     assert changed('delay="500ms"', 'delay="2s"', timed).automata[0].transitions[0].trigger.text == "2000"
 
 
+def test_what_scxml_cannot_say_stays_when_another_program_changes_the_rest() -> None:
+    inside = (
+        "<!-- first --><state id='7' initial='true'><posx>5</posx><name>a</name><code>go()</code><entry>x = 1</entry></state>"
+        "<transition id='3'><origin>7</origin><destiny>9</destiny><name>nowhere</name></transition>"
+        "<functions>def go(): pass</functions><other>kept</other>"
+    )
+    native = f"<VisualHFSM><SubAutomata id='4' idFather='0'>{inside}</SubAutomata></VisualHFSM>"
+    assert changed("<script>x = 1", "<script>x = 2", native) == parse(native.replace("x = 1", "x = 2"))
+
+
+def test_a_part_that_was_deleted_is_gone() -> None:
+    document = changed('<transition event="tired" target="break" hfsm:transition="1.1"/>', "")
+    assert [each.id for each in document.automata[0].transitions] == [2, 3]
+
+
+def test_a_native_document_that_was_broken_is_an_error() -> None:
+    text, _ = export(parse(TURNS))
+    document, diagnostics = import_(text.replace("<VisualHFSM>", "<VisualHFSM><", 1))
+    assert document is None
+    assert [found.code for found in diagnostics.errors] == ["E561"]
+    assert "line 3" in diagnostics.render()
+
+
 def test_a_state_and_a_transition_that_were_added_are_carried() -> None:
     document = changed(
-        '<state id="test">',
-        '<state id="rest"><transition event="tired" target="write"/></state><state id="test">',
+        '<state id="test" ',
+        '<state id="rest"><transition event="tired" target="write"/></state><state id="test" ',
     )
     automaton = document.automata[1]
     assert [(state.id, state.name) for state in automaton.states] == [(1, "write"), (3, "rest"), (2, "test")]
@@ -234,7 +258,7 @@ def test_an_order_that_was_changed_is_kept_by_priorities() -> None:
         for number in (1, 2)
     )
     text, _ = export(parse(one_automaton(transitions)))
-    first, second = re.findall(r"    <hfsm:native-transition.*?<transition[^>]*/>\n", text, re.DOTALL)
+    first, second = re.findall(r"    <transition event=[^>]*/>\n", text)
     document, _ = import_(text.replace(first + second, second + first))
     assert document is not None
     assert [each.trigger.text for each in document.automata[0].outgoing(1)] == ["e2", "e1"]
@@ -388,6 +412,14 @@ FOREIGN = {
         ["1/0: *a<2", "2/1: *x<3(restart)", "3/2: *y"],
         ["W562", "W562"],
     ),
+    "a state that begins with its own history": (
+        (
+            '<state id="a"><initial><transition target="h"/></initial><history id="h" type="deep">'
+            '<transition target="y"/></history><state id="x"/><state id="y"/></state>'
+        ),
+        ["1/0: *a<2", "2/1: x *y"],
+        [],
+    ),
     "a transition of a final state": (
         '<final id="a"><transition event="e" target="a"/></final>',
         ["1/0: *a!"],
@@ -452,6 +484,14 @@ def test_a_document_with_code_of_another_language_says_so() -> None:
     )
     assert python is not None
     assert (python.language.text, list(diagnostics)) == ("", [])
+
+
+@pytest.mark.parametrize("name", ["In('b')", "_event.data", "_sessionid"])
+def test_names_that_only_interpreters_of_scxml_have_are_reported(name: str) -> None:
+    inside = f'<state id="a"><transition event="e" cond="{name}" target="b"/></state><state id="b"/>'
+    _, diagnostics = import_(scxml(inside, ' datamodel="python"'))
+    assert [found.code for found in diagnostics] == ["W561"]
+    assert name.partition("(")[0].partition(".")[0] in diagnostics.render()
 
 
 def test_data_becomes_variables_and_their_use_elsewhere_is_told() -> None:
@@ -519,12 +559,13 @@ def test_variables_are_data_unless_a_name_is_taken() -> None:
     )
     text, _ = export(document)
     assert re.findall(r'<data id="(\w+)" expr="(.*?)"', text) == [("x", "1")]
-    assert "<hfsm:variables>x = 2</hfsm:variables>" in text
+    assert "<variables>x = 2</variables>" in text
+    assert import_(text)[0] == document
 
 
 def test_a_state_that_was_copied_gets_an_id_of_its_own() -> None:
     text, _ = export(parse(TURNS))
-    (state,) = re.findall(r'      <state id="test">.*?</state>\n'.replace("      ", "    "), text, re.DOTALL)
+    (state,) = re.findall(r'    <state id="test" .*?</state>\n', text, re.DOTALL)
     document, diagnostics = import_(text.replace(state, state + state.replace('"test"', '"check"')))
     assert document is not None, diagnostics.render()
     assert [(each.id, each.name) for each in document.automata[1].states] == [

@@ -1,13 +1,8 @@
 """Exchange documents with other programs as SCXML (W3C Recommendation of 1 September 2015).
 
-`writer` writes a document: `placement` finds the place of each part, `naming` its id, `said` knows what of it
-SCXML says, `own_elements` keeps what it has no word for, `remarks` tells of that.
-
-`reader` reads one: `qualified` knows whose word an element is, `chart` finds the states and automata,
-`timers` and `code` see what they do, `routes` joins them by transitions, `entries` finds where they begin,
-and `assembly` makes a native document of it, with the ids of `numbering`; `problems` are what it tells.
-
-`vocabulary` and `data` serve both.
+`writer` writes a document. `reader` reads one: it finds the states and joins them by transitions; `content`
+translates their code. Where the file was written here, `changes` applies what another program has changed to
+the native document in it. `vocabulary` has the words that all share.
 """
 
 from __future__ import annotations

@@ -1,30 +1,38 @@
 """Read SCXML into the model of a document.
 
-A file that was written here gives the document that it was. Of any other what can be said here is carried,
-and the rest is told.
+A file that was written here gives the document that it was, with what another program has changed. Of any
+other file what can be said here is carried, and the rest is reported.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from itertools import count
 from pathlib import Path
 from typing import Final
 
 from codegen.diagnostics import Diagnostics
 
-from ..document import Automaton, Comment, Document, State, Text, Transition
-from ..formats.dialects.native import NativeReader
+from ..document import (
+    NO_CHILD,
+    Automaton,
+    Comment,
+    Document,
+    Event,
+    Parameter,
+    State,
+    Text,
+    Transition,
+)
+from ..formats.reader import parse_document
 from ..formats.xml_tree import XmlElement, parse_xml, read_bytes
-from .assembly import Assembly
-from .chart import Chart, ChartAutomaton
-from .code import CodeReader
-from .problems import Problems
-from .qualified import QualifiedTree, local_name
-from .routes import Routes
-from .timers import Timers
-from .vocabulary import SCXML_NAMESPACE
+from .changes import REF, apply_changes
+from .chart import STATES, Chart, ChartAutomaton, ChartState
+from .content import OTHER, CodeReader, Findings, everywhere, inside, resolve_namespaces
+from .vocabulary import OWN_PREFIX, SCXML_NAMESPACE, is_name
+from .writer import scxml_text
 
 __all__ = ["is_scxml", "parse_scxml", "read_scxml"]
 
@@ -33,14 +41,18 @@ _START: Final = re.compile(
     rb"\A(?:\xef\xbb\xbf)?(?:\s|<\?.*?\?>|<!--.*?-->)*<(?:[\w.-]+:)?scxml[\s/>]", re.DOTALL
 )
 _STATE_PARTS: Final = frozenset(
-    ("onentry", "onexit", "transition", "initial", "state", "parallel", "final", "history", "datamodel")
+    (*STATES, "onentry", "onexit", "transition", "initial", "history", "datamodel")
 )
 _PARTS: Final = {
-    _ROOT: frozenset(("state", "parallel", "final", "datamodel", "script", "initial")),
+    _ROOT: frozenset((*STATES, "datamodel", "script", "initial")),
     "state": _STATE_PARTS,
     "parallel": _STATE_PARTS,
     "final": frozenset(("onentry", "onexit", "transition")),
 }
+_COLUMNS: Final = 4
+_ORIGIN: Final = (120.0, 160.0)
+_STEP: Final = (300.0, 200.0)
+"""Where states are put on the canvas, in pixels."""
 
 
 def is_scxml(head: bytes) -> bool:
@@ -61,107 +73,240 @@ def parse_scxml(
     content: bytes | str, path: Path, diagnostics: Diagnostics, remarks: Diagnostics | None = None
 ) -> Document | None:
     """Return the document in SCXML, or None after errors were reported; `path` is for the messages."""
-    if isinstance(content, str):
-        content = content.encode()
-    parsed = parse_xml(content, path, diagnostics)
+    parsed = parse_xml(content.encode() if isinstance(content, str) else content, path, diagnostics)
     if parsed is None:
         return None
     root, comments = parsed
-    problems = Problems(path, diagnostics)
-    tree = QualifiedTree(root)
-    if tree.scxml(root) != _ROOT:
-        message = f"`{root.tag[:60]}` is not the root of SCXML: it is `{_ROOT}`, of {SCXML_NAMESPACE}"
-        problems.invalid(root, message)
+    findings = Findings(path, diagnostics)
+    has_own = resolve_namespaces(root)
+    if root.tag != _ROOT:
+        name = root.tag.removeprefix(OTHER)[:60]
+        findings.invalid(root, f"`{name}` is not the root of SCXML: it is `{_ROOT}`, of {SCXML_NAMESPACE}")
         return None
-    document = _ScxmlReader(root, tree, problems).document(NativeReader(path, diagnostics, remarks))
-    if document is None:
+    native = _native(root, path, findings, remarks)
+    found = _ChartReader(root, native, findings, has_own=has_own).document()
+    if found is None or findings.failed:
         return None
-    return replace(document, comments=tuple(Comment(text) for text in comments))
+    if native is None:
+        return replace(found, comments=tuple(map(Comment, comments)))
+    written = parse_xml(scxml_text(native).encode(), path, Diagnostics())
+    assert written is not None, "what was written can be read"
+    resolve_namespaces(written[0])
+    chart = _ChartReader(written[0], native, Findings(path, Diagnostics()), has_own=True).document()
+    assert chart is not None, "what was written is valid"
+    return apply_changes(native, chart, found)
 
 
-class _ScxmlReader:
-    def __init__(self, root: XmlElement, tree: QualifiedTree, problems: Problems) -> None:
-        self._tree = tree
-        self._problems = problems
-        self._chart = Chart(root, tree, problems)
-        self._code = CodeReader(root.attributes.get("datamodel", ""), tree, problems)
+def _native(root: XmlElement, path: Path, findings: Findings, remarks: Diagnostics | None) -> Document | None:
+    """Return the native document in a file that was written here, else None."""
+    element = next(inside(root, f"{OWN_PREFIX}:document"), None)
+    if element is None:
+        return None
+    found = Diagnostics()
+    # Empty lines before it give its parts their lines in the file.
+    native = parse_document("\n" * (element.text_line - 1) + element.text, path, found, remarks)
+    if native is None:
+        first = found.errors[0]
+        line = f"line {first.location.line}: " if first.location.line else ""
+        findings.invalid(element, f"the document inside cannot be read: {line}{first.message}")
+    return native
+
+
+class _ChartReader:
+    """Makes a document of the chart in a file; of a `native` document in it only the ids are used."""
+
+    def __init__(
+        self, root: XmlElement, native: Document | None, findings: Findings, *, has_own: bool
+    ) -> None:
         self._root = root
+        self._native = native.automata if native is not None else ()
+        self._has_native = native is not None
+        self._findings = findings
+        keeps_all = native is not None and not native.language.is_blank
+        datamodel = root.attributes.get("datamodel", "")
+        self._code = CodeReader(datamodel, findings, has_own=has_own, keeps_all=keeps_all)
+        self._chart = Chart(root, self._code, findings, uses_refs=self._has_native)
+        self._data: list[tuple[str, XmlElement, ChartAutomaton]] = []
 
-    def document(self, native: NativeReader) -> Document | None:
-        """Return the document, or None when it could not be made; `native` reads what it is made of."""
-        if self._says_its_language():
-            self._code.keep()
-        timers = Timers(self._chart, self._problems)
-        routes = Routes(self._chart, self._code, timers, self._problems)
-        routes.trace()
-        assembly = Assembly(self._chart, self._code, timers, self._problems)
-        self._tell_of_rest()
+    def document(self) -> Document | None:
+        """Return the document, or None after errors were reported."""
+        self._number()
+        self._report_rest()
+        element = self._root
+        automata = tuple(self._automaton(each) for each in self._chart.automata)
         sent = {
-            self._code.event(element.attributes.get("event", ""))
-            for element in self._tree.everywhere(self._root, "raise", "send")
+            self._code.event(each.attributes.get("event", ""))
+            for each in everywhere(element, "raise", "send")
         }
-        events = dict.fromkeys(name for name in routes.events if name not in sent)
-        document = native.document(assembly.document(list(events)))
-        if native.failed or self._problems.failed:
-            return None
-        native.tell_remarks()
-        document = replace(document, automata=tuple(map(self._in_order, document.automata)))
-        if not self._tree.has_own:
-            self._check_scopes(document, assembly)
-        return document
-
-    def _says_its_language(self) -> bool:
-        own = self._tree.own_inside(self._root, "VisualHFSM") or self._tree.own_inside(
-            self._root, "VisualStates"
+        events = [name for name in dict.fromkeys(self._chart.events) if name not in sent]
+        document = Document(
+            description=Text(element.attributes.get("name", ""), element.line, element.column),
+            language=Text(self._code.language, element.line, element.column),
+            parameters=tuple(self._parameters()),
+            events=tuple(Event(name=name) for name in events),
+            automata=automata,
         )
-        return own is not None and any(
-            self._tree.own(child) == "language" and child.text.strip() for child in own.elements()
+        if not self._has_native:
+            self._check_scopes(document)
+        return None if self._findings.failed else document
+
+    def _number(self) -> None:
+        """Give automata and states their ids, those of the native document where they refer to it."""
+        known = {str(place): each.id for place, each in enumerate(self._native, 1)}
+        _give_numbers(self._chart.automata, known)
+        for automaton in self._chart.automata:
+            ids = {
+                f"{place}.{number}": state.id
+                for place, each in enumerate(self._native, 1)
+                if str(place) == automaton.ref
+                for number, state in enumerate(each.states, 1)
+            }
+            _give_numbers(automaton.states, ids)
+
+    def _automaton(self, automaton: ChartAutomaton) -> Automaton:
+        element = automaton.element
+        states = tuple(self._state(each, place) for place, each in enumerate(automaton.states))
+        father = automaton.owner.automaton.number if automaton.owner is not None else NO_CHILD
+        return Automaton(
+            id=automaton.number,
+            father=father,
+            states=states,
+            transitions=tuple(self._transitions(automaton, states)),
+            variables=self._variables(automaton),
+            comments=automaton.comments,
+            attributes=_attributes(automaton.ref),
+            line=element.line,
+            column=element.column,
         )
 
-    def _in_order(self, automaton: Automaton) -> Automaton:
-        """Return an automaton whose transitions are tried in the order of SCXML."""
-        chart = next((each for each in self._chart.automata if each.number == automaton.id), None)
-        if chart is None or automaton.father != _father(chart):
-            return automaton
-        changed: dict[int, Transition] = {}
-        places = {id(each): place for place, each in enumerate(automaton.transitions)}
-        for state in chart.states:
-            wanted = [int(edge.native.attributes["id"]) for edge in state.edges if edge.native is not None]
-            outgoing = automaton.outgoing(state.number)
-            found = [each.id for each in outgoing if each.id in wanted]
-            if found != wanted and len(set(wanted)) == len(wanted):
-                by_id = {each.id: each for each in outgoing}
-                for priority, number in enumerate(wanted, 1):
-                    each = by_id[number]
-                    changed[places[id(each)]] = replace(each, priority=Text(str(priority)))
-        return replace(
-            automaton,
-            transitions=tuple(changed.get(place, each) for place, each in enumerate(automaton.transitions)),
+    def _state(self, state: ChartState, place: int) -> State:
+        element = state.element
+        waits = element.tag == "transition"  # it was added here
+        is_parallel = element.tag == "parallel"
+        has_inside = is_parallel or any(each.states for each in state.automata)
+        return State(
+            id=state.number,
+            name=state.name,
+            initial=state is state.automaton.first,
+            final=state.is_final,
+            x=_ORIGIN[0] + _STEP[0] * (place % _COLUMNS),
+            y=_ORIGIN[1] + _STEP[1] * (place // _COLUMNS),
+            children=tuple(each.number for each in state.automata),
+            history=Text("restart" if has_inside and state.history is None else ""),
+            entry=Text()
+            if waits
+            else self._code.code(list(inside(element, "onentry")), self._chart.timer_elements),
+            exit=Text()
+            if waits
+            else self._code.code(list(inside(element, "onexit")), self._chart.timer_elements),
+            comments=state.comments,
+            attributes=_attributes(state.ref),
+            line=element.line,
+            column=element.column,
         )
 
-    def _tell_of_rest(self) -> None:
-        """Tell of elements that nothing here is made of."""
+    def _transitions(self, automaton: ChartAutomaton, states: Sequence[State]) -> Iterator[Transition]:
+        known = {
+            f"{place}.{number}": each.id
+            for place, original in enumerate(self._native, 1)
+            if str(place) == automaton.ref
+            for number, each in enumerate(original.transitions, 1)
+        }
+        used: set[int] = set()
+        free = (number for number in count(1) if number not in known.values() and number not in used)
+        places = dict(zip(automaton.states, states, strict=True))
+        for state in automaton.states:
+            for edge in state.edges:
+                number = known.get(edge.ref)
+                if number is None or number in used:
+                    number = next(free)
+                used.add(number)
+                element, ends = edge.source, (places[state], places[edge.destination])
+                yield Transition(
+                    id=number,
+                    x=(ends[0].x + ends[1].x) / 2,
+                    y=(ends[0].y + ends[1].y) / 2,
+                    origin=state.number,
+                    destination=edge.destination.number,
+                    type=edge.type,
+                    trigger=Text(edge.trigger, element.line, element.column),
+                    guard=Text(edge.guard, element.line, element.column),
+                    code=edge.code,
+                    comments=edge.comments,
+                    attributes=_attributes(edge.ref),
+                    line=element.line,
+                    column=element.column,
+                )
+
+    def _variables(self, automaton: ChartAutomaton) -> Text:
+        """Return the data of an automaton as variables."""
+        holders = [] if automaton.is_region else [automaton.element]
+        inner = {each.element for state in automaton.states for each in state.automata}
+        holders += [state.element for state in automaton.states if state.element not in inner]
+        lines: list[str] = []
+        first: XmlElement | None = None
+        for holder in holders:
+            for datamodel in inside(holder, "datamodel"):
+                for data in inside(datamodel, "data"):
+                    if f"{OWN_PREFIX}:type" in data.attributes and automaton.owner is None:
+                        continue  # a parameter
+                    name = data.attributes.get("id", "")
+                    if not is_name(name) or "src" in data.attributes:
+                        self._findings.lost(data, f"the data `{name[:60]}` is no variable of Python")
+                        continue
+                    text = data.attributes.get("expr", data.text)
+                    value = self._code.expression(data, text) if text.strip() else "None"
+                    self._data.append((name, data, automaton))
+                    lines.append(f"{name} = {value}")
+                    first = first or data
+        for script in inside(automaton.element, "script") if automaton.owner is None else ():
+            lines += self._code.script(script)
+            first = first or script
+        return Text("\n".join(lines), first.line, first.column) if first is not None else Text()
+
+    def _parameters(self) -> Iterator[Parameter]:
+        for datamodel in inside(self._root, "datamodel"):
+            for data in inside(datamodel, "data"):
+                type_name = data.attributes.get(f"{OWN_PREFIX}:type")
+                if type_name is not None:
+                    yield Parameter(
+                        name=data.attributes.get("id", ""),
+                        type=Text(type_name, data.line, data.column),
+                        default=Text(data.attributes.get("expr", ""), data.line, data.column),
+                        description=Text(data.attributes.get(f"{OWN_PREFIX}:description", "")),
+                        line=data.line,
+                        column=data.column,
+                    )
+
+    # What is reported.
+
+    def _report_rest(self) -> None:
+        """Report elements of which nothing here is made."""
         others: set[str] = set()
         elements = [self._root]
         while elements:
             element = elements.pop()
-            known = _PARTS.get(self._tree.scxml(element))
+            known = _PARTS.get(element.tag)
             for child in element.elements():
-                name = self._tree.scxml(child)
-                if self._tree.is_other(child):
-                    if local_name(child.tag) not in others:
-                        message = f"`{child.tag[:60]}` belongs to another program and is not carried"
-                        self._problems.of_others(child, message)
-                    others.add(local_name(child.tag))
-                elif name and known is not None and name not in known:
-                    self._problems.lost(child, f"`{name[:60]}` is not carried: there is nothing like it here")
-                elif name:
+                name = child.tag.removeprefix(OTHER)
+                local = name.rpartition(":")[2]
+                if child.tag.startswith(OTHER):
+                    if local not in others:
+                        message = f"`{name[:60]}` belongs to another program and is not carried"
+                        self._findings.note("N562", child, message)
+                    others.add(local)
+                elif child.tag.startswith(f"{OWN_PREFIX}:"):
+                    continue
+                elif known is not None and name not in known:
+                    message = f"`{name[:60]}` is not carried: there is nothing like it here"
+                    self._findings.lost(child, message)
+                else:
                     elements.append(child)
 
-    def _check_scopes(self, document: Document, assembly: Assembly) -> None:
-        """Tell of data that code elsewhere uses: here a variable belongs to one automaton."""
+    def _check_scopes(self, document: Document) -> None:
+        """Report data that code elsewhere uses: here a variable belongs to one automaton."""
         texts = {automaton.id: "\n".join(_code_of(automaton)) for automaton in document.automata}
-        for name, data, automaton in assembly.data:
+        for name, data, automaton in self._data:
             word = re.compile(rf"\b{re.escape(name)}\b")
             users = [
                 other for other, text in texts.items() if other != automaton.number and word.search(text)
@@ -171,21 +316,27 @@ class _ScxmlReader:
                     f"`{name[:60]}` is a variable of automaton {automaton.number} alone here, and code of "
                     f"automaton {users[0]} uses it: let it be `self.{name[:60]}`"
                 )
-                self._problems.approximate(data, message)
+                self._findings.approximate(data, message)
 
 
-def _father(chart: ChartAutomaton) -> int:
-    return chart.owner.automaton.number if chart.owner is not None else 0
+def _give_numbers(items: Sequence[ChartAutomaton] | Sequence[ChartState], known: Mapping[str, int]) -> None:
+    """Give all a number: the one that is known of their reference, but none twice."""
+    used: set[int] = set()
+    free = (number for number in count(1) if number not in known.values() and number not in used)
+    for item in items:
+        number = known.get(item.ref)
+        item.number = next(free) if number is None or number in used else number
+        used.add(item.number)
 
 
-def _code_of(automaton: Automaton) -> Iterable[str]:
+def _attributes(ref: str) -> tuple[tuple[str, str], ...]:
+    return ((REF, ref),) if ref else ()
+
+
+def _code_of(automaton: Automaton) -> Iterator[str]:
     for state in automaton.states:
-        yield from _texts(state, "entry", "code", "exit")
+        yield from (state.entry.text, state.exit.text)
     for transition in automaton.transitions:
-        yield from _texts(transition, "guard", "code")
+        yield from (transition.guard.text, transition.code.text)
         if transition.type == "condition":
             yield transition.trigger.text
-
-
-def _texts(node: State | Transition, *names: str) -> Iterable[str]:
-    return (getattr(node, name).text for name in names)

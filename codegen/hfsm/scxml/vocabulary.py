@@ -1,28 +1,28 @@
-"""The words that the writer and the reader of SCXML share: namespaces, names, times."""
+"""The words that the writer and the reader of SCXML share: namespaces, names, times, data."""
 
 from __future__ import annotations
 
+import ast
+import keyword
 import re
+import warnings
 from decimal import Decimal
 from typing import Final
 
+from ..code.trees import parse_python
 from ..formats.xml_text import is_writable
 
 __all__ = [
-    "INDEX",
     "NEVER",
     "OWN_NAMESPACE",
     "OWN_PREFIX",
     "SCXML_NAMESPACE",
     "decode_event",
-    "decode_name",
-    "decode_tag",
     "delay_text",
     "encode_event",
-    "encode_name",
-    "encode_tag",
+    "expression_of",
     "identifier",
-    "is_first_words",
+    "is_name",
     "milliseconds_text",
 ]
 
@@ -30,25 +30,13 @@ SCXML_NAMESPACE: Final = "http://www.w3.org/2005/07/scxml"
 """The namespace of the W3C's recommendation."""
 
 OWN_NAMESPACE: Final = "urn:visualhfsm:document"
-"""The namespace of what SCXML has no word for: elements of the native format, by their own names."""
+"""The namespace of the native document in a file that was written here, and of what refers to it."""
 
 OWN_PREFIX: Final = "hfsm"
 """The prefix of that namespace in written files."""
 
-INDEX: Final = "index"
-"""The attribute of ours that says at which place of the native document an element stands."""
-
 NEVER: Final = "False"
-"""The condition that stands in SCXML for one that it cannot say."""
-
-_NATIVE: Final = "native-"
-_WORDS: Final = frozenset(
-    (
-        *("scxml", "state", "parallel", "transition", "initial", "final", "onentry", "onexit", "history"),
-        *("raise", "if", "elseif", "else", "foreach", "log", "datamodel", "data", "assign", "donedata"),
-        *("content", "param", "script", "send", "cancel", "invoke", "finalize"),
-    )
-)
+"""The condition in SCXML of a transition whose own condition SCXML cannot hold."""
 
 _START: Final = (
     "A-Z_a-z\u00c0-\u00d6\u00d8-\u00f6\u00f8-\u02ff\u0370-\u037d\u037f-\u1fff\u200c\u200d\u2070-\u218f"
@@ -57,9 +45,7 @@ _START: Final = (
 _NOT_IN_IDENTIFIERS: Final = re.compile(f"[^{_START}0-9\u00b7-]+")
 _NOT_AT_START: Final = re.compile(f"[^{_START}]")
 _NOT_IN_EVENTS: Final = re.compile(rf"[^{_START}0-9.-]|\A\.|\.\Z|(?<=\.)\.|_(?=x[0-9A-F]{{4,6}}_)")
-_NOT_IN_TAGS: Final = re.compile(r":|_(?=x[0-9A-F]{4,6}_)|\Axmlns\Z")
 _ENCODED: Final = re.compile(r"_x([0-9A-F]{4,6})_")
-_ENCODED_IN_TAGS: Final = re.compile(r"_x(003A|005F|0078)_")
 _RESERVED: Final = re.compile(r"(?=(?:done|error|timeout)(?:\.|\Z))[det]")
 _TIME: Final = re.compile(r"(\d{0,12}(?:\.\d{1,9})?)(ms|s|m|h|d)?")
 _NUMBER: Final = re.compile(r"\d{1,12}(?:\.\d{1,9})?")
@@ -67,53 +53,24 @@ _MILLISECONDS: Final = {"ms": 1, "s": 1000, "m": 60_000, "h": 3_600_000, "d": 86
 
 
 def identifier(text: str, default: str) -> str:
-    """Return an id that reminds of a text; it has no full stop, so that no event matches another's."""
+    """Return an id made from a text; it has no full stop, so that no event matches another's."""
     found = _NOT_IN_IDENTIFIERS.sub("_", text.strip()).strip("_") if text.strip() else default
     found = found or default
     return f"_{found}" if _NOT_AT_START.match(found) else found
 
 
-def encode_name(name: str) -> str:
-    """Return the local name that stands for the name of an attribute: `a:b` is `a_x003A_b`."""
-    return _NOT_IN_TAGS.sub(_encoded_first, name)
-
-
-def encode_tag(tag: str) -> str:
-    """Return the local name that stands for the name of an element.
-
-    A word of SCXML gets `native-` before it, for programs that do not look at namespaces.
-    """
-    encoded = encode_name(tag)
-    return _NATIVE + encoded if _is_word(encoded) else encoded
-
-
 def encode_event(name: str, *, dots: bool = False) -> str:
     """Return the name of an event as SCXML allows it: a blank is `_x0020_`.
 
-    With `dots` full stops are encoded, too. What SCXML means by `done` and `error` no event is called.
+    With `dots` full stops are encoded, too. No event gets a name that SCXML reserves, as `done` and `error`.
     """
     encoded = _RESERVED.sub(_encoded_first, _NOT_IN_EVENTS.sub(_encoded_first, name), count=1)
     return encoded.replace(".", "_x002E_") if dots else encoded
 
 
-def decode_name(name: str) -> str:
-    """Return the name of an attribute that was encoded."""
-    return _ENCODED_IN_TAGS.sub(lambda match: chr(int(match[1], 16)), name)
-
-
-def decode_tag(tag: str) -> str:
-    """Return the name of an element that was encoded."""
-    return decode_name(tag.removeprefix(_NATIVE) if _is_word(tag) else tag)
-
-
 def decode_event(name: str) -> str:
     """Return the name of an event that was encoded."""
     return _ENCODED.sub(_decoded, name)
-
-
-def is_first_words(name: str, other: str) -> bool:
-    """Return whether one name of an event is the first words of another, which it then matches."""
-    return other.startswith(f"{name}.")
 
 
 def delay_text(milliseconds: str) -> str | None:
@@ -135,10 +92,19 @@ def milliseconds_text(delay: str) -> tuple[str, bool] | None:
     return _plain(Decimal(match[1]) * _MILLISECONDS[match[2] or "ms"]), match[2] is not None
 
 
-def _is_word(name: str) -> bool:
-    while name.startswith(_NATIVE):
-        name = name.removeprefix(_NATIVE)
-    return name in _WORDS
+def is_name(text: str) -> bool:
+    """Return whether a text can be the name of a variable and an id of SCXML."""
+    return text.isascii() and text.isidentifier() and not keyword.iskeyword(text)
+
+
+def expression_of(code: str) -> ast.Expression | None:
+    """Return the tree of an expression of Python, or None when the text is none."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            return parse_python(code.strip(), mode="eval")
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        return None
 
 
 def _plain(number: Decimal) -> str:

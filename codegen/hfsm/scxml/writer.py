@@ -1,127 +1,246 @@
 """Write a document as SCXML, the W3C's language of state charts.
 
-What SCXML says it says in its own words; all else stands in elements of the native format, in a namespace of
-our own, so that the reader gets the same document back.
+What SCXML can say stands there in its own words. In front of it the whole native document stands in an
+element of our namespace. Each state, transition and automaton refers to its counterpart there, so that the
+reader returns the same document.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
 from codegen.diagnostics import Diagnostics, Location
 
 from ..code.pieces import is_foreign
-from ..document import Comment, Document, Text
+from ..document import NO_CHILD, Automaton, Comment, Document, Node, Parameter, State, Text, Transition
 from ..formats.writer import write_document
 from ..formats.xml_text import INDENT, attributes_text, escaped
-from ..formats.xml_tree import XmlComment, XmlElement, parse_xml
-from .data import assignments, is_expression, plain_parameters
-from .naming import Names, Timer, native_order
-from .own_elements import own_lines, with_comments
-from .placement import PlacedAutomaton, PlacedState, PlacedTransition, Placement, place
-from .remarks import tell
-from .said import said_of_automaton, said_of_state, said_of_transition
 from .vocabulary import (
     NEVER,
     OWN_NAMESPACE,
     OWN_PREFIX,
     SCXML_NAMESPACE,
+    delay_text,
+    encode_event,
+    expression_of,
     identifier,
+    is_name,
 )
 
-__all__ = ["write_scxml"]
+__all__ = ["scxml_text", "write_scxml"]
 
-_PYTHON: Final = "python"
+_MAX_DEPTH: Final = 24
+"""Levels of automata in a file, each of up to two elements, of which the reader takes 64."""
+
 _DATAMODELS: Final = {"c++": "cplusplus"}
+_ASSIGNMENT: Final = re.compile(r"([A-Za-z_][A-Za-z_0-9]*) = (\S.*)")
 _Attributes = Sequence[tuple[str, str]]
 
 
-def write_scxml(document: Document, path: Path, diagnostics: Diagnostics) -> str:
-    """Return a document as SCXML, and tell what other programs do not see of it.
+@dataclass(slots=True, eq=False)
+class _State:
+    """A state with its place in SCXML; `ref` is its place in the document."""
 
-    `path` is where the document lies. Worth nothing after errors were reported. Raises
-    DocumentNotWritableError.
+    state: State
+    ref: str
+    id: str
+    transitions: list[tuple[str, Transition]] = field(default_factory=list)
+    automata: list[_Automaton] = field(default_factory=list)
+    history: str = ""
+    """The id of its history, blank where what is inside restarts."""
+
+
+@dataclass(slots=True, eq=False)
+class _Automaton:
+    automaton: Automaton
+    ref: str
+    id: str = ""
+    states: dict[int, _State] = field(default_factory=dict)
+    """The states by their places in the automaton."""
+
+    @property
+    def first(self) -> _State | None:
+        """The state in which it begins."""
+        states = self.states.values()
+        return next((each for each in states if each.state.initial), next(iter(states), None))
+
+    def state(self, id: int) -> _State:
+        """Return the first state with this id."""
+        return next(each for each in self.states.values() if each.state.id == id)
+
+
+def write_scxml(document: Document, path: Path, diagnostics: Diagnostics) -> str:
+    """Return a document as SCXML, and report what other programs do not see of it.
+
+    `path` is where the document lies. Raises DocumentNotWritableError.
     """
-    scratch = Diagnostics()
-    tree = parse_xml(write_document(document).encode(), path, scratch)
-    text = ""
-    if tree is not None:
-        placement = place(document, tree[0])
-        text = _ScxmlWriter(document, tree[0], placement).text()
-        tell(document, placement, path, diagnostics)
-        parse_xml(text.encode(), path, scratch)
-    for found in scratch.errors:
-        message = f"what would be written could not be read back: {found.message}"
-        diagnostics.error("E560", message, Location(path))
+    writer = _Writer(document)
+    text = writer.text()
+    first_lines: dict[str, int] = {}
+    for kind, line in _unsaid(document):
+        first_lines.setdefault(kind, line)
+    for kind, line in first_lines.items():
+        message = f"SCXML has no word for {kind}: it is kept, and other programs do not see it"
+        diagnostics.note("N560", message, Location(path, line))
+    for node, name, reason in writer.misfits:
+        message = f"{name} has no place in SCXML, and other programs do not see it: {reason}"
+        diagnostics.warning("W560", message, Location(path, node.line, max(1, node.column)))
+    if writer.root is None or not writer.root.states:
+        message = "there is no state, of which SCXML wants one: other programs may refuse the file"
+        diagnostics.warning("W560", message, Location(path))
     return text
 
 
-class _ScxmlWriter:
-    def __init__(self, document: Document, native: XmlElement, placement: Placement) -> None:
+def scxml_text(document: Document) -> str:
+    """Return a document as SCXML. Raises DocumentNotWritableError."""
+    return _Writer(document).text()
+
+
+class _Writer:
+    def __init__(self, document: Document) -> None:
         self._document = document
-        self._native = native
-        self._placement = placement
+        self._is_python = not is_foreign(document)
         self._lines: list[str] = ['<?xml version="1.0" encoding="UTF-8"?>']
         self._depth = 0
-        self._is_python = not is_foreign(document)
-        self._names = Names(document, placement)
-        self._order = native_order(native, placement)
+        self._used: set[str] = set()
+        """The ids of the file."""
+        self.misfits: list[tuple[Node, str, str]] = []
+        """What has no place in SCXML, its name, and why."""
+        self._placed: list[_Automaton] = []
+        self.root: _Automaton | None = None
+        root = next((each for each in document.automata if each.father == NO_CHILD), None)
+        reasons: dict[int, str] = {}
+        if root is not None:
+            self.root = self._place(root, 1, reasons)
+        placed = {id(each.automaton) for each in self._placed}
+        for automaton in document.automata:
+            if id(automaton) not in placed:
+                reason = reasons.get(id(automaton), "no state with a place in SCXML owns it")
+                self.misfits.append((automaton, f"automaton {automaton.id}", reason))
+        self._name_parts()
+        self._events = self._encoded_events()
+
+    # Where the parts stand, and what they are called.
+
+    def _place(self, automaton: Automaton, depth: int, reasons: dict[int, str]) -> _Automaton:
+        index = next(place for place, each in enumerate(self._document.automata, 1) if each is automaton)
+        placed = _Automaton(automaton, str(index))
+        self._placed.append(placed)
+        refs = {}
+        for place, transition in enumerate(automaton.transitions, 1):
+            refs[id(transition)] = f"{index}.{place}"
+            reason = _why_no_place(automaton, transition)
+            if reason:
+                self.misfits.append((transition, f"transition {transition.id}", reason))
+                del refs[id(transition)]
+        outgoing = automaton.all_outgoing()
+        for place, state in enumerate(automaton.states, 1):
+            leaving = outgoing.pop(state.id, ())
+            found = [(refs[id(each)], each) for each in leaving if id(each) in refs]
+            placed.states[place] = _State(state, f"{index}.{place}", "", found)
+        for each in placed.states.values():
+            each.automata = list(self._place_inside(automaton, each.state, depth, reasons))
+        return placed
+
+    def _place_inside(
+        self, automaton: Automaton, state: State, depth: int, reasons: dict[int, str]
+    ) -> Iterator[_Automaton]:
+        for number in state.children:
+            child = self._document.automaton(number)
+            placed = [each.automaton for each in self._placed]
+            if child is None or any(each is child for each in placed) or child.father != automaton.id:
+                continue
+            if any(each.id == child.id for each in placed):
+                reasons[id(child)] = "another automaton has its id"
+            elif state.final:
+                reasons[id(child)] = "a final state has nothing inside it in SCXML"
+            elif depth >= _MAX_DEPTH:
+                reasons[id(child)] = f"it is more than {_MAX_DEPTH} levels deep"
+            else:
+                yield self._place(child, depth + 1, reasons)
+
+    def _name_parts(self) -> None:
+        for automaton in self._placed:
+            for state in automaton.states.values():
+                state.id = self._new_id(state.state.name)
+        for automaton in self._placed:
+            for state in automaton.states.values():
+                inside = state.automata
+                if len(inside) > 1:
+                    for region in inside:
+                        region.id = self._new_id(f"{state.id}_{region.automaton.id}")
+                has_states = len(inside) > 1 or any(each.states for each in inside)
+                if has_states and state.state.history.text.strip() != "restart":
+                    state.history = self._new_id(f"{state.id}_history")
+
+    def _new_id(self, text: str) -> str:
+        base = identifier(text, "state")
+        found, number = base, 1
+        while found in self._used:
+            number += 1
+            found = f"{base}_{number}"
+        self._used.add(found)
+        return found
+
+    def _encoded_events(self) -> dict[str, str]:
+        """Return the names of events in SCXML, where `ball` matches `ball.red`, too."""
+        transitions = [each for automaton in self._placed for each in automaton.automaton.transitions]
+        used = {each.trigger.text for each in transitions if each.type == "event"}
+        known = used | {event.name for event in self._document.events}
+        return {
+            name: encode_event(name, dots=any(name.startswith(f"{other}.") for other in known))
+            for name in used
+        }
+
+    # Elements.
 
     def text(self) -> str:
-        root = self._placement.root
+        """Return the file."""
         self._comments(self._document.comments)
-        namespaces = (("xmlns", SCXML_NAMESPACE), (f"xmlns:{OWN_PREFIX}", OWN_NAMESPACE))
-        attributes = [*namespaces, ("version", "1.0"), ("datamodel", self._datamodel())]
-        first = root.first if root is not None else None
-        if first is not None:
-            attributes.append(("initial", first.id))
+        language = self._document.language.text.strip().lower()
+        datamodel = "python" if self._is_python else _DATAMODELS.get(language) or identifier(language, "x")
+        attributes = [("xmlns", SCXML_NAMESPACE), (f"xmlns:{OWN_PREFIX}", OWN_NAMESPACE)]
+        attributes += [("version", "1.0"), ("datamodel", datamodel)]
+        if self.root is not None:
+            attributes += [*self._initial(self.root), (f"{OWN_PREFIX}:automaton", self.root.ref)]
         self._open("scxml", attributes)
-        parameters = plain_parameters(self._document, self._names.used)
-        self._names.used |= {parameter.name for parameter in parameters}
-        self._own_document(without_parameters=bool(parameters))
-        data = [
-            (
-                *(("id", parameter.name), ("expr", parameter.default.text)),
-                (f"{OWN_PREFIX}:type", parameter.type.text),
-                *((f"{OWN_PREFIX}:description", text.text) for text in (parameter.description,) if text.text),
-            )
-            for parameter in parameters
-        ]
-        if root is not None:
-            self._automaton(root, data)
+        # A CDATA section ends with its first `]]>`.
+        native = write_document(self._document).partition("\n")[2].replace("]]>", "]]]]><![CDATA[>")
+        self._lines.append(f"<{OWN_PREFIX}:document><![CDATA[{native}]]></{OWN_PREFIX}:document>")
+        data = [_parameter_data(each) for each in self._plain_parameters()]
+        if self.root is not None:
+            self._automaton(self.root, data)
         else:
             self._data(data)
         self._close("scxml")
         return "\n".join(self._lines) + "\n"
 
-    def _datamodel(self) -> str:
-        language = self._document.language.text.strip().lower()
-        return _PYTHON if self._is_python else _DATAMODELS.get(language) or identifier(language, "unknown")
+    def _plain_parameters(self) -> tuple[Parameter, ...]:
+        """Return the parameters when each has a name that can be an id, and a default value."""
+        parameters = self._document.parameters
+        names = {each.name for each in parameters}
+        if len(names) < len(parameters) or names & self._used:
+            return ()
+        if not all(is_name(each.name) and each.default.text for each in parameters):
+            return ()
+        self._used |= names
+        return parameters
 
-    def _own_document(self, *, without_parameters: bool) -> None:
-        lost = {each.native for each in self._placement.lost}
-        left_out: set[XmlElement | XmlComment] = set()
-        for comments, child in with_comments(self._native):
-            if child.tag == "SubAutomata" and child not in lost:
-                left_out |= {child, *comments}
-            elif child.tag == "parameters" and without_parameters:
-                left_out.add(child)
-        self._own(self._native, left_out)
-
-    def _automaton(self, placed: PlacedAutomaton, data: Sequence[_Attributes] = ()) -> None:
+    def _automaton(self, placed: _Automaton, data: Sequence[_Attributes] = ()) -> None:
         """Write what is inside the element that stands for an automaton."""
-        found = assignments(placed.automaton.variables, self._names.used) if self._is_python else ()
-        left_out = said_of_automaton(placed, variables=bool(found))
-        if not any(leaf.tag == "variables" for leaf in left_out if isinstance(leaf, XmlElement)):
+        found = _assignments(placed.automaton.variables) if self._is_python else ()
+        names = {name for name, _ in found}
+        if names & self._used:
             found = ()
-        self._names.used |= {name for name, _ in found}
-        self._comments(placed.comments)
-        self._own(placed.native, left_out)
+        else:
+            self._used |= names
         self._data([*data, *([("id", name), ("expr", value)] for name, value in found)])
-        for state in placed.states:
-            self._state(state)
+        for state in placed.states.values():
+            self._state(state, placed)
 
     def _data(self, data: Sequence[_Attributes]) -> None:
         if data:
@@ -130,82 +249,74 @@ class _ScxmlWriter:
                 self._empty("data", attributes)
             self._close("datamodel")
 
-    def _state(self, placed: PlacedState) -> None:
-        self._comments(placed.comments)
+    def _state(self, placed: _State, automaton: _Automaton) -> None:
         state = placed.state
+        self._comments(state.comments)
         regions = placed.automata if len(placed.automata) > 1 else []
         single = placed.automata[0] if len(placed.automata) == 1 else None
         tag = "final" if state.final else "parallel" if regions else "state"
-        self._open(tag, [("id", placed.id), *self._initial(single)])
-        self._own(placed.native, said_of_state(placed))
+        attributes = [("id", placed.id)]
+        if single is not None:
+            attributes += [*self._initial(single), (f"{OWN_PREFIX}:automaton", single.ref)]
+        self._open(tag, [*attributes, (f"{OWN_PREFIX}:state", placed.ref)])
         self._code("onentry", state.entry)
-        timers = self._names.timers(placed)
-        for timer in timers.values():
+        timers = {
+            ref: (self._new_id(f"{placed.id}_timer_{transition.id}"), delay)
+            for ref, transition in placed.transitions
+            if transition.type == "time" and (delay := delay_text(transition.trigger.text)) is not None
+        }
+        for timer, delay in timers.values():
             self._open("onentry")
-            self._empty("send", [("event", timer.event), ("id", timer.id), ("delay", timer.delay)])
+            self._empty("send", [("event", f"timeout.{timer}"), ("id", timer), ("delay", delay)])
             self._close("onentry")
         self._code("onexit", state.exit)
-        for timer in timers.values():
+        for timer, _ in timers.values():
             self._open("onexit")
-            self._empty("cancel", [("sendid", timer.id)])
+            self._empty("cancel", [("sendid", timer)])
             self._close("onexit")
-        for transition in placed.transitions:
-            self._transition(placed, transition, timers)
-        if placed in self._names.histories:
+        for ref, transition in placed.transitions:
+            event = {
+                "time": f"timeout.{timers[ref][0]}" if ref in timers else "",
+                "event": self._events.get(transition.trigger.text, ""),
+                "finished": f"done.state.{placed.id}",
+            }.get(transition.type, "")
+            self._transition(transition, ref, event, automaton.state(transition.destination))
+        if placed.history:
             self._history(placed)
         if single is not None:
             self._automaton(single)
         for region in regions:
-            self._open("state", [("id", region.id), *self._initial(region)])
+            self._comments(region.automaton.comments)
+            own = (f"{OWN_PREFIX}:automaton", region.ref)
+            self._open("state", [("id", region.id), *self._initial(region), own])
             self._automaton(region)
             self._close("state")
         self._close(tag)
 
-    def _initial(self, automaton: PlacedAutomaton | None) -> _Attributes:
-        """Return where an automaton that is not the root begins; with the history of that state, if any."""
-        first = automaton.first if automaton is not None else None
-        return () if first is None else [("initial", self._target(first))]
+    def _initial(self, automaton: _Automaton) -> _Attributes:
+        first = automaton.first
+        if first is None:
+            return ()
+        return [("initial", first.id if automaton is self.root else first.history or first.id)]
 
-    def _target(self, state: PlacedState) -> str:
-        return self._names.histories.get(state, state.id)
-
-    def _history(self, placed: PlacedState) -> None:
-        if len(placed.automata) > 1:
-            target = " ".join(region.id for region in placed.automata)
-        else:
-            first = placed.automata[0].first
-            assert first is not None, "a state that resumes has something inside"
-            target = first.id
-        self._open("history", [("id", self._names.histories[placed]), ("type", "deep")])
+    def _history(self, placed: _State) -> None:
+        inside = placed.automata
+        first = inside[0].first
+        target = first.id if len(inside) == 1 and first is not None else " ".join(each.id for each in inside)
+        self._open("history", [("id", placed.history), ("type", "deep")])
         self._empty("transition", [("target", target)])
         self._close("history")
 
-    def _transition(
-        self,
-        origin: PlacedState,
-        placed: PlacedTransition,
-        timers: dict[PlacedTransition, Timer],
-    ) -> None:
-        transition = placed.transition
-        condition = transition.guard
-        attributes: list[tuple[str, str]] = []
-        match transition.type:
-            case "time":
-                attributes.append(("event", timers[placed].event))
-            case "event":
-                attributes.append(("event", self._names.events[transition.trigger.text]))
-            case "finished":
-                attributes.append(("event", f"done.state.{origin.id}"))
-            case _:
-                condition = transition.trigger
-                if not self._can_be_condition(condition):
-                    condition = Text(NEVER if self._is_python else NEVER.lower())
-        if not condition.is_blank:
-            attributes.append(("cond", condition.text))
-        destination = self._names.beside[origin][transition.destination]
-        attributes.append(("target", self._target(destination)))
-        self._comments(placed.comments)
-        self._own(placed.native, said_of_transition(placed, condition))
+    def _transition(self, transition: Transition, ref: str, event: str, destination: _State) -> None:
+        condition = transition.guard.text
+        if not event:
+            condition = transition.trigger.text
+            if not condition.strip() or (self._is_python and expression_of(condition) is None):
+                condition = NEVER if self._is_python else NEVER.lower()
+        attributes: list[tuple[str, str]] = [("event", event)] if event else []
+        attributes += [("cond", condition)] if condition.strip() else []
+        attributes += [("target", destination.history or destination.id), (f"{OWN_PREFIX}:transition", ref)]
+        self._comments(transition.comments)
         if transition.code.text:
             self._open("transition", attributes)
             self._script(transition.code)
@@ -213,8 +324,7 @@ class _ScxmlWriter:
         else:
             self._empty("transition", attributes)
 
-    def _can_be_condition(self, condition: Text) -> bool:
-        return not condition.is_blank and (not self._is_python or is_expression(condition.text))
+    # Lines.
 
     def _code(self, tag: str, code: Text) -> None:
         if code.text:
@@ -225,12 +335,10 @@ class _ScxmlWriter:
     def _script(self, code: Text) -> None:
         self._line(f"<script>{escaped(code.text)}</script>")
 
-    def _own(self, native: XmlElement, left_out: Collection[XmlElement | XmlComment]) -> None:
-        self._lines += own_lines(native, self._depth, left_out, self._order)
-
-    def _comments(self, comments: Sequence[XmlComment | Comment]) -> None:
+    def _comments(self, comments: Sequence[Comment | object]) -> None:
         for comment in comments:
-            self._line(f"<!--{comment.text}-->")
+            if isinstance(comment, Comment):
+                self._line(f"<!--{comment.text}-->")
 
     def _open(self, tag: str, attributes: _Attributes = ()) -> None:
         self._line(f"<{tag}{attributes_text(tuple(attributes))}>")
@@ -245,3 +353,70 @@ class _ScxmlWriter:
 
     def _line(self, text: str) -> None:
         self._lines.append(INDENT * self._depth + text)
+
+
+def _why_no_place(automaton: Automaton, transition: Transition) -> str:
+    """Return why a transition has no place in SCXML, blank when it has one."""
+    origin = automaton.state(transition.origin)
+    if origin is None:
+        return "it leaves no state"
+    if automaton.state(transition.destination) is None:
+        return "it leads to no state"
+    if origin.final:
+        return "a final state has no transitions in SCXML"
+    match transition.type:
+        case "time":
+            return "" if delay_text(transition.trigger.text) else "its time is no number of milliseconds"
+        case "event":
+            return "it names no event" if not transition.trigger.text else ""
+        case "condition" | "finished":
+            return ""
+    return f"its type `{transition.type[:40]}` is unknown"
+
+
+def _assignments(variables: Text) -> tuple[tuple[str, str], ...]:
+    """Return the names and expressions of variables, each on a line of its own: `x = 0`.
+
+    Nothing where anything else is among them.
+    """
+    matches = [_ASSIGNMENT.fullmatch(line) for line in variables.text.split("\n")]
+    found = [(match[1], match[2]) for match in matches if match is not None]
+    is_plain = len({name for name, _ in found}) == len(matches) and all(
+        is_name(name) and expression_of(value) is not None for name, value in found
+    )
+    return tuple(found) if is_plain else ()
+
+
+def _parameter_data(parameter: Parameter) -> _Attributes:
+    description = parameter.description.text
+    return [
+        *(("id", parameter.name), ("expr", parameter.default.text)),
+        (f"{OWN_PREFIX}:type", parameter.type.text),
+        *([(f"{OWN_PREFIX}:description", description)] if description else []),
+    ]
+
+
+def _unsaid(document: Document) -> Iterator[tuple[str, int]]:
+    """Yield what only the native document says, and its line."""
+    is_python = not is_foreign(document)
+    for automaton in document.automata:
+        if not automaton.variables.is_blank and not (is_python and _assignments(automaton.variables)):
+            yield "code that gives variables their values", automaton.variables.line
+        if not automaton.functions.is_blank:
+            yield "functions", automaton.functions.line
+        if automaton.imported is not None:
+            yield "an automaton of another file", automaton.imported.line or automaton.line
+        for item in automaton.inputs:
+            yield "the input of an automaton", item.line
+        for state in automaton.states:
+            if not state.code.is_blank:
+                yield "code that runs in every cycle", state.code.line
+            for argument in state.arguments:
+                yield "the argument of a state", argument.line
+        for transition in automaton.transitions:
+            trigger = transition.trigger
+            if transition.type == "condition":
+                if is_python and not trigger.is_blank and expression_of(trigger.text) is None:
+                    yield "a condition of statements", trigger.line
+                if not transition.guard.is_blank:
+                    yield "the guard of a condition", transition.guard.line
