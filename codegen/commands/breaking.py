@@ -64,8 +64,7 @@ def breaking(
     """
     require_extensions(files, INTERFACES)
     directories = require_directories(include)
-    from codegen.idl.breaking import breaking_changes
-    from codegen.idl.breaking_rules import Break, BreakingRule
+    from codegen.idl.breaking import Break, BreakingRule, breaking_changes
     from codegen.older_version import OlderVersionError, older_version
 
     ignored = set(ignore or ())

@@ -9,7 +9,7 @@ import typer
 from codegen.diagnostics import Diagnostics
 from codegen.files import FilesNotWrittenError, GeneratedFile, apply, compare_with_disk, diff
 
-from .options import INTERFACES, Format, Include, InterfaceFiles, require_directories, require_extensions
+from .options import INTERFACES, Format, InterfaceFiles, require_extensions
 from .reporting import ErrorFormat, report
 
 __all__ = ["fmt"]
@@ -17,7 +17,6 @@ __all__ = ["fmt"]
 
 def fmt(
     files: InterfaceFiles,
-    include: Include = None,
     *,
     check: Annotated[
         bool, typer.Option("--check", help="Write nothing; exit 1 with a diff if a file would change.")
@@ -29,14 +28,13 @@ def fmt(
     Comments stay, and so does every meaning. When a file has errors in its syntax, none is touched.
     """
     require_extensions(files, INTERFACES)
-    from codegen.idl.format_file import format_file
-    from codegen.idl.formatter import FormattingError
+    from codegen.idl.formatter import FormattingError, format_file
 
     diagnostics = Diagnostics()
     formatted: list[GeneratedFile] = []
     try:
         for path in files:
-            text = format_file(path, require_directories(include), diagnostics)
+            text = format_file(path, diagnostics)
             if text is not None:
                 formatted.append(GeneratedFile(path, text))
         report(diagnostics, error_format)

@@ -4,15 +4,75 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from enum import Enum, StrEnum
 from typing import TypeVar
 
 from . import ast
-from .breaking_rules import BreakingRule
 from .fingerprint import canonical_type
 from .lexer import Token
 from .signature import type_name
 
-__all__ = ["BreakingChange", "breaking_changes"]
+__all__ = ["Break", "BreakingChange", "BreakingRule", "breaking_changes"]
+
+
+class Break(StrEnum):
+    """How a change breaks: WIRE, old and new programs refuse each other; SOURCE, code must be rewritten."""
+
+    WIRE = "wire"
+    SOURCE = "source"
+
+
+_WIRE, _SOURCE, _BOTH = (Break.WIRE,), (Break.SOURCE,), (Break.WIRE, Break.SOURCE)
+
+
+class BreakingRule(Enum):
+    """A kind of change: its code, what it breaks, and whom it hits and how."""
+
+    INTERFACE_REMOVED = "B101", _BOTH, "clients no longer find it, and servants of it no longer run"
+    TYPE_REMOVED = "B102", _SOURCE, "code that names it no longer runs"
+    KIND_CHANGED = "B103", _BOTH, "values of the old kind are refused, and code for it no longer runs"
+
+    OPERATION_REMOVED = "B201", _BOTH, "clients that call it fail"
+    OPERATION_ADDED = "B202", _BOTH, "servants must implement it, and old servants are refused"
+    RETURN_CHANGED = "B203", _BOTH, "clients misread the result"
+    PARAMETER_REMOVED = "B204", _BOTH, "calls and servants have one parameter too many"
+    PARAMETER_ADDED = "B205", _BOTH, "calls and servants lack a parameter"
+    PARAMETER_TYPE_CHANGED = "B206", _BOTH, "the value is refused where it arrives"
+    PARAMETER_RENAMED = "B207", _BOTH, "parameters travel by name"
+    PARAMETERS_REORDERED = "B208", _BOTH, "callers pass values in the old order"
+    EXCEPTION_ADDED = "B209", _BOTH, "clients do not expect it"
+    EXCEPTION_REMOVED = "B210", _BOTH, "a servant that still throws it is answered with UnknownException"
+    IDEMPOTENCE_CHANGED = "B211", _WIRE, "the sides disagree whether a lost call may be repeated"
+    STREAM_REMOVED = "B212", _BOTH, "subscribers wait for ever, and servants no longer have its publisher"
+    STREAM_ADDED = "B213", _WIRE, "old servants publish nothing and are refused"
+    BASE_REMOVED = "B214", _BOTH, "proxies of the base no longer accept the servant"
+    BASE_ADDED = "B215", _BOTH, "servants must implement its operations"
+    BASES_REARRANGED = "B216", _WIRE, "the sides refuse each other, although nothing else changed"
+    AMD_REMOVED = "B217", _SOURCE, "servants must return values: no futures, no coroutines"
+    STOP_REMOVED = "B218", _SOURCE, "a component that ends no longer stops what it commanded"
+
+    MEMBER_REMOVED = "B301", _BOTH, "receivers miss it, and code that reads it fails"
+    MEMBER_ADDED = "B302", _BOTH, "old senders lack it, and code that makes the value must give it"
+    OPTIONAL_MEMBER_ADDED = "B303", _WIRE, "old receivers leave it out and are refused"
+    MEMBER_TYPE_CHANGED = "B304", _BOTH, "the value is refused where it arrives"
+    MEMBER_RENAMED = "B305", _BOTH, "members travel by name"
+    MEMBERS_REORDERED = "B306", _SOURCE, "code passes members in the old order"
+    MEMBER_NOW_OPTIONAL = "B307", _BOTH, "receivers may miss it, and code must expect None"
+    MEMBER_NOW_REQUIRED = "B308", _BOTH, "senders may leave it out"
+    DEFAULT_REMOVED = "B309", _SOURCE, "code that relies on the default value must give one"
+    PARENT_CHANGED = "B310", _BOTH, "code that expects the old base misses it"
+
+    ENUMERATOR_REMOVED = "B401", _BOTH, "its value is refused where it arrives, and code that names it fails"
+    ENUMERATOR_ADDED = "B402", _WIRE, "old receivers refuse its value"
+    ENUMERATOR_VALUE_CHANGED = "B403", _BOTH, "one value means two things"
+
+    ELEMENT_CHANGED = "B501", _BOTH, "the elements are refused where they arrive"
+    CONSTANT_CHANGED = "B502", _SOURCE, "the sides work with different values"
+
+    def __init__(self, code: str, breaks: tuple[Break, ...], consequence: str) -> None:
+        self.code = code
+        self.breaks = breaks
+        self.consequence = consequence
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,49 +86,45 @@ class BreakingChange:
     """Where the older version stands, when that is another place."""
 
 
+_Changes = Iterator[BreakingChange]
+
+
 def breaking_changes(
     old: Mapping[str, ast.Definition], new: Mapping[str, ast.Definition]
 ) -> list[BreakingChange]:
     """Return what breaks between two versions, each given as its definitions by scoped name.
 
-    New definitions break nothing. A change in a type is told once, where the type is defined.
+    New definitions break nothing. A change in a type is reported once, where the type is defined.
     """
     return [change for scoped, before in old.items() for change in _compare(before, new.get(scoped))]
 
 
-def _compare(before: ast.Definition, after: ast.Definition | None) -> Iterator[BreakingChange]:
+def _compare(before: ast.Definition, after: ast.Definition | None) -> _Changes:
     if after is None:
-        message = f"{before.kind} `{before.scoped}` was removed"
         is_interface = isinstance(before, ast.Interface)
         rule = BreakingRule.INTERFACE_REMOVED if is_interface else BreakingRule.TYPE_REMOVED
-        yield BreakingChange(rule, message, before.token)
-    elif before.kind != after.kind:
-        message = f"`{after.scoped}` was {before.kind} and is {after.kind}"
-        yield _changed(BreakingRule.KIND_CHANGED, message, before, after)
-    else:
-        match before, after:
-            case ast.Interface(), ast.Interface():
-                yield from _interface(before, after)
-            case ast.Struct(), ast.Struct():
-                yield from _members(before, after, before.members, after.members)
-            case ast.Derivable(), ast.Derivable():
-                yield from _parent(before, after)
-                yield from _members(before, after, before.members, after.members)
-            case ast.Enumeration(), ast.Enumeration():
-                yield from _enumeration(before, after)
-            case ast.Sequence(), ast.Sequence():
-                yield from _element(before, after, before.element, after.element)
-            case ast.Dictionary(), ast.Dictionary():
-                yield from _element(before, after, before.key, after.key)
-                yield from _element(before, after, before.value, after.value)
-            case ast.Constant(), ast.Constant():
-                if (before.literal.value, type_name(before.type)) != (
-                    after.literal.value,
-                    type_name(after.type),
-                ):
-                    values = f"was {before.literal.value!r} and is {after.literal.value!r}"
-                    message = f"constant `{after.scoped}` {values}"
-                    yield _changed(BreakingRule.CONSTANT_CHANGED, message, before, after)
+        yield BreakingChange(rule, f"{before.kind} `{before.scoped}` was removed", before.token)
+        return
+    match before, after:
+        case ast.Interface(), ast.Interface():
+            yield from _interface(before, after)
+        case ast.Struct() | ast.Derivable(), ast.Struct() | ast.Derivable() if before.kind == after.kind:
+            yield from _record(before, after)
+        case ast.Enumeration(), ast.Enumeration():
+            yield from _enumeration(before, after)
+        case ast.Sequence(), ast.Sequence():
+            yield from _element(before, after, before.element, after.element)
+        case ast.Dictionary(), ast.Dictionary():
+            yield from _element(before, after, before.key, after.key)
+            yield from _element(before, after, before.value, after.value)
+        case ast.Constant(), ast.Constant():
+            was, now = before.literal.value, after.literal.value
+            if was != now or type_name(before.type) != type_name(after.type):
+                message = f"constant `{after.scoped}` was {was!r} and is {now!r}"
+                yield _changed(BreakingRule.CONSTANT_CHANGED, message, before, after)
+        case _:
+            message = f"`{after.scoped}` was {before.kind} and is {after.kind}"
+            yield _changed(BreakingRule.KIND_CHANGED, message, before, after)
 
 
 def _changed(
@@ -80,7 +136,7 @@ def _changed(
 def _differ(before: ast.Type | None, after: ast.Type | None) -> bool:
     """Return whether two types differ by more than the definitions of what they name.
 
-    What is said of the definition need not be said again where it is used; two names for sequences of the
+    What is reported of the definition need not be repeated where it is used; two names for sequences of the
     same elements are the same type.
     """
     if type_name(before) == type_name(after):
@@ -90,25 +146,51 @@ def _differ(before: ast.Type | None, after: ast.Type | None) -> bool:
     return canonical_type(before) != canonical_type(after)
 
 
+_Named = TypeVar("_Named", ast.Member, ast.Parameter)
+
+
+def _pairs(was: Sequence[_Named], now: Sequence[_Named]) -> Iterator[tuple[_Named | None, _Named | None]]:
+    """Yield what is old with what it is now, or with None when it is gone; then None with what is new.
+
+    In lists of the same length, what stands at the same place with the same type has only been renamed.
+    """
+    new = {each.name: each for each in now}
+    old_names = {each.name for each in was}
+    if len(was) == len(now):
+        for before, after in zip(was, now, strict=True):
+            renamed = before.name not in new and after.name not in old_names
+            if renamed and type_name(before.type) == type_name(after.type):
+                del new[after.name]
+                new[before.name] = after
+    for before in was:
+        yield before, new.pop(before.name, None)
+    for after in new.values():
+        yield None, after
+
+
+def _reordered(was: Sequence[ast.Definition], now: Sequence[ast.Definition]) -> bool:
+    before, after = [each.name for each in was], [each.name for each in now]
+    return before != after and sorted(before) == sorted(after)
+
+
 # Interfaces
 
 
-def _interface(before: ast.Interface, after: ast.Interface) -> Iterator[BreakingChange]:
+def _interface(before: ast.Interface, after: ast.Interface) -> _Changes:
     bases_before = {base.scoped for base in before.base_definitions}
     bases_after = {base.scoped for base in after.base_definitions}
     removed = sorted(bases_before - {base.scoped for base in after.ancestors()})
     added = sorted(bases_after - {base.scoped for base in before.ancestors()})
+    name = f"interface `{after.scoped}`"
     for scoped in removed:
-        message = f"interface `{after.scoped}` no longer extends `{scoped}`"
-        yield _changed(BreakingRule.BASE_REMOVED, message, before, after)
+        yield _changed(BreakingRule.BASE_REMOVED, f"{name} no longer extends `{scoped}`", before, after)
     for scoped in added:
-        message = f"interface `{after.scoped}` now extends `{scoped}`"
-        yield _changed(BreakingRule.BASE_ADDED, message, before, after)
+        yield _changed(BreakingRule.BASE_ADDED, f"{name} now extends `{scoped}`", before, after)
     if bases_before != bases_after and not removed and not added:
-        message = f"interface `{after.scoped}` extends the same interfaces by another way"
+        message = f"{name} extends the same interfaces by another way"
         yield _changed(BreakingRule.BASES_REARRANGED, message, before, after)
     if _is_stoppable(before) and not _is_stoppable(after):
-        message = f"interface `{after.scoped}` no longer has an operation that stops it"
+        message = f"{name} no longer has an operation that stops it"
         yield _changed(BreakingRule.STOP_REMOVED, message, before, after)
     operations = {operation.name: operation for operation in after.operations}
     for operation in before.operations:
@@ -129,116 +211,91 @@ def _is_stoppable(interface: ast.Interface) -> bool:
     return any(operation.stop for each in lineage for operation in each.operations)
 
 
-def _operation(before: ast.Operation, after: ast.Operation) -> Iterator[BreakingChange]:
-    name = after.scoped
+def _operation(before: ast.Operation, after: ast.Operation) -> _Changes:
+    name = f"`{after.scoped}`"
     was_optional, is_optional = before.return_tag is not None, after.return_tag is not None
     if _differ(before.returns, after.returns) or was_optional != is_optional:
-        was = ("optional " if was_optional else "") + type_name(before.returns)
-        now = ("optional " if is_optional else "") + type_name(after.returns)
-        yield _changed(
-            BreakingRule.RETURN_CHANGED, f"`{name}` returned {was} and returns {now}", before, after
-        )
+        was, now = _described(before.returns, was_optional), _described(after.returns, is_optional)
+        message = f"{name} returned {was} and returns {now}"
+        yield _changed(BreakingRule.RETURN_CHANGED, message, before, after)
     yield from _parameters(before, after)
     thrown_before = {each.definition.scoped for each in before.throws if each.definition}
     thrown_after = {each.definition.scoped for each in after.throws if each.definition}
     for scoped in sorted(thrown_after - thrown_before):
-        message = f"`{name}` now throws `{scoped}`"
-        yield _changed(BreakingRule.EXCEPTION_ADDED, message, before, after)
+        yield _changed(BreakingRule.EXCEPTION_ADDED, f"{name} now throws `{scoped}`", before, after)
     for scoped in sorted(thrown_before - thrown_after):
-        message = f"`{name}` no longer throws `{scoped}`"
-        yield _changed(BreakingRule.EXCEPTION_REMOVED, message, before, after)
+        yield _changed(BreakingRule.EXCEPTION_REMOVED, f"{name} no longer throws `{scoped}`", before, after)
     if before.idempotent != after.idempotent:
-        message = f"`{name}` is {'now' if after.idempotent else 'no longer'} idempotent"
+        message = f"{name} is {'now' if after.idempotent else 'no longer'} idempotent"
         yield _changed(BreakingRule.IDEMPOTENCE_CHANGED, message, before, after)
     if before.streamed and not after.streamed:
-        yield _changed(BreakingRule.STREAM_REMOVED, f"`{name}` is no longer streamed", before, after)
+        yield _changed(BreakingRule.STREAM_REMOVED, f"{name} is no longer streamed", before, after)
     if after.streamed and not before.streamed:
-        yield _changed(BreakingRule.STREAM_ADDED, f"`{name}` is now streamed", before, after)
+        yield _changed(BreakingRule.STREAM_ADDED, f"{name} is now streamed", before, after)
     if before.amd and not after.amd:
-        message = f"`{name}` is no longer answered asynchronously"
-        yield _changed(BreakingRule.AMD_REMOVED, message, before, after)
+        yield _changed(
+            BreakingRule.AMD_REMOVED, f"{name} is no longer answered asynchronously", before, after
+        )
 
 
-def _parameters(before: ast.Operation, after: ast.Operation) -> Iterator[BreakingChange]:
-    was, now = before.parameters, after.parameters
-    names_before = [each.name for each in was]
-    names_after = [each.name for each in now]
-    by_name = {each.name: each for each in now}
-    renamed = _renamed(was, now)
-    for parameter in was:
-        other = renamed.get(parameter.name) or by_name.get(parameter.name)
-        owner = f"parameter `{parameter.name}` of `{after.scoped}`"
-        if other is None:
-            yield BreakingChange(
-                BreakingRule.PARAMETER_REMOVED, f"{owner} was removed", after.token, parameter.token
-            )
+def _parameters(before: ast.Operation, after: ast.Operation) -> _Changes:
+    for was, now in _pairs(before.parameters, after.parameters):
+        if was is None:
+            if now is not None:
+                message = f"parameter `{now.name}` of `{after.scoped}` was added"
+                yield BreakingChange(BreakingRule.PARAMETER_ADDED, message, now.token)
             continue
-        if other.name != parameter.name:
-            message = f"{owner} is now called `{other.name}`"
-            yield _changed(BreakingRule.PARAMETER_RENAMED, message, parameter, other)
-        if _description(parameter) != _description(other) and (
-            _differ(parameter.type, other.type) or _manner(parameter) != _manner(other)
-        ):
-            message = f"{owner} was {_description(parameter)} and is {_description(other)}"
-            yield _changed(BreakingRule.PARAMETER_TYPE_CHANGED, message, parameter, other)
-    new_names = {each.name for each in renamed.values()}
-    for parameter in now:
-        if parameter.name not in names_before and parameter.name not in new_names:
-            message = f"parameter `{parameter.name}` of `{after.scoped}` was added"
-            yield BreakingChange(BreakingRule.PARAMETER_ADDED, message, parameter.token)
-    if names_before != names_after and sorted(names_before) == sorted(names_after):
+        owner = f"parameter `{was.name}` of `{after.scoped}`"
+        if now is None:
+            message = f"{owner} was removed"
+            yield BreakingChange(BreakingRule.PARAMETER_REMOVED, message, after.token, was.token)
+            continue
+        if now.name != was.name:
+            message = f"{owner} is now called `{now.name}`"
+            yield _changed(BreakingRule.PARAMETER_RENAMED, message, was, now)
+        was_optional, is_optional = was.tag is not None, now.tag is not None
+        if _differ(was.type, now.type) or was.out != now.out or was_optional != is_optional:
+            old = _described(was.type, was_optional, out=was.out)
+            new = _described(now.type, is_optional, out=now.out)
+            message = f"{owner} was {old} and is {new}"
+            yield _changed(BreakingRule.PARAMETER_TYPE_CHANGED, message, was, now)
+    if _reordered(before.parameters, after.parameters):
         message = f"the parameters of `{after.scoped}` stand in another order"
         yield _changed(BreakingRule.PARAMETERS_REORDERED, message, before, after)
 
 
-def _manner(parameter: ast.Parameter) -> tuple[bool, bool]:
-    return parameter.out, parameter.tag is not None
-
-
-def _description(parameter: ast.Parameter) -> str:
-    words = ["out"] if parameter.out else []
-    words += ["optional"] if parameter.tag is not None else []
-    return " ".join([*words, type_name(parameter.type)])
+def _described(kind: ast.Type | None, optional: bool, *, out: bool = False) -> str:
+    return f"{'out ' if out else ''}{'optional ' if optional else ''}{type_name(kind)}"
 
 
 # Types
 
 
-def _parent(before: ast.Derivable, after: ast.Derivable) -> Iterator[BreakingChange]:
-    was, now = before.base_definition, after.base_definition
-    names = [f"`{base.scoped}`" if base else "nothing" for base in (was, now)]
-    if names[0] != names[1]:
-        message = f"{after.kind} `{after.scoped}` extended {names[0]} and extends {names[1]}"
-        yield _changed(BreakingRule.PARENT_CHANGED, message, before, after)
-
-
-def _members(
-    before: ast.Definition, after: ast.Definition, was: Sequence[ast.Member], now: Sequence[ast.Member]
-) -> Iterator[BreakingChange]:
-    by_name = {member.name: member for member in now}
-    names_before = [member.name for member in was]
-    names_after = [member.name for member in now]
-    renamed = _renamed(was, now)
-    for member in was:
-        other = renamed.get(member.name) or by_name.get(member.name)
-        if other is None:
-            message = f"member `{member.name}` of `{after.scoped}` was removed"
-            yield BreakingChange(BreakingRule.MEMBER_REMOVED, message, after.token, member.token)
-        else:
-            yield from _member(member, other, after)
-    new_names = {each.name for each in renamed.values()}
-    for member in now:
-        if member.name not in names_before and member.name not in new_names:
-            optional = member.tag is not None
-            rule = BreakingRule.OPTIONAL_MEMBER_ADDED if optional else BreakingRule.MEMBER_ADDED
-            message = f"{'optional ' if optional else ''}member `{member.name}` of `{after.scoped}` was added"
-            yield BreakingChange(rule, message, member.token)
-    if names_before != names_after and sorted(names_before) == sorted(names_after):
+def _record(before: ast.Struct | ast.Derivable, after: ast.Struct | ast.Derivable) -> _Changes:
+    if isinstance(before, ast.Derivable) and isinstance(after, ast.Derivable):
+        bases = (before.base_definition, after.base_definition)
+        was, now = (f"`{base.scoped}`" if base else "nothing" for base in bases)
+        if was != now:
+            message = f"{after.kind} `{after.scoped}` extended {was} and extends {now}"
+            yield _changed(BreakingRule.PARENT_CHANGED, message, before, after)
+    for old, new in _pairs(before.members, after.members):
+        if old is not None and new is not None:
+            yield from _member(old, new, after)
+        elif old is not None:
+            message = f"member `{old.name}` of `{after.scoped}` was removed"
+            yield BreakingChange(BreakingRule.MEMBER_REMOVED, message, after.token, old.token)
+        elif new is not None and new.tag is not None:
+            message = f"optional member `{new.name}` of `{after.scoped}` was added"
+            yield BreakingChange(BreakingRule.OPTIONAL_MEMBER_ADDED, message, new.token)
+        elif new is not None:
+            message = f"member `{new.name}` of `{after.scoped}` was added"
+            yield BreakingChange(BreakingRule.MEMBER_ADDED, message, new.token)
+    if _reordered(before.members, after.members):
         message = f"the members of `{after.scoped}` stand in another order"
         yield _changed(BreakingRule.MEMBERS_REORDERED, message, before, after)
 
 
-def _member(before: ast.Member, after: ast.Member, owner: ast.Definition) -> Iterator[BreakingChange]:
+def _member(before: ast.Member, after: ast.Member, owner: ast.Definition) -> _Changes:
     name = f"member `{before.name}` of `{owner.scoped}`"
     if before.name != after.name:
         yield _changed(BreakingRule.MEMBER_RENAMED, f"{name} is now called `{after.name}`", before, after)
@@ -253,33 +310,14 @@ def _member(before: ast.Member, after: ast.Member, owner: ast.Definition) -> Ite
         yield _changed(BreakingRule.DEFAULT_REMOVED, f"{name} no longer has a default value", before, after)
 
 
-_Named = TypeVar("_Named", ast.Member, ast.Parameter)
-
-
-def _renamed(was: Sequence[_Named], now: Sequence[_Named]) -> dict[str, _Named]:
-    """Return by old name what stands at the same place with the same type and a name that is new."""
-    if len(was) != len(now):
-        return {}
-    old_names = {each.name for each in was}
-    new_names = {each.name for each in now}
-    return {
-        before.name: after
-        for before, after in zip(was, now, strict=True)
-        if before.name not in new_names
-        and after.name not in old_names
-        and type_name(before.type) == type_name(after.type)
-    }
-
-
-def _enumeration(before: ast.Enumeration, after: ast.Enumeration) -> Iterator[BreakingChange]:
+def _enumeration(before: ast.Enumeration, after: ast.Enumeration) -> _Changes:
     values = {each.name: each for each in after.enumerators}
     for enumerator in before.enumerators:
         now = values.pop(enumerator.name, None)
         name = f"enumerator `{enumerator.name}` of `{after.scoped}`"
         if now is None:
-            yield BreakingChange(
-                BreakingRule.ENUMERATOR_REMOVED, f"{name} was removed", after.token, enumerator.token
-            )
+            message = f"{name} was removed"
+            yield BreakingChange(BreakingRule.ENUMERATOR_REMOVED, message, after.token, enumerator.token)
         elif now.value != enumerator.value:
             message = f"{name} was {enumerator.value} and is {now.value}"
             yield _changed(BreakingRule.ENUMERATOR_VALUE_CHANGED, message, enumerator, now)
@@ -288,9 +326,7 @@ def _enumeration(before: ast.Enumeration, after: ast.Enumeration) -> Iterator[Br
         yield BreakingChange(BreakingRule.ENUMERATOR_ADDED, message, enumerator.token)
 
 
-def _element(
-    before: ast.Definition, after: ast.Definition, was: ast.Type, now: ast.Type
-) -> Iterator[BreakingChange]:
+def _element(before: ast.Definition, after: ast.Definition, was: ast.Type, now: ast.Type) -> _Changes:
     if _differ(was, now):
         message = f"{after.kind} `{after.scoped}` was of {type_name(was)} and is of {type_name(now)}"
         yield _changed(BreakingRule.ELEMENT_CHANGED, message, before, after)

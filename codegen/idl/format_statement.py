@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
-from .format_words import Word, comment_lines, is_inline
-from .lexer import Kind
+from .lexer import Kind, Source
 
 WIDTH = 110
 """Characters of a line, comments left aside."""
@@ -13,6 +14,46 @@ WIDTH = 110
 _CLAUSES = frozenset({"throws", "extends", "implements"})
 _INNER = "  "
 _DEEPER = "    "
+
+
+@dataclass(slots=True)
+class Word:
+    """A token, a comment or a directive, with the number of line breaks before it."""
+
+    kind: Kind
+    text: str
+    newlines: int
+
+
+def words_of(source: Source) -> list[Word]:
+    """Return everything in a file but its spaces."""
+    words: list[Word] = []
+    newlines = 0
+    for piece in source.pieces:
+        if piece.kind is Kind.SPACE:
+            newlines = piece.text.count("\n")
+        else:
+            words.append(Word(piece.kind, piece.text, newlines))
+            newlines = 0
+    return words
+
+
+def is_inline(word: Word) -> bool:
+    """Return whether code can follow on the line of a comment."""
+    return word.text.startswith("/*") and "\n" not in word.text
+
+
+def comment_lines(word: Word) -> list[str]:
+    """Return the lines of a comment, the first at the margin and the others below it.
+
+    Lines that begin with a star have it below the first; others keep their indentation among themselves.
+    """
+    first, *others = (line.expandtabs(4).rstrip() for line in word.text.split("\n"))
+    if all(line.lstrip().startswith("*") for line in others if line):
+        return [first, *(f" {line.lstrip()}" if line else "" for line in others)]
+    closing = [" */"] if others[-1].strip() == "*/" else []
+    inner = textwrap.dedent("\n".join(others[: len(others) - len(closing)])).split("\n")
+    return [first, *(f"   {line}" if line else "" for line in inner), *closing]
 
 
 def one_line(words: Sequence[Word]) -> str:

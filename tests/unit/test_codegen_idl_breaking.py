@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 
 from codegen.diagnostics import Diagnostics
 from codegen.idl import ast
-from codegen.idl.breaking import BreakingChange, breaking_changes
-from codegen.idl.breaking_rules import Break, BreakingRule
+from codegen.idl.breaking import Break, BreakingChange, BreakingRule, breaking_changes
 from codegen.idl.fingerprint import canonical_definition
 from codegen.idl.loading import load_definitions
 

@@ -10,9 +10,8 @@ from hypothesis import strategies as st
 from codegen.diagnostics import Diagnostics
 from codegen.idl import ast
 from codegen.idl.fingerprint import canonical_definition
-from codegen.idl.format_file import format_file
-from codegen.idl.format_words import words_of
-from codegen.idl.formatter import FormattingError, format_source
+from codegen.idl.format_statement import words_of
+from codegen.idl.formatter import FormattingError, format_file, format_source
 from codegen.idl.lexer import Kind, Source
 from codegen.idl.loading import load_definitions
 from tests.support.examples import examples
@@ -157,7 +156,6 @@ def test_the_interfaces_of_the_project_are_formatted(path: Path) -> None:
             '[["a","b"]] ["x"]module m { ["y"] class C(5) extends D { optional( 1 )int a=-3; }; };',
             '[["a", "b"]]\n\n["x"] module m {\n\n  ["y"] class C(5) extends D {\n    optional(1) int a = -3;\n  };\n\n};\n',
         ),
-        ("#define END ;\nmodule m {} END", "#define END ;\n\nmodule m {}\n\nEND\n"),
         (
             "module m {\n      /*\n        kept\n          inside\n      */\n      // more\n  struct S { int a; };\n};",
             "module m {\n\n  /*\n     kept\n       inside\n   */\n  // more\n  struct S {\n    int a;\n  };\n\n};\n",
@@ -177,7 +175,7 @@ def test_a_canonical_file_stays_as_it_is() -> None:
 
 
 def test_a_file_whose_words_would_not_survive_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("codegen.idl.format_layout.statement_lines", lambda words, ending, indent: [ending])
+    monkeypatch.setattr("codegen.idl.formatter.statement_lines", lambda words, ending, indent: [ending])
     with pytest.raises(FormattingError, match=r"test\.idl"):
         formatted("module m {};")
 
@@ -231,7 +229,7 @@ def test_only_spaces_change_and_a_second_time_nothing(
 def after_formatting(path: Path) -> str | None:
     """Return what `codegen fmt` would make of a file, or None when it would not touch it."""
     try:
-        return format_file(path, [], Diagnostics())
+        return format_file(path, Diagnostics())
     except FormattingError:
         return None
 
@@ -274,5 +272,5 @@ def test_a_comment_without_an_end_is_told(tmp_path: Path) -> None:
     path = tmp_path / "main.idl"
     path.write_text("module m {};\n/* never ends\n")
     diagnostics = Diagnostics()
-    assert format_file(path, [], diagnostics) is None
+    assert format_file(path, diagnostics) is None
     assert [(found.code, found.location.line) for found in diagnostics] == [("E003", 2)]

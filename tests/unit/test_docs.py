@@ -10,7 +10,7 @@ import typer
 from typer.core import TyperGroup
 
 from codegen.commands import app
-from codegen.idl.breaking_rules import BreakingRule
+from codegen.idl.breaking import BreakingRule
 from tests.support.pages import DOCS
 
 PAGES = sorted(DOCS.glob("*.md"))
