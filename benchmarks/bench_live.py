@@ -23,10 +23,10 @@ from codegen.diagnostics import Diagnostics
 from codegen.hfsm import write_document
 from codegen.hfsm.document import Automaton, Document, Library, State, Text, Transition
 from tests.support.processes import ComponentProcess, free_endpoint, module
-from visualhfsm.generation import generate_component
+from visualhfsm.generate import generate_component
 from visualhfsm.live.service import Monitoring
 from visualhfsm.live.values import LiveSnapshot
-from visualhfsm.web.protocol import Snapshot
+from visualhfsm.services import Snapshot
 from zenoh_ice import Settings
 
 AUTOMATA: Final = 20

@@ -28,7 +28,7 @@ from codegen.diagnostics import Diagnostics
 from codegen.hfsm import write_document
 from tests.support.browser import chromium
 from tests.support.processes import ComponentProcess, free_endpoint, module
-from visualhfsm.generation import generate_component
+from visualhfsm.generate import generate_component
 
 SEEN: Final = 150.0
 """Milliseconds, in the median, in which a change is to be seen."""

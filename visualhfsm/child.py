@@ -1,13 +1,27 @@
-"""What processes that this program starts get from it."""
+"""Child processes: what they get from this one, and those that answer questions.
+
+Work that takes long or fails disturbs nobody else there. A question is a line and so is its answer.
+Such a process ends when its input ends. It must run no code of a document; it is limited in time and memory.
+"""
 
 from __future__ import annotations
 
+import contextlib
 import os
+import resource
+import select
+import subprocess
 import sys
-from collections.abc import Iterable
+import threading
+import time
+from collections.abc import Callable, Iterable
 from pathlib import Path
+from typing import Final
 
-__all__ = ["child_environment"]
+__all__ = ["LineProcess", "NoAnswerError", "answer_lines", "child_environment"]
+
+_MEMORY: Final = 4 << 30
+_END: Final = 2.0
 
 
 def child_environment(include: Iterable[Path] = ()) -> dict[str, str]:
@@ -17,3 +31,102 @@ def child_environment(include: Iterable[Path] = ()) -> dict[str, str]:
     """
     path = [*map(str, include), *(entry for entry in sys.path if entry)]
     return {**os.environ, "PYTHONPATH": os.pathsep.join(path)}
+
+
+class NoAnswerError(Exception):
+    """The process took too long, or ended; it is restarted for the next question."""
+
+
+class LineProcess:
+    """A module that runs in a process, with one question at a time; it is started when it is first needed.
+
+    Safe to be used from several threads: each waits for its turn.
+    """
+
+    def __init__(self, module: str) -> None:
+        self._module = module
+        self._lock = threading.Lock()
+        self._process: subprocess.Popen[bytes] | None = None
+        self._closed = False
+
+    def ask(self, question: bytes, patience: float) -> bytes:
+        """Return the answer to a question, a line without its end, within `patience` s.
+
+        Raises NoAnswerError.
+        """
+        with self._lock:
+            if self._closed:
+                raise NoAnswerError("it has been ended")
+            try:
+                return self._ask(question, time.monotonic() + patience)
+            except OSError as error:
+                self._stop()
+                raise NoAnswerError("it has ended") from error
+            except BaseException:
+                self._stop()
+                raise
+
+    def close(self) -> None:
+        """End the process; a question that waits is not answered."""
+        self._closed = True
+        process = self._process
+        if process is not None:
+            process.kill()
+        with self._lock:
+            self._stop()
+
+    def _ask(self, question: bytes, until: float) -> bytes:
+        if self._process is not None and self._process.poll() is not None:
+            self._stop()
+        process = self._process or self._start()
+        assert process.stdin is not None
+        assert process.stdout is not None
+        process.stdin.write(question + b"\n")
+        process.stdin.flush()
+        return _read_line(process.stdout.fileno(), until)
+
+    def _start(self) -> subprocess.Popen[bytes]:
+        # Not the directory of the documents, but only ours is searched for modules: -P.
+        self._process = subprocess.Popen(
+            [sys.executable, "-P", "-m", self._module],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            env=child_environment(),
+            start_new_session=True,
+        )
+        return self._process
+
+    def _stop(self) -> None:
+        process, self._process = self._process, None
+        if process is None:
+            return
+        process.kill()
+        for stream in (process.stdin, process.stdout):
+            if stream is not None:
+                with contextlib.suppress(OSError):  # what was not sent yet has no reader any more
+                    stream.close()
+        process.wait(_END)
+
+
+def answer_lines(answer: Callable[[bytes], bytes]) -> None:
+    """Answer questions from stdin until it ends, as such a process does; other output goes to stderr."""
+    resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY))
+    output = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)
+    os.nice(5)
+    for line in sys.stdin.buffer:
+        output.write(answer(line) + b"\n")
+        output.flush()
+
+
+def _read_line(descriptor: int, until: float) -> bytes:
+    found = bytearray()
+    while not found.endswith(b"\n"):
+        left = until - time.monotonic()
+        if left <= 0 or not select.select([descriptor], [], [], left)[0]:
+            raise NoAnswerError("it takes too long")
+        part = os.read(descriptor, 1 << 16)
+        if not part:
+            raise NoAnswerError("it has ended")
+        found += part
+    return bytes(found[:-1])

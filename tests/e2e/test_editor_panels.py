@@ -10,12 +10,11 @@ import pytest
 from playwright.sync_api import Browser, Route, expect
 
 from tests.support.browser import EditorPage, editor_page, saved
-from tests.support.editor import Editor, editor
+from tests.support.editor import Editor, editor, services
 from tests.support.limits import LIMIT
 from tests.support.panels import DOCUMENT, add, choose, edit, panel_violations, undo_names
 from visualhfsm.code_help.service import CodeHelper
-from visualhfsm.editing import history
-from visualhfsm.web.services import Services
+from visualhfsm.editing import undo
 
 INTERACTION_DELAY = 100
 """Milliseconds after which CodeMirror's list takes keys for sure; those of the first 75 are the text's."""
@@ -70,7 +69,7 @@ def test_code_that_is_typed_is_saved(shown: EditorPage, path: Path) -> None:
 
 
 def test_a_burst_of_typing_is_one_named_step(shown: EditorPage, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(history, "MERGE_WITHIN", LIMIT)
+    monkeypatch.setattr(undo, "MERGE_WITHIN", LIMIT)
     code = edit(shown, "wait")
     for word in ("\nspeed = 1", "\nspeed = 2", "\nspeed = 3"):
         shown.type(word)
@@ -155,7 +154,7 @@ def test_an_error_is_marked_as_it_is_typed_and_no_longer_when_it_is_mended(shown
 def test_completion_knows_the_document_and_the_interfaces(browser: Browser, path: Path) -> None:
     path.write_text(DOCUMENT.replace("</VisualHFSM>", CAMERA + "</VisualHFSM>"))
     with (
-        editor(path.parent, path, make_services=lambda _: Services(code_help=CodeHelper())) as running,
+        editor(path.parent, path, make_services=lambda _: services(code_help=CodeHelper())) as running,
         editor_page(browser, running) as shown,
     ):
         shown.state("wait").wait_for()

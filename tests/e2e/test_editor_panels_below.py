@@ -10,13 +10,12 @@ import pytest
 from playwright.sync_api import Browser, expect
 
 from tests.support.browser import EditorPage, editor_page
-from tests.support.editor import Editor, editor
+from tests.support.editor import Editor, editor, services
 from tests.support.limits import CALL_LIMIT, LIMIT
 from tests.support.panels import DOCUMENT, edit, panel_violations, undo_names
 from tests.support.processes import free_endpoint
-from visualhfsm.editing import history
+from visualhfsm.editing import undo
 from visualhfsm.running.service import RunningComponents
-from visualhfsm.web.services import Services
 from zenoh_ice import Settings
 
 NEVER_GOES = """
@@ -122,7 +121,7 @@ def test_search_follows_what_is_typed(shown: EditorPage) -> None:
 def test_a_click_in_the_history_goes_back_to_that_point(
     shown: EditorPage, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(history, "MERGE_WITHIN", LIMIT)
+    monkeypatch.setattr(undo, "MERGE_WITHIN", LIMIT)
     edit(shown, "wait")
     shown.type("\nspeed = 1")
     shown.page.get_by_role("checkbox", name="Final").check()
@@ -151,7 +150,7 @@ def test_a_traceback_leads_to_the_line_of_the_document(browser: Browser, path: P
         editor(
             path.parent,
             path,
-            make_services=lambda publish: Services(running=RunningComponents(publish, settings)),
+            make_services=lambda publish: services(running=RunningComponents(publish, settings)),
         ) as running,
         editor_page(browser, running) as shown,
     ):

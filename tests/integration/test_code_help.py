@@ -19,7 +19,7 @@ from tests.support.documents import document, state, sub, transition
 from tests.support.limits import LIMIT
 from visualhfsm.code_help.service import CodeHelper
 from visualhfsm.editing.places import Place
-from visualhfsm.web.services import ServiceError, Source
+from visualhfsm.services import ServiceError, Source
 
 CONFIG = (
     "<iceinterface><nameinterface>Head</nameinterface><nameproxy>Head</nameproxy><interface>PoseHead</interface>"

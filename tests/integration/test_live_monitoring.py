@@ -35,8 +35,7 @@ from visualhfsm.live.relay import Relay, Silence
 from visualhfsm.live.robot import RobotWatch
 from visualhfsm.live.service import Monitoring
 from visualhfsm.live.values import LiveSnapshot, LiveStructure, RobotState
-from visualhfsm.web.protocol import Snapshot, Stale, Structure
-from visualhfsm.web.services import Components, ServiceError
+from visualhfsm.services import Components, ServiceError, Snapshot, Stale, Structure
 from zenoh_ice import Sample, Settings, WallClock, initialize
 
 PARAMETERS = "<parameters><parameter><name>speed</name><type>float</type><default>0.3</default></parameter></parameters>"

@@ -25,7 +25,7 @@ from visualhfsm.live.history import History
 from visualhfsm.live.recordings import RecordedRun, open_recording
 from visualhfsm.live.service import Monitoring
 from visualhfsm.live.values import LiveSnapshot
-from visualhfsm.web.services import ServiceError
+from visualhfsm.services import ServiceError
 from zenoh_ice import Settings
 
 DOCUMENT = document(

@@ -17,9 +17,8 @@ from tests.support.processes import free_endpoint
 from tests.support.pushes import Pushes
 from visualhfsm.editing.commands.states import SetStateCode
 from visualhfsm.live.values import LiveSnapshot
-from visualhfsm.web.protocol import RunPush, Snapshot, Stale
-from visualhfsm.web.services import Components, Services, Source
-from visualhfsm.web.standard_services import make_services
+from visualhfsm.services import Components, RunPush, Snapshot, Source, Stale
+from visualhfsm.web.services import Services, make_services
 from zenoh_ice import Settings
 
 TEXT = document(

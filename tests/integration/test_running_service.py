@@ -20,8 +20,7 @@ from tests.support.pushes import Pushes
 from visualhfsm.editing.commands.states import SetStateCode
 from visualhfsm.editing.places import Place
 from visualhfsm.running.service import RunningComponents
-from visualhfsm.web.protocol import Output, OutputLine, RunPush
-from visualhfsm.web.services import ServiceError, Source
+from visualhfsm.services import Output, OutputLine, RunPush, ServiceError, Source
 from zenoh_ice import Settings
 
 

@@ -7,7 +7,6 @@ import logging
 import os
 import re
 import shutil
-import socket
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -16,9 +15,7 @@ import pytest
 from websockets.exceptions import ConnectionClosedError
 
 from tests.support.editor import DOCUMENT, Editor, Refused, editor
-from tests.support.limits import LIMIT
-from visualhfsm.web import http_connection
-from visualhfsm.web.limits import Limits
+from visualhfsm.web.workspace import Limits
 
 
 @pytest.fixture(scope="module")
@@ -390,31 +387,6 @@ def close_code(running: Editor, message: str | bytes) -> int:
             client.recv(10)
     assert client.close_code is not None
     return client.close_code
-
-
-def test_what_connects_and_says_nothing_keeps_nobody_out(root: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(http_connection, "_PATIENCE", 0.2)
-    monkeypatch.setattr(http_connection, "MOST_CONNECTIONS", 4)
-    with editor(root) as own, contextlib.ExitStack() as stack, own.window() as window:
-        silent = [
-            stack.enter_context(socket.create_connection(("127.0.0.1", own.port), LIMIT)) for _ in range(8)
-        ]
-        silent[0].sendall(b"GET / HT")
-        for each in silent:
-            with contextlib.suppress(ConnectionResetError):  # one too many
-                assert each.recv(1) == b""
-        assert own.get("/", {"Cookie": own.cookie()})[0] == 200
-        assert window.ask("listFiles")
-
-
-def test_so_many_windows_and_no_more(root: Path) -> None:
-    with editor(root, limits=Limits(sockets=2)) as own, own.window():
-        with own.window(), pytest.raises(ConnectionClosedError) as closed, own.socket() as third:
-            third.recv(10)
-        assert closed.value.rcvd is not None
-        assert closed.value.rcvd.code == 1013
-        with own.window() as again:
-            assert again.ask("listFiles")
 
 
 def test_so_many_documents_and_no_more(root: Path) -> None:

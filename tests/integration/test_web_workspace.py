@@ -14,23 +14,24 @@ from typing import Any
 import pytest
 from websockets.exceptions import ConnectionClosed
 
-from tests.support.editor import DOCUMENT, Editor, Refused, Window, editor
+from tests.support.editor import DOCUMENT, Editor, NoService, Refused, Window, editor
+from tests.support.editor import services as make_services
 from tests.support.limits import LIMIT
 from tests.support.robot_server import eventually
 from visualhfsm.editing.places import Place
 from visualhfsm.errors import VisualHfsmError
-from visualhfsm.web.limits import Limits
-from visualhfsm.web.protocol import Output, OutputLine, RunPush, Snapshot
-from visualhfsm.web.services import (
+from visualhfsm.services import (
     Components,
-    NoCodeHelp,
-    NoLive,
-    NoRunning,
+    Output,
+    OutputLine,
     Publish,
+    RunPush,
     ServiceError,
-    Services,
+    Snapshot,
     Source,
 )
+from visualhfsm.web.services import Services
+from visualhfsm.web.workspace import Limits
 
 ADD_STATE = {"command": "addState", "automaton": 1, "x": 200, "y": 300, "name": "stop"}
 
@@ -323,26 +324,16 @@ def test_a_window_that_reads_nothing_holds_up_nobody(running: Editor, window: Wi
         assert window.documents[1]["automata"][0]["functions"].endswith("39")
 
 
-def test_who_sends_too_much_is_read_more_slowly_and_loses_nothing(root: Path) -> None:
-    limits = Limits(message_burst=5, messages_per_second=100)
-    with editor(root, limits=limits) as running, running.window() as window:
-        window.ask("open", path="robot.xml")
-        numbers = [window.send("do", tab=1, command=ADD_STATE | {"name": f"s{index}"}) for index in range(30)]
-        for number in numbers:
-            window.answer(number)
-        assert len(names(window)) == 32
-
-
 def test_so_many_questions_at_a_time_and_no_more(root: Path) -> None:
     gate = threading.Event()
 
-    class SlowHelp(NoCodeHelp):
+    class SlowHelp(NoService):
         async def interfaces(self) -> object:
             return await asyncio.to_thread(gate.wait, LIMIT)
 
     limits = Limits(concurrent_operations=2)
     with (
-        editor(root, limits=limits, make_services=lambda _: Services(SlowHelp())) as running,
+        editor(root, limits=limits, make_services=lambda _: make_services(SlowHelp())) as running,
         running.window() as window,
     ):
         waiting = [window.send("interfaces") for _ in range(2)]
@@ -356,20 +347,20 @@ def test_so_many_questions_at_a_time_and_no_more(root: Path) -> None:
 def test_nothing_that_is_under_way_keeps_a_run_or_a_stop_out(root: Path) -> None:
     gate = threading.Event()
 
-    class SlowHelp(NoCodeHelp):
+    class SlowHelp(NoService):
         async def interfaces(self) -> object:
             return await asyncio.to_thread(gate.wait, LIMIT)
 
-    class Steered(NoLive):
+    class Steered(NoService):
         async def control(self, component: str, action: str, arguments: Mapping[str, Any]) -> object:
             if action == "explain":
                 await asyncio.to_thread(gate.wait, LIMIT)
             return action
 
     limits = Limits(concurrent_operations=1)
-    services = Services(SlowHelp(), live=Steered())
+    found = make_services(SlowHelp(), live=Steered())
     with (
-        editor(root, limits=limits, make_services=lambda _: services) as running,
+        editor(root, limits=limits, make_services=lambda _: found) as running,
         running.window() as window,
     ):
         helping = window.send("interfaces")
@@ -408,7 +399,7 @@ def test_the_content_of_imported_automata_is_told(running: Editor, root: Path) -
 # ------------------------------------------------------------------------------------------ services
 
 
-class FakeRunning(NoRunning):
+class FakeRunning(NoService):
     """Says hello, and ends."""
 
     def __init__(self, publish: Publish) -> None:
@@ -426,7 +417,7 @@ class FakeRunning(NoRunning):
         self.closed = True
 
 
-class FakeLive(NoLive):
+class FakeLive(NoService):
     """Knows one component."""
 
     def __init__(self, publish: Publish) -> None:
@@ -466,7 +457,7 @@ class FakeLive(NoLive):
         raise RuntimeError("closing failed")
 
 
-class FakeCodeHelp(NoCodeHelp):
+class FakeCodeHelp(NoService):
     async def complete(self, source: Source, place: Place, code: str, line: int, column: int) -> object:
         return {"path": None if source.path is None else source.path.name, "place": place, "code": code}
 
@@ -479,7 +470,7 @@ def services() -> list[Services]:
 @pytest.fixture
 def served(root: Path, services: list[Services]) -> Iterator[Editor]:
     def make(publish: Publish) -> Services:
-        services.append(Services(FakeCodeHelp(), FakeRunning(publish), FakeLive(publish)))
+        services.append(make_services(FakeCodeHelp(), FakeRunning(publish), FakeLive(publish)))
         return services[0]
 
     limits = Limits(operation_seconds=0.5, output_lines=2000)
@@ -552,18 +543,6 @@ def test_what_takes_too_long_or_fails_is_answered(served: Editor) -> None:
         assert "secret" not in str(refused.value)
 
 
-def test_what_is_missing_says_so(window: Window) -> None:
-    requests: list[tuple[str, dict[str, Any]]] = [
-        ("interfaces", {}),
-        ("generate", {"tab": 1}),
-        ("attach", {"component": "dance"}),
-    ]
-    for op, fields in requests:
-        with pytest.raises(Refused) as refused:
-            window.ask(op, **fields)
-        assert refused.value.kind == "unavailable"
-
-
 def test_code_help_gets_the_document_as_it_is(served: Editor) -> None:
     place = {"kind": "state", "automaton": 1, "id": 2, "part": "code"}
     with served.window() as window:
@@ -591,7 +570,7 @@ def test_a_camera_that_is_not_there_is_told(served: Editor) -> None:
 
 def test_services_are_closed_even_when_one_fails(root: Path, services: list[Services]) -> None:
     def make(publish: Publish) -> Services:
-        services.append(Services(FakeCodeHelp(), FakeRunning(publish), FakeLive(publish)))
+        services.append(make_services(FakeCodeHelp(), FakeRunning(publish), FakeLive(publish)))
         return services[0]
 
     with editor(root, make_services=make):

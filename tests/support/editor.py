@@ -9,7 +9,7 @@ import json
 import socket
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import AsyncGenerator, Callable, Iterator
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -18,9 +18,10 @@ from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Origin
 
 from tests.support.limits import LIMIT
-from visualhfsm.web.limits import Limits
+from visualhfsm.services import Publish, ServiceError
 from visualhfsm.web.server import Options, Server
-from visualhfsm.web.services import MakeServices, no_services
+from visualhfsm.web.services import MakeServices, Services
+from visualhfsm.web.workspace import Limits
 
 DOCUMENT = """<?xml version="1.0" encoding="UTF-8"?>
 <VisualHFSM>
@@ -48,6 +49,49 @@ class Refused(AssertionError):
     def __init__(self, answer: dict[str, Any]) -> None:
         super().__init__(answer["error"])
         self.kind: str = answer["kind"]
+
+
+class NoService:
+    """Stands in for a service that a test does not use."""
+
+    def __getattr__(self, name: str) -> Callable[..., Any]:
+        async def refuse(*_: object) -> None:
+            raise ServiceError(f"{name} is not available")
+
+        return refuse
+
+    async def camera(self, name: str) -> AsyncGenerator[bytes, None]:
+        """Refuse."""
+        raise ServiceError(f"{name} is not available")
+        yield
+
+    async def scene(self) -> AsyncGenerator[bytes, None]:
+        """Refuse."""
+        raise ServiceError("the scene is not available")
+        yield
+
+    async def forget(self, tab: int) -> None:
+        """Do nothing: nothing runs."""
+
+    async def locate(self, *_: object) -> None:
+        """Know of nothing."""
+
+    async def detach(self, component: str) -> None:
+        """Do nothing: nothing is followed."""
+
+    async def close(self) -> None:
+        """Do nothing: nothing is open."""
+
+
+def services(code_help: Any = None, running: Any = None, live: Any = None) -> Services:
+    """Return services of which a test gives some."""
+    missing: Any = NoService()
+    return Services(code_help or missing, running or missing, live or missing)
+
+
+def no_services(_publish: Publish) -> Services:
+    """Return services that are not available."""
+    return services()
 
 
 class Editor:

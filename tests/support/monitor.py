@@ -17,8 +17,8 @@ from tests.support.editor import Editor, editor
 from tests.support.limits import CALL_LIMIT
 from tests.support.processes import ComponentProcess
 from tests.support.robot_server import ServedRobot, eventually, served
-from visualhfsm.generation import generate_component
-from visualhfsm.web.standard_services import make_services
+from visualhfsm.generate import generate_component
+from visualhfsm.web.services import make_services
 from zenoh_ice import Settings
 
 DOCUMENT = """<?xml version="1.0" encoding="UTF-8"?>

@@ -13,7 +13,7 @@ from visualhfsm.editing.commands.items import DeleteItems
 from visualhfsm.editing.commands.paste import FillAutomaton, PasteStates
 from visualhfsm.editing.commands.states import RenameState, SetArgument
 from visualhfsm.editing.errors import EditError
-from visualhfsm.editing.fragments import copy_states, parse, written
+from visualhfsm.editing.serialization import copy_states, parse, written
 from visualhfsm.editing.session import DocumentSession
 
 

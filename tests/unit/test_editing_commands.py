@@ -42,9 +42,10 @@ from visualhfsm.editing.commands.component import (
     ChangeLibrary,
     ChangeParameter,
     ChangeProperty,
+    RemoveEntry,
+    ReorderEntry,
     SetComponentText,
 )
-from visualhfsm.editing.commands.entries import RemoveEntry, ReorderEntry
 from visualhfsm.editing.commands.items import (
     AlignStates,
     DeleteItems,
@@ -74,7 +75,7 @@ from visualhfsm.editing.commands.transitions import (
     SetTransitionType,
 )
 from visualhfsm.editing.errors import EditError
-from visualhfsm.editing.fragments import parse
+from visualhfsm.editing.serialization import parse
 
 
 def automaton(document: Document, id: int = 1) -> Automaton:

@@ -15,17 +15,15 @@ from codegen.hfsm.document import Document, Text
 from tests.support.editing import choose_command, large_document, tree
 from visualhfsm.editing.commands import Command
 from visualhfsm.editing.commands.automata import AddAutomaton, DeleteAutomaton
-from visualhfsm.editing.commands.component import AddParameter, ChangeParameter
-from visualhfsm.editing.commands.entries import RemoveEntry
+from visualhfsm.editing.commands.component import AddParameter, ChangeParameter, RemoveEntry
 from visualhfsm.editing.commands.items import DeleteItems, MoveItems
 from visualhfsm.editing.commands.states import AddState, MarkInitial, RenameState, SetStateCode
 from visualhfsm.editing.commands.transitions import AddTransition, RenameTransition, ReorderTransition
 from visualhfsm.editing.diff import diff_documents
 from visualhfsm.editing.errors import EditError
-from visualhfsm.editing.fragments import parse
-from visualhfsm.editing.lines import merge_lines
-from visualhfsm.editing.merge import Merged, merge_documents
-from visualhfsm.editing.search import search
+from visualhfsm.editing.merge import Merged, merge_documents, merge_lines
+from visualhfsm.editing.places import search
+from visualhfsm.editing.serialization import parse
 
 
 def done(document: Document, *commands: Command) -> Document:

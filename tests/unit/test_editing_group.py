@@ -9,11 +9,10 @@ from hypothesis import strategies as st
 from codegen.hfsm.document import Automaton, Document, State, Text, Transition
 from tests.support.editing import tree
 from tests.support.examples import examples
-from visualhfsm.editing.commands.group import GroupStates
+from visualhfsm.editing.commands.group import GroupStates, split_variables
 from visualhfsm.editing.errors import EditError
-from visualhfsm.editing.fragments import parse
+from visualhfsm.editing.serialization import parse
 from visualhfsm.editing.session import DocumentSession
-from visualhfsm.editing.variables import split_variables
 
 NUMBERS = st.integers(1, 6)
 

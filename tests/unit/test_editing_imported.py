@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import read_document
 from tests.support.documents import document, state, sub
-from visualhfsm.editing.imported import imported_views
-from visualhfsm.editing.views import AutomatonView, ImportView
+from visualhfsm.editing.imports import imported_views
 
 STUB = '<SubAutomata id="2" idFather="1"><import automaton="{}">{}</import></SubAutomata>\n'
 
 
-def views(directory: Path, file: str = "library/search.xml", automaton: int = 1) -> list[AutomatonView]:
+def views(directory: Path, file: str = "library/search.xml", automaton: int = 1) -> list[dict[str, Any]]:
     path = directory / "patrol.xml"
     root = sub(1, 0, state(1, "look", initial=True, child=2), state(2, "rest"))
     path.write_text(document(root, STUB.format(automaton, file)))
@@ -36,17 +36,16 @@ def library(tmp_path: Path) -> Path:
 
 def test_imported_automata_come_with_the_ids_that_they_run_under(library: Path) -> None:
     top, below = views(library)
-    assert (top.id, top.father, below.id, below.father) == (2, 1, 2002, 2)
-    assert [each.name for each in top.states] == ["left", "right"]
-    assert top.states[0].children == (below.id,)
-    assert [each.name for each in below.states] == ["up", "down"]
+    assert (top["id"], top["father"], below["id"], below["father"]) == (2, 1, 2002, 2)
+    assert [each["name"] for each in top["states"]] == ["left", "right"]
+    assert top["states"][0]["children"] == [below["id"]]
+    assert [each["name"] for each in below["states"]] == ["up", "down"]
 
 
 def test_they_tell_where_they_come_from(library: Path) -> None:
     top, below = views(library)
-    assert top.imported == ImportView(file="library/search.xml", automaton=1)
-    assert below.imported is not None
-    assert below.imported.file == "library/search.xml"
+    assert top["imported"] == {"file": "library/search.xml", "automaton": 1}
+    assert below["imported"]["file"] == "library/search.xml"
 
 
 @pytest.mark.parametrize(

@@ -16,9 +16,9 @@ from visualhfsm.editing.commands.automata import SetAutomatonCode, SetImport
 from visualhfsm.editing.commands.component import AddInterface, AddLibrary, AddParameter
 from visualhfsm.editing.commands.states import SetArgument
 from visualhfsm.editing.errors import EditError
-from visualhfsm.editing.libraries import extract, imported_content, inline
+from visualhfsm.editing.imports import extract, imported_content, inline
 from visualhfsm.editing.templates import find_templates, make_template
-from visualhfsm.editing.views import automaton_view, document_view
+from visualhfsm.editing.views import view
 
 
 def read(path: Path) -> Document:
@@ -114,13 +114,13 @@ def test_there_is_an_empty_template_and_the_behaviors_without_importing_them() -
 def test_the_page_gets_all_that_it_draws() -> None:
     document = AddParameter(name="speed").apply(tree())
     document = SetArgument(automaton=1, state=2, name="n", value="1").apply(document)
-    data = msgspec.json.decode(msgspec.json.encode(document_view(document)))
+    data = msgspec.json.decode(msgspec.json.encode(view(document)))
     assert data["parameters"] == [{"name": "speed", "type": "float", "default": "0.0", "description": ""}]
     assert set(data) == {
         *("description", "onError", "onRefused", "language", "parameters", "events"),
         *("properties", "libraries", "interfaces"),
     }
-    automaton = msgspec.json.decode(msgspec.json.encode(automaton_view(document.automata[0])))
+    automaton = msgspec.json.decode(msgspec.json.encode(view(document.automata[0])))
     assert (automaton["id"], automaton["father"], automaton["period"]) == (1, 0, "100")
     assert automaton["states"][1] == {
         "id": 2, "name": "work", "x": 300.0, "y": 100.0, "initial": False, "final": False, "children": [2, 3],
@@ -133,5 +133,5 @@ def test_the_page_gets_all_that_it_draws() -> None:
 
 
 def test_a_document_of_nothing_has_views() -> None:
-    assert document_view(Document()).parameters == ()
+    assert view(Document())["parameters"] == []
     assert write_document(Document())

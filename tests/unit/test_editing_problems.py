@@ -17,15 +17,13 @@ from codegen.hfsm import write_document
 from codegen.hfsm.document import Automaton, Document, Import, Interface, Library, State, Text, Transition
 from tests.support.editing import large_document, tree
 from tests.support.limits import LIMIT
-from visualhfsm.editing.check_process import CheckProcess
 from visualhfsm.editing.commands.automata import AddAutomaton
 from visualhfsm.editing.commands.states import SetArgument, SetStateCode
 from visualhfsm.editing.commands.transitions import SetTransitionCode
 from visualhfsm.editing.errors import EditError
-from visualhfsm.editing.fragments import parse, written
-from visualhfsm.editing.locate import Locator
-from visualhfsm.editing.places import Place, spots
-from visualhfsm.editing.problems import Problem, find_problems
+from visualhfsm.editing.places import Locator, Place, spots
+from visualhfsm.editing.problems import CheckProcess, Problem, find_problems
+from visualhfsm.editing.serialization import parse, written
 
 
 def only(problems: list[Problem], code: str) -> Problem:
@@ -161,7 +159,7 @@ def checkers() -> list[psutil.Process]:
     found = []
     for child in psutil.Process().children():
         with contextlib.suppress(psutil.NoSuchProcess):
-            if "visualhfsm.editing.check_process" in child.cmdline():
+            if "visualhfsm.editing.problems" in child.cmdline():
                 found.append(child)
     return found
 

@@ -18,7 +18,7 @@ from tests.support.editing import choose_command, tree
 from tests.support.examples import examples
 from visualhfsm.editing.commands import decode_command, encode_command
 from visualhfsm.editing.errors import EditError
-from visualhfsm.editing.fragments import parse
+from visualhfsm.editing.serialization import parse
 from visualhfsm.editing.session import DocumentSession
 
 COMMANDS_EACH = 100

@@ -13,12 +13,11 @@ import pytest
 from codegen.hfsm import write_document
 from tests.support.editing import tree
 from visualhfsm.child import child_environment
-from visualhfsm.editing.changes import Choice
 from visualhfsm.editing.commands.items import MoveItems
 from visualhfsm.editing.commands.states import AddState, RenameState, SetStateCode
 from visualhfsm.editing.errors import ChangedOutsideError, EditError, OldFormatError
 from visualhfsm.editing.journal import find_abandoned
-from visualhfsm.editing.session import DocumentSession
+from visualhfsm.editing.session import Choice, DocumentSession
 
 SPANISH = """<VisualHFSM><SubAutomata><idSub>1</idSub><Estado estado_inicial="true"><id>1</id><nombre>uno</nombre>
 <origenX>1</origenX><origenY>2</origenY><codigo>x = 1</codigo></Estado><tiempoIteracion>50</tiempoIteracion>
@@ -116,7 +115,7 @@ def test_a_command_that_fails_leaves_everything(session: DocumentSession) -> Non
 
 def test_a_document_does_not_grow_beyond_what_can_be_opened(session: DocumentSession, monkeypatch) -> None:
     monkeypatch.setattr("visualhfsm.editing.session.MAX_SIZE", 10_000)
-    monkeypatch.setattr("visualhfsm.editing.fragments.MAX_SIZE", 10_000)
+    monkeypatch.setattr("visualhfsm.editing.serialization.MAX_SIZE", 10_000)
     session.do(code("&" * 1000))
     before = session.document
     with pytest.raises(EditError, match="it is larger than"):

@@ -10,7 +10,7 @@ import pytest
 from codegen.diagnostics import Diagnostics
 from tests.support.documents import document, state, sub, transition
 from visualhfsm.editing.places import Place
-from visualhfsm.generation import generate_component
+from visualhfsm.generate import generate_component
 from visualhfsm.running.origins import Origin, Origins, read_origins
 
 TEXT = document(

@@ -10,16 +10,15 @@ from typing import Any, Final
 import msgspec
 
 from codegen.hfsm.document import Automaton, Document, Text
+from visualhfsm.child import LineProcess, NoAnswerError
 from visualhfsm.editing.commands import Command
 from visualhfsm.editing.commands.automata import SetAutomatonCode
 from visualhfsm.editing.commands.states import SetArgument, SetStateCode
 from visualhfsm.editing.commands.transitions import SetTransitionCode
-from visualhfsm.editing.fragments import written
 from visualhfsm.editing.places import Place
+from visualhfsm.editing.serialization import written
 from visualhfsm.errors import VisualHfsmError
-from visualhfsm.line_process import LineProcess, NoAnswerError
-from visualhfsm.web.services import ServiceError, Source
-from visualhfsm.web.tasks import retrieve
+from visualhfsm.services import ServiceError, Source, retrieve
 
 from .worker import Question, Wanted
 

@@ -13,9 +13,9 @@ from codegen.diagnostics import Diagnostics
 from codegen.hfsm import parse_document, resolve
 from codegen.hfsm.document import Document
 from codegen.hfsm.known_interfaces import KnownInterfaces, find_interfaces
+from visualhfsm.child import answer_lines
 from visualhfsm.editing.places import Place
 from visualhfsm.editing.problems import Problem, find_problems_in_text
-from visualhfsm.line_process import answer_lines
 
 from .completion import complete, explain, signature
 from .module import Synthetic, synthesize

@@ -1,10 +1,15 @@
-"""Change elements of a document: values that a file can hold, and the comments inside them kept sound."""
+"""Find and change elements of a document; choose ids and names for new ones.
+
+Values are those that a file can hold, and comments inside of elements are kept.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+import re
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import replace
+from itertools import count
 from typing import Any, Final, TypeVar
 
 from codegen.hfsm.document import (
@@ -26,14 +31,19 @@ from .errors import EditError
 __all__ = [
     "MAX_AUTOMATA",
     "MAX_ID",
+    "automaton_ids",
     "changed",
     "checked",
     "coordinate",
     "find_automaton",
     "find_state",
     "find_transition",
+    "free_ids",
+    "free_name",
     "label",
+    "state_ids",
     "swapped",
+    "transition_ids",
     "with_automaton",
     "with_leaf_text",
     "with_state",
@@ -49,6 +59,7 @@ MAX_AUTOMATA: Final = 10_000
 _MAX_TEXT: Final = 1 << 20
 _FARTHEST: Final = 1e6
 _LONGEST_LABEL: Final = 30
+_NUMBERED: Final = re.compile(r"^(?P<stem>.*?)\s+\d{1,9}$", re.DOTALL)
 
 # Fields whose element in a file has another name.
 _TAGS: Final[dict[tuple[type[Node], str], str]] = {
@@ -194,3 +205,41 @@ def label(node: State | Transition | None, fallback: str = "") -> str:
         return f"{type(node).__name__.lower()} {node.id}"
     short = name if len(name) <= _LONGEST_LABEL else f"{name[: _LONGEST_LABEL - 1]}…"
     return f"“{short}”"
+
+
+def free_ids(used: Iterable[int]) -> Iterator[int]:
+    """Yield ids that are not used: those above all others first, so that none comes back soon."""
+    taken = {0, *used}
+    yield from range(max(taken) + 1, MAX_ID + 1)
+    yield from (number for number in range(1, MAX_ID + 1) if number not in taken)
+
+
+def automaton_ids(document: Document) -> Iterator[int]:
+    """Yield ids for new automata; one that is only referred to counts as used."""
+    used = {automaton.id for automaton in document.automata}
+    used.update(automaton.father for automaton in document.automata)
+    for _, state in document.states():
+        used.update(state.children)
+    return free_ids(used)
+
+
+def state_ids(automaton: Automaton) -> Iterator[int]:
+    """Yield ids for new states; one that is only referred to counts as used."""
+    used = {state.id for state in automaton.states}
+    for transition in automaton.transitions:
+        used |= {transition.origin, transition.destination}
+    return free_ids(used)
+
+
+def transition_ids(automaton: Automaton) -> Iterator[int]:
+    """Yield ids for new transitions."""
+    return free_ids(transition.id for transition in automaton.transitions)
+
+
+def free_name(wanted: str, taken: Collection[str], separator: str = " ") -> str:
+    """Return a name that is not taken: `wanted`, or with the next number behind it: `wait 2`."""
+    if wanted not in taken:
+        return wanted
+    numbered = _NUMBERED.match(wanted) if separator == " " else None
+    stem = numbered["stem"] if numbered else wanted
+    return next(name for number in count(2) if (name := f"{stem}{separator}{number}") not in taken)

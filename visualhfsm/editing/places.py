@@ -1,15 +1,26 @@
-"""Name the places of a document: what a problem, a hit of a search or a difference is about."""
+"""The places of a document: their names, what stands at a line of its file, and where a text occurs."""
 
 from __future__ import annotations
 
+import re
+from bisect import bisect_right
 from collections.abc import Iterator, Sequence
-from typing import Literal, NamedTuple
+from itertools import islice
+from typing import Final, Literal, NamedTuple
 
 import msgspec
 
 from codegen.hfsm.document import Automaton, Document, Node, Parameter, State, Text, Transition
 
-__all__ = ["Place", "Spot", "spots"]
+__all__ = ["Hit", "Located", "Locator", "Place", "Spot", "search", "spots"]
+
+_CODE: Final = frozenset(
+    ("argument", "code", "entry", "exit", "fired", "functions", "guard", "trigger", "variables")
+)
+"""The parts that hold code."""
+
+_MOST_HITS: Final = 1000
+_LONGEST_EXCERPT: Final = 160
 
 
 class Place(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_defaults=True):
@@ -113,3 +124,139 @@ def _text(place: Place, text: Text | str | None) -> Iterator[Spot]:
 
 def _part(place: Place, part: str) -> Place:
     return msgspec.structs.replace(place, part=part)
+
+
+class Located(NamedTuple):
+    """A place, with line and column in the text there, from 1; 0 for an element as a whole."""
+
+    place: Place
+    line: int
+    column: int
+
+
+class Locator:
+    """The way back from the lines of a file to the parts of the document that was read from it."""
+
+    def __init__(self, document: Document) -> None:
+        self._document = document
+        self._spots: list[Spot] = []
+        self._starts: list[tuple[int, int]] = []
+        found = sorted(_owned(document), key=lambda item: (item[0].line, item[0].column))
+        self._owners: list[Place] = []
+        for spot, owner in found:
+            self._spots.append(spot)
+            self._starts.append((spot.line, spot.column))
+            self._owners.append(owner)
+
+    def find(self, line: int, column: int) -> Located | None:
+        """Return what stands at a place of the file, or None before the first known thing."""
+        index = bisect_right(self._starts, (line, column)) - 1
+        if index < 0:
+            return None
+        spot = self._spots[index]
+        if spot.text is None:
+            return Located(spot.place, 0, 0)
+        inside = line - spot.line
+        if inside > spot.text.count("\n"):
+            # Behind this text stands something that the document does not name.
+            return Located(self._owners[index], 0, 0)
+        return Located(spot.place, inside + 1, column - spot.column + 1 if inside == 0 else column)
+
+    def find_code(
+        self, line: int, *, code: str = "", part: str = "", automaton: int = 0, state: int = 0
+    ) -> Located | None:
+        """Return the piece of code that has a line of the file, or None when there is none in it.
+
+        Several pieces may share a line. Then the one counts that holds the text `code` there, is the `part`,
+        and belongs to the `automaton` and to its `state`, or to a transition at that one, as far as those are
+        known; what comes first decides.
+        """
+        found = [spot for spot in self._spots if _has_code(spot, line)]
+        if not found:
+            return None
+        wanted = " ".join(code.split())
+        near = self._near(automaton, state) if len(found) > 1 else frozenset()
+
+        def likeness(spot: Spot) -> tuple[bool, ...]:
+            assert spot.text is not None
+            place = spot.place
+            written = " ".join(spot.text.split("\n")[line - spot.line].split())
+            return (
+                bool(wanted) and wanted == written,
+                bool(written) and written in wanted,
+                place.part == part,
+                place.automaton == automaton,
+                (place.kind, place.id) in near,
+                bool(written),
+            )
+
+        best = max(found, key=likeness)  # the first of those that are alike
+        return Located(best.place, line - best.line + 1, 0)
+
+    def _near(self, automaton: int, state: int) -> frozenset[tuple[str, int]]:
+        """Return a state and the transitions that leave or enter it, as kinds and ids of places."""
+        source = self._document.automaton(automaton)
+        transitions = () if source is None else source.transitions
+        ends = (("transition", each.id) for each in transitions if state in (each.origin, each.destination))
+        return frozenset((("state", state), *ends))
+
+
+def _has_code(spot: Spot, line: int) -> bool:
+    if spot.text is None or spot.place.part not in _CODE or not spot.text:
+        return False
+    return spot.line <= line <= spot.line + spot.text.count("\n")
+
+
+def _owned(document: Document) -> Iterator[tuple[Spot, Place]]:
+    """Yield the spots that have a place in the file, each with the element that it belongs to."""
+    element = Place(kind="document")
+    for spot in spots(document):
+        if spot.text is None:
+            element = spot.place
+        is_about_automaton = spot.place.kind == "automaton" and spot.place.part != "inputs"
+        owner = Place(kind="automaton", automaton=spot.place.automaton) if is_about_automaton else element
+        if spot.line:
+            yield spot, owner
+
+
+class Hit(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
+    """Where a text was found: line and column in the text at the place, from 1, and that line of it."""
+
+    place: Place
+    line: int
+    column: int
+    length: int
+    excerpt: str
+
+
+def search(
+    document: Document, text: str, *, match_case: bool = False, whole_words: bool = False
+) -> list[Hit]:
+    """Return where a text stands in names, code and whatever else a person typed; the first 1000 places."""
+    if not text:
+        return []
+    pattern = re.escape(text)
+    if whole_words:
+        pattern = rf"(?<!\w){pattern}(?!\w)"
+    return list(islice(_hits(document, re.compile(pattern, 0 if match_case else re.IGNORECASE)), _MOST_HITS))
+
+
+def _hits(document: Document, pattern: re.Pattern[str]) -> Iterator[Hit]:
+    for place, text, _, _ in spots(document):
+        for found in pattern.finditer(text or ""):
+            assert text is not None
+            start = text.rfind("\n", 0, found.start()) + 1
+            end = text.find("\n", found.start())
+            line = text[start : end if end >= 0 else len(text)]
+            yield Hit(
+                place=place,
+                line=text.count("\n", 0, found.start()) + 1,
+                column=found.start() - start + 1,
+                length=found.end() - found.start(),
+                excerpt=_excerpt(line, found.start() - start),
+            )
+
+
+def _excerpt(line: str, at: int) -> str:
+    first = max(0, at - _LONGEST_EXCERPT // 2) if len(line) > _LONGEST_EXCERPT else 0
+    return line[first : first + _LONGEST_EXCERPT].strip()

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from enum import StrEnum
 from pathlib import Path
 from typing import Final
 
@@ -11,24 +13,38 @@ import msgspec
 
 from codegen.hfsm.document import Document
 
-from .changes import Change, Choice, Resolution
 from .commands import Command, decode_command, encode_command
 from .commands.items import DeleteItems
 from .commands.paste import ReplaceDocument
-from .dialects import NATIVE, dialect_of_file
 from .errors import ChangedOutsideError, EditError, OldFormatError
 from .files import FileVersion, read_file, write_file
-from .fragments import MAX_SIZE, copy_states, parse_file, written
-from .history import History
 from .journal import Done, Entry, Journal, Redone, Saved, Undone, journal_directory, make_header
 from .merge import Conflict, merge_documents
+from .serialization import MAX_SIZE, NATIVE, copy_states, dialect_of_file, parse_file, written
+from .undo import Change, UndoStack
 
-__all__ = ["DocumentSession"]
+__all__ = ["Change", "Choice", "DocumentSession", "Resolution"]
 
 _GROWTH: Final = 2048
 """Bytes by which a command may let a document grow beside what it carries itself."""
 _ESCAPED: Final = 6
 """Bytes that one byte of a command may take in a document."""
+
+
+class Choice(StrEnum):
+    """What is to become of a document whose file another program has changed."""
+
+    MINE = "mine"
+    THEIRS = "theirs"
+    MERGE = "merge"
+
+
+@dataclass(frozen=True, slots=True)
+class Resolution:
+    """What became of a document whose file was changed, and where both had changed the same."""
+
+    change: Change | None
+    conflicts: tuple[Conflict, ...] = ()
 
 
 class DocumentSession:
@@ -54,7 +70,7 @@ class DocumentSession:
         self.name = name
         self.dialect = dialect
         self.revision = 0
-        self._history = History(document, clock)
+        self._steps = UndoStack(document, clock)
         self._saved: Document | None = document
         self._version = version
         self._journal = journal
@@ -139,14 +155,14 @@ class DocumentSession:
             session._saved = None
         session._keep_original(document, header.content)
         session._replay(entries)
-        session._history.seal()
+        session._steps.seal()
         session._notice_saved()
         return session
 
     @property
     def document(self) -> Document:
         """The document as it is now."""
-        return self._history.document
+        return self._steps.document
 
     @property
     def dirty(self) -> bool:
@@ -161,12 +177,12 @@ class DocumentSession:
     @property
     def undo_names(self) -> list[str]:
         """The names of the steps that can be undone, the latest first."""
-        return self._history.undo_names
+        return self._steps.undo_names
 
     @property
     def redo_names(self) -> list[str]:
         """The names of the steps that can be done again, the next first."""
-        return self._history.redo_names
+        return self._steps.redo_names
 
     @property
     def saved_document(self) -> Document | None:
@@ -175,7 +191,7 @@ class DocumentSession:
 
     def do(self, command: Command) -> Change:
         """Apply a command. Raises EditError and leaves the document as it was when that is not possible."""
-        merged = self._history.merges(command.merge_key)
+        merged = self._steps.merges(command.merge_key)
         before = self.document
         name = command.title(before)
         encoded = encode_command(command)
@@ -184,25 +200,21 @@ class DocumentSession:
             self._note(Done(msgspec.Raw(encoded), merged), name)
         return Change(name, self.revision, before, self.document)
 
-    def undo(self) -> Change:
-        """Undo the last step. Raises EditError when there is none."""
-        return self._step(self._history.undo, Undone(), "undo")
+    def undo(self, steps: int = 1) -> Change:
+        """Undo the last steps, as many as there are. Raises EditError when there is none."""
+        return self._move(self._steps.undo, Undone(), "undo", steps)
 
-    def redo(self) -> Change:
-        """Do the step again that was undone last. Raises EditError when there is none."""
-        return self._step(self._history.redo, Redone(), "redo")
+    def redo(self, steps: int = 1) -> Change:
+        """Do steps again that were undone last, as many as there are. Raises EditError when there is none."""
+        return self._move(self._steps.redo, Redone(), "redo", steps)
 
     def seal(self) -> None:
         """Let the next change be a step of its own, such as when a field has lost the focus."""
-        self._history.seal()
-
-    def copy(self, automaton: int, states: tuple[int, ...]) -> str:
-        """Return states as text for the clipboard. Raises EditError."""
-        return copy_states(self.document, automaton, states)
+        self._steps.seal()
 
     def cut(self, automaton: int, states: tuple[int, ...]) -> tuple[str, Change]:
         """Return states as text for the clipboard, and delete them. Raises EditError."""
-        text = self.copy(automaton, states)
+        text = copy_states(self.document, automaton, states)
         return text, self.do(DeleteItems(automaton=automaton, states=states, cut=True))
 
     def text(self) -> str:
@@ -228,7 +240,7 @@ class DocumentSession:
         self._version = write_file(target, self._content())
         self._saved = self.document
         self.path, self.name, self.dialect = target, target.stem, NATIVE
-        self._history.seal()
+        self._steps.seal()
         self._note(Saved(str(target), self._version.digest))
         return target
 
@@ -299,17 +311,19 @@ class DocumentSession:
         if bound > MAX_SIZE:
             bound = len(written(document).encode())
         self._size_bound = bound
-        self._history.add(name, document, command.merge_key, merge=merge)
+        self._steps.add(name, document, command.merge_key, merge=merge)
         self.revision += 1
 
-    def _step(self, move: Callable[[], str | None], entry: Entry, what: str) -> Change:
+    def _move(self, move: Callable[[], str | None], entry: Entry, what: str, steps: int) -> Change:
         before = self.document
-        name = move()
-        if name is None:
+        names: list[str] = []
+        while len(names) < steps and (name := move()) is not None:
+            names.append(name)
+            self.revision += 1
+            self._note(entry, name)
+        if not names:
             raise EditError(f"Cannot {what}", f"there is nothing to {what}", "change something first")
-        self.revision += 1
-        self._note(entry, name)
-        return Change(name, self.revision, before, self.document)
+        return Change(names[-1], self.revision, before, self.document)
 
     def _note(self, entry: Entry, name: str = "") -> None:
         """Write an entry into the journal; `name` is that of the step, if it is one."""
@@ -351,9 +365,9 @@ class DocumentSession:
                         command = decode_command(bytes(raw))
                         self._apply(command, command.title(self.document), merge=merged, size=len(bytes(raw)))
                     case Undone():
-                        self._history.undo()
+                        self._steps.undo()
                     case Redone():
-                        self._history.redo()
+                        self._steps.redo()
                     case Saved(path=path, digest=digest, content=content):
                         self.path, self.name, self.dialect = Path(path), Path(path).stem, NATIVE
                         self._version = FileVersion(0, -1, digest)

@@ -15,11 +15,10 @@ import msgspec
 from msgspec import Meta
 
 from visualhfsm.errors import VisualHfsmError
+from visualhfsm.services import Components, Publish, ServiceError, Snapshot, Stale, Structure
 from visualhfsm.steer.addresses import did_you_mean
 from visualhfsm.watch.automata import printable
 from visualhfsm.watch.discovery import components
-from visualhfsm.web.protocol import Snapshot, Stale, Structure
-from visualhfsm.web.services import Components, Publish, ServiceError
 from zenoh_ice import Communicator, Settings, ZenohIceError, initialize
 from zenoh_ice.transport import Target
 

@@ -9,8 +9,7 @@ from typing import Final, NamedTuple
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import read_document
 from codegen.hfsm.document import Document
-from visualhfsm.editing.locate import Locator
-from visualhfsm.editing.places import Place
+from visualhfsm.editing.places import Locator, Place
 
 __all__ = ["Origin", "Origins", "read_origins"]
 

@@ -1,79 +1,60 @@
-"""One run of a component: generated, started, told about, stopped, started again."""
+"""The component of one document: generated, started, stopped, and started again."""
 
 from __future__ import annotations
 
 import asyncio
+import contextlib
+import shutil
 import signal
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, Literal
 
+from codegen.diagnostics import Diagnostics
+from codegen.hfsm import component_path, extension_path, write_document
 from codegen.hfsm.document import Document
 from visualhfsm.child import child_environment
 from visualhfsm.errors import VisualHfsmError
+from visualhfsm.generate import generate_component
+from visualhfsm.scratch import ScratchDirectory
+from visualhfsm.services import Output, OutputLine, Publish, RunPush, Source
 
-from .directory import Generated, RunDirectory
-from .origins import Origin, Origins
-from .process import ChildProcess, Lines, Stream
+from .origins import Origins, read_origins
+from .process import ChildProcess, Lines
 
-__all__ = ["DocumentSource", "OutputLine", "Run", "RunChange", "Status", "describe_exit"]
+__all__ = ["Generated", "Run"]
 
-Status = Literal["generating", "starting", "running", "stopping", "ended"]
+_Status = Literal["generating", "starting", "running", "stopping", "ended"]
 
 PATIENCE: Final = (5.0, 3.0)
 """Seconds from SIGINT, at which a component stops the robot, to SIGTERM, and from there to SIGKILL."""
 
 _INTERRUPTED: Final = 130
 _TERMINATED: Final = 143
+_UNTITLED: Final = "untitled"
 
 
 @dataclass(frozen=True, slots=True)
-class DocumentSource:
-    """A document as it stands in the editor; `dirty` says that its file holds something else."""
+class Generated:
+    """A component that was written: its file, and where its lines come from."""
 
-    document: Document
-    path: Path | None
-    dirty: bool
-    title: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class OutputLine:
-    """A line that a component wrote, and the line of the document's code of which it speaks, if any."""
-
-    stream: Stream
-    text: str
-    origin: Origin | None
-
-
-@dataclass(frozen=True, slots=True)
-class RunChange:
-    """What became of a run; `exit_code` is minus the number of the signal that ended it, if one did."""
-
-    status: Status
-    exit_code: int | None = None
-    message: str = ""
+    component: Path
+    origins: Origins | None
 
 
 class Run:
-    """The component of one document as a child process; started anew as often as wanted.
+    """The component of the document of a tab as a child process, which can be restarted any number of times.
 
-    What happens is told on the event loop, the output through `told` (lines, and how many older ones were
-    left out) and all else through `changed`. It ends with `close`, on every way out.
+    Its output and its changes are published on the event loop. It ends with `close`, on every way out.
     """
 
-    def __init__(
-        self,
-        told: Callable[[Sequence[OutputLine], int], None],
-        changed: Callable[[RunChange], None],
-        environment: Mapping[str, str] | None = None,
-    ) -> None:
-        self._told = told
-        self._changed = changed
-        self._environment = dict(environment or {})
-        self._directory = RunDirectory()
+    def __init__(self, tab: int, publish: Publish, environment: Mapping[str, str]) -> None:
+        self._tab = tab
+        self._publish = publish
+        self._environment = environment
+        self._directory = _Directory()
         self._generated: Generated | None = None
         self._child: ChildProcess | None = None
         self._watch: asyncio.Task[None] | None = None
@@ -90,7 +71,7 @@ class Run:
         """Where the lines of the component that runs come from; None while none does."""
         return self._generated.origins if self._generated and self.is_running else None
 
-    async def generate(self, source: DocumentSource) -> Generated:
+    async def generate(self, source: Source) -> Generated:
         """Write the component, for a start or for a reload of the one that runs. Raises VisualHfsmError.
 
         The component of a document that has a file is written beside it, unless one runs elsewhere.
@@ -98,21 +79,21 @@ class Run:
         async with self._busy:
             return await self._generate(source, beside=True)
 
-    async def start(self, source: DocumentSource, arguments: Sequence[str] = ()) -> None:
+    async def start(self, source: Source, arguments: Sequence[str] = ()) -> None:
         """Generate the component and start it; one that runs is stopped first. Raises VisualHfsmError."""
         async with self._busy:
             await self._stop(PATIENCE)
             self._directory.close()
-            self._changed(RunChange("generating"))
+            self._report("generating")
             try:
                 generated = await self._generate(source)
-                self._changed(RunChange("starting"))
+                self._report("starting")
                 await self._launch([sys.executable, str(generated.component), *arguments])
             except BaseException as error:
-                told = str(error) if isinstance(error, VisualHfsmError) else "it could not be started"
-                self._changed(RunChange("ended", None, told))
+                message = str(error) if isinstance(error, VisualHfsmError) else "it could not be started"
+                self._report("ended", None, message)
                 raise
-            self._changed(RunChange("running"))
+            self._report("running")
 
     async def stop(self, patience: Sequence[float] = PATIENCE) -> None:
         """End the process; nothing happens when there is none."""
@@ -128,21 +109,14 @@ class Run:
                 self._child.kill()
             self._directory.close()
 
-    async def _generate(self, source: DocumentSource, *, beside: bool = False) -> Generated:
-        self._generated = await asyncio.to_thread(
-            self._directory.generate,
-            source.document,
-            source.path,
-            dirty=source.dirty,
-            beside=beside,
-            title=source.title,
-        )
+    async def _generate(self, source: Source, *, beside: bool = False) -> Generated:
+        self._generated = await asyncio.to_thread(self._directory.generate, source, beside=beside)
         return self._generated
 
     async def _launch(self, command: Sequence[str]) -> None:
         child = ChildProcess(self._take)
         try:
-            await child.start(command, child_environment() | self._environment)
+            await child.start(command, {**child_environment(), **self._environment})
         except OSError as error:
             raise VisualHfsmError(f"the component cannot be started: {error.strerror or error}") from error
         self._child = child
@@ -153,25 +127,31 @@ class Run:
         if self._child is None or self._watch is None or self._watch.done():
             return
         self._stopping = True
-        self._changed(RunChange("stopping"))
+        self._report("stopping")
         await self._child.stop(patience)
         await self._watch
 
     async def _follow(self, child: ChildProcess) -> None:
         code = await child.wait()
-        message = describe_exit(code, stopped=self._stopping)
-        self._changed(RunChange("ended", code, message))
+        message = _describe_exit(code, stopped=self._stopping)
+        self._report("ended", code, message)
+
+    def _report(self, status: _Status, exit_code: int | None = None, message: str = "") -> None:
+        self._publish(RunPush(tab=self._tab, status=status, exit_code=exit_code, message=message))
 
     def _take(self, written: Lines) -> None:
+        lines = [self._line(stream, text) for stream, text in written.lines]
+        self._publish(Output(tab=self._tab, lines=lines, dropped=written.dropped))
+
+    def _line(self, stream: Literal["out", "err"], text: str) -> OutputLine:
         origins = self._generated.origins if self._generated else None
-        lines = [
-            OutputLine(stream, text, origins.find(text) if origins else None)
-            for stream, text in written.lines
-        ]
-        self._told(lines, written.dropped)
+        origin = origins.find(text) if origins else None
+        if origin is None:
+            return OutputLine(text=text, stream=stream)
+        return OutputLine(text=text, stream=stream, place=origin.place, line=origin.line)
 
 
-def describe_exit(code: int, *, stopped: bool) -> str:
+def _describe_exit(code: int, *, stopped: bool) -> str:
     """Say in words how a component ended; `stopped` when it was told to."""
     if code == 0 or (stopped and code in (_INTERRUPTED, _TERMINATED)):
         return "it was stopped" if stopped else "it has ended by itself"
@@ -180,3 +160,75 @@ def describe_exit(code: int, *, stopped: bool) -> str:
         return f"it ended with exit code {code}{hint.get(code, '')}"
     name = signal.Signals(-code).name if -code in signal.valid_signals() else f"signal {-code}"
     return f"it was ended by {name}"
+
+
+class _Directory:
+    """Where the component of one document is generated, again after each change.
+
+    The component of a document that is saved is written beside it, as `codegen` does. One that has never been
+    saved, or holds changes that its file lacks, is generated from a copy in a directory of its own, which
+    `close` deletes; its component goes there, too, unless a component beside the file is to be renewed.
+    """
+
+    def __init__(self) -> None:
+        self._aside: ScratchDirectory | None = None
+        self._target: Path | None = None
+
+    def generate(self, source: Source, *, beside: bool = False) -> Generated:
+        """Write the component. Raises VisualHfsmError, which names the first error and counts the others.
+
+        Without a file the component is called after the title, if that can be the name of a module. `beside`
+        writes it beside the file also when that lacks the changes. Once written somewhere it stays there:
+        that is where a running component looks for its new self.
+        """
+        diagnostics = Diagnostics()
+        path = source.path
+        include: tuple[Path, ...] = ()
+        if path is not None and not source.dirty:
+            file = path
+        else:
+            file = self._copy(source.document, path.name if path else f"{_module_name(source.title)}.xml")
+            include = (path.parent,) if path else ()
+        target = self._target or (path.parent if beside and path else file.parent)
+        if path is not None and self._aside is not None and target == self._aside.path:
+            _copy_extension(path, file)
+        component = generate_component(file, target, diagnostics, include)
+        if component is None:
+            raise VisualHfsmError(_summary(diagnostics))
+        self._target = target
+        return Generated(component, read_origins(file, component))
+
+    def close(self) -> None:
+        """Delete what stands aside."""
+        aside, self._aside, self._target = self._aside, None, None
+        if aside is not None:
+            aside.close()
+
+    def _copy(self, document: Document, name: str) -> Path:
+        try:
+            if self._aside is None:
+                self._aside = ScratchDirectory()
+            source = self._aside.path / name
+            source.write_text(write_document(document), encoding="utf-8")
+        except OSError as error:
+            raise VisualHfsmError(f"nothing was generated: {error.strerror}: {error.filename}") from error
+        return source
+
+
+def _module_name(title: str) -> str:
+    return title if title.isascii() and title.isidentifier() else _UNTITLED
+
+
+def _copy_extension(path: Path, copy: Path) -> None:
+    """Copy what was written by hand beside a document to its copy, where it is looked for."""
+    with contextlib.suppress(FileNotFoundError):
+        shutil.copyfile(
+            extension_path(component_path(path, None)), extension_path(component_path(copy, None))
+        )
+
+
+def _summary(diagnostics: Diagnostics) -> str:
+    errors = diagnostics.errors
+    first = errors[0]
+    more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
+    return f"nothing was generated: {first.message}{more}"

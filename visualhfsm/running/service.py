@@ -1,4 +1,4 @@
-"""Run the components of the editor's tabs: what the server asks for and is told."""
+"""Run the components of the editor's tabs."""
 
 from __future__ import annotations
 
@@ -8,14 +8,11 @@ from collections.abc import Sequence
 from codegen.hfsm import component_path
 from visualhfsm.errors import VisualHfsmError
 from visualhfsm.scratch import delete_abandoned
-from visualhfsm.web.protocol import Output, RunPush
-from visualhfsm.web.protocol import OutputLine as OutputLineMessage
-from visualhfsm.web.services import Publish, ServiceError, Source
-from visualhfsm.web.tasks import to_the_end
+from visualhfsm.services import Publish, ServiceError, Source, complete
 from zenoh_ice import Settings
 
 from .origins import read_origins
-from .run import DocumentSource, OutputLine, Run, RunChange
+from .run import Run
 
 __all__ = ["RunningComponents"]
 
@@ -23,7 +20,7 @@ _CLOSE_PATIENCE = (3.0, 2.0)
 
 
 class RunningComponents:
-    """At most one child process for each tab. Implements `visualhfsm.web.services.Running`.
+    """At most one child process for each tab. All methods raise ServiceError.
 
     Make it on the event loop. What was begun is done to its end, also when the window that asked for it goes
     away meanwhile.
@@ -40,7 +37,7 @@ class RunningComponents:
         if source.path is None and source.tab not in self._runs:
             raise ServiceError("save the document first: its component is written beside it")
         try:
-            generated = await to_the_end(self._run_of(source.tab).generate(_document(source)))
+            generated = await complete(self._run_of(source.tab).generate(source))
         except VisualHfsmError as error:
             raise ServiceError(str(error)) from error
         return {"path": str(generated.component)}
@@ -48,7 +45,7 @@ class RunningComponents:
     async def run(self, source: Source, arguments: Sequence[str]) -> object:
         """Generate and start; the tab's former process is stopped first."""
         try:
-            await to_the_end(self._run_of(source.tab).start(_document(source), arguments))
+            await complete(self._run_of(source.tab).start(source, arguments))
         except VisualHfsmError as error:
             raise ServiceError(str(error)) from error
         return None
@@ -57,14 +54,14 @@ class RunningComponents:
         """Stop the tab's process, if one runs."""
         run = self._runs.get(tab)
         if run is not None:
-            await to_the_end(run.stop())
+            await complete(run.stop())
         return None
 
     async def forget(self, tab: int) -> None:
         """Stop the process of a tab that is closed, and delete what was generated for it aside."""
         run = self._runs.pop(tab, None)
         if run is not None:
-            await to_the_end(run.close())
+            await complete(run.close())
 
     async def locate(self, source: Source, text: str, automaton: int = 0, state: int = 0) -> object:
         """Return the place and the line of the code of which a line of a log or of a report speaks, or None.
@@ -86,35 +83,4 @@ class RunningComponents:
         await asyncio.gather(self._cleaning, *(run.close(_CLOSE_PATIENCE) for run in runs))
 
     def _run_of(self, tab: int) -> Run:
-        run = self._runs.get(tab)
-        if run is None:
-
-            def told(lines: Sequence[OutputLine], dropped: int) -> None:
-                self._publish(Output(tab=tab, lines=[_line(line) for line in lines], dropped=dropped))
-
-            def changed(change: RunChange) -> None:
-                self._publish(
-                    RunPush(
-                        tab=tab,
-                        status=change.status,
-                        exit_code=change.exit_code,
-                        message=change.message,
-                    )
-                )
-
-            run = self._runs[tab] = Run(told, changed, self._environment)
-        return run
-
-
-def _document(source: Source) -> DocumentSource:
-    return DocumentSource(source.document, source.path, source.dirty, source.title)
-
-
-def _line(line: OutputLine) -> OutputLineMessage:
-    origin = line.origin
-    return OutputLineMessage(
-        text=line.text,
-        stream=line.stream,
-        place=origin.place if origin else None,
-        line=origin.line if origin else 0,
-    )
+        return self._runs.setdefault(tab, Run(tab, self._publish, self._environment))

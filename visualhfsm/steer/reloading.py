@@ -13,7 +13,7 @@ from codegen.diagnostics import Diagnostics
 from codegen.hfsm import component_path
 from interfaces.hfsm import ReloadRefused
 from visualhfsm.errors import VisualHfsmError
-from visualhfsm.generation import generate_component
+from visualhfsm.generate import generate_component
 from visualhfsm.steer.actions import print_json
 from visualhfsm.steer.target import Target
 from visualhfsm.watch.automata import printable

@@ -5,13 +5,15 @@
 | `command` | `visualhfsm edit` |
 | `server` | the life of the server: socket, address, Ctrl-C |
 | `app` | what is served under which path |
-| `security`, `http_connection`, `limits`, `paths` | who may come in, how much, and which files they reach |
+| `security`, `paths` | who may come in, and which files they reach |
 | `assets` | the page's files |
-| `protocol` | the messages on the websocket, as types |
-| `connection`, `outbox` | one websocket: what comes in, what goes out |
-| `operations`, `documents`, `uploads` | what each request does |
-| `workspace`, `tab` | the open documents, which every window sees |
-| `services` | what running, monitoring and code completion must offer |
+| `protocol`, `errors` | the messages on the websocket, as types, and what refusals are called |
+| `connection`, `window` | one websocket: what comes in, what goes out |
+| `operations`, `documents` | what each request does |
+| `workspace`, `tab` | the open documents, which every window sees; their limits |
+| `rendering` | documents as JSON, of which only what changed is sent |
+| `checking` | checks in the background |
+| `services` | which packages run components, follow them, and help with code |
 
 Only the command's own module is light: the others need the packages of the extra `web`.
 """

@@ -1,74 +1,93 @@
-"""What is served under which path."""
+"""What is served under which path: the page, its websocket, and websockets that carry pictures.
+
+Of pictures the newest one is sent whenever the page has drawn the last: the server sends one binary frame and
+waits for a message, whatever it says, before it asks for the next. A window that draws slowly skips frames
+instead of showing old ones.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Awaitable, Callable, Iterable
+import asyncio
+import contextlib
+import logging
+from collections.abc import AsyncGenerator, Callable, Iterable
 from typing import Final
 
 from starlette.applications import Starlette
 from starlette.routing import Route, WebSocketRoute
 from starlette.types import ASGIApp
-from starlette.websockets import WebSocket
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from visualhfsm.services import ServiceError
 
 from .assets import Assets
-from .connection import converse
-from .frames import send_frames
+from .connection import converse, until_one_ends
 from .security import Credentials, Guard
 from .workspace import Workspace
 
 __all__ = ["make_app"]
 
-_TRY_AGAIN_LATER: Final = 1013  # registered with IANA beside those of RFC 6455
+_NOT_AVAILABLE: Final = 4404  # an own code, RFC 6455, section 7.4.2
+_LONGEST_REASON: Final = 60  # characters of up to 2 bytes; a reason has 123 bytes
+_DRAW_LIMIT: Final = 60.0  # s that a window may take to draw a frame: hidden ones draw rarely
+
+_logger = logging.getLogger(__name__)
 
 
 def make_app(workspace: Workspace, credentials: Credentials, hosts: Iterable[str] = ()) -> ASGIApp:
     """Return the application of a workspace; everything in it stands behind the guard."""
     assets = Assets()
     live = workspace.services.live
-    limited = _limited(workspace.limits.sockets)
 
     async def talk(websocket: WebSocket) -> None:
         await converse(websocket, workspace)
 
     async def camera(websocket: WebSocket) -> None:
-        await send_frames(websocket, lambda: live.camera(websocket.path_params["name"]))
+        await _send_frames(websocket, lambda: live.camera(websocket.path_params["name"]))
 
     async def scene(websocket: WebSocket) -> None:
-        await send_frames(websocket, live.scene)
+        await _send_frames(websocket, live.scene)
 
     app = Starlette(
         routes=[
             Route("/", assets.index),
             Route("/static/{version}/{path:path}", assets.file),
-            WebSocketRoute("/ws", limited(talk)),
-            WebSocketRoute("/camera/{name}", limited(camera)),
-            WebSocketRoute("/scene", limited(scene)),
+            WebSocketRoute("/ws", talk),
+            WebSocketRoute("/camera/{name}", camera),
+            WebSocketRoute("/scene", scene),
         ]
     )
     return Guard(app, credentials, hosts)
 
 
-Handler = Callable[[WebSocket], Awaitable[None]]
+async def _send_frames(websocket: WebSocket, open_frames: Callable[[], AsyncGenerator[bytes, None]]) -> None:
+    """Send frames until the window goes away or there are no more."""
+    await websocket.accept()
+    drawn = asyncio.Event()
+
+    async def read() -> None:
+        while (await websocket.receive())["type"] != "websocket.disconnect":
+            drawn.set()
+
+    async def send() -> None:
+        async with contextlib.aclosing(open_frames()) as frames:
+            async for frame in frames:
+                drawn.clear()
+                await websocket.send_bytes(frame)
+                async with asyncio.timeout(_DRAW_LIMIT):
+                    await drawn.wait()
+
+    try:
+        await until_one_ends(read(), send())
+    except ServiceError as error:
+        await _close(websocket, str(error)[:_LONGEST_REASON])
+    except TimeoutError:
+        _logger.debug("a window drew no picture for %g s", _DRAW_LIMIT)
+        await _close(websocket, "no picture was drawn for too long")
+    except WebSocketDisconnect:
+        pass
 
 
-def _limited(sockets: int) -> Callable[[Handler], Handler]:
-    """Return a decorator that lets through so many websockets at a time, of all handlers together."""
-    opened = 0
-
-    def decorate(handle: Handler) -> Handler:
-        async def handle_limited(websocket: WebSocket) -> None:
-            nonlocal opened
-            if opened >= sockets:
-                # Accepted first: a browser does not tell its page why a handshake failed.
-                await websocket.accept()
-                await websocket.close(_TRY_AGAIN_LATER, "too many windows are open")
-                return
-            opened += 1
-            try:
-                await handle(websocket)
-            finally:
-                opened -= 1
-
-        return handle_limited
-
-    return decorate
+async def _close(websocket: WebSocket, reason: str) -> None:
+    with contextlib.suppress(RuntimeError):  # it is closed already
+        await websocket.close(_NOT_AVAILABLE, reason)

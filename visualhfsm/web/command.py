@@ -75,7 +75,7 @@ def edit(
     """
     try:
         from .server import Options, launch_browser, serve
-        from .standard_services import make_services
+        from .services import make_services
     except ModuleNotFoundError as error:
         package = (error.name or "").partition(".")[0]
         if package not in _PACKAGES:
@@ -89,7 +89,7 @@ def edit(
         hosts=allow_host or [],
         make_services=make_services(settings),
     )
-    serve(options, _tell_address, launch=launch_browser if browser else None)
+    serve(options, _print_address, launch=launch_browser if browser else None)
 
 
 def _host_name(name: str) -> str:
@@ -99,7 +99,7 @@ def _host_name(name: str) -> str:
     return name.lower()
 
 
-def _tell_address(address: str) -> None:
+def _print_address(address: str) -> None:
     typer.echo(f"The editor is at {address}")
     if os.environ.get("SSH_CONNECTION"):
         port = urlsplit(address).port

@@ -2,29 +2,28 @@
 
 Requests that change documents are done in the order in which they come; the others (`CONCURRENT`) hold up
 nobody. Help with code (`CODE_HELP`) is counted by itself, so that it never keeps a run out, and so is the
-operator's stop, which nothing must keep out. A window that sends too much is read more slowly, and one that
-reads too slowly gets fewer pushes: neither is felt by the other windows.
+operator's stop, which nothing may keep out. A window that reads too slowly gets fewer pushes, which the other
+windows do not feel.
 """
 
 from __future__ import annotations
 
 import asyncio
 import logging
+from collections import defaultdict
+from collections.abc import Coroutine
 from typing import Final
 
 import msgspec
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from .limits import Limits, TokenBucket
+from .errors import kind_of
 from .operations import CODE_HELP, CONCURRENT, Operations, is_emergency_stop
-from .outbox import Outbox
-from .protocol import Answer, ErrorAnswer, Request, decode_request, encode, request_id
-from .refusals import kind_of
-from .tasks import until_one_ends
+from .protocol import Answer, ErrorAnswer, Request, decode_request, request_id
 from .window import Window
 from .workspace import Workspace
 
-__all__ = ["converse"]
+__all__ = ["converse", "until_one_ends"]
 
 _UNSUPPORTED_DATA: Final = 1003  # RFC 6455, section 7.4.1
 
@@ -34,47 +33,55 @@ _logger = logging.getLogger(__name__)
 async def converse(websocket: WebSocket, workspace: Workspace) -> None:
     """Serve one window until it goes away."""
     await websocket.accept()
-    limits = workspace.limits
-    outbox = Outbox(limits.output_lines)
-    window = Window(outbox)
-    operations = Operations(workspace, window)
-    conversation = _Conversation(websocket, outbox, operations, limits)
+    window = Window(workspace.limits.output_lines)
+    connection = _Connection(websocket, window, Operations(workspace, window), workspace)
     try:
-        await conversation.hold()
+        await until_one_ends(connection.read(), connection.write())
+    except WebSocketDisconnect:
+        pass
     finally:
-        operations.close()
+        await connection.close()
         await workspace.leave(window)
 
 
-class _Conversation:
-    def __init__(self, websocket: WebSocket, outbox: Outbox, operations: Operations, limits: Limits) -> None:
+async def until_one_ends(*work: Coroutine[object, object, None]) -> None:
+    """Run all until one ends, and cancel the others; raises what the first one to fail raised."""
+    tasks = [asyncio.create_task(each) for each in work]
+    try:
+        await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+    finally:
+        for task in tasks:
+            task.cancel()
+        results = await asyncio.gather(*tasks, return_exceptions=True)
+    for result in results:
+        if isinstance(result, Exception):
+            raise result
+
+
+class _Connection:
+    def __init__(
+        self, websocket: WebSocket, window: Window, operations: Operations, workspace: Workspace
+    ) -> None:
         self._websocket = websocket
-        self._outbox = outbox
+        self._window = window
         self._operations = operations
-        self._limits = limits
-        self._under_way: set[asyncio.Task[None]] = set()
-        self._helping: set[asyncio.Task[None]] = set()
-        self._stopping: set[asyncio.Task[None]] = set()
+        self._limits = workspace.limits
+        self._under_way: dict[str, set[asyncio.Task[None]]] = defaultdict(set)
 
-    async def hold(self) -> None:
-        """Read and write until one of both ends, then end everything under way."""
-        try:
-            await until_one_ends(self._read(), self._write())
-        except WebSocketDisconnect:
-            pass
-        finally:
-            under_way = self._under_way | self._helping | self._stopping
-            for task in under_way:
-                task.cancel()
-            await asyncio.gather(*under_way, return_exceptions=True)
+    async def close(self) -> None:
+        """End everything under way."""
+        tasks = [task for tasks in self._under_way.values() for task in tasks]
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+        self._operations.close()
 
-    async def _write(self) -> None:
+    async def write(self) -> None:
         while True:
-            for message in await self._outbox.next():
+            for message in await self._window.next():
                 await self._websocket.send_text(message.decode())
 
-    async def _read(self) -> None:
-        bucket = TokenBucket(self._limits.messages_per_second, self._limits.message_burst)
+    async def read(self) -> None:
         while True:
             message = await self._websocket.receive()
             if message["type"] == "websocket.disconnect":
@@ -83,45 +90,40 @@ class _Conversation:
             if text is None:
                 await self._websocket.close(_UNSUPPORTED_DATA, "messages are text")
                 return
-            await self._handle(text)
-            if (pause := bucket.take()) > 0:
-                await asyncio.sleep(pause)
+            try:
+                request = decode_request(text)
+            except (msgspec.DecodeError, RecursionError, UnicodeError) as error:
+                why = "it is nested too deeply" if isinstance(error, RecursionError) else str(error)
+                refusal = ErrorAnswer(re=request_id(text), error=f"no request: {why}", kind="malformed")
+                self._window.answer(refusal)
+                continue
+            if isinstance(request, CODE_HELP):
+                self._begin(request, "code help")
+            elif is_emergency_stop(request):
+                self._begin(request, "stop")
+            elif isinstance(request, CONCURRENT):
+                self._begin(request, "others")
+            else:
+                await self._answer(request)
 
-    async def _handle(self, text: str) -> None:
-        try:
-            request = decode_request(text)
-        except (msgspec.DecodeError, RecursionError, UnicodeError) as error:
-            reason = "it is nested too deeply" if isinstance(error, RecursionError) else str(error)
-            refusal = ErrorAnswer(re=request_id(text), error=f"no request: {reason}", kind="malformed")
-            self._outbox.answer(encode(refusal))
-            return
-        if isinstance(request, CODE_HELP):
-            self._begin(request, self._helping)
-        elif is_emergency_stop(request):
-            self._begin(request, self._stopping)
-        elif isinstance(request, CONCURRENT):
-            self._begin(request, self._under_way)
-        else:
-            await self._answer(request)
-
-    def _begin(self, request: Request, under_way: set[asyncio.Task[None]]) -> None:
-        """Answer a request beside those that are under way, unless they are too many."""
-        if len(under_way) >= self._limits.concurrent_operations:
-            busy = ErrorAnswer(re=request.id, error="too many requests are under way", kind="busy")
-            self._outbox.answer(encode(busy))
+    def _begin(self, request: Request, kind: str) -> None:
+        """Answer a request beside those of its kind that are under way, unless they are too many."""
+        tasks = self._under_way[kind]
+        if len(tasks) >= self._limits.concurrent_operations:
+            error = "too many requests are under way"
+            self._window.answer(ErrorAnswer(re=request.id, error=error, kind="busy"))
             return
         task = asyncio.create_task(self._answer(request), name=type(request).__name__)
-        under_way.add(task)
-        task.add_done_callback(under_way.discard)
+        tasks.add(task)
+        task.add_done_callback(tasks.discard)
 
     async def _answer(self, request: Request) -> None:
         try:
             async with asyncio.timeout(self._limits.operation_seconds):
                 value = await self._operations.do(request)
-            message = encode(Answer(re=request.id, ok=value))
+            self._window.answer(Answer(re=request.id, ok=value))
         except Exception as error:
             kind, text = kind_of(error)
             if kind == "internal":
                 _logger.error("the request %s failed", type(request).__name__, exc_info=error)
-            message = encode(ErrorAnswer(re=request.id, error=text, kind=kind))
-        self._outbox.answer(message)
+            self._window.answer(ErrorAnswer(re=request.id, error=text, kind=kind))

@@ -7,58 +7,41 @@ from typing import Any, Final
 
 from codegen.hfsm.document import Document
 from visualhfsm.editing.commands import decode_command
+from visualhfsm.editing.commands.paste import PasteStates
 from visualhfsm.editing.diff import diff_documents
 from visualhfsm.editing.files import read_file
-from visualhfsm.editing.fragments import parse_file
-from visualhfsm.editing.imported import imported_views
-from visualhfsm.editing.search import search
+from visualhfsm.editing.imports import extract, imported_views, inline
+from visualhfsm.editing.places import search
+from visualhfsm.editing.serialization import copy_states, parse_file
+from visualhfsm.editing.session import Change, Choice
 from visualhfsm.editing.templates import find_templates
-from visualhfsm.editing.views import automaton_view
+from visualhfsm.editing.views import view
+from visualhfsm.errors import VisualHfsmError
+from visualhfsm.scratch import ScratchDirectory
 
+from . import documents
 from . import protocol as p
-from .documents import Documents
-from .refusals import MissingError
-from .uploads import Upload
+from .errors import MissingError
+from .paths import RECORDING_SUFFIX
+from .tab import Threads
 from .window import Window
 from .workspace import Workspace
 
-__all__ = ["CODE_HELP", "CONCURRENT", "Operations", "is_emergency_stop"]
+__all__ = ["CODE_HELP", "CONCURRENT", "LARGEST_UPLOAD", "Operations", "Upload", "is_emergency_stop"]
 
 CODE_HELP = p.Complete | p.Explain | p.Interfaces | p.Lint | p.Signature
 """Requests that come by themselves while somebody types."""
 
-CONCURRENT: Final = (
-    CODE_HELP
-    | p.Control
-    | p.Diff
-    | p.Export
-    | p.Generate
-    | p.Imported
-    | p.ListFiles
-    | p.Locate
-    | p.Recording
-    | p.Run
-    | p.Search
-    | p.StopRun
-)
+_Reading = p.Diff | p.Export | p.Imported | p.ListFiles | p.Locate | p.Search
+_Running = p.Attach | p.Control | p.Detach | p.Generate | p.Recording | p.Run | p.SendRecording | p.StopRun
+
+CONCURRENT = CODE_HELP | _Reading | p.Control | p.Generate | p.Recording | p.Run | p.StopRun
 """Requests that change no document: the connection goes on to the next one meanwhile."""
 
-_SAVED: Final = "saved"  # what a document may be compared with, beside files
+LARGEST_UPLOAD: Final = 256 << 20
+"""Bytes of the largest recording that is taken; larger ones are opened where they lie."""
 
-_FileRequest = (
-    p.Open
-    | p.New
-    | p.OpenText
-    | p.Recover
-    | p.Discard
-    | p.Close
-    | p.Save
-    | p.SaveAs
-    | p.ListFiles
-    | p.Resolve
-)
-_EditRequest = p.Do | p.Undo | p.Redo | p.Seal | p.Copy | p.Cut | p.Paste | p.Extract | p.Inline
-_ReadRequest = p.Search | p.Diff | p.Export | p.Imported | p.Locate | CODE_HELP
+_SAVED: Final = "saved"  # what a document may be compared with, beside files
 
 
 def is_emergency_stop(request: p.Request) -> bool:
@@ -72,8 +55,7 @@ class Operations:
     def __init__(self, workspace: Workspace, window: Window) -> None:
         self._workspace = workspace
         self._window = window
-        self._documents = Documents(workspace)
-        self._upload = Upload(workspace.workers)
+        self._upload = Upload(workspace.threads)
 
     def close(self) -> None:
         """Give up what the window has begun to send."""
@@ -81,161 +63,103 @@ class Operations:
 
     async def do(self, request: p.Request) -> object:
         """Do what a request asks for and return its answer."""
-        if isinstance(request, p.Hello):
-            return await self._greet()
-        if isinstance(request, _FileRequest):
-            return await self._files(request)
-        if isinstance(request, _EditRequest):
-            return await self._edit(request)
-        if isinstance(request, _ReadRequest):
-            return await self._read(request)
-        return await self._run(request)
-
-    async def _greet(self) -> dict[str, Any]:
-        templates = await self._workspace.workers.do(find_templates)
-        self._workspace.greet(self._window)
-        return {
-            "root": str(self._workspace.root.directory),
-            "templates": [{"name": each.name, "description": each.description} for each in templates],
-        }
-
-    async def _files(self, request: _FileRequest) -> object:
-        documents = self._documents
         match request:
-            case p.Open(path=path):
-                return await documents.open(path)
-            case p.New(template=template):
-                return await documents.new(template)
-            case p.OpenText(name=name, text=text):
-                return await documents.open_text(name, text)
-            case p.Recover(journal=journal):
-                return await documents.recover(journal)
-            case p.Discard(journal=journal):
-                await documents.discard(journal)
-                return None
-            case p.Close(tab=tab, discard=discard):
-                await documents.close(tab, discard=discard)
-                return None
-            case p.Save(tab=tab, overwrite=overwrite):
-                return await documents.save(tab, overwrite=overwrite)
-            case p.SaveAs(tab=tab, path=path, overwrite=overwrite):
-                return await documents.save_as(tab, path, overwrite=overwrite)
-            case p.ListFiles(directory=directory):
-                return await documents.list_files(directory)
-            case p.Resolve(tab=tab, choice=choice):
-                return await documents.resolve(tab, choice)
+            case p.TabEdit():
+                return await self._edit(request)
+            case p.Complete() | p.Explain() | p.Interfaces() | p.Lint() | p.Signature():
+                return await self._help(request)
+            case _ if isinstance(request, _Reading):
+                return await self._read(request)
+            case _ if isinstance(request, _Running):
+                return await self._run(request)
+        return await self._manage(request)
 
-    async def _edit(self, request: _EditRequest) -> object:
-        tab = self._workspace.tab(request.tab)
+    async def _edit(self, request: p.TabEdit) -> object:
+        """Change a document; most answers say which step it was and what is new."""
+        workspace = self._workspace
+        tab = workspace.tab(request.tab)
         match request:
-            case p.Do(command=command):
-                return await tab.do(decode_command(command))
+            case p.Do(command=content):
+                command = decode_command(content)
+                return _outcome(await tab.edit(lambda session: session.do(command)))
             case p.Undo(steps=steps):
-                return await tab.undo(steps)
+                return _outcome(await tab.edit(lambda session: session.undo(steps)))
             case p.Redo(steps=steps):
-                return await tab.redo(steps)
+                return _outcome(await tab.edit(lambda session: session.redo(steps)))
             case p.Seal():
-                await tab.seal()
+                await tab.edit(lambda session: session.seal())
                 return None
             case p.Copy(automaton=automaton, states=states):
-                self._keep(await tab.copy(automaton, states), states)
+                text = await tab.edit(lambda session: copy_states(session.document, automaton, states))
+                workspace.keep_copied(text, len(states))
                 return None
             case p.Cut(automaton=automaton, states=states):
-                text, change = await tab.cut(automaton, states)
-                self._keep(text, states)
-                return change
+                text, change = await tab.edit(lambda session: session.cut(automaton, tuple(states)))
+                workspace.keep_copied(text, len(states))
+                return _outcome(change)
             case p.Paste(automaton=automaton, x=x, y=y):
-                if not self._workspace.clipboard:
+                if not workspace.clipboard:
                     raise MissingError("nothing was copied yet")
-                return await tab.paste(self._workspace.clipboard, automaton, x, y)
+                paste = PasteStates(automaton=automaton, content=workspace.clipboard, x=x, y=y)
+                return _outcome(await tab.edit(lambda session: session.do(paste)))
             case p.Extract(automaton=automaton, path=path):
-                return await tab.extract(automaton, self._workspace.root.document(path))
+                file = workspace.root.document(path)
+                return _outcome(
+                    await tab.edit(
+                        lambda session: session.do(extract(session.document, automaton, session.path, file))
+                    )
+                )
             case p.Inline(automaton=automaton):
-                return await tab.inline(automaton)
+                return _outcome(
+                    await tab.edit(
+                        lambda session: session.do(inline(session.document, automaton, session.path))
+                    )
+                )
+        raise NotImplementedError(type(request).__name__)
 
-    def _keep(self, text: str, states: list[int]) -> None:
-        self._workspace.clipboard = text
-        self._workspace.copied_states = len(states)
-        self._workspace.tell()
-
-    async def _read(self, request: _ReadRequest) -> object:
+    async def _help(self, request: p.CodeRequest | p.Interfaces) -> object:
+        """Help who types code."""
         code_help = self._workspace.services.code_help
+        if isinstance(request, p.Interfaces):
+            return await code_help.interfaces()
+        source = self._workspace.tab(request.tab).source
+        match request:
+            case p.Lint(place=place, code=code):
+                return await code_help.lint(source, place, code)
+            case p.Complete(place=place, code=code, line=line, column=column):
+                return await code_help.complete(source, place, code, line, column)
+            case p.Explain(place=place, code=code, line=line, column=column):
+                return await code_help.explain(source, place, code, line, column)
+            case p.Signature(place=place, code=code, line=line, column=column):
+                return await code_help.signature(source, place, code, line, column)
+        raise NotImplementedError(type(request).__name__)
+
+    async def _read(self, request: _Reading) -> object:
+        """Answer a question about documents and files."""
+        workspace = self._workspace
         match request:
             case p.Search():
                 return await self._search(request)
-            case p.Diff(tab=tab, against=against):
-                return await self._diff(tab, against)
-            case p.Export(tab=tab):
-                exported = self._workspace.tab(tab)
-                return {"name": f"{exported.shown.name}.xml", "text": await exported.text()}
-            case p.Imported(tab=tab):
-                shown = self._workspace.tab(tab).shown
-                if shown.path is None:
+            case p.Diff(tab=number, against=against):
+                return await self._diff(number, against)
+            case p.Export(tab=number):
+                tab = workspace.tab(number)
+                text = await tab.edit(lambda session: session.text())
+                return {"name": f"{tab.shown.name}.xml", "text": text}
+            case p.Imported(tab=number):
+                shown = workspace.tab(number).shown
+                if (path := shown.path) is None:
                     return []  # imports are relative to the file
-                path = shown.path
-                return await self._workspace.workers.do(lambda: imported_views(shown.document, path))
-            case p.Locate(tab=tab, text=text, automaton=automaton, state=state):
-                source = self._workspace.tab(tab).source
-                return await self._workspace.services.running.locate(source, text, automaton, state)
-            case p.Complete(tab=tab, place=place, code=code, line=line, column=column):
-                source = self._workspace.tab(tab).source
-                return await code_help.complete(source, place, code, line, column)
-            case p.Explain(tab=tab, place=place, code=code, line=line, column=column):
-                source = self._workspace.tab(tab).source
-                return await code_help.explain(source, place, code, line, column)
-            case p.Signature(tab=tab, place=place, code=code, line=line, column=column):
-                source = self._workspace.tab(tab).source
-                return await code_help.signature(source, place, code, line, column)
-            case p.Lint(tab=tab, place=place, code=code):
-                return await code_help.lint(self._workspace.tab(tab).source, place, code)
-            case p.Interfaces():
-                return await code_help.interfaces()
+                return await workspace.threads.do(lambda: imported_views(shown.document, path))
+            case p.ListFiles(directory=directory):
+                return await documents.list_files(workspace, directory)
+            case p.Locate(tab=number, text=text, automaton=automaton, state=state):
+                source = workspace.tab(number).source
+                return await workspace.services.running.locate(source, text, automaton, state)
 
-    async def _search(self, request: p.Search) -> list[dict[str, Any]]:
-        workspace = self._workspace
-        tabs = workspace.tabs if request.tab is None else [workspace.tab(request.tab)]
-        documents = [(tab.id, tab.shown.document) for tab in tabs]
-
-        def look() -> list[dict[str, Any]]:
-            return [
-                {
-                    "tab": number,
-                    "hits": search(
-                        document,
-                        request.text,
-                        match_case=request.match_case,
-                        whole_words=request.whole_words,
-                    ),
-                }
-                for number, document in documents
-            ]
-
-        return await workspace.workers.do(look)
-
-    async def _diff(self, number: int, against: str) -> object:
-        workspace = self._workspace
-        tab = workspace.tab(number)
-        after = tab.shown.document
-        if against == _SAVED:
-            before = await tab.saved_document()
-            if before is None:
-                raise MissingError(f"{tab.shown.name} was never saved")
-            return await workspace.workers.do(lambda: _compared(before, after))
-        path = workspace.root.document(against)
-        return await workspace.workers.do(lambda: _compared(_read(path), after))
-
-    async def _run(
-        self,
-        request: p.Generate
-        | p.Run
-        | p.StopRun
-        | p.Attach
-        | p.Detach
-        | p.Control
-        | p.Recording
-        | p.SendRecording,
-    ) -> object:
-        workspace = self._workspace
+    async def _run(self, request: _Running) -> object:
+        """Generate, run, follow and steer components."""
+        workspace, window = self._workspace, self._window
         running, live = workspace.services.running, workspace.services.live
         match request:
             case p.Generate(tab=tab):
@@ -245,20 +169,125 @@ class Operations:
             case p.StopRun(tab=tab):
                 return await running.stop(tab)
             case p.Attach(component=component):
-                return await workspace.follow(self._window, component)
+                return await workspace.follow(window, component)
             case p.Detach(component=component):
-                await workspace.unfollow(self._window, component)
+                await workspace.unfollow(window, component)
                 return None
             case p.Control(component=component, action=action, arguments=values):
                 return await live.control(component, action, values)
             case p.Recording(path=path):
-                return await workspace.look_at(self._window, workspace.root.recording(path))
+                return await workspace.open_recording(window, workspace.root.recording(path))
             case p.SendRecording(name=name, data=data, begins=begins, ends=ends):
-                await self._upload.add(name, data, begins=begins)
-                if not ends:
-                    return None
-                with self._upload.whole() as sent:
-                    return await workspace.look_at(self._window, sent)
+                file = await self._upload.add(name, data, begins=begins)
+                try:
+                    return await workspace.open_recording(window, file) if ends else None
+                finally:
+                    if ends:
+                        self._upload.close()
+
+    async def _manage(self, request: p.Request) -> object:
+        """Open, save and close documents."""
+        workspace = self._workspace
+        match request:
+            case p.Hello():
+                templates = await workspace.threads.do(find_templates)
+                workspace.greet(self._window)
+                return {
+                    "root": str(workspace.root.directory),
+                    "templates": [{"name": each.name, "description": each.description} for each in templates],
+                }
+            case p.Open(path=path):
+                return await documents.open_file(workspace, path)
+            case p.New(template=template):
+                return await documents.new(workspace, template)
+            case p.OpenText(name=name, text=text):
+                return await documents.open_text(workspace, name, text)
+            case p.Recover(journal=journal):
+                return await documents.recover(workspace, journal)
+            case p.Discard(journal=journal):
+                await documents.discard(workspace, journal)
+                return None
+            case p.Close(tab=tab, discard=discard):
+                await documents.close(workspace, tab, discard=discard)
+                return None
+            case p.Save(tab=tab, overwrite=overwrite):
+                return await documents.save(workspace, tab, overwrite=overwrite)
+            case p.SaveAs(tab=tab, path=path, overwrite=overwrite):
+                return await documents.save(workspace, tab, path, overwrite=overwrite)
+            case p.Resolve(tab=tab, choice=choice):
+                return await documents.resolve(workspace, tab, Choice(choice))
+        raise NotImplementedError(type(request).__name__)
+
+    async def _search(self, request: p.Search) -> list[dict[str, Any]]:
+        workspace = self._workspace
+        tabs = workspace.tabs if request.tab is None else [workspace.tab(request.tab)]
+        shown = [(tab.id, tab.shown.document) for tab in tabs]
+        how = {"match_case": request.match_case, "whole_words": request.whole_words}
+        return await workspace.threads.do(
+            lambda: [
+                {"tab": number, "hits": search(document, request.text, **how)} for number, document in shown
+            ]
+        )
+
+    async def _diff(self, number: int, against: str) -> object:
+        workspace = self._workspace
+        tab = workspace.tab(number)
+        after = tab.shown.document
+        if against != _SAVED:
+            path = workspace.root.document(against)
+            return await workspace.threads.do(lambda: _compared(parse_file(read_file(path)[0], path), after))
+        before = await tab.edit(lambda session: session.saved_document)
+        if before is None:
+            raise MissingError(f"{tab.shown.name} was never saved")
+        return await workspace.threads.do(lambda: _compared(before, after))
+
+
+class Upload:
+    """A recording that one window sends in parts: one file at a time, where only its user reaches it."""
+
+    def __init__(self, threads: Threads, largest: int = LARGEST_UPLOAD) -> None:
+        self._threads = threads
+        self._largest = largest
+        self._folder: ScratchDirectory | None = None
+        self._size = 0
+
+    async def add(self, name: str, data: bytes, *, begins: bool) -> Path:
+        """Take a part of a file; the first one gives up what was sent before. Raises VisualHfsmError."""
+        if begins:
+            self.close()
+        elif self._folder is None:
+            raise VisualHfsmError(f"Cannot take {name}: its beginning was not sent")
+        self._size += len(data)
+        if self._size > self._largest:
+            self.close()
+            raise VisualHfsmError(
+                f"Cannot take {name}: it is larger than {self._largest >> 20} MiB; "
+                "put it into the folder of the editor and open it there (Alt+R)"
+            )
+        try:
+            return await self._threads.do(lambda: self._write(name, data))
+        except OSError as error:
+            self.close()
+            raise VisualHfsmError(f"Cannot take {name}: {error.strerror}") from error
+
+    def close(self) -> None:
+        """Delete what was sent."""
+        folder, self._folder, self._size = self._folder, None, 0
+        if folder is not None:
+            folder.close()
+
+    def _write(self, name: str, data: bytes) -> Path:
+        if self._folder is None:
+            self._folder = ScratchDirectory()
+        stem = "".join(each if each.isalnum() or each in "-_." else "_" for each in Path(name).stem)
+        file = self._folder.path / f"{stem[:100] or 'recording'}{RECORDING_SUFFIX}"
+        with file.open("ab") as stream:
+            stream.write(data)
+        return file
+
+
+def _outcome(change: Change) -> dict[str, Any]:
+    return {"name": change.name, "revision": change.revision, "added": list(change.added)}
 
 
 def _compared(before: Document, after: Document) -> dict[str, Any]:
@@ -267,9 +296,5 @@ def _compared(before: Document, after: Document) -> dict[str, Any]:
     affected = {each.place.automaton for each in differences}
     return {
         "differences": differences,
-        "before": [automaton_view(each) for each in before.automata if each.id in affected],
+        "before": [view(each) for each in before.automata if each.id in affected],
     }
-
-
-def _read(path: Path) -> Document:
-    return parse_file(read_file(path)[0], path)

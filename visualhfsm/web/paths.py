@@ -6,19 +6,15 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Final
 
-from visualhfsm.errors import VisualHfsmError
+from .errors import ForbiddenPathError
 
-__all__ = ["ForbiddenPathError", "Root"]
+__all__ = ["DOCUMENT_SUFFIX", "FOREIGN_SUFFIX", "RECORDING_SUFFIX", "Root"]
 
 DOCUMENT_SUFFIX: Final = ".xml"
 FOREIGN_SUFFIX: Final = ".scxml"
 RECORDING_SUFFIX: Final = ".mcap"
 
 _LONGEST: Final = 4096  # characters, as Linux has it
-
-
-class ForbiddenPathError(VisualHfsmError):
-    """A path that the page may not reach."""
 
 
 class Root:

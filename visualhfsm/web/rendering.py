@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
 import msgspec
 
 from codegen.hfsm.document import NO_CHILD, Automaton, Document, State, Transition
-from visualhfsm.editing.views import automaton_view, document_view, state_view, transition_view
+from visualhfsm.editing.views import view
 
 __all__ = ["Rendering", "full", "patch", "render"]
 
@@ -50,7 +49,7 @@ def render(document: Document, name: str) -> Rendering:
     """Return the rendering of a version of a document; `name` is what its root is called."""
     owners = _owners(document)
     return Rendering(
-        _with_fields(msgspec.json.encode(document_view(document)), {"name": name}),
+        msgspec.json.encode({"name": name, **view(document)}),
         document.automata,
         tuple(_standing(automaton, owners, name) for automaton in document.automata),
     )
@@ -109,8 +108,8 @@ def _part(
     fields = {name: value for name, value in _fields(new, standing).items() if value != former[name]}
     if fields:
         part["fields"] = fields
-    states = _items(old.states, new.states, state_view)
-    transitions = _items(old.transitions, new.transitions, transition_view)
+    states = _items(old.states, new.states)
+    transitions = _items(old.transitions, new.transitions)
     if states is None or transitions is None:
         return None
     if states:
@@ -120,9 +119,7 @@ def _part(
     return part
 
 
-def _items(
-    old: tuple[Item, ...], new: tuple[Item, ...], view: Callable[[Item], object]
-) -> dict[str, Any] | None:
+def _items(old: tuple[Item, ...], new: tuple[Item, ...]) -> dict[str, Any] | None:
     """Return what changed in a list; None when two of it have the same id.
 
     `changed`: the items that differ, and the new ones, which stand at the end; `removed`: ids; `order`: all
@@ -149,14 +146,12 @@ def _items(
 
 
 def _whole(automaton: Automaton, standing: _Standing) -> bytes:
-    return _with_fields(
-        msgspec.json.encode(automaton_view(automaton)), {"owner": standing.owner, "title": standing.title}
-    )
+    return msgspec.json.encode({"owner": standing.owner, "title": standing.title, **view(automaton)})
 
 
 def _fields(automaton: Automaton, standing: _Standing) -> dict[str, Any]:
     """Return all that the page has of an automaton but its states and transitions."""
-    bare = msgspec.to_builtins(automaton_view(replace(automaton, states=(), transitions=())))
+    bare = view(replace(automaton, states=(), transitions=()))
     del bare["states"], bare["transitions"]
     return {"owner": standing.owner, "title": standing.title, **bare}
 
@@ -175,8 +170,3 @@ def _standing(automaton: Automaton, owners: dict[int, State], name: str) -> _Sta
     if owner is not None:
         return _Standing(owner.id, owner.name)
     return _Standing(NO_CHILD, name if automaton.father == NO_CHILD else f"automaton {automaton.id}")
-
-
-def _with_fields(content: bytes, fields: dict[str, object]) -> bytes:
-    """Return a JSON object with further fields in front; it has some of its own."""
-    return msgspec.json.encode(fields)[:-1] + b"," + content[1:]

@@ -23,19 +23,17 @@ from visualhfsm.errors import VisualHfsmError
 from zenoh_ice.command import stop_on_signals
 
 from .app import make_app
-from .documents import Documents
-from .http_connection import HttpConnection
-from .limits import Limits
+from .documents import open_file
 from .paths import Root
 from .security import Credentials
-from .services import MakeServices, no_services
-from .workspace import Workspace
+from .services import MakeServices
+from .workspace import Limits, Workspace
 
 __all__ = ["Options", "PortInUseError", "Server", "launch_browser", "serve"]
 
 LOOPBACK: Final = "127.0.0.1"
 
-_GOODBYE: Final = 3  # s that answers under way may take at the end
+_CLOSE_LIMIT: Final = 3  # s that answers under way may take at the end
 _PING_INTERVAL: Final = 20.0  # s
 _DISPLAYS: Final = ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")  # variables that tell of a browser
 
@@ -60,12 +58,12 @@ class Options:
     person's own directory of them.
     """
 
+    make_services: MakeServices
     files: Sequence[Path] = ()
     root: Path = field(default_factory=Path.cwd)
     port: int = 0
     hosts: Sequence[str] = ()
     limits: Limits = field(default_factory=Limits)
-    make_services: MakeServices = no_services
     journals: Path | None = None
 
 
@@ -92,9 +90,8 @@ class Server:
         options = self._options
         root = Root(options.root, granted=options.files)
         async with Workspace(root, options.limits, options.make_services, options.journals) as workspace:
-            documents = Documents(workspace)
             for file in options.files:
-                await documents.open(str(file.resolve()))
+                await open_file(workspace, str(file.resolve()))
             app = make_app(workspace, self.credentials, options.hosts)
             await _Uvicorn(_config(app, options.limits), self._stopping, started).serve([self._listener])
             for name in workspace.unsaved():
@@ -110,18 +107,18 @@ class Server:
 
 
 def serve(
-    options: Options, tell_address: Callable[[str], None], *, launch: Callable[[str], object] | None = None
+    options: Options, report_address: Callable[[str], None], *, launch: Callable[[str], object] | None = None
 ) -> None:
     """Serve the editor until a signal comes, then exit.
 
-    `tell_address` gets the address with the token as soon as the page can be opened; `launch`, such as
+    `report_address` gets the address with the token as soon as the page can be opened; `launch`, such as
     `launch_browser`, gets one that is good for once. Raises VisualHfsmError when a file cannot be opened or
     the port is not free.
     """
     with stop_on_signals() as stop, contextlib.closing(Server(options, stop)) as server:
 
         def started() -> None:
-            tell_address(server.address(server.credentials.token))
+            report_address(server.address(server.credentials.token))
             if launch is not None:
                 launch(server.address(server.credentials.launch_token()))
 
@@ -150,14 +147,15 @@ def _config(app: ASGIApp, limits: Limits) -> uvicorn.Config:
         app,
         access_log=False,
         h11_max_incomplete_event_size=16 * 1024,
-        http=HttpConnection,
+        http="h11",
         lifespan="off",
+        limit_concurrency=limits.connections,
         log_config=None,
         log_level="warning",  # what is less severe would hold the token and the cookie
         loop="asyncio",
         proxy_headers=False,
         server_header=False,
-        timeout_graceful_shutdown=_GOODBYE,
+        timeout_graceful_shutdown=_CLOSE_LIMIT,
         ws=WebSocketsSansIOProtocol,
         ws_max_size=limits.message_bytes,
         ws_per_message_deflate=False,  # on loopback it costs more than it saves
@@ -167,14 +165,14 @@ def _config(app: ASGIApp, limits: Limits) -> uvicorn.Config:
 
 
 class _Uvicorn(uvicorn.Server):
-    """Leaves signals to who runs it, tells when it takes connections, and ends at an event."""
+    """Leaves signals to its caller, reports when it takes connections, and ends at an event."""
 
     def __init__(
         self, config: uvicorn.Config, stopping: threading.Event, started: Callable[[], None]
     ) -> None:
         super().__init__(config)
         self._stopping = stopping
-        self._tell_started = started
+        self._report_started = started
 
     @contextlib.contextmanager
     def capture_signals(self) -> Iterator[None]:
@@ -183,10 +181,10 @@ class _Uvicorn(uvicorn.Server):
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         await super().startup(sockets)
         if self.started:
-            self._tell_started()
+            self._report_started()
 
     async def on_tick(self, counter: int) -> bool:
-        """Tell whether to end; asked ten times a second."""
+        """Return whether to end; asked ten times a second."""
         return self._stopping.is_set() or await super().on_tick(counter)
 
 

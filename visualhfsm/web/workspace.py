@@ -6,47 +6,69 @@ import asyncio
 import contextlib
 import logging
 from collections.abc import Iterable
+from dataclasses import dataclass
 from itertools import count
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Final, Self
+from typing import Final, Self
 
+from visualhfsm.editing.errors import EditError
 from visualhfsm.editing.journal import Abandoned, find_abandoned, journal_directory
-from visualhfsm.editing.session import DocumentSession
+from visualhfsm.editing.session import Choice, DocumentSession
+from visualhfsm.services import Components, Output, Push, RunPush, Snapshot, Stale, Structure
 
-from .background import Checking, watch_files
-from .limits import Limits
+from .checking import Checking
+from .errors import MissingError, TooManyError
 from .paths import Root
-from .protocol import (
-    Output,
-    Outside,
-    Problems,
-    Push,
-    Recoverable,
-    RunPush,
-    Snapshot,
-    Stale,
-    Structure,
-    TabState,
-)
+from .protocol import Outside, Problems, Recoverable, TabState
 from .protocol import Workspace as WorkspacePush
-from .refusals import MissingError, TooManyError
-from .services import Components, MakeServices, Services
-from .tab import Tab
+from .services import MakeServices, Services
+from .tab import Tab, Threads
 from .window import Window
-from .work import Workers
 
-__all__ = ["Workspace"]
+__all__ = ["Limits", "Workspace"]
 
-_GOODBYE: Final = 8.0  # s that a service may take to close
+_CLOSE_LIMIT: Final = 8.0  # s that a service may take to close
 
 _logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Limits:
+    """Bounds that keep one client from exhausting the server; what is beyond is refused or waits."""
+
+    message_bytes: int = 4 * 1024 * 1024
+    """Largest message on the websocket; a larger one closes it."""
+
+    connections: int = 256
+    """Connections at a time, websockets included; the requests of further ones get the status 503."""
+
+    concurrent_operations: int = 16
+    """Requests of one connection that are under way at a time; help with code and stops are counted apart."""
+
+    tabs: int = 32
+    """Documents open at a time."""
+
+    threads: int = 4
+    """Threads that do the work that takes long."""
+
+    operation_seconds: float = 15.0
+    """Longest duration of an operation, after which it is answered with an error."""
+
+    output_lines: int = 2000
+    """Lines of a component's output that are kept for a window."""
+
+    quiet_seconds: float = 0.15
+    """How long a document must not have changed before it is checked."""
+
+    file_check_seconds: float = 1.0
+    """How often the open files are looked at for changes from outside."""
 
 
 class Workspace:
     """The open documents and who looks at them. Used on one event loop, as an asynchronous context.
 
-    What changes is told to every window. Leaving it ends what runs, and keeps what is not saved for recovery.
+    Every window gets what changes. Leaving it ends what runs, and keeps what is not saved for recovery.
     """
 
     services: Services
@@ -57,21 +79,20 @@ class Workspace:
         self.root = root
         self.limits = limits
         self.journals = journals or journal_directory()
-        self.workers = Workers(limits.threads)
+        self.threads = Threads(limits.threads)
         self.opening = asyncio.Lock()
         """Held while a document is opened, so that two windows do not open it twice."""
         self.clipboard = ""
-        self.copied_states = 0
+        self._copied_states = 0
         self._make_services = make_services
         self._tabs: dict[int, Tab] = {}
         self._numbers = count(1)
         self._windows: set[Window] = set()
         self._followers: dict[str, set[Window]] = {}
-        self._running: list[dict[str, Any]] = []
-        self._robot_stopped = ""
+        self._components = Components([])
         self._abandoned: dict[str, Abandoned] = {}
-        self._told: WorkspacePush | None = None
-        self._checking = Checking(limits.quiet_seconds, self._tell_problems)
+        self._published: WorkspacePush | None = None
+        self._checking = Checking(limits.quiet_seconds, self._show_problems)
         self._tasks: list[asyncio.Task[None]] = []
 
     async def __aenter__(self) -> Self:
@@ -79,7 +100,7 @@ class Workspace:
         self.services = self._make_services(self._publish_from_anywhere)
         await self.look_for_abandoned()
         self._tasks = [
-            asyncio.create_task(watch_files(self), name="watch of the files"),
+            asyncio.create_task(self._watch_files(), name="watch of the files"),
             asyncio.create_task(self._checking.run(), name="checks"),
         ]
         return self
@@ -91,16 +112,15 @@ class Workspace:
             task.cancel()
         await asyncio.gather(*self._tasks, return_exceptions=True)
         await self._checking.close()
-        services = self.services
-        for service in (services.running, services.live, services.code_help):
+        for service in (self.services.running, self.services.live, self.services.code_help):
             try:
-                async with asyncio.timeout(_GOODBYE):
+                async with asyncio.timeout(_CLOSE_LIMIT):
                     await service.close()
             except Exception:
                 _logger.exception("%s did not close", type(service).__name__)
         for tab in self._tabs.values():
-            await tab.abandon()
-        await self.workers.close()
+            await tab.edit(lambda session: session.abandon())
+        await self.threads.close()
 
     # ---------------------------------------------------------------------------------------- tabs
 
@@ -123,18 +143,18 @@ class Workspace:
     async def add(self, session: DocumentSession, *, recovered: bool = False) -> Tab:
         """Show a session in a new tab."""
         number = next(self._numbers)
-        tab = await self.workers.do(
+        tab = await self.threads.do(
             lambda: Tab(
                 number,
                 session,
-                self.workers,
-                changed=self._changed,
+                self.threads,
+                changed=self._show,
                 output_lines=self.limits.output_lines,
                 recovered=recovered,
             )
         )
         self._tabs[number] = tab
-        self._changed(tab)
+        self._show(tab)
         return tab
 
     def remove(self, tab: Tab) -> None:
@@ -143,16 +163,53 @@ class Workspace:
         self._checking.forget(tab)
         for window in self._windows:
             window.close(tab.id)
-        self.tell()
+        self.publish_state()
 
     def unsaved(self) -> list[str]:
         """Return the names of the documents with unsaved changes."""
-        return [tab.shown.name for tab in self._tabs.values() if tab.is_unsaved]
+        return [tab.shown.name for tab in self._tabs.values() if tab.shown.is_unsaved]
+
+    def keep_copied(self, text: str, states: int) -> None:
+        """Put a fragment with so many states into the clipboard."""
+        self.clipboard, self._copied_states = text, states
+        self.publish_state()
+
+    async def look_for_abandoned(self) -> None:
+        """Find the documents that can be recovered: of those below the root, and those without a file."""
+        found = await self.threads.do(lambda: find_abandoned(self.journals))
+        self._abandoned = {
+            each.file.name: each for each in found if each.path is None or self.root.contains(each.path)
+        }
+        self.publish_state()
+
+    def abandoned(self, journal: str) -> Path:
+        """Return the journal of a document that can be recovered; raises MissingError."""
+        if journal not in self._abandoned:
+            raise MissingError(f"{journal} cannot be recovered any more")
+        return self._abandoned[journal].file
+
+    async def _watch_files(self) -> None:
+        """Watch the files of the open documents, until cancelled.
+
+        A document without unsaved changes follows its file; changes of the others are sent to the windows.
+        """
+        while True:
+            await asyncio.sleep(self.limits.file_check_seconds)
+            for tab in self.tabs:
+                try:
+                    outside = await _compare_with_file(tab)
+                except Exception:
+                    _logger.exception("the file of %s cannot be watched", tab.shown.name)
+                    continue
+                if outside is not None and tab.id in self._tabs:
+                    tab.outside = outside if outside.state in {"changed", "deleted"} else None
+                    self._push(outside)
+                    self.publish_state()
 
     # ---------------------------------------------------------------------------------------- windows
 
     def greet(self, window: Window) -> None:
-        """Tell a window everything, and from now on every change."""
+        """Send a window everything, and from now on every change."""
         self._windows.add(window)
         window.greet()
         window.push(self._state())
@@ -170,7 +227,7 @@ class Workspace:
             await self.unfollow(window, component)
 
     async def follow(self, window: Window, component: str) -> object:
-        """Tell a window what a component does from now on; raises ServiceError."""
+        """Send a window what a component does from now on; raises ServiceError."""
         self._followers.setdefault(component, set()).add(window)
         try:
             return await self.services.live.attach(component)
@@ -178,20 +235,19 @@ class Workspace:
             self._lose(window, component)
             raise
 
-    async def look_at(self, window: Window, recording: Path) -> object:
-        """Open a recording, which is let go of when the window leaves or follows it no longer."""
+    async def open_recording(self, window: Window, recording: Path) -> object:
+        """Open a recording, which is closed when the window leaves or follows it no longer."""
         found = await self.services.live.recording(recording)
-        if isinstance(found, dict):
-            self._followers.setdefault(found["component"], set()).add(window)
+        self._followers.setdefault(found["component"], set()).add(window)
         return found
 
     async def unfollow(self, window: Window, component: str) -> None:
-        """Tell it no longer."""
+        """Send a window no more of a component."""
         if self._lose(window, component):
             await self.services.live.detach(component)
 
     def _lose(self, window: Window, component: str) -> bool:
-        """Let a window not follow a component; return whether it was the last one that did."""
+        """Remove a window from those that follow a component; return whether it was the last one."""
         followers = self._followers.get(component, set())
         if window not in followers:
             return False
@@ -200,44 +256,22 @@ class Workspace:
             del self._followers[component]
         return not followers
 
-    # ---------------------------------------------------------------------------------------- news
+    # ---------------------------------------------------------------------------------------- pushes
 
-    def tell(self) -> None:
-        """Tell all windows what is open, if that changed."""
+    def publish_state(self) -> None:
+        """Send all windows what is open, if that changed."""
         state = self._state()
-        if state != self._told:
-            self._told = state
+        if state != self._published:
+            self._published = state
             self._push(state)
 
-    def tell_outside(self, push: Outside) -> None:
-        """Tell all windows what another program did to a file."""
-        tab = self._tabs.get(push.tab)
-        if tab is not None:
-            tab.outside = push if push.state in {"changed", "deleted"} else None
-            self._push(push)
-            self.tell()
-
-    async def look_for_abandoned(self) -> None:
-        """Find the documents that can be recovered: of those below the root, and those without a file."""
-        found = await self.workers.do(lambda: find_abandoned(self.journals))
-        self._abandoned = {
-            each.file.name: each for each in found if each.path is None or self.root.contains(each.path)
-        }
-        self.tell()
-
-    def abandoned(self, journal: str) -> Path:
-        """Return the journal of a document that can be recovered; raises MissingError."""
-        if journal not in self._abandoned:
-            raise MissingError(f"{journal} cannot be recovered any more")
-        return self._abandoned[journal].file
-
-    def _changed(self, tab: Tab) -> None:
-        self.tell()  # first: a window hears of a tab before it gets its document
+    def _show(self, tab: Tab) -> None:
+        self.publish_state()  # first: a window gets a tab before its document
         for window in self._windows:
             window.show(tab)
         self._checking.check(tab)
 
-    def _tell_problems(self, tab: Tab, problems: Problems) -> None:
+    def _show_problems(self, tab: Tab, problems: Problems) -> None:
         if tab.id in self._tabs:
             tab.problems = problems
             self._push(problems)
@@ -252,10 +286,9 @@ class Workspace:
 
     def _publish(self, news: Components | Push) -> None:
         match news:
-            case Components(running=running, robot_stopped=reason):
-                self._running = [dict(each) for each in running]
-                self._robot_stopped = reason
-                self.tell()
+            case Components():
+                self._components = news
+                self.publish_state()
             case Snapshot(component=component) | Structure(component=component) | Stale(component=component):
                 self._push(news, self._followers.get(component, ()))
             case Output(tab=number, lines=lines) if number in self._tabs:
@@ -267,23 +300,20 @@ class Workspace:
                 self._tabs[number].run = news
                 self._push(news)
             case _:
-                _logger.debug("nobody is left to hear %s", type(news).__name__)
+                _logger.debug("nobody is left to get %s", type(news).__name__)
 
     def _state(self) -> WorkspacePush:
         return WorkspacePush(
             tabs=[self._tab_state(tab) for tab in self._tabs.values()],
             recoverable=[
                 Recoverable(
-                    journal=journal,
-                    name=each.name,
-                    path="" if each.path is None else self.root.name(each.path),
-                    changed_at=each.changed_at,
+                    journal=journal, name=each.name, path=self._name(each.path), changed_at=each.changed_at
                 )
                 for journal, each in self._abandoned.items()
             ],
-            running=self._running,
-            clipboard=self.copied_states,
-            robot_stopped=self._robot_stopped,
+            running=[dict(each) for each in self._components.running],
+            clipboard=self._copied_states,
+            robot_stopped=self._components.robot_stopped,
         )
 
     def _tab_state(self, tab: Tab) -> TabState:
@@ -291,9 +321,34 @@ class Workspace:
         return TabState(
             tab=tab.id,
             title=shown.name,
-            path="" if shown.path is None else self.root.name(shown.path),
+            path=self._name(shown.path),
             dirty=shown.dirty,
             dialect=shown.dialect,
             recovered=tab.recovered,
             outside="" if tab.outside is None else tab.outside.state,
         )
+
+    def _name(self, path: Path | None) -> str:
+        return "" if path is None else self.root.name(path)
+
+
+async def _compare_with_file(tab: Tab) -> Outside | None:
+    """Return what is new about the file of a tab, which follows it unless it has unsaved changes."""
+    path = tab.shown.path
+    before = "same" if tab.outside is None else tab.outside.state
+    if path is None:
+        return None
+    if not await tab.edit(lambda session: session.is_changed_outside()):
+        return None if before == "same" else Outside(tab=tab.id, state="same")
+    now: Outside
+    if not path.exists():
+        now = Outside(tab=tab.id, state="deleted")
+    elif tab.shown.dirty:
+        now = Outside(tab=tab.id, state="changed")
+    else:
+        try:
+            await tab.edit(lambda session: session.resolve(Choice.THEIRS))
+            return Outside(tab=tab.id, state="reloaded")
+        except EditError as error:  # it is no document, or half written: look again
+            now = Outside(tab=tab.id, state="changed", message=str(error))
+    return None if now.state == before else now

@@ -10,113 +10,17 @@ from typing import Final, Union
 import msgspec
 
 from ..errors import EditError
-from .automata import (
-    AddAutomaton,
-    AddRoot,
-    DeleteAutomaton,
-    ExtractAutomaton,
-    ReorderAutomaton,
-    RepairNumbers,
-    SetAutomatonCode,
-    SetImport,
-    SetPeriod,
-)
+from . import automata, component, group, items, paste, states, transitions
 from .base import Command
-from .component import (
-    AddEvent,
-    AddInterface,
-    AddLibrary,
-    AddParameter,
-    AddProperty,
-    ChangeEvent,
-    ChangeInterface,
-    ChangeLibrary,
-    ChangeParameter,
-    ChangeProperty,
-    SetComponentText,
-)
-from .entries import RemoveEntry, ReorderEntry
-from .group import GroupStates
-from .items import (
-    AlignStates,
-    DeleteItems,
-    DistributeStates,
-    MoveItems,
-    PlaceItems,
-    Placement,
-    ResetHandles,
-)
-from .paste import FillAutomaton, PasteStates, ReplaceDocument
-from .states import (
-    AddState,
-    MarkFinal,
-    MarkInitial,
-    RemoveArgument,
-    RenameState,
-    SetArgument,
-    SetHistory,
-    SetStateCode,
-)
-from .transitions import (
-    AddTransition,
-    RenameTransition,
-    ReorderTransition,
-    RetargetTransition,
-    SetPriority,
-    SetTransitionCode,
-    SetTransitionType,
-)
 
-__all__ = ["COMMANDS", "Command", "Placement", "decode_command", "encode_command"]
+__all__ = ["COMMANDS", "Command", "decode_command", "encode_command"]
 
-COMMANDS: Final[tuple[type[Command], ...]] = (
-    AddAutomaton,
-    AddEvent,
-    AddInterface,
-    AddLibrary,
-    AddParameter,
-    AddProperty,
-    AddRoot,
-    AddState,
-    AddTransition,
-    AlignStates,
-    ChangeEvent,
-    ChangeInterface,
-    ChangeLibrary,
-    ChangeParameter,
-    ChangeProperty,
-    DeleteAutomaton,
-    DeleteItems,
-    DistributeStates,
-    ExtractAutomaton,
-    FillAutomaton,
-    GroupStates,
-    MarkFinal,
-    MarkInitial,
-    MoveItems,
-    PasteStates,
-    PlaceItems,
-    RemoveArgument,
-    RemoveEntry,
-    RenameState,
-    RenameTransition,
-    ReorderAutomaton,
-    ReorderEntry,
-    ReorderTransition,
-    RepairNumbers,
-    ReplaceDocument,
-    ResetHandles,
-    RetargetTransition,
-    SetArgument,
-    SetAutomatonCode,
-    SetComponentText,
-    SetHistory,
-    SetImport,
-    SetPeriod,
-    SetPriority,
-    SetStateCode,
-    SetTransitionCode,
-    SetTransitionType,
+COMMANDS: Final[tuple[type[Command], ...]] = tuple(
+    found
+    for module in (automata, component, group, items, paste, states, transitions)
+    for found in vars(module).values()
+    if isinstance(found, type) and issubclass(found, Command) and not found.__name__.startswith("_")
+    if found.__module__ == module.__name__
 )
 """All commands."""
 

@@ -13,16 +13,17 @@ from codegen.hfsm.document import NO_CHILD, Automaton, Document, Import, State, 
 from ..errors import EditError
 from ..nodes import (
     MAX_AUTOMATA,
+    automaton_ids,
     changed,
     checked,
     find_automaton,
     find_state,
+    free_ids,
     label,
     swapped,
     with_automaton,
     with_leaf_text,
 )
-from ..numbering import automaton_ids, free_ids
 from ..subtrees import hanging, without_automata
 from .base import Command, Id, Index
 

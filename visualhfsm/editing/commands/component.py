@@ -1,12 +1,15 @@
-"""Commands for the data of a document: texts, and lists of parameters, events, properties and the like."""
+"""Commands for the data of a document: texts, and lists of parameters, events, properties and the like.
+
+An entry of a list is named by the list and its index.
+"""
 
 # ruff: noqa: D102, ARG002 - `Command` says what its methods do, and with what
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from collections.abc import Callable, Hashable
 from dataclasses import replace
-from typing import Final, Literal
+from typing import Any, Final, Literal, TypeVar
 
 from codegen.hfsm.document import (
     NO_CHILD,
@@ -23,10 +26,8 @@ from codegen.hfsm.document import (
 )
 
 from ..errors import EditError
-from ..nodes import changed, find_automaton, with_automaton
-from ..numbering import free_name
+from ..nodes import changed, find_automaton, free_name, with_automaton
 from .base import Command, Id, Index
-from .entries import NOUNS, entry_of, exchanged, with_article, with_entry
 
 __all__ = [
     "AddEvent",
@@ -39,9 +40,22 @@ __all__ = [
     "ChangeLibrary",
     "ChangeParameter",
     "ChangeProperty",
+    "RemoveEntry",
+    "ReorderEntry",
     "SetComponentText",
 ]
 
+_T = TypeVar("_T")
+ListName = Literal["parameters", "events", "properties", "libraries", "interfaces", "inputs"]
+
+_NOUNS: Final[dict[str, str]] = {
+    "parameters": "parameter",
+    "events": "event",
+    "properties": "property",
+    "libraries": "library",
+    "interfaces": "interface",
+    "inputs": "input",
+}
 _FIELDS: Final[dict[str, tuple[str, str]]] = {
     "description": ("description", "description"),
     "onError": ("on_error", "behavior after errors"),
@@ -80,7 +94,7 @@ class _AddCommand(Command, frozen=True, kw_only=True):
         return changed(document, **{self.list_name(): entries})
 
     def title(self, document: Document) -> str:
-        return f"Add {with_article(NOUNS[self.list_name()])}"
+        return f"Add {_with_article(_NOUNS[self.list_name()])}"
 
 
 class _ChangeCommand(Command, frozen=True, kw_only=True):
@@ -95,10 +109,10 @@ class _ChangeCommand(Command, frozen=True, kw_only=True):
             for name in self.__struct_fields__
             if name not in ("index", "automaton") and getattr(self, name) is not None
         }
-        return with_entry(document, self.list_name(), self.index, lambda entry: changed(entry, **fields))
+        return _with_entry(document, self.list_name(), self.index, lambda entry: changed(entry, **fields))
 
     def title(self, document: Document) -> str:
-        return f"Change {with_article(NOUNS[self.list_name()])}"
+        return f"Change {_with_article(_NOUNS[self.list_name()])}"
 
     @property
     def merge_key(self) -> Hashable:
@@ -134,7 +148,7 @@ class AddParameter(_AddCommand, frozen=True, kw_only=True):
         return with_automaton(document, self.automaton, add)
 
     def _made(self, others: tuple[Parameter, ...]) -> Parameter:
-        noun = NOUNS[self.list_name()]
+        noun = _NOUNS[self.list_name()]
         name = self.name or free_name(noun, {other.name for other in others}, "_")
         return changed(
             Parameter(name=""), name=name, type=self.type, default=self.default, description=self.description
@@ -164,12 +178,12 @@ class ChangeParameter(_ChangeCommand, frozen=True, kw_only=True):
             for name in ("name", "type", "default", "description")
             if (value := getattr(self, name)) is not None
         }
-        former = entry_of(find_automaton(document, self.automaton).inputs, "inputs", self.index)
+        former = _entry_of(find_automaton(document, self.automaton).inputs, "inputs", self.index)
         document = with_automaton(
             document,
             self.automaton,
             lambda automaton: changed(
-                automaton, inputs=exchanged(automaton.inputs, self.index, changed(former, **fields))
+                automaton, inputs=_exchanged(automaton.inputs, self.index, changed(former, **fields))
             ),
         )
         if self.name is None or self.name == former.name:
@@ -304,3 +318,76 @@ def _with_renamed_arguments(document: Document, automaton: int, former: str, nam
         for each in document.automata
     )
     return changed(document, automata=automata)
+
+
+class RemoveEntry(Command, frozen=True, kw_only=True):
+    """Remove an entry of a list by its index; `automaton` is needed for inputs alone."""
+
+    list: ListName
+    index: Index
+    automaton: Id = NO_CHILD
+
+    def apply(self, document: Document) -> Document:
+        def remove(entries: tuple[Any, ...]) -> tuple[Any, ...]:
+            _entry_of(entries, self.list, self.index)
+            return entries[: self.index] + entries[self.index + 1 :]
+
+        return _with_list(document, self.list, self.automaton, remove)
+
+    def title(self, document: Document) -> str:
+        return f"Remove {_with_article(_NOUNS[self.list])}"
+
+
+class ReorderEntry(Command, frozen=True, kw_only=True):
+    """Put an entry of a list at another index; `automaton` is needed for inputs alone."""
+
+    list: ListName
+    index: Index
+    to: Index
+    automaton: Id = NO_CHILD
+
+    def apply(self, document: Document) -> Document:
+        def reorder(entries: tuple[Any, ...]) -> tuple[Any, ...]:
+            order = [*entries]
+            _entry_of(entries, self.list, self.index)
+            order.insert(self.to, order.pop(self.index))
+            return tuple(order)
+
+        return _with_list(document, self.list, self.automaton, reorder)
+
+    def title(self, document: Document) -> str:
+        return f"Move {_with_article(_NOUNS[self.list])}"
+
+
+def _with_article(noun: str) -> str:
+    """Return a noun with its article."""
+    return f"{'an' if noun[0] in 'aeiou' else 'a'} {noun}"
+
+
+def _entry_of(entries: tuple[_T, ...], list_name: str, index: int) -> _T:
+    """Return an entry of a list. Raises EditError when there is none."""
+    if index >= len(entries):
+        noun = _NOUNS[list_name]
+        why = f"there are {len(entries)}"
+        raise EditError(f"Cannot change {noun} {index + 1}", why, "it may have been removed meanwhile")
+    return entries[index]
+
+
+def _exchanged(entries: tuple[_T, ...], index: int, new: _T) -> tuple[_T, ...]:
+    """Return entries with another one at an index; the same ones when nothing differs."""
+    return entries if entries[index] is new else (*entries[:index], new, *entries[index + 1 :])
+
+
+def _with_entry(document: Document, list_name: str, index: int, change: Callable[[Node], Node]) -> Document:
+    """Return a document in which one entry of a list is changed."""
+    entries = getattr(document, list_name)
+    new = change(_entry_of(entries, list_name, index))
+    return changed(document, **{list_name: _exchanged(entries, index, new)})
+
+
+def _with_list(
+    document: Document, list_name: str, automaton: int, change: Callable[[tuple[Any, ...]], tuple[Any, ...]]
+) -> Document:
+    if list_name != "inputs":
+        return changed(document, **{list_name: change(getattr(document, list_name))})
+    return with_automaton(document, automaton, lambda each: changed(each, inputs=change(each.inputs)))

@@ -10,12 +10,21 @@ from typing import Final
 
 from codegen.hfsm.document import Automaton, Document, Node, State, Transition
 
-from ..comparison import KEYS
+from ..diff import KEYS
 from ..errors import EditError
-from ..fragments import parse
 from ..geometry import Point
-from ..nodes import MAX_AUTOMATA, changed, coordinate, find_automaton, swapped
-from ..numbering import automaton_ids, free_name, state_ids, transition_ids
+from ..nodes import (
+    MAX_AUTOMATA,
+    automaton_ids,
+    changed,
+    coordinate,
+    find_automaton,
+    free_name,
+    state_ids,
+    swapped,
+    transition_ids,
+)
+from ..serialization import parse
 from ..subtrees import hanging, renumbered, renumbered_state, without_automata
 from .base import Command, Id
 

@@ -17,11 +17,12 @@ from ..nodes import (
     coordinate,
     find_automaton,
     find_state,
+    free_name,
     label,
+    state_ids,
     with_automaton,
     with_state,
 )
-from ..numbering import free_name, state_ids
 from .base import Command, Id
 
 __all__ = [

@@ -19,10 +19,10 @@ from ..nodes import (
     find_state,
     find_transition,
     label,
+    transition_ids,
     with_automaton,
     with_transition,
 )
-from ..numbering import transition_ids
 from .base import Command, Id, Index
 
 __all__ = [

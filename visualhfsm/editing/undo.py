@@ -1,21 +1,45 @@
-"""Undo and redo: documents that were, each with the name of the step that left it."""
+"""Undo and redo: the documents before and after each step, and what a step changed."""
 
 from __future__ import annotations
 
 import time
 from collections import deque
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Iterator
 from dataclasses import dataclass
 from typing import Final
 
-from codegen.hfsm.document import Document
+from codegen.hfsm.document import Automaton, Document
 
-__all__ = ["History"]
+__all__ = ["MERGE_WITHIN", "Added", "Change", "UndoStack"]
 
 MERGE_WITHIN: Final = 2.0
 """Seconds without a change after which the same kind of change is a new step."""
 
 _MOST_STEPS: Final = 5000
+
+
+@dataclass(frozen=True, slots=True)
+class Added:
+    """What is new in one automaton: ids of states and transitions. An automaton may be new itself."""
+
+    automaton: int
+    states: tuple[int, ...]
+    transitions: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """What became of a document: `before` and `after` share everything that did not change."""
+
+    name: str
+    revision: int
+    before: Document
+    after: Document
+
+    @property
+    def added(self) -> tuple[Added, ...]:
+        """What is new, such as to select it; empty when nothing is."""
+        return tuple(_added(self.before, self.after))
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,7 +49,7 @@ class _Step:
     """What comes when the step is undone, or done again."""
 
 
-class History:
+class UndoStack:
     """The present document between those before and those that were undone.
 
     Documents share what they have in common, so that a step costs little memory; the oldest of 5000 goes.
@@ -86,3 +110,21 @@ class History:
         self.document = step.document
         self.seal()
         return step.name
+
+
+def _added(before: Document, after: Document) -> Iterator[Added]:
+    former = {automaton.id: automaton for automaton in before.automata}
+    for automaton in after.automata:
+        old = former.get(automaton.id)
+        if old is automaton:
+            continue
+        known = old or Automaton(id=automaton.id)
+        states = {state.id for state in known.states}
+        transitions = {transition.id for transition in known.transitions}
+        added = Added(
+            automaton.id,
+            tuple(state.id for state in automaton.states if state.id not in states),
+            tuple(each.id for each in automaton.transitions if each.id not in transitions),
+        )
+        if old is None or added.states or added.transitions:
+            yield added

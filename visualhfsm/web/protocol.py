@@ -1,57 +1,21 @@
-"""What the page asks for."""
+"""The messages on the websocket, as types: what does not fit them is refused before anything is done.
+
+The page sends requests, `{"id": 1, "op": "undo", "tab": 2}`, and gets one answer for each,
+`{"re": 1, "ok": 3}` or `{"re": 1, "error": "text", "kind": "kind"}`. What changes comes by itself as pushes,
+`{"push": "kind"}`; those of the services are in `visualhfsm.services`. Fields are in camelCase.
+docs/editor-protocol.md explains all of them with examples.
+"""
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Final, Literal
 
 import msgspec
 
 from visualhfsm.editing.places import Place
+from visualhfsm.services import Push, tag
 
-from .tags import tag
-
-__all__ = [
-    "Attach",
-    "Close",
-    "Complete",
-    "Control",
-    "Copy",
-    "Cut",
-    "Detach",
-    "Diff",
-    "Discard",
-    "Do",
-    "Explain",
-    "Export",
-    "Extract",
-    "Generate",
-    "Hello",
-    "Imported",
-    "Inline",
-    "Interfaces",
-    "Lint",
-    "ListFiles",
-    "New",
-    "Open",
-    "OpenText",
-    "Paste",
-    "Recording",
-    "Recover",
-    "Redo",
-    "Request",
-    "Resolve",
-    "Run",
-    "Save",
-    "SaveAs",
-    "Seal",
-    "Search",
-    "SendRecording",
-    "Signature",
-    "StopRun",
-    "Undo",
-    "decode_request",
-    "request_id",
-]
+# ------------------------------------------------------------------------------------------ requests
 
 RequestId = Annotated[int, msgspec.Meta(ge=0, le=2**53 - 1)]
 TabId = Annotated[int, msgspec.Meta(ge=1, le=2**31 - 1)]
@@ -133,56 +97,54 @@ class ListFiles(_Request):
     directory: Path = ""
 
 
-class Do(_Request):
-    """Apply a command of `visualhfsm.editing.commands` to the document."""
+class TabEdit(_Request):
+    """A change of one document; requests of this kind are done in their order."""
 
     tab: TabId
+
+
+class Do(TabEdit):
+    """Apply a command of `visualhfsm.editing.commands` to the document."""
+
     command: msgspec.Raw
 
 
-class Undo(_Request):
+class Undo(TabEdit):
     """Undo steps."""
 
-    tab: TabId
     steps: Annotated[int, msgspec.Meta(ge=1, le=10_000)] = 1
 
 
-class Redo(_Request):
+class Redo(TabEdit):
     """Redo steps."""
 
-    tab: TabId
     steps: Annotated[int, msgspec.Meta(ge=1, le=10_000)] = 1
 
 
-class Copy(_Request):
+class Copy(TabEdit):
     """Put states, their sub-trees and the transitions among them into the clipboard."""
 
-    tab: TabId
     automaton: ElementId
     states: Ids
 
 
-class Cut(_Request):
+class Cut(TabEdit):
     """Copy, and delete."""
 
-    tab: TabId
     automaton: ElementId
     states: Ids
 
 
-class Paste(_Request):
+class Paste(TabEdit):
     """Put what is in the clipboard into an automaton, its left upper corner to `x`, `y` if they are given."""
 
-    tab: TabId
     automaton: ElementId
     x: Coordinate | None = None
     y: Coordinate | None = None
 
 
-class Seal(_Request):
+class Seal(TabEdit):
     """Let the next command be a step of its own, such as when a field has lost the focus."""
-
-    tab: TabId
 
 
 class Search(_Request):
@@ -214,18 +176,16 @@ class Imported(_Request):
     tab: TabId
 
 
-class Extract(_Request):
+class Extract(TabEdit):
     """Move an automaton with all below it to a new file, from which it is imported then."""
 
-    tab: TabId
     automaton: ElementId
     path: Path
 
 
-class Inline(_Request):
+class Inline(TabEdit):
     """Put the content of an imported automaton in its place."""
 
-    tab: TabId
     automaton: ElementId
 
 
@@ -241,42 +201,35 @@ class Locate(_Request):
     state: ElementId = 0
 
 
-class Complete(_Request):
-    """Ask for what could follow in a piece of code; `line` from 1, `column` from 0."""
+class CodeRequest(_Request):
+    """A question about a piece of code, as it is being typed."""
 
     tab: TabId
     place: Place
     code: Code
+
+
+class _CursorRequest(CodeRequest):
+    """A question about a position in it; `line` from 1, `column` from 0."""
+
     line: Position
     column: Position
 
 
-class Explain(_Request):
+class Complete(_CursorRequest):
+    """Ask for what could follow in a piece of code."""
+
+
+class Explain(_CursorRequest):
     """Ask what the name at a position stands for."""
 
-    tab: TabId
-    place: Place
-    code: Code
-    line: Position
-    column: Position
 
-
-class Signature(_Request):
+class Signature(_CursorRequest):
     """Ask for the parameters of the call that the cursor stands in."""
 
-    tab: TabId
-    place: Place
-    code: Code
-    line: Position
-    column: Position
 
-
-class Lint(_Request):
+class Lint(CodeRequest):
     """Check a piece of code as it is being typed."""
-
-    tab: TabId
-    place: Place
-    code: Code
 
 
 class Interfaces(_Request):
@@ -405,3 +358,124 @@ def request_id(text: bytes | str) -> int | None:
         return _only_id.decode(text).id
     except (msgspec.DecodeError, RecursionError, UnicodeError):
         return None
+
+
+# ------------------------------------------------------------------------------------------ answers
+
+ErrorKind = Literal[
+    "malformed",  # no request of this protocol
+    "refused",  # a document cannot be changed, opened or saved like this
+    "forbidden",  # a path that the page may not reach
+    "missing",  # no such file, tab or component
+    "unsaved",  # closing would lose changes: ask, then close with discard
+    "exists",  # a file is there already: ask, then save with overwrite
+    "outside",  # the file was changed by another program: ask, then resolve
+    "busy",  # too much at a time
+    "timeout",  # it took too long
+    "internal",  # a fault of the program; its log says more
+]
+
+
+class Answer(msgspec.Struct, kw_only=True):
+    """What an operation gives."""
+
+    re: int
+    ok: Any = None
+
+
+class ErrorAnswer(msgspec.Struct, kw_only=True):
+    """Why an operation was not done; `re` is missing when the request's own id could not be read."""
+
+    re: int | None
+    error: str
+    kind: ErrorKind
+
+
+# ------------------------------------------------------------------------------------------ pushes
+
+
+class TabState(msgspec.Struct, kw_only=True, rename="camel"):
+    """An open document.
+
+    `path` is relative to the root where it can be, and empty as long as there is no file. `outside` says what
+    another program did to the file: nothing, `changed` or `deleted`. A `dialect` other than `native` is
+    replaced when the document is saved.
+    """
+
+    tab: int
+    title: str
+    path: str
+    dirty: bool
+    dialect: str
+    recovered: bool
+    outside: str
+
+
+class Recoverable(msgspec.Struct, kw_only=True, rename="camel"):
+    """A document with unsaved changes whose session ended without closing; `changed_at` in s since 1970."""
+
+    journal: str
+    name: str
+    path: str
+    changed_at: float
+
+
+class Workspace(Push, omit_defaults=True):
+    """The open documents, those that can be recovered, and the components and the robot of the realm."""
+
+    tabs: list[TabState]
+    recoverable: list[Recoverable]
+    running: list[dict[str, Any]]
+    clipboard: int
+    """States in the clipboard."""
+    robot_stopped: str = ""
+    """Why the robot's emergency stop is latched; left out while it is not."""
+
+
+class Closed(Push):
+    """A tab is closed."""
+
+    tab: int
+
+
+class DocumentPush(Push, tag="document"):
+    """A document, whole in `full` or what of it changed in `patch`; the names of steps come latest first.
+
+    What is in them stands in `visualhfsm.web.rendering` and `visualhfsm.editing.views`.
+    """
+
+    tab: int
+    revision: int
+    undo: tuple[str, ...]
+    redo: tuple[str, ...]
+    dirty: bool
+    full: msgspec.Raw | msgspec.UnsetType = msgspec.UNSET
+    patch: msgspec.Raw | msgspec.UnsetType = msgspec.UNSET
+
+
+class Problems(Push):
+    """What the checks say of a revision of a document."""
+
+    tab: int
+    revision: int
+    items: Any
+
+
+class Outside(Push):
+    """What another program did to the file of a document.
+
+    `reloaded`: the document had no changes of its own, and is now as the file, which can be undone. `changed`
+    and `deleted`: the person is to say what shall be. `same`: it is over.
+    """
+
+    tab: int
+    state: Literal["reloaded", "changed", "deleted", "same"]
+    message: str = ""
+
+
+_ENCODER: Final = msgspec.json.Encoder()
+
+
+def encode(message: Answer | ErrorAnswer | Push) -> bytes:
+    """Return the text of a message."""
+    return _ENCODER.encode(message)

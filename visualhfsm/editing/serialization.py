@@ -1,4 +1,4 @@
-"""Documents as text: whole ones, and parts of one on the way to another place.
+"""Documents as text: whole ones of any dialect, and parts of one on the way to another place.
 
 A fragment is a document in the native format. Its first automaton holds the states that were copied with the
 transitions among them, the others are what hangs on those. It can go through any clipboard.
@@ -11,19 +11,41 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Final
+from xml.etree.ElementTree import Element, ParseError
 
-from codegen.diagnostics import Diagnostics
+from defusedxml import DefusedXmlException
+from defusedxml.ElementTree import fromstring
+
+from codegen.diagnostics import Diagnostic, Diagnostics
 from codegen.hfsm import DocumentNotWritableError, parse_document, write_document
 from codegen.hfsm.document import Automaton, Document
+from codegen.hfsm.formats.dialects import Dialect, dialect_of
+from codegen.hfsm.formats.xml_tree import XmlElement
+from codegen.hfsm.scxml import is_scxml, parse_scxml
 
 from .errors import EditError
 from .nodes import find_automaton, find_state
 from .subtrees import below
 
-__all__ = ["MAX_SIZE", "copy_states", "parse", "parse_file", "written"]
+__all__ = [
+    "MAX_SIZE",
+    "NATIVE",
+    "copy_states",
+    "dialect_of_file",
+    "holds_scxml",
+    "import_scxml",
+    "parse",
+    "parse_file",
+    "written",
+]
 
 MAX_SIZE: Final = 12 << 20
 """Bytes of the largest document that can be saved: fewer than the reader takes in size and in elements."""
+NATIVE: Final[str] = Dialect.NATIVE.value
+_LEVELS: Final = 2
+"""Levels below the root that tell the dialects apart."""
+_SCXML: Final = ".scxml"
+_HEAD: Final = 4096  # bytes in which the root of a file begins
 
 
 def copy_states(document: Document, automaton: int, states: Sequence[int]) -> str:
@@ -52,8 +74,7 @@ def parse(text: str | bytes, what: str, path: Path | None = None) -> Document:
     diagnostics = Diagnostics()
     document = parse_document(text, path or Path("document.xml"), diagnostics)
     if document is None:
-        first = diagnostics.errors[0]
-        why = f"line {first.location.line}: {first.message}" if first.location.line else first.message
+        why = _with_line(diagnostics.errors[0])
         raise EditError(what, why, "it has to be a document of automata")
     return document
 
@@ -86,3 +107,41 @@ def _without_garbage_collection() -> Iterator[None]:
     finally:
         if enabled:
             gc.enable()
+
+
+def holds_scxml(name: str, content: bytes) -> bool:
+    """Return whether a file is SCXML: by the end of its name, or by its root."""
+    return name.lower().endswith(_SCXML) or is_scxml(content[:_HEAD])
+
+
+def import_scxml(content: bytes, name: str) -> tuple[Document, list[str]]:
+    """Return a document that is made of SCXML, and remarks on what of that means nothing here.
+
+    Raises EditError.
+    """
+    diagnostics, remarks = Diagnostics(), Diagnostics()
+    document = parse_scxml(content, Path(name), diagnostics, remarks)
+    if document is None:
+        why = _with_line(diagnostics.errors[0])
+        raise EditError(f"Cannot open {name}", why, "see docs/scxml.md for what is understood")
+    return document, [_with_line(each) for each in (*diagnostics, *remarks)]
+
+
+def _with_line(found: Diagnostic) -> str:
+    return f"line {found.location.line}: {found.message}" if found.location.line else found.message
+
+
+def dialect_of_file(content: bytes) -> str:
+    """Return the name of the dialect of a document; of one that cannot be read, the native one."""
+    try:
+        root = fromstring(content, forbid_dtd=True)
+    except (ParseError, DefusedXmlException, ValueError, LookupError):
+        return NATIVE
+    return dialect_of(_head(root, _LEVELS)).value
+
+
+def _head(element: Element, levels: int) -> XmlElement:
+    children: list[XmlElement] = []
+    if levels:
+        children = [_head(child, levels - 1) for child in element if isinstance(child.tag, str)]
+    return XmlElement(element.tag, dict(element.attrib), 0, 0, children=[*children])

@@ -1,15 +1,24 @@
-"""What the page is told when a request was not done."""
+"""Why a request was not done, as the page is told."""
 
 from __future__ import annotations
 
 from visualhfsm.editing.errors import ChangedOutsideError, OldFormatError
 from visualhfsm.errors import VisualHfsmError
 
-from .paths import ForbiddenPathError
 from .protocol import ErrorKind
-from .services import NotAvailableError
 
-__all__ = ["MissingError", "TooManyError", "UnsavedError", "WouldOverwriteError", "kind_of"]
+__all__ = [
+    "ForbiddenPathError",
+    "MissingError",
+    "TooManyError",
+    "UnsavedError",
+    "WouldOverwriteError",
+    "kind_of",
+]
+
+
+class ForbiddenPathError(VisualHfsmError):
+    """A path that the page may not reach."""
 
 
 class MissingError(VisualHfsmError):
@@ -36,7 +45,6 @@ _KINDS: dict[type[Exception], ErrorKind] = {
     TooManyError: "busy",
     ForbiddenPathError: "forbidden",
     ChangedOutsideError: "outside",
-    NotAvailableError: "unavailable",
     VisualHfsmError: "refused",
     TimeoutError: "timeout",
 }

@@ -1,4 +1,4 @@
-"""Checks beside the requests."""
+"""Checks in the background."""
 
 from __future__ import annotations
 
@@ -10,13 +10,11 @@ import pytest
 
 from codegen.hfsm.document import Document
 from tests.support.limits import LIMIT
-from visualhfsm.editing.check_process import CheckProcess
-from visualhfsm.editing.problems import Problem
+from visualhfsm.editing.problems import CheckProcess, Problem
 from visualhfsm.editing.session import DocumentSession
-from visualhfsm.web.background import Checking
+from visualhfsm.web.checking import Checking
 from visualhfsm.web.protocol import Problems
-from visualhfsm.web.tab import Tab
-from visualhfsm.web.work import Workers
+from visualhfsm.web.tab import Tab, Threads
 
 
 def test_a_check_that_fails_is_not_the_last_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -36,16 +34,16 @@ def test_a_check_that_fails_is_not_the_last_one(tmp_path: Path, monkeypatch: pyt
         told: asyncio.Queue[Problems] = asyncio.Queue()
         checking = Checking(0.0, lambda _, problems: told.put_nowait(problems))
         running = asyncio.create_task(checking.run())
-        workers = Workers(1)
+        threads = Threads(1)
         for number in (1, 2):
             session = DocumentSession.new(Document(), f"{number}", journals=tmp_path)
-            checking.check(Tab(number, session, workers, changed=lambda _: None, output_lines=1))
+            checking.check(Tab(number, session, threads, changed=lambda _: None, output_lines=1))
         async with asyncio.timeout(LIMIT):
             assert (await told.get()).tab == 2
         running.cancel()
         await asyncio.wait({running})
         await checking.close()
-        await workers.close()
+        await threads.close()
 
     asyncio.run(go())
     assert len(asked) == 2

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import resolve
@@ -14,11 +15,12 @@ from .commands.automata import ExtractAutomaton
 from .commands.paste import FillAutomaton
 from .errors import EditError
 from .files import write_file
-from .fragments import written
 from .nodes import changed, find_automaton
+from .serialization import written
 from .subtrees import below
+from .views import view
 
-__all__ = ["extract", "imported_content", "inline"]
+__all__ = ["extract", "imported_content", "imported_views", "inline"]
 
 
 def extract(document: Document, automaton: int, path: Path | None, file: Path) -> Command:
@@ -93,3 +95,26 @@ def _file_of(document: Document, automaton: int) -> str:
         what = f"Cannot inline automaton {automaton}"
         raise EditError(what, "it is not imported", "it is in this document already")
     return stub.imported.file.text.strip()[:60]
+
+
+def imported_views(document: Document, path: Path) -> list[dict[str, Any]]:
+    """Return the content of all automata that are imported, each before those below it.
+
+    They have the ids that a component of the document, whose file is `path`, gives them. Each tells the file,
+    relative to the document, and the automaton of it that it comes from. What cannot be had is left out.
+    """
+    own = {automaton.id: automaton for automaton in document.automata}
+    views = []
+    for automaton in resolve(document, path, Diagnostics()).automata:
+        stub = own.get(automaton.id)
+        if automaton.imported is None and (stub is None or stub.imported is not None):
+            views.append(view(automaton) | {"imported": _source_of(automaton, stub, path)})
+    return views
+
+
+def _source_of(automaton: Automaton, stub: Automaton | None, path: Path) -> dict[str, Any]:
+    if stub is not None and stub.imported is not None:
+        return {"file": stub.imported.file.text, "automaton": stub.imported.automaton}
+    file = automaton.path or path
+    shown = file.relative_to(path.parent) if file.is_relative_to(path.parent) else file
+    return {"file": shown.as_posix(), "automaton": automaton.id}

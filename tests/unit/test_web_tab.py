@@ -1,0 +1,140 @@
+"""Work on an open document: in threads, one at a time for each document."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+from collections.abc import Callable, Coroutine
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from codegen.hfsm.document import Automaton, Document
+from tests.support.limits import LIMIT
+from visualhfsm.editing.commands.states import AddState
+from visualhfsm.editing.session import DocumentSession
+from visualhfsm.web.tab import Tab, Threads
+
+Test = Callable[[Callable[[int], Tab], Threads], Coroutine[Any, Any, None]]
+
+
+@pytest.fixture
+def run(tmp_path: Path) -> Callable[[Test, list[str]], None]:
+    """Run a test with a function that opens documents; their changes are logged."""
+
+    def run(test: Test, log: list[str]) -> None:
+        async def with_threads() -> None:
+            threads = Threads(3)
+            tabs: list[Tab] = []
+
+            def opened(number: int) -> Tab:
+                document = Document(automata=(Automaton(id=1),))
+                session = DocumentSession.new(document, f"{number}", journals=tmp_path)
+
+                def changed(tab: Tab) -> None:
+                    log.append(f"changed to {tab.shown.revision}")
+
+                tabs.append(Tab(number, session, threads, changed=changed, output_lines=1))
+                return tabs[-1]
+
+            try:
+                await asyncio.wait_for(test(opened, threads), LIMIT)
+            finally:
+                for tab in tabs:
+                    await tab.edit(lambda session: session.close(discard=True))
+                await threads.close()
+
+        asyncio.run(with_threads())
+
+    return run
+
+
+def add_state(session: DocumentSession) -> None:
+    session.do(AddState(automaton=1, x=0, y=0))
+
+
+def test_work_on_one_document_neither_overlaps_nor_overtakes(run: Callable[[Test, list[str]], None]) -> None:
+    log: list[str] = []
+
+    async def test(opened: Callable[[int], Tab], threads: Threads) -> None:
+        tab, other = opened(1), opened(2)
+        first_runs, go_on = threading.Event(), threading.Event()
+
+        def first(session: DocumentSession) -> None:
+            first_runs.set()
+            assert go_on.wait(LIMIT)
+            add_state(session)
+            log.append("first")
+
+        def second(session: DocumentSession) -> None:
+            add_state(session)
+            log.append("second")
+
+        one = asyncio.create_task(tab.edit(first))
+        two = asyncio.create_task(tab.edit(second))
+        await asyncio.to_thread(first_runs.wait, LIMIT)
+        assert await threads.do(lambda: "other work goes on") == "other work goes on"
+        assert await other.edit(lambda session: session.name) == "2"
+        assert log == []
+        go_on.set()
+        await asyncio.gather(one, two)
+        assert log == ["first", "changed to 1", "second", "changed to 2"]
+
+    run(test, log)
+
+
+def test_work_whose_caller_gave_up_ends_before_the_next_begins(
+    run: Callable[[Test, list[str]], None],
+) -> None:
+    log: list[str] = []
+
+    async def test(opened: Callable[[int], Tab], threads: Threads) -> None:
+        tab = opened(1)
+        go_on = threading.Event()
+
+        def slow(session: DocumentSession) -> None:
+            assert go_on.wait(LIMIT)
+            add_state(session)
+            log.append("slow")
+
+        with pytest.raises(TimeoutError):
+            await asyncio.wait_for(tab.edit(slow), 0.01)
+        later = asyncio.create_task(tab.edit(lambda _: log.append("later")))
+        await threads.do(lambda: None)
+        assert log == []
+        go_on.set()
+        await later
+        assert log == ["slow", "changed to 1", "later"]
+
+    run(test, log)
+
+
+def test_work_whose_caller_gave_up_before_it_began_is_not_done(
+    run: Callable[[Test, list[str]], None],
+) -> None:
+    log: list[str] = []
+
+    async def test(opened: Callable[[int], Tab], _threads: Threads) -> None:
+        tab = opened(1)
+        go_on = threading.Event()
+        slow = asyncio.create_task(tab.edit(lambda _: go_on.wait(LIMIT)))
+        await asyncio.sleep(0)
+        with pytest.raises(TimeoutError):
+            await asyncio.wait_for(tab.edit(add_state), 0.01)
+        go_on.set()
+        await slow
+        assert tab.shown.revision == 0
+
+    run(test, log)
+    assert log == []
+
+
+def test_what_fails_is_raised_and_the_next_goes_on(run: Callable[[Test, list[str]], None]) -> None:
+    async def test(opened: Callable[[int], Tab], _threads: Threads) -> None:
+        tab = opened(1)
+        with pytest.raises(ZeroDivisionError):
+            await tab.edit(lambda _: 1 // 0)
+        assert await tab.edit(lambda session: session.name) == "1"
+
+    run(test, [])

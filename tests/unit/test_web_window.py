@@ -1,0 +1,146 @@
+"""What waits for a slow window."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import Callable, Coroutine
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from codegen.hfsm.document import Automaton, Document
+from tests.support.limits import LIMIT
+from visualhfsm.editing.commands.states import AddState
+from visualhfsm.editing.session import DocumentSession
+from visualhfsm.services import Output, OutputLine, RunPush
+from visualhfsm.web.protocol import Answer, Problems
+from visualhfsm.web.tab import Tab, Threads
+from visualhfsm.web.window import Window
+
+
+def waiting(fill: Callable[[Window], None], lines: int = 5) -> list[dict[str, Any]]:
+    """Return what is sent to a window that was filled with messages."""
+
+    async def take() -> list[bytes]:
+        window = Window(lines)
+        window.greet()
+        fill(window)
+        return await asyncio.wait_for(window.next(), LIMIT)
+
+    return [json.loads(message) for message in asyncio.run(take())]
+
+
+def with_tab(directory: Path, test: Callable[[Tab, Window], Coroutine[Any, Any, None]]) -> None:
+    async def run() -> None:
+        threads = Threads(1)
+        window = Window(5)
+        window.greet()
+        session = DocumentSession.new(Document(automata=(Automaton(id=1),)), "new", journals=directory)
+        tab = Tab(1, session, threads, changed=window.show, output_lines=1)
+        try:
+            await asyncio.wait_for(test(tab, window), LIMIT)
+        finally:
+            await tab.edit(lambda session: session.close(discard=True))
+            await threads.close()
+
+    asyncio.run(run())
+
+
+def problems(revision: int, tab: int = 1) -> Problems:
+    return Problems(tab=tab, revision=revision, items=[])
+
+
+def lines(*texts: str, tab: int = 1) -> Output:
+    return Output(tab=tab, lines=[OutputLine(text=text) for text in texts])
+
+
+def test_of_each_thing_only_the_newest_is_sent() -> None:
+    def fill(window: Window) -> None:
+        window.push(problems(1))
+        window.push(problems(1, tab=2))
+        window.push(problems(2))
+
+    assert [(each["tab"], each["revision"]) for each in waiting(fill)] == [(1, 2), (2, 1)]
+
+
+def test_a_document_is_sent_as_it_is_when_there_is_room(tmp_path: Path) -> None:
+    async def test(tab: Tab, window: Window) -> None:
+        window.show(tab)
+        (first,) = await window.next()
+        assert "full" in json.loads(first)
+        for name in ("a", "b"):
+            command = AddState(automaton=1, x=0, y=0, name=name)
+            await tab.edit(lambda session, command=command: session.do(command))  # type: ignore[misc]
+        (second,) = await window.next()
+        sent = json.loads(second)
+        (part,) = sent["patch"]["parts"]
+        assert [state["name"] for state in part["states"]["changed"]] == ["a", "b"]
+        assert sent["revision"] == 2
+
+    with_tab(tmp_path, test)
+
+
+def test_what_was_pushed_comes_before_the_answers_in_their_order() -> None:
+    def fill(window: Window) -> None:
+        window.answer(Answer(re=1))
+        window.push(problems(1))
+        window.answer(Answer(re=2))
+
+    assert [each.get("push", each.get("re")) for each in waiting(fill)] == ["problems", 1, 2]
+
+
+def test_output_comes_first_and_loses_its_oldest_lines() -> None:
+    def fill(window: Window) -> None:
+        window.push(RunPush(tab=1, status="ended"))
+        window.push(lines("a", "b", "c"))
+        window.push(lines("d", "e", "f", "g"))
+        window.push(lines("x", tab=2))
+
+    output, other, ended = waiting(fill)
+    assert ([line["text"] for line in output["lines"]], output["dropped"]) == (["c", "d", "e", "f", "g"], 2)
+    assert other["tab"] == 2
+    assert ended["status"] == "ended"
+
+
+def test_the_whole_output_takes_the_place_of_what_waits() -> None:
+    def fill(window: Window) -> None:
+        window.push(lines("a", "b", "c", "d", "e", "f"))
+        window.push(Output(tab=1, lines=lines("a", "b").lines, whole=True))
+        window.push(lines("c"))
+
+    (sent,) = waiting(fill)
+    assert [line["text"] for line in sent["lines"]] == ["a", "b", "c"]
+    assert (sent["dropped"], sent["whole"]) == (0, True)
+
+
+def test_of_a_closed_tab_nothing_else_is_sent() -> None:
+    def fill(window: Window) -> None:
+        window.push(problems(1))
+        window.push(problems(1, tab=2))
+        window.close(1)
+
+    assert [(each["push"], each["tab"]) for each in waiting(fill)] == [("problems", 2), ("closed", 1)]
+
+
+def test_a_window_that_has_not_said_hello_gets_answers_alone() -> None:
+    async def take() -> list[bytes]:
+        window = Window(5)
+        window.push(problems(1))
+        window.answer(Answer(re=1))
+        return await asyncio.wait_for(window.next(), LIMIT)
+
+    (answer,) = asyncio.run(take())
+    assert json.loads(answer)["re"] == 1
+
+
+def test_nothing_is_sent_twice() -> None:
+    async def take() -> None:
+        window = Window(5)
+        window.answer(Answer(re=1))
+        assert len(await window.next()) == 1
+        with pytest.raises(TimeoutError):
+            await asyncio.wait_for(window.next(), 0.01)
+
+    asyncio.run(take())

@@ -1,0 +1,148 @@
+"""What the editor's server shares with its services: running, live data and code completion.
+
+A service publishes what happens by itself as one of the messages of this module, which go to the page as they
+are; `publish` may be called from any thread and never blocks. Its methods run on the server's event loop and
+do not block it; what they return goes to the page as JSON. They are cancelled when they take too long.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Coroutine, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal, TypeVar
+
+import msgspec
+
+from codegen.hfsm.document import Document
+from visualhfsm.editing.places import Place
+from visualhfsm.errors import VisualHfsmError
+
+__all__ = [
+    "Components",
+    "Output",
+    "OutputLine",
+    "Publish",
+    "Push",
+    "RunPush",
+    "ServiceError",
+    "Snapshot",
+    "Source",
+    "Stale",
+    "Structure",
+    "complete",
+    "retrieve",
+    "tag",
+]
+
+R = TypeVar("R")
+
+
+class ServiceError(VisualHfsmError):
+    """A service could not do what it was asked for; the message is shown to the person."""
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """An open document as it stands at the moment of a request.
+
+    `path` is its file, None as long as it has none; `dirty` says that the file holds something else, `title`
+    what it is called.
+    """
+
+    tab: int
+    revision: int
+    document: Document
+    path: Path | None
+    dirty: bool
+    title: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Components:
+    """The components that run in the realm: their names and whatever else the page shows of them."""
+
+    running: Sequence[Mapping[str, Any]]
+    robot_stopped: str = ""
+    """Why the emergency stop of the realm's robot is latched; empty while it is not."""
+
+
+def tag(class_name: str) -> str:
+    """Return the tag of a message in JSON: the name of its class with a small first letter."""
+    return class_name[0].lower() + class_name[1:]
+
+
+class Push(msgspec.Struct, kw_only=True, rename="camel", tag_field="push", tag=tag):
+    """A message that the page gets without asking."""
+
+
+class OutputLine(msgspec.Struct, kw_only=True, rename="camel"):
+    """A line that a component wrote, and the piece of code that it speaks of, if any."""
+
+    text: str
+    stream: Literal["out", "err"] = "out"
+    place: Place | None = None
+    line: int = 0
+
+
+class Output(Push):
+    """Lines that a component wrote; `dropped` older ones were too many for this window.
+
+    `whole` says that these are all that are kept, in the place of those that the window has.
+    """
+
+    tab: int
+    lines: list[OutputLine]
+    dropped: int = 0
+    whole: bool = False
+
+
+class RunPush(Push, tag="run"):
+    """What became of a component that was started here.
+
+    The exit code is minus the number of the signal that ended it, if one did.
+    """
+
+    tab: int
+    status: Literal["generating", "starting", "running", "stopping", "ended"]
+    exit_code: int | None = None
+    message: str = ""
+
+
+class Snapshot(Push):
+    """What a running component does at this moment."""
+
+    component: str
+    value: Any
+
+
+class Structure(Push):
+    """What automata a running component has."""
+
+    component: str
+    value: Any
+
+
+class Stale(Push):
+    """A component is silent since a moment (s of wall time); `since` 0 says that it speaks again."""
+
+    component: str
+    since: float
+
+
+Publish = Callable[[Components | Snapshot | Structure | Stale | Output | RunPush], None]
+"""Send something to the page; of two values of one thing the older may be dropped, output never is."""
+
+
+async def complete(work: Coroutine[object, object, R]) -> R:
+    """Wait for work that continues to its end even when its caller is cancelled."""
+    task = asyncio.create_task(work)
+    task.add_done_callback(retrieve)
+    return await asyncio.shield(task)
+
+
+def retrieve(future: asyncio.Future[R]) -> None:
+    """Mark an exception as seen: whoever still waits gets it, and nobody else has to."""
+    if not future.cancelled():
+        future.exception()
