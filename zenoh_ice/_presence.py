@@ -12,7 +12,6 @@ from collections import ChainMap, deque
 from collections.abc import Callable, Mapping
 from typing import Any, Final, NamedTuple
 
-from ._threads import Job
 from ._values import NAME
 from .exceptions import (
     AccessDeniedException,
@@ -116,7 +115,11 @@ class Presence:
     """
 
     def __init__(
-        self, transport: Transport, submit: Callable[[Job], None], *, needs_links: bool = True
+        self,
+        transport: Transport,
+        submit: Callable[[Callable[[], object]], None],
+        *,
+        needs_links: bool = True,
     ) -> None:
         self._transport: Final = transport
         self._submit: Final = submit
@@ -388,7 +391,11 @@ class ClientWatch:
     """
 
     def __init__(
-        self, transport: Transport, realm: str, callback: Callable[[str], Any], submit: Callable[[Job], None]
+        self,
+        transport: Transport,
+        realm: str,
+        callback: Callable[[str], Any],
+        submit: Callable[[Callable[[], object]], None],
     ) -> None:
         self._callback: Final = callback
         self._submit: Final = submit

@@ -18,7 +18,7 @@ from collections.abc import Callable, Coroutine, Iterator, Sequence
 from concurrent.futures import Future
 from contextlib import contextmanager
 from functools import partial
-from queue import Empty, SimpleQueue
+from queue import SimpleQueue
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from .exceptions import BusyException, CommunicatorDestroyedException
@@ -26,16 +26,17 @@ from .exceptions import BusyException, CommunicatorDestroyedException
 if TYPE_CHECKING:  # loaded where it is needed: it takes long, and most programs have no coroutines
     import asyncio
 
-__all__ = ["PULSE_PERIOD", "Coroutines", "Job", "Pool", "Pulse", "UserCodeThread"]
+__all__ = ["PULSE_PERIOD", "Coroutines", "Job", "Kind", "Pool", "Pulse", "UserCodeThread"]
 
-Job = Callable[[], object]
 V = TypeVar("V")
 
-PULSE_PERIOD: Final = 0.1  # s
+PULSE_PERIOD: Final = 0.02  # s between looks at the threads and at the clock
 
 _IDLE_LIMIT: Final = 5.0  # s after which a thread ends that has nothing to do, unless it is the last
 _MOST_QUEUED: Final = 1024  # jobs of one line
 _MOST_LINES: Final = 256
+_QUICK: Final = 0.0005  # s that a job takes at most while its thread leads
+_CAUTION: Final = 1000  # jobs that are taken to be long after one that was
 _STANDSTILL: Final = 0.5  # s without a beat: more than a busy machine makes of the period
 _AFTERMATH: Final = 1.0  # s until all that waited has been read
 
@@ -45,12 +46,31 @@ _CLOCK: Final = getattr(time, "CLOCK_BOOTTIME", time.CLOCK_MONOTONIC)
 _logger = logging.getLogger(__name__)
 
 
+class Kind:
+    """Remember whether jobs of a kind, such as the calls of one method, were quick."""
+
+    __slots__ = ("caution",)
+
+    def __init__(self, caution: float = 1) -> None:
+        self.caution = caution
+        """How many more jobs are taken to be long; each quick one lessens it."""
+
+
+Job = tuple[Kind, Callable[[], object]]
+
+_LONG: Final = Kind(math.inf)
+
+
 class UserCodeThread(threading.Thread):
     """A thread of a communicator that runs user code."""
 
 
 class Pool:
     """Threads that grow from one to a limit and never make their callers wait.
+
+    One of them leads: it alone takes jobs out of the queue. Before it runs a job that may take long, it wakes
+    another thread to lead. A job of a kind that was quick so far it runs while it leads: waking a thread
+    would take longer. Where such a job takes long for once, the lead is handed on within PULSE_PERIOD.
 
     A pool of no threads, for tests in virtual time, runs each job at once on the thread that submits it.
 
@@ -61,18 +81,20 @@ class Pool:
     def __init__(self, size: int, name: str) -> None:
         self.jobs: Final[SimpleQueue[Any]] = SimpleQueue()
         self.has_threads: Final = size > 0
+        self.pulse: Final = Pulse()
         self._limit = size
         self._name: Final = name
         self._places: Final[dict[type, Callable[[Any], Job | None]]] = {}
-        self._numbers: Final = itertools.count()
-        self._next = 0  # whose turn it is to be placed
-        self._placed: Final = threading.Condition()
         self._lock: Final = threading.Lock()
-        self._threads: Final[set[threading.Thread]] = set()
+        self._lead: Final = threading.Lock()  # of the thread that takes jobs
+        self._leader = 0  # its identifier; 0: nobody leads, or a thread is about to
+        self._began = 0.0  # the moment at which it began the job that it runs; 0: it waits for one
         self._idle = 0
+        self._threads: Final[set[threading.Thread]] = set()
         self._serials: Final = itertools.count(1)
         self._closed = False
-        self._lines: Final[dict[object, deque[Job]]] = {}
+        self._lines: Final[dict[object, deque[Callable[[], object]]]] = {}
+        self._stop_watch: Callable[[], object] | None = None
         self._grow()
 
     def place(self, kind: type, place: Callable[[Any], Job | None]) -> None:
@@ -82,20 +104,20 @@ class Pool:
         """
         self._places[kind] = place
 
-    def submit(self, job: Job) -> None:
+    def submit(self, run: Callable[[], object], kind: Kind | None = None) -> None:
         """Run a job as soon as a thread is free; after `close` it is dropped."""
         if self.has_threads:
-            self.jobs.put(job)
+            self.jobs.put((kind or _LONG, run))
         else:
-            job()
+            run()
 
-    def submit_in_line(self, line: object, job: Job) -> None:
+    def submit_in_line(self, line: object, job: Callable[[], object]) -> None:
         """Run a job after those that were submitted in the same line; raises BusyException for too many."""
         if not self.has_threads:
             job()
             return
         with self._lock:
-            jobs = self._lines.get(line, deque[Job]())
+            jobs = self._lines.get(line, deque[Callable[[], object]]())
             # The first job of each line runs.
             waiting, most = (len(jobs) - 1, _MOST_QUEUED) if jobs else (len(self._lines), _MOST_LINES)
             if waiting >= most:
@@ -103,7 +125,7 @@ class Pool:
             jobs.append(job)
             if len(jobs) == 1:
                 self._lines[line] = jobs
-                self.jobs.put(partial(self._run_line, line))
+                self.submit(partial(self._run_line, line))
 
     def holds_line(self, line: object) -> bool:
         """Return whether jobs of a line wait or run: later ones must not overtake them."""
@@ -113,7 +135,8 @@ class Pool:
         """Let the pool have more threads, or fewer with a negative number, if it needs them."""
         with self._lock:
             self._limit += threads
-            self._grow()
+            if not self._leader:
+                self._grow()
 
     @contextmanager
     def blocked(self) -> Iterator[None]:
@@ -123,9 +146,20 @@ class Pool:
             return
         self.reserve(1)
         try:
+            with self._lock:
+                if self._leader == threading.get_ident():
+                    self._hand_on()
             yield
         finally:
             self.reserve(-1)
+
+    def kind(self) -> Kind:
+        """Return a new kind of jobs, such as the calls of one method."""
+        with self._lock:
+            if self._stop_watch is None and self.has_threads and not self._closed:
+                self.pulse.beat()
+                self._stop_watch = repeat(PULSE_PERIOD, self._look, f"{self._name} watch")
+        return Kind()
 
     def close(self, timeout: float) -> bool:
         """End the threads once their jobs are done; return whether all ended within `timeout` s.
@@ -135,6 +169,8 @@ class Pool:
         with self._lock:
             self._closed = True
             threads = tuple(self._threads)
+        if self._stop_watch is not None:
+            self._stop_watch()
         self.jobs.put(None)
         return _join(threads, timeout)
 
@@ -148,44 +184,60 @@ class Pool:
         self._threads.add(thread)
         self._idle += 1
 
+    def _hand_on(self) -> None:
+        """Let another thread lead; to be called with the lock, while one leads."""
+        self._leader, self._began = 0, 0.0
+        self._lead.release()
+        self._grow()
+
+    def _look(self) -> None:
+        self.pulse.beat()
+        with self._lock:
+            if self._began and time.monotonic() - self._began > _QUICK:
+                self._hand_on()
+
     def _work(self) -> None:
-        jobs, lock, placed = self.jobs, self._lock, self._placed
-        # One step of C code takes a job and its number: no other thread gets the interpreter in between, so
-        # the numbers are in the order of the queue. `slice` makes the pair: its start, and its stop.
-        take = map(slice, iter(partial(jobs.get, timeout=_IDLE_LIMIT), self), self._numbers).__next__
+        me, lock, get = threading.get_ident(), self._lock, self.jobs.get
         try:
             while True:
-                try:
-                    taken = take()
-                except Empty:
+                if self._leader != me:
+                    leads = self._lead.acquire(timeout=_IDLE_LIMIT)
                     with lock:
-                        if self._idle > 1:
-                            self._idle -= 1
+                        if leads:
+                            self._leader = me
+                        elif not self._leader:  # a thread is about to lead: this one, if no other
+                            continue
+                        self._idle -= 1
+                        if not leads:
                             return
-                    continue
-                job, number = taken.start, taken.stop
-                place = self._places.get(type(job))
-                with placed:
-                    while self._next != number:  # another thread is about to place what was put before
-                        placed.wait()
-                    job = job if place is None else place(job)
-                    self._next += 1
-                    placed.notify_all()
-                if taken.start is None:
-                    jobs.put(None)  # for the next thread
+                job = get()
+                if job is None:  # the end, for the next thread, too
+                    self.jobs.put(None)
+                    self._lead.release()
                     return
+                if type(job) is not tuple and (job := self._places[type(job)](job)) is None:
+                    continue
+                kind, run = job
+                began = time.monotonic()
                 with lock:
-                    self._idle -= 1
-                    if self._idle == 0:
-                        self._grow()
+                    if kind.caution:
+                        self._hand_on()
+                    else:
+                        self._began = began
                 try:
-                    if job is not None:
-                        job()
+                    run()
                 except BaseException:
                     _logger.exception("internal error in %s", threading.current_thread().name)
-                del job, taken  # frees what they hold, a query for instance, before the next wait
+                del job, run  # frees what they hold, a query for instance, before the next wait
+                if time.monotonic() - began > _QUICK:
+                    kind.caution = max(kind.caution, _CAUTION)
+                elif kind.caution:
+                    kind.caution -= 1
                 with lock:
-                    self._idle += 1
+                    if self._leader == me:
+                        self._began = 0.0
+                    else:
+                        self._idle += 1
         finally:
             with lock:
                 self._threads.discard(threading.current_thread())
@@ -199,7 +251,7 @@ class Pool:
             with self._lock:
                 jobs.popleft()
                 if jobs:
-                    self.jobs.put(partial(self._run_line, line))
+                    self.submit(partial(self._run_line, line))
                 else:
                     del self._lines[line]
 
@@ -274,7 +326,7 @@ class Pulse:
             self.running_since = time.monotonic()
 
 
-def repeat(period: float, job: Job, name: str) -> Callable[[], object]:
+def repeat(period: float, job: Callable[[], object], name: str) -> Callable[[], object]:
     """Run a job every `period` s on a thread; return what ends it."""
     end = threading.Event()
 

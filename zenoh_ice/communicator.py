@@ -19,7 +19,7 @@ import msgspec
 from msgspec.structs import astuple
 
 from ._presence import ClientWatch, Presence, ServantInfo
-from ._threads import PULSE_PERIOD, Coroutines, Pool, Pulse, UserCodeThread, repeat
+from ._threads import Coroutines, Pool, UserCodeThread
 from ._values import PROXY_TEXT
 from .clock import Clock, RobotClock, WallClock
 from .exceptions import (
@@ -110,7 +110,6 @@ class Communicator:
         self._clock_lock: Final = threading.Lock()
         self._shutdown: Final = threading.Event()
         self._destroyed: Final = threading.Event()
-        self.pulse: Final = Pulse()
         with ExitStack() as end:  # runs from the last to the first, each whatever the others raise
             end.callback(_live.discard, self)
             end.callback(self._destroyed.set)
@@ -218,9 +217,6 @@ class Communicator:
             if not self._adapters:
                 self.transport.serve_status(self.realm, partial(self._encode_status, time.time()))
                 self.presence.add_listener(self._report_rivals)
-                if self.pool.has_threads:  # otherwise no call waits
-                    self.pulse.beat()
-                    self._end.callback(repeat(PULSE_PERIOD, self.pulse.beat, "zenoh_ice pulse"))
             self._adapters.append(adapter := ObjectAdapter(self, name))
             self._end.callback(adapter.destroy)
         return adapter

@@ -142,23 +142,21 @@ class _Caller:
         def reply(ok: bool, payload: bytes | Pieces) -> None:
             answer.put((ok, payload))
 
-        def execute(receiver: Receiver) -> None:
-            try:
-                job = receiver.admit(self.operation, payload, attachment, reply)
-                if job is not None:
-                    job()
-            except BaseException as error:
-                _logger.exception("internal error in %s", self.operation)
-                reply(False, encode_error(unknown_exception(error)))
-
         transport.pending.add(answer)
         try:
             if (receiver := transport.receivers.get(self.prefix)) is None:
                 raise NoAnswer(timed_out=False)
-            if receiver.runs_here:
-                execute(receiver)
-            else:
-                transport.pool.submit(partial(execute, receiver))
+            try:
+                job = receiver.admit(self.operation, payload, attachment, reply)
+            except BaseException as error:
+                _logger.exception("internal error in %s", self.operation)
+                return False, encode_error(unknown_exception(error))
+            if job is not None:
+                kind, run = job
+                if receiver.runs_here:
+                    run()
+                else:
+                    transport.pool.submit(run, kind)
             with transport.pool.blocked():
                 answered = answer.get(timeout=self.timeout)
         except Empty:
@@ -179,9 +177,10 @@ class _Caller:
     def send(self, payload: bytes, attachment: bytes) -> None:
         receiver = self.transport.receivers.get(self.prefix)
         if receiver is not None:
-            execute = receiver.admit(self.operation, payload, attachment, lambda *_: None)
-            if execute is not None:
-                self.transport.pool.submit(execute)
+            job = receiver.admit(self.operation, payload, attachment, lambda *_: None)
+            if job is not None:
+                kind, run = job
+                self.transport.pool.submit(run, kind)
 
 
 class _Stream:

@@ -20,6 +20,7 @@ import msgspec
 
 from ._codec import DECODE_ERRORS, ENCODE_ERRORS, misfit, not_encoded, to_msgpack
 from ._presence import servant_token
+from ._threads import Job, Kind
 from ._wire import (
     ATTACHMENT_LIMIT,
     NO_ATTACHMENT,
@@ -188,6 +189,7 @@ class _Method:
     decode: Callable[[bytes], msgspec.Struct]  # returns arguments that came; raises one of DECODE_ERRORS
     make_result: Callable[[Any], msgspec.Struct] | None  # of one value without byte sequences
     fingerprints: frozenset[str] | None  # of the callers' interfaces; None for what every servant has
+    kind: Kind
 
 
 class _Call(NamedTuple):
@@ -221,6 +223,7 @@ class ServedObject:
         self._interface: Final = interface
         self._accepted: Final = frozenset((*self.fingerprints.values(), ""))
         self._methods: Final[dict[str, _Method]] = {}
+        self._refusals: Final = communicator.pool.kind()
         for operation in interface.all_operations.values():
             self._add_method(operation, self._accepted)
         for operation in OBJECT_INTERFACE.operations:
@@ -242,9 +245,7 @@ class ServedObject:
 
     # The way of a call.
 
-    def admit(
-        self, name: str, payload: Buffer | None, attachment: Buffer | None, reply: Reply
-    ) -> Callable[[], object] | None:
+    def admit(self, name: str, payload: Buffer | None, attachment: Buffer | None, reply: Reply) -> Job | None:
         """Give a call its turn, and return what executes or refuses it; None where it waits."""
         about, turn = NO_ATTACHMENT, self._turn
         try:
@@ -275,10 +276,10 @@ class ServedObject:
                 self._running += 1
                 self._executed += 1
         except ZenohIceError as error:
-            return partial(reply, *self._refuse(error, about))
+            return self._refusals, partial(reply, *self._refuse(error, about))
         except DECODE_ERRORS as error:
-            return partial(reply, *self._refuse(misfit(error, "attachment"), about))
-        return partial(self._run, call)
+            return self._refusals, partial(reply, *self._refuse(misfit(error, "attachment"), about))
+        return method.kind, partial(self._run, call)
 
     def _run(self, call: _Call) -> None:
         """Execute and answer a call whose turn it is, then let the next one have the turn."""
@@ -292,7 +293,7 @@ class ServedObject:
             if timeout > 0:
                 now = time.monotonic()
                 late = now - since >= timeout * _DOUBTFUL
-                if late or self._communicator.pulse.running_since <= now - timeout:
+                if late or self._communicator.pool.pulse.running_since <= now - timeout:
                     _check_patience(call)
             arguments = msgspec.structs.astuple(method.decode(payload))
             if operation.amd:
@@ -333,7 +334,9 @@ class ServedObject:
                     following.served._running += 1
                     following.served._executed += 1
             if following is not None:
-                self._communicator.pool.submit(partial(following.served._run, following))
+                self._communicator.pool.submit(
+                    partial(following.served._run, following), following.method.kind
+                )
 
     def _enqueue(self, call: _Call) -> None:
         """Let a call wait for its turn; raises BusyException when too many do. Holds the turn's lock."""
@@ -450,6 +453,7 @@ class ServedObject:
             arguments.decoder(communicator.stringToProxy),
             operation.result.make_single,
             fingerprints,
+            communicator.pool.kind(),
         )
 
     # Its life.

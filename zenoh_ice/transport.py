@@ -15,6 +15,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, Final, NamedTuple, Protocol
 
 from ._codec import Buffer, Parted, Pieces, byte_sequences
+from ._threads import Job
 from ._values import NAME
 from ._wire import decode_attachment, decode_error, encode_error, encode_sample_attachment
 from .exceptions import ConfigurationException, SystemException
@@ -101,9 +102,7 @@ class Receiver(Protocol):
     def runs_here(self) -> bool:
         """Whether the current thread runs a call of the servant: it must not wait for another one's end."""
 
-    def admit(
-        self, name: str, payload: Buffer | None, attachment: Buffer | None, reply: Reply
-    ) -> Callable[[], object] | None:
+    def admit(self, name: str, payload: Buffer | None, attachment: Buffer | None, reply: Reply) -> Job | None:
         """Take a call of an operation; return what executes or refuses it, None where it waits for its turn.
 
         Calls are executed in the order in which they are admitted; other calls wait meanwhile, so it takes

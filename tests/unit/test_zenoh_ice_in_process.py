@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable
 from typing import Any
 
 import pytest
@@ -20,7 +19,7 @@ from zenoh_ice import (
     TimeoutException,
 )
 from zenoh_ice._codec import LARGE, Parted
-from zenoh_ice._threads import Pool
+from zenoh_ice._threads import Job, Kind, Pool
 from zenoh_ice.in_process import InProcessTransport
 from zenoh_ice.transport import Buffer, Reply, Target
 
@@ -37,14 +36,12 @@ class Servant:
         self.threads: list[threading.Thread] = []
         self._answer = answer
 
-    def admit(
-        self, name: str, payload: Buffer | None, attachment: Buffer | None, reply: Reply
-    ) -> Callable[[], object]:
+    def admit(self, name: str, payload: Buffer | None, attachment: Buffer | None, reply: Reply) -> Job:
         def execute() -> None:
             self.threads.append(threading.current_thread())
             reply(True, self._answer)
 
-        return execute
+        return Kind(), execute
 
 
 @pytest.fixture

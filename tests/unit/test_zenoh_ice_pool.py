@@ -5,14 +5,14 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import pytest
 
 from tests.support.limits import LIMIT
 from tests.support.waiting import until
 from zenoh_ice import BusyException
-from zenoh_ice._threads import Pool
+from zenoh_ice._threads import Job, Pool
 
 
 @pytest.fixture
@@ -182,10 +182,12 @@ def test_jobs_are_made_of_the_objects_of_a_type_in_the_order_of_the_queue(pool: 
         time.sleep(0.001)  # so that several threads take jobs
         executed.release()
 
-    def place(query: Query) -> Callable[[], object] | None:
+    kind = pool.kind()
+
+    def place(query: Query) -> Job | None:
         time.sleep(0.0002)  # lets others take theirs meanwhile
         placed.append(query)
-        return None if len(placed) % 10 == 0 else execute
+        return None if len(placed) % 10 == 0 else (kind, execute)
 
     pool.place(Query, place)
     queries = [Query() for _ in range(200)]
@@ -196,6 +198,51 @@ def test_jobs_are_made_of_the_objects_of_a_type_in_the_order_of_the_queue(pool: 
         assert executed.acquire(timeout=LIMIT)
     until(lambda: len(placed) == 200)
     assert placed == queries
+
+
+def test_quick_jobs_of_a_kind_run_on_one_thread(pool: Pool, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("zenoh_ice._threads._QUICK", LIMIT)  # also on a busy machine
+    kind, threads, done = pool.kind(), list[str](), threading.Semaphore(0)
+    for _ in range(100):
+        pool.submit(lambda: threads.append(threading.current_thread().name), kind)
+        pool.submit(done.release, kind)
+        assert done.acquire(timeout=LIMIT)
+    assert len(set(threads[1:])) == 1
+
+
+def test_a_job_that_takes_long_for_once_leaves_the_pool_to_others(pool: Pool) -> None:
+    kind, leave, done = pool.kind(), threading.Event(), threading.Event()
+    kind.caution = 0
+    pool.submit(lambda: leave.wait(LIMIT), kind)
+    pool.submit(done.set, kind)
+    assert done.wait(LIMIT)
+    leave.set()
+
+
+def test_jobs_of_a_kind_that_took_long_run_beside_a_thread_that_takes_the_next(pool: Pool) -> None:
+    kind, done = pool.kind(), threading.Event()
+    kind.caution = 0
+    pool.submit(lambda: time.sleep(0.01), kind)
+    pool.submit(done.set)
+    assert done.wait(LIMIT)
+    assert kind.caution > 0
+
+
+def test_a_thread_that_waits_for_another_hands_on_the_lead(
+    pool: Pool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("zenoh_ice._threads.PULSE_PERIOD", LIMIT)  # nobody looks after it
+    kind, inner, done = pool.kind(), threading.Event(), threading.Event()
+    kind.caution = 0
+
+    def wait() -> None:
+        pool.submit(inner.set, kind)
+        with pool.blocked():
+            assert inner.wait(LIMIT)
+        done.set()
+
+    pool.submit(wait, kind)
+    assert done.wait(LIMIT)
 
 
 def test_a_pool_of_no_threads_runs_jobs_at_once() -> None:

@@ -16,7 +16,7 @@ from tests.support.limits import AT_ONCE, LIMIT
 from tests.support.waiting import until
 from zenoh_ice import ConnectionLostException, Settings, SystemException, UnknownException
 from zenoh_ice._codec import LARGE
-from zenoh_ice._threads import Pool
+from zenoh_ice._threads import Job, Kind, Pool
 from zenoh_ice._wire import decode_error, encode_call_attachment, encode_error, encode_sample_attachment
 from zenoh_ice._zenoh.transport import ZenohTransport
 from zenoh_ice.in_process import InProcessTransport
@@ -86,9 +86,7 @@ class Servant:
     calls: list[Call] = field(default_factory=list)
     runs_here: bool = False
 
-    def admit(
-        self, name: str, payload: Buffer | None, attachment: Buffer | None, reply: Reply
-    ) -> Callable[[], object]:
+    def admit(self, name: str, payload: Buffer | None, attachment: Buffer | None, reply: Reply) -> Job:
         data = None if payload is None else bytes(payload)
         about = None if attachment is None else bytes(attachment)
 
@@ -96,7 +94,7 @@ class Servant:
             self.calls.append(Call(name, data, about, threading.current_thread()))
             self.act(name, data or b"", reply)
 
-        return execute
+        return Kind(), execute
 
 
 class Failing(Servant):
@@ -104,9 +102,7 @@ class Failing(Servant):
 
     fails = False
 
-    def admit(
-        self, name: str, payload: Buffer | None, attachment: Buffer | None, reply: Reply
-    ) -> Callable[[], object]:
+    def admit(self, name: str, payload: Buffer | None, attachment: Buffer | None, reply: Reply) -> Job:
         if self.fails:
             raise RuntimeError("inside")
         return super().admit(name, payload, attachment, reply)

@@ -17,7 +17,7 @@ from zenoh.handlers import Callback, RingChannel
 
 from .._codec import Pieces
 from .._presence import any_client, client_token
-from .._threads import Pool, UserCodeThread
+from .._threads import Job, Kind, Pool, UserCodeThread
 from .._wire import ERROR_ENCODING, decode_attachment, encode_error, unknown_exception
 from ..exceptions import (
     CommunicatorDestroyedException,
@@ -100,6 +100,7 @@ class ZenohTransport:
         self._followed: Final[dict[str, zenoh.Subscriber[Any]]] = {}  # by pattern
         self._tokens: Final[dict[tuple[str, str], object]] = {}  # by realm and readable memory
         self._closed = False
+        self._refusals: Final = Kind()
         pool.place(zenoh.Query, self._place)
         with _prepared_process():
             self.session: Final = open_session(settings)
@@ -139,7 +140,7 @@ class ZenohTransport:
 
         return Served(close)
 
-    def _place(self, query: zenoh.Query) -> Callable[[], object] | None:
+    def _place(self, query: zenoh.Query) -> Job | None:
         """Give a call its place among those of its servant; return what executes or refuses it."""
         key = query.key_expr
         prefix, _, name = str(key).rpartition("/")
@@ -148,11 +149,11 @@ class ZenohTransport:
             receiver = self._receivers.get(prefix)
             if receiver is None:
                 error = ObjectNotExistException(f"{prefix.rpartition('/')[2]} is no longer served")
-                return partial(reply, False, encode_error(error))
+                return self._refusals, partial(reply, False, encode_error(error))
             return receiver.admit(name, query.payload, query.attachment, reply)
         except BaseException as failure:
             _logger.exception("internal error at %s", key)
-            return partial(reply, False, encode_error(unknown_exception(failure)))
+            return self._refusals, partial(reply, False, encode_error(unknown_exception(failure)))
 
     def _reply(self, query: zenoh.Query, key: zenoh.KeyExpr, ok: bool, answer: bytes | Pieces) -> None:
         """Answer a query and let it go: its client would hang until the limit."""
@@ -281,6 +282,7 @@ class _Caller:
         self._call_here: Final = transport.local.caller(target, operation, timeout=timeout).call
         self._limit: Final = settings.size_limit(holds_bytes=result.holds_bytes)
         self._may_refer: Final = result.holds_bytes
+        self._kind: Kind | None = None
         self._what: Final = f"reply of {target.identity}.{operation.name}"
         bulk = operation.arguments.holds_bytes or result.holds_bytes
         # A link that takes nothing may block the sender for the limit of the settings, after which Zenoh
@@ -323,7 +325,10 @@ class _Caller:
 
         cancellation = zenoh.CancellationToken()
         # C code alone on Zenoh's thread: it keeps the reply, and at the end tells the pool.
-        handler = Callback(replies.append, partial(self._transport.pool.jobs.put, finish), indirect=False)
+        pool = self._transport.pool
+        if self._kind is None:
+            self._kind = pool.kind()
+        handler = Callback(replies.append, partial(pool.jobs.put, (self._kind, finish)), indirect=False)
         options = {"payload": payload, "attachment": attachment, "cancellation_token": cancellation}
         self._transport.attempt(self._what, self._get, handler, **options)
         return cancellation.cancel
