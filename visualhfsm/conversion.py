@@ -12,9 +12,10 @@ from typing import Final
 from codegen.diagnostics import Diagnostics, Location
 from codegen.hfsm import read_document, write_document
 from codegen.hfsm.code.pieces import is_foreign, pieces_of
-from codegen.hfsm.code.python2.documents import mend_document, report_python2
 from codegen.hfsm.document import Document
 from codegen.hfsm.scxml import is_scxml, read_scxml, write_scxml
+
+from .python2 import convert_python2
 
 __all__ = ["READERS", "WRITERS", "Reader", "Writer", "convert_document"]
 
@@ -29,19 +30,20 @@ Writer = Callable[[Document, Path, Diagnostics], str]
 
 
 def convert_document(
-    source: Path, read: Reader, write: Writer, diagnostics: Diagnostics, *, mends_python2: bool
+    source: Path, read: Reader, write: Writer, diagnostics: Diagnostics, *, fixes_python2: bool
 ) -> str:
-    """Return the text of the new document; worth nothing after errors were reported."""
+    """Return the text of the new document; worth nothing after errors were reported.
+
+    Raises ModuleNotFoundError when it `fixes_python2` and the library for that is not there.
+    """
     document = read(source, diagnostics)
     if document is None:
         return ""
     if is_foreign(document):
         if not any(each.code == "N502" for each in diagnostics):  # an old dialect: its reader has reported it
             _tell_of_language(document, source, diagnostics)
-    elif mends_python2:
-        document = mend_document(document, source, diagnostics)
     else:
-        report_python2(document, source, diagnostics)
+        document = convert_python2(document, source, diagnostics, fixes=fixes_python2)
     return write(document, source, diagnostics)
 
 

@@ -19,7 +19,7 @@ EPILOG: Final = """Examples:
 
 visualhfsm convert old.xml new.xml
 
-visualhfsm convert --mend-python2 --force follow_ball.xml follow_ball.xml
+visualhfsm convert --fix-python2 --force follow_ball.xml follow_ball.xml
 
 visualhfsm convert follow_ball.xml follow_ball.scxml
 
@@ -36,8 +36,8 @@ def convert(
         str, typer.Argument(metavar="OUT", help="The file to write: .xml, .scxml, or - for stdout.")
     ],
     *,
-    mend_python2: Annotated[
-        bool, typer.Option("--mend-python2", help="Mend Python 2 where nothing else is wrong with the code.")
+    fix_python2: Annotated[
+        bool, typer.Option("--fix-python2", help="Turn Python 2 into Python 3 where nothing else is wrong.")
     ] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite OUT, which may be IN itself.")] = False,
     error_format: Annotated[
@@ -48,9 +48,9 @@ def convert(
 
     Read are VisualHFSM's documents of 2013 in Spanish, those of 2013 to 2017,
     VisualStates' since 2017, and SCXML of any program. Of documents nothing is
-    lost: what has no meaning here is kept as it is, and told; what cannot be
-    carried of SCXML is told with its line. Python 2 is told with its line, and
-    mended on request; C++ is kept, and does not run here. OUT is written whole
+    lost: what has no meaning here is kept as it is, and reported; what cannot be
+    carried of SCXML is reported with its line, and so is Python 2, which is
+    fixed on request; C++ is kept, and does not run here. OUT is written whole
     or not at all.
     """
     from codegen.files import FilesNotWrittenError, GeneratedFile, apply, compare_with_disk
@@ -64,7 +64,10 @@ def convert(
     if to_file and path.exists() and not force:
         raise typer.BadParameter(f"{path} exists: --force overwrites it", param_hint="OUT")
     diagnostics = Diagnostics()
-    text = convert_document(source, read, write, diagnostics, mends_python2=mend_python2)
+    try:
+        text = convert_document(source, read, write, diagnostics, fixes_python2=fix_python2)
+    except ModuleNotFoundError as error:
+        raise VisualHfsmError(str(error)) from error
     report(diagnostics, error_format)
     if not to_file:
         _print(text)

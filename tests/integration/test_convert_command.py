@@ -77,20 +77,20 @@ def test_what_is_kept_without_use_and_what_is_python_2_is_told_with_its_line(fol
     told = [line for line in done.stderr.splitlines() if line.startswith("old.xml")]
     assert told == [
         "old.xml:2:20: note[N501]: `topics` has no meaning here: it is kept, and not used",
-        "old.xml:4:57: warning[W506]: Python 2: `print` is a function in Python 3",
+        'old.xml:4:57: warning[W506]: Python 2: `print "waiting"` is `print("waiting")` in Python 3',
     ]
 
 
-def test_python_2_is_mended_on_request(folder: Path) -> None:
-    done = convert("--mend-python2", "old.xml", "new.xml")
+def test_python_2_is_fixed_on_request(folder: Path) -> None:
+    done = convert("--fix-python2", "old.xml", "new.xml")
     assert done.exit_code == 0
     assert (folder / "new.xml").read_text() == NEW.replace('print "waiting"', 'print("waiting")')
-    assert "note[N503]: mended: `print` is a function in Python 3" in done.stderr
+    assert 'note[N503]: fixed: `print "waiting"` is `print("waiting")` in Python 3' in done.stderr
 
 
 def test_code_in_another_language_is_kept_and_marked(folder: Path) -> None:
     (folder / "old.xml").write_text(OLD.replace('print "waiting"', "motors-&gt;setV(0777);\nprintf(x);"))
-    done = convert("--mend-python2", "old.xml", "-")
+    done = convert("--fix-python2", "old.xml", "-")
     assert "<language>C++</language>" in done.stdout
     assert "<code>motors-&gt;setV(0777);\nprintf(x);</code>" in done.stdout
     assert done.stderr.count("N502") == 1

@@ -20,7 +20,8 @@ SECTIONS = {section.title.partition(":")[0]: section for section in sections_of(
 
 
 def test_every_code_has_an_entry_and_every_entry_a_code() -> None:
-    paths = [*(ROOT / "codegen" / "hfsm").rglob("*.py"), ROOT / "visualhfsm" / "conversion.py"]
+    converters = (ROOT / "visualhfsm" / name for name in ("conversion.py", "python2.py"))
+    paths = [*(ROOT / "codegen" / "hfsm").rglob("*.py"), *converters]
     sources = (path.read_text("utf-8") for path in paths)
     codes = {code for source in sources for code in re.findall(r'"([EWN]5\d\d)"', source)}
     assert set(SECTIONS) == codes
@@ -43,11 +44,11 @@ def test_an_example_brings_its_code_alone(section: Section, tmp_path: Path) -> N
                 _, *command = block.text.split()
     diagnostics = Diagnostics()
     if command[:2] == ["visualhfsm", "convert"]:
-        mends = "--mend-python2" in command
+        fixes = "--fix-python2" in command
         source, target, *_ = *(word for word in command[2:] if not word.startswith("-")), "out.xml"
         path = tmp_path / source
         write = WRITERS[Path(target).suffix]
-        convert_document(path, READERS[path.suffix], write, diagnostics, mends_python2=mends)
+        convert_document(path, READERS[path.suffix], write, diagnostics, fixes_python2=fixes)
     elif command[:2] == ["visualhfsm", "check"]:
         check_document(tmp_path / command[-1], diagnostics)
     else:

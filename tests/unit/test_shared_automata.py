@@ -44,7 +44,7 @@ every_file = pytest.mark.parametrize("row", _rows(), ids=lambda row: row["file"]
 
 def _convert(path: Path) -> str:
     diagnostics = Diagnostics()
-    text = convert_document(path, READERS[".xml"], WRITERS[".xml"], diagnostics, mends_python2=False)
+    text = convert_document(path, READERS[".xml"], WRITERS[".xml"], diagnostics, fixes_python2=False)
     assert not diagnostics.has_errors, diagnostics.render()
     return text
 

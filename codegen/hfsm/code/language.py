@@ -14,7 +14,7 @@ from enum import IntEnum
 from typing import Final
 
 from ..document import Document
-from .python2 import mend
+from .python2 import fix_python2, python2_mark
 from .trees import parse_python
 
 __all__ = ["CPP", "PYTHON", "language_of", "looks_like_cpp"]
@@ -102,8 +102,11 @@ def _evidence(code: str, *, is_condition: bool = False) -> _Evidence:
     if _PREPROCESSOR.search(code):
         return _Evidence.CPP  # to Python it is a comment
     tree = _parsed(code)
-    if tree is None and (mended := mend(code)) is not None:
-        tree = _parsed(mended)
+    if tree is None and python2_mark(code) is not None:
+        try:
+            tree = _parsed(fix_python2(code) or code)
+        except ModuleNotFoundError:  # without fissix the mark is all that is known
+            return _Evidence.PYTHON
     if tree is None:
         return _Evidence.CPP if _has_marks_of_cpp(code) else _Evidence.NONE
     if all(line.rstrip().endswith(";") for line in code.split("\n") if line.strip()):

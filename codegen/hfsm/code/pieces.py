@@ -1,15 +1,16 @@
-"""Go through the code of a document piece by piece."""
+"""Go through the code of a document piece by piece, and change it."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Final, NamedTuple
 
 from ...diagnostics import Location
-from ..document import Automaton, Document, Text
+from ..document import Automaton, Document, State, Text, Transition
 
-__all__ = ["Piece", "is_foreign", "pieces_of"]
+__all__ = ["Piece", "change_code", "is_foreign", "pieces_of"]
 
 _PYTHON: Final = ("", "python", "py", "python3")
 
@@ -38,6 +39,33 @@ def pieces_of(document: Document, path: Path) -> Iterator[Piece]:
         for what, text in _texts(automaton):
             if not text.is_blank:
                 yield Piece(what, text, automaton.path or path)
+
+
+def change_code(document: Document, change: Callable[[Text], Text]) -> Document:
+    """Return a document in which each piece of code that is not blank is what `change` makes of it."""
+
+    def changed(text: Text) -> Text:
+        return text if text.is_blank else change(text)
+
+    def state(old: State) -> State:
+        arguments = tuple(replace(each, value=changed(each.value)) for each in old.arguments)
+        entry, code = changed(old.entry), changed(old.code)
+        return replace(old, entry=entry, code=code, exit=changed(old.exit), arguments=arguments)
+
+    def transition(old: Transition) -> Transition:
+        trigger = changed(old.trigger) if old.type == "condition" else old.trigger
+        return replace(old, trigger=trigger, guard=changed(old.guard), code=changed(old.code))
+
+    def automaton(old: Automaton) -> Automaton:
+        return replace(
+            old,
+            states=tuple(map(state, old.states)),
+            transitions=tuple(map(transition, old.transitions)),
+            variables=changed(old.variables),
+            functions=changed(old.functions),
+        )
+
+    return replace(document, automata=tuple(map(automaton, document.automata)))
 
 
 def _texts(automaton: Automaton) -> Iterator[tuple[str, Text]]:

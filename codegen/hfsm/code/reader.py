@@ -10,13 +10,14 @@ from ...diagnostics import Diagnostics, Location, Note
 from ..document import Document, Text
 from .language import looks_like_cpp
 from .pieces import Piece, is_foreign, pieces_of
-from .python2 import is_python, mend
+from .python2 import fix_python2, python2_mark
 from .text import CodeError
+from .trees import parse_piece
 
 __all__ = ["CodeReader", "first_foreign", "report_foreign"]
 
 _T = TypeVar("_T")
-_PYTHON2 = Note("this is Python 2: `visualhfsm convert --mend-python2` mends it")
+_PYTHON2 = Note("this is Python 2: `visualhfsm convert --fix-python2` fixes it")
 _CPP = Note("if the document is in C++, let it say so: `<language>C++</language>`")
 
 
@@ -56,7 +57,16 @@ class CodeReader:
         for piece, error in self._errors:
             place = Location(piece.path, error.line, max(1, error.column))
             code = piece.text.text
-            notes = []
-            if not is_python(code):
-                notes = [_PYTHON2] if mend(code) is not None else [_CPP] if looks_like_cpp(code) else []
+            notes = _notes_about(code) if parse_piece(code) is None else []
             self._diagnostics.error("E520", str(error), place, notes)
+
+
+def _notes_about(code: str) -> list[Note]:
+    """Return which language code may be in that is not Python 3."""
+    try:
+        if fix_python2(code) is not None:
+            return [_PYTHON2]
+    except ModuleNotFoundError as error:
+        if python2_mark(code) is not None:
+            return [Note(f"this may be Python 2: `visualhfsm convert --fix-python2` fixes it; {error}")]
+    return [_CPP] if looks_like_cpp(code) else []
