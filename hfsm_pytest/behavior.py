@@ -15,7 +15,7 @@ from hfsm_runtime import Component
 from hfsm_runtime.component import parameters_of, proxies_of
 from hfsm_runtime.debugger.reload import ReloadableRun
 from hfsm_runtime.errors import OnRefused
-from hfsm_runtime.recording.clocks import asked_time
+from hfsm_runtime.recording.clocks import intercepted_time
 from hfsm_runtime.robot import commands_taken, stop_robot
 from hfsm_runtime.supervision import UNAVAILABLE
 from hfsm_runtime.tree import Run
@@ -275,7 +275,7 @@ class Behavior(ReloadableRun):
 
     def _virtual_time(self, component: Component) -> AbstractContextManager[None]:
         """Let the module `time` of user code go by the clock of the test, while that code runs."""
-        return asked_time(type(component), self._read_time)
+        return intercepted_time(type(component), self._read_time)
 
     def _read_time(self, kind: str, read: Callable[[], Any], waits: Callable[[], float] | None) -> object:
         name = kind.removeprefix("time.")

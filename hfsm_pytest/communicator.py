@@ -236,7 +236,7 @@ class _PolledInlet:
             return None
         self._count += 1
         payload = self._operation.result.gather_result(value, f"sample of {self._operation.name}")
-        return Arrived(bytes(payload), _stamped(encode_sample_attachment("", self._count, now), self._clock))
+        return Arrived(bytes(payload), encode_sample_attachment("", self._count, now, wall_time=now))
 
     def deliver(self, callback: Callable[[Any], object], rate: float | None = None) -> None:
         self._genuine.deliver(callback, rate)

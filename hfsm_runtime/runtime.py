@@ -50,7 +50,7 @@ class Runtime(Observer):
         on_refused: OnRefused | None = None,
     ) -> None:
         self.component = component
-        self.generation = 0
+        self.reloads = 0
         """How many times the component was reloaded."""
         self.ended = threading.Event()
         self.failed = False
@@ -206,7 +206,7 @@ class Runtime(Observer):
                 began = self._wait_for_gap()
                 self.component = component
                 leaving = apply(self.timeline.now()).gone
-                self.generation += 1
+                self.reloads += 1
                 self._supervision.turn_to(component)
                 return time.perf_counter() - began
         finally:

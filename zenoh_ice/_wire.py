@@ -106,9 +106,12 @@ def encode_call_attachment(fingerprint: str, number: int, client: str, timeout: 
     return encode_attachment((fingerprint, number, math.nan, time.time(), f"{client}/{number}", timeout))
 
 
-def encode_sample_attachment(fingerprint: str, sequence: int, robot_time: float, stream: str = "") -> bytes:
-    """Return the attachment of a stream sample as it travels, sent now."""
-    return encode_attachment((fingerprint, sequence, robot_time, time.time(), stream, 0.0))
+def encode_sample_attachment(
+    fingerprint: str, sequence: int, robot_time: float, stream: str = "", wall_time: float | None = None
+) -> bytes:
+    """Return the attachment of a stream sample as it travels, sent now or at a wall time in s."""
+    sent_at = time.time() if wall_time is None else wall_time
+    return encode_attachment((fingerprint, sequence, robot_time, sent_at, stream, 0.0))
 
 
 def decode_attachment(data: bytes) -> Attachment:

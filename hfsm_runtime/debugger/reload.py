@@ -79,7 +79,7 @@ class Reloading:
             raise
         _forget(former)
         self._first = replacement.first
-        return ReloadReport(runtime.generation, held, replacement.not_kept)
+        return ReloadReport(runtime.reloads, held, replacement.not_kept)
 
     def _make(self, loaded: type[Component]) -> Replacement:
         former = self._runtime.component

@@ -17,7 +17,7 @@ def structure_of(runtime: Runtime) -> hfsm.ComponentStructure:
     return hfsm.ComponentStructure(
         name=runtime.name,
         document=runtime.component._hfsm_document,
-        generation=runtime.generation,
+        generation=runtime.reloads,
         parameters=[
             hfsm.ParameterStructure(name=name, type=type(p.default).__name__, description=p.description)
             for name, p in parameters_of(runtime.component).items()
@@ -29,7 +29,7 @@ def structure_of(runtime: Runtime) -> hfsm.ComponentStructure:
 def take_snapshot(runtime: Runtime, points: Breakpoints, started_at: float) -> hfsm.ComponentSnapshot:
     """Return what a component is doing that was started at a wall time in s since the epoch."""
     with runtime.tree.lock:
-        now, generation = runtime.timeline.now(), runtime.generation
+        now, reloads = runtime.timeline.now(), runtime.reloads
         automata = [(run.automaton, _snapshot(run, now)) for run in runtime.tree.runs]
     for automaton, snapshot in automata:
         snapshot.variables = variables_of(automaton)  # user code, so without the lock
@@ -37,7 +37,7 @@ def take_snapshot(runtime: Runtime, points: Breakpoints, started_at: float) -> h
         startedAt=started_at,
         time=now / 1e9,
         status=runtime.status,
-        generation=generation,
+        generation=reloads,
         automata=[snapshot for _, snapshot in automata],
         parameters={name: short_repr(value) for name, value in parameter_values(runtime.component).items()},
         stoppedAt=list(points.stopped_at),

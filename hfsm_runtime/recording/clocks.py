@@ -1,4 +1,4 @@
-"""The clocks of a component whose readings are asked for: its own, and `time` where user code imported it."""
+"""Intercept what a component reads of clocks: its own, and the module `time` where user code imported it."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _TIME_FUNCTIONS: Final = (
     "time", "time_ns", "monotonic", "monotonic_ns", "perf_counter", "perf_counter_ns", "process_time",
     "sleep",
 )  # fmt: skip
-"""The functions of the module `time` whose readings are asked for."""
+"""The functions of the module `time` that are intercepted."""
 
 
 Ask = Callable[[str, Callable[[], Any], Callable[[], float] | None], Any]
@@ -30,8 +30,8 @@ A recording calls the function and writes the reading down; a replay returns wha
 """
 
 
-class AskedClock:
-    """The clock that user code sees while it is recorded or replayed: each reading is asked for."""
+class InterceptedClock:
+    """The clock that user code sees while it is recorded or replayed."""
 
     def __init__(self, clock: Clock, ask: Ask) -> None:
         self._clock = clock
@@ -60,8 +60,8 @@ class AskedClock:
         return bool(self._ask("clock.wait", lambda: self._clock.wait(event, timeout), lambda: timeout))
 
 
-class AskedTimeline(Timeline):
-    """Component time while it is recorded or replayed: each reading is asked for."""
+class InterceptedTimeline(Timeline):
+    """Component time while it is recorded or replayed."""
 
     def __init__(self, clock: Clock, ask: Ask) -> None:
         super().__init__(clock)
@@ -73,13 +73,13 @@ class AskedTimeline(Timeline):
 
 
 @contextmanager
-def asked_time(component: type, ask: Ask) -> Iterator[None]:
-    """Ask for what user code reads of the module `time`, in a `with` block.
+def intercepted_time(component: type, ask: Ask) -> Iterator[None]:
+    """Intercept what user code reads of the module `time`, in a `with` block.
 
     Its functions are replaced in the modules of the component and of its extension, where these have imported
     them, and in imports within their functions where a module has builtins of its own.
     """
-    made = {name: _asked(name, getattr(time, name), ask) for name in _TIME_FUNCTIONS}
+    made = {name: _intercepted(name, getattr(time, name), ask) for name in _TIME_FUNCTIONS}
     stand_in = ModuleType("time", time.__doc__)
     vars(stand_in).update({**vars(time), **made})
     functions = {getattr(time, name): made[name] for name in _TIME_FUNCTIONS}
@@ -112,7 +112,7 @@ def _modules(component: type) -> list[dict[str, Any]]:
     return [vars(sys.modules[name]) for name in names if name in sys.modules]
 
 
-def _asked(name: str, function: Callable[..., Any], ask: Ask) -> Callable[..., Any]:
+def _intercepted(name: str, function: Callable[..., Any], ask: Ask) -> Callable[..., Any]:
     def read(*arguments: Any) -> Any:  # noqa: ANN401 - those of the function
         waits = (lambda: float(arguments[0])) if name == "sleep" and arguments else None
         return ask(f"time.{name}", lambda: function(*arguments), waits)

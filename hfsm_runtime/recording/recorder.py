@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
-from contextlib import nullcontext
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, nullcontext
 from typing import Any, Final
 
 import msgspec
@@ -16,12 +17,13 @@ from ..errors import describe
 from ..observer import Observer
 from ..tree import ChangeKind, Run, Tree
 from ..variables import cells_of
-from .turns import Turns
 from .values import readable, without_addresses
 from .writer import Entry
 
 _SECOND: Final = 1_000_000_000
 _LONGEST_MESSAGE: Final = 4000
+PATIENCE: Final = 0.1
+"""Wall seconds that a thread waits for the lock: code that blocks unseen must not hold up the others."""
 
 
 def automaton_context(id: int) -> str:
@@ -29,23 +31,91 @@ def automaton_context(id: int) -> str:
     return f"automaton {id}"
 
 
+class CodeLock:
+    """Let the threads of a component run user code one at a time, so that their order can be recorded.
+
+    A thread holds the lock from the beginning of a cycle to its end, except while it waits: for a servant,
+    for a time, or for the automata below. What it does in between happens at once as far as the others can
+    see, so that the order of the holders is all that a replay needs to know of threads.
+
+    A thread that waits for longer than `patience` wall seconds takes the lock away from its holder, whose
+    code blocks unseen; both run side by side then, and `overlap` is called with the two contexts.
+    """
+
+    def __init__(self, overlap: Callable[[str, str], None], patience: float = PATIENCE) -> None:
+        self._overlap = overlap
+        self._patience = patience
+        self._released = threading.Condition(threading.Lock())
+        self._holder: str | None = None
+        self._here = threading.local()
+
+    @property
+    def context(self) -> str | None:
+        """Whose code this thread runs; None for a thread, or a time, that the runtime knows nothing of."""
+        found: str | None = getattr(self._here, "context", None)
+        return found
+
+    def acquire(self, context: str) -> None:
+        """Take the lock for code of this thread."""
+        with self._released:
+            if not self._released.wait_for(lambda: self._holder is None, self._patience):
+                self._overlap(context, self._holder or "")
+            self._holder = context
+        self._here.context = context
+
+    def release(self) -> None:
+        """Give the lock back; without effect on a thread that does not hold it."""
+        context, self._here.context = self.context, None
+        if context is None:
+            return
+        with self._released:
+            if self._holder == context:
+                self._holder = None
+                self._released.notify()
+
+    @contextmanager
+    def held(self, context: str) -> Iterator[None]:
+        """Hold the lock in a `with` block; within code that holds it already the block belongs to that."""
+        if self.context is not None:
+            yield
+            return
+        self.acquire(context)
+        try:
+            yield
+        finally:
+            self.release()
+
+    @contextmanager
+    def released(self) -> Iterator[None]:
+        """Let other threads run code in a `with` block, which waits; whatever it reads is nobody's."""
+        context = self.context
+        if context is None:
+            yield
+            return
+        self.release()
+        try:
+            yield
+        finally:
+            self.acquire(context)
+
+
 class Recorder(Observer):
     """What everything that records goes through: the order of things, their time, and their context.
 
     `write` takes a message and never waits, and `start` is the wall time of the start in ns. `context` says
-    whose code this thread runs, by default whose turn it is.
+    whose code this thread runs, by default who holds the lock.
     """
 
     def __init__(
         self, write: Callable[[Entry], object], start: int, context: Callable[[], str | None] | None = None
     ) -> None:
         self._write = write
-        self.turns = Turns(self._overlap)
+        self.lock = CodeLock(self._overlap)
         self.takes_images: Callable[[], bool] = lambda: False
         """Returns whether images are recorded now."""
         self.images_left_out: Callable[[str], object] = lambda _attribute: None
         """Called when an image of a proxy is not recorded."""
-        self._context = context or (lambda: self.turns.context)
+        self._context = context or (lambda: self.lock.context)
         self.component_time: Callable[[], int] = lambda: 0
         """Returns the component time in ns; set as soon as there is one."""
         self._start = start
@@ -74,8 +144,8 @@ class Recorder(Observer):
             self.put("/readings", messages.Reading(context, kind, value))
 
     def ask(self, kind: str, read: Callable[[], Any], waits: Callable[[], float] | None) -> Any:  # noqa: ANN401
-        """Return a reading of a clock, recorded; while it waits others have their turns."""
-        with nullcontext() if waits is None else self.turns.waiting():
+        """Return a reading of a clock, recorded; while it waits other threads run code."""
+        with nullcontext() if waits is None else self.lock.released():
             value = read()
         self.reading(kind, value)
         return value

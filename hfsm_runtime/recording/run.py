@@ -29,7 +29,7 @@ from ..runtime import Runtime
 from ..supervision import Refusal
 from ..timeline import Timeline
 from ..tree import Replaced, Run, Tree
-from .clocks import AskedClock, AskedTimeline, asked_time
+from .clocks import InterceptedClock, InterceptedTimeline, intercepted_time
 from .recorder import LogRecorder, Recorder, automaton_context
 from .transport import recorded_proxies
 from .writer import RecordingWriter
@@ -77,7 +77,7 @@ def recording(component: Component, path: Path, *, with_images: bool = False) ->
     log = LogRecorder(recorder)
     try:
         logging.getLogger().addHandler(log)
-        with recorded_proxies(component, recorder), asked_time(type(component), recorder.ask):
+        with recorded_proxies(component, recorder), intercepted_time(type(component), recorder.ask):
             yield recorder
     finally:
         logging.getLogger().removeHandler(log)
@@ -117,26 +117,26 @@ def restore_random(text: str) -> None:
 
 
 class _RecordedTree(Tree):
-    """Automata whose cycles take turns."""
+    """Automata whose cycles run one at a time."""
 
     def __init__(self, root: Automaton, recorder: Recorder) -> None:
         super().__init__(root)
         self._recorder = recorder
-        self._turns = recorder.turns
+        self._lock = recorder.lock
         recorder.watch(self)
 
     def begin_cycle(self, run: Run) -> bool:
         if not (run.active or run.stepping):  # as it will most probably still be in a moment
             return False
-        self._turns.begin(automaton_context(run.automaton.id))
+        self._lock.acquire(automaton_context(run.automaton.id))
         begun = super().begin_cycle(run)
         if not begun:
-            self._turns.end()
+            self._lock.release()
         return begun
 
     def end_cycle(self, run: Run) -> None:
         super().end_cycle(run)
-        self._turns.end()
+        self._lock.release()
 
     def suspend(self, run: Run, *, code_first: bool) -> None:
         super().suspend(run, code_first=code_first)
@@ -145,7 +145,7 @@ class _RecordedTree(Tree):
     def wait_for_cycles(self, run: Run, timeout: float) -> list[Run]:
         if not run.below:
             return []
-        with self._turns.waiting():
+        with self._lock.released():
             late = super().wait_for_cycles(run, timeout)
         self._recorder.reading("handover", [each.automaton.id for each in late])
         return late
@@ -166,8 +166,8 @@ class RecordedRuntime(Runtime):
     ) -> None:
         self._recorder = recorder
         self._genuine_clock = clock
-        with recorder.turns.turn(START):
-            asked = AskedClock(clock, recorder.ask)
+        with recorder.lock.held(START):
+            asked = InterceptedClock(clock, recorder.ask)
             super().__init__(component, asked, on_error, servers_present, on_refused=on_refused)
         periods = {str(run.automaton.id): run.automaton.interval for run in self.tree.runs}
         policies = {
@@ -199,7 +199,7 @@ class RecordedRuntime(Runtime):
     def step(self, automaton: int) -> None:
         """Run one cycle of one automaton, or of all with 0, while paused."""
         with self.action("step", automaton=automaton):
-            pass  # not within: its cycles need their turns
+            pass  # not within: its cycles take the lock
         super().step(automaton)
 
     def force(self, automaton: int, transition: int) -> None:
@@ -231,8 +231,8 @@ class RecordedRuntime(Runtime):
     @contextlib.contextmanager
     def action(self, kind: str, **arguments: Any) -> Iterator[None]:  # noqa: ANN401 - JSON
         """Record what somebody does to the component, in a `with` block that does it."""
-        inside = self._recorder.turns.context is not None
-        with self._recorder.turns.turn(MONITOR):
+        inside = self._recorder.lock.context is not None
+        with self._recorder.lock.held(MONITOR):
             if not inside:  # otherwise it follows from the code that does it, or from a breakpoint
                 self._recorder.action(kind, **arguments)
             yield
@@ -241,14 +241,14 @@ class RecordedRuntime(Runtime):
         return _RecordedTree(root, self._recorder)
 
     def _make_timeline(self, clock: Clock) -> Timeline:  # noqa: ARG002 - the same, as user code sees it
-        timeline = AskedTimeline(self._genuine_clock, self._recorder.ask)
+        timeline = InterceptedTimeline(self._genuine_clock, self._recorder.ask)
         self._recorder.component_time = partial(Timeline.now, timeline)
         return timeline
 
     def _sleep(self, seconds: float) -> None:
         ending = "done"
         try:
-            with self._recorder.turns.waiting():
+            with self._recorder.lock.released():
                 super()._sleep(seconds)
         except ComponentStoppedError:
             ending = "stopped"

@@ -31,7 +31,6 @@ from zenoh_ice.transport import (
     Outcome,
     Parted,
     Target,
-    decode_attachment,
     encode_error,
     encode_sample_attachment,
 )
@@ -116,17 +115,16 @@ def target_of(proxy: ObjectPrx) -> Target:
     return Target(proxy.ice_getRealm(), proxy.ice_getIdentity())
 
 
-def arrived(
+def encoded_sample(
     operation: Operation[..., Any], payload: bytes | Parted, about: dict[str, Any], age: Callable[[], float]
 ) -> Arrived:
-    """Return a sample of an operation as it arrives; `about` is what `Result` says of one."""
+    """Return a sample of an operation as it comes from a transport; `about` is what `Result` says of one."""
     time = math.nan if about["time"] is None else about["time"]
     fingerprint = operation.interface.fingerprint if operation.interface else ""
-    sent_now = decode_attachment(
-        encode_sample_attachment(fingerprint, about["sequence"], time, about["stream"])
+    attachment = encode_sample_attachment(
+        fingerprint, about["sequence"], time, about["stream"], about["wall_time"]
     )
-    attachment = msgspec.structs.replace(sent_now, wall_time=about["wall_time"])
-    return Arrived(payload, msgspec.msgpack.encode(attachment), age)
+    return Arrived(payload, attachment, age)
 
 
 @contextmanager
@@ -162,7 +160,7 @@ class _RecordingTransport(ObservedTransport):
 
     def __init__(self, recorder: Recorder, proxies: Mapping[str, ObjectPrx]) -> None:
         self.below: Final = next(iter(proxies.values())).ice_getCommunicator()
-        self.turns: Final = recorder.turns
+        self.lock: Final = recorder.lock
         self.recorder: Final = recorder
         self.tickets: Final = itertools.count(1)
         self._proxies: Final = [(name, target_of(proxy), proxy) for name, proxy in proxies.items()]
@@ -180,12 +178,12 @@ class _RecordingTransport(ObservedTransport):
         return _RecordedInlet(self, target, operation, queue)
 
     def find(self, target: Target, type_id: str, timeout: float) -> Mapping[str, str]:
-        with self.turns.waiting():
+        with self.lock.released():
             return self.below.find(target, type_id, timeout)
 
     def wait_for_future(self, future: Future[Any], timeout: float | None) -> None:
-        """Wait for a future while others have their turns."""
-        with self.turns.waiting(), suppress(TimeoutError, CancelledError):
+        """Wait for a future while other threads run code."""
+        with self.lock.released(), suppress(TimeoutError, CancelledError):
             Future.exception(future, timeout)
         self.recorder.reading("future", future.done())
 
@@ -227,13 +225,13 @@ def _encoded(operation: Operation[..., Any]) -> Operation[..., Any]:
 
 
 class _Recorded:
-    """One operation of a servant. Outside of turns nothing is recorded."""
+    """One operation of a servant. What no code under the lock does is not recorded."""
 
     def __init__(
         self, transport: _RecordingTransport, target: Target, operation: Operation[..., Any]
     ) -> None:
         self._transport: Final = transport
-        self._turns: Final = transport.turns
+        self._lock: Final = transport.lock
         self._target: Final = target
         self._operation: Final = operation
         self._results: Final = transport.results(target)
@@ -242,7 +240,7 @@ class _Recorded:
     def _recorded(self, kind: str, arguments: bytes | None = None) -> Iterator[Exchange]:
         """Record an exchange at the end of a `with` block, with what that raises."""
         exchange = Exchange(self._operation, kind, arguments)
-        context = self._turns.context
+        context = self._lock.context
         try:
             yield exchange
         except BaseException as error:
@@ -254,19 +252,19 @@ class _Recorded:
 
     def _begin(self, kind: str, arguments: bytes | None = None) -> int:
         """Record the beginning of what arrives later; return its ticket."""
-        if self._turns.context is None:
+        if self._lock.context is None:
             return 0
         with self._recorded(kind, arguments) as exchange:
             ticket = exchange.extra["ticket"] = next(self._transport.tickets)
         return ticket
 
     def _arrive(self, context: str, ticket: int, exchange: Exchange, deliver: Callable[[], object]) -> None:
-        """Record what arrives, and hand it over, in a turn of its own."""
+        """Record what arrives, and hand it over under the lock."""
         if not ticket:
             deliver()
             return
         exchange.extra["ticket"] = ticket
-        with self._turns.turn(f"{context} {ticket}"):
+        with self._lock.held(f"{context} {ticket}"):
             self._results.put(exchange, f"{context} {ticket}")
             deliver()
 
@@ -283,12 +281,12 @@ class _RecordedCaller(_Recorded):
         self._encoded: Final = _encoded(operation)
 
     def call(self, payload: bytes, attachment: bytes) -> Outcome:  # noqa: ARG002 - each call below has its own
-        """Call and wait for the answer, while others have their turns."""
-        with self._recorded("call", payload) as exchange, self._turns.waiting():
+        """Call and wait for the answer, while other threads run code."""
+        with self._recorded("call", payload) as exchange, self._lock.released():
             return _take(exchange, partial(self._proxy.ice_invoke, self._encoded, payload))
 
     def send(self, payload: bytes, attachment: bytes) -> None:  # noqa: ARG002
-        with self._recorded("call", payload) as exchange, self._turns.waiting():
+        with self._recorded("call", payload) as exchange, self._lock.released():
             self._oneway.ice_invoke(self._encoded, payload)
             exchange.packed = NOTHING
 
@@ -298,7 +296,7 @@ class _RecordedCaller(_Recorded):
         attachment: bytes,  # noqa: ARG002
         done: Callable[[Outcome | SystemException], object],
     ) -> Callable[[], object]:
-        """Call without waiting; what `done` leads to has a turn."""
+        """Call without waiting; what `done` leads to runs under the lock."""
         future: Future[bytes | Parted] = self._proxy.ice_invokeAsync(self._encoded, payload)
         ticket = self._begin("begin", payload)
 
@@ -347,7 +345,7 @@ class _RecordedInlet(_Recorded):
         """Return the newest sample if it is another one than the last time."""
         with self._recorded("latest") as exchange:
             before, self._newest = self._newest, self._reader.latest()
-            if self._turns.context is not None:
+            if self._lock.context is not None:
                 self._show(exchange)
         if self._newest is before:
             return None
@@ -356,15 +354,15 @@ class _RecordedInlet(_Recorded):
         return self._newest
 
     def wait(self, changed: threading.Condition, holds: Callable[[], bool], timeout: float) -> bool:
-        """Wait, while others have their turns, until a function that polls returns true."""
+        """Wait, while other threads run code, until a function that polls returns true."""
         deadline = time.monotonic() + timeout
         while not holds():
-            with self._recorded("wait"), released(changed), self._turns.waiting():
+            with self._recorded("wait"), released(changed), self._lock.released():
                 self._reader.wait(self._newest, max(0.0, deadline - time.monotonic()))
         return True
 
     def deliver(self, callback: Callable[[Any], object], rate: float | None = None) -> None:
-        """Call a function with each sample, in a turn of its own."""
+        """Call a function with each sample, under the lock."""
         ticket = self._begin("subscribe")
 
         def deliver(sample: Sample[Any]) -> None:
@@ -375,7 +373,7 @@ class _RecordedInlet(_Recorded):
 
     def open(self, sample: Sample[Any]) -> Arrived:
         """Return what a sample holds; its age is recorded each time that somebody asks for it."""
-        return arrived(self._operation, sample.value, _describe(sample), partial(self._age, sample))
+        return encoded_sample(self._operation, sample.value, _describe(sample), partial(self._age, sample))
 
     def close(self, timeout: float = 0.0) -> bool:  # noqa: ARG002 - that of the subscription below
         if self._subscription is not None:

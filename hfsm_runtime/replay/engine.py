@@ -21,7 +21,7 @@ from ..tree import ChangeKind, Run
 from .comparison import Comparison
 from .host import Host, act
 from .script import Record, Recording, ReplayError, Script, context_of
-from .strands import Answers, Strand, Strands
+from .threads import Answers, ReplayThread, ReplayThreads
 
 _SECOND: Final = 1_000_000_000
 _PROGRESS: Final = 1.0
@@ -53,14 +53,14 @@ class Replay:
         self._since = since
         self._progress = progress
         self._reported_at = time.monotonic()
-        self._strands = Strands()
+        self._threads = ReplayThreads()
         self._script = Script(recording, until, self._passed)
-        self._answers = Answers(self._script, self._strands)
+        self._answers = Answers(self._script, self._threads)
         self.now: Final = self._answers.now
         self.comparison: Final = self._answers.comparison
-        self.guesses: Final = self._answers.knowledge.guesses
+        self.guesses: Final = self._answers.latest.guesses
         """How often the recording had no answer and something older was taken, by what was asked for."""
-        recorder = Recorder(self._compare, 0, lambda: self._strands.context)
+        recorder = Recorder(self._compare, 0, lambda: self._threads.context)
         recorder.component_time = self.now
         self._begun: set[str] = set()
         """The contexts of automata in the middle of a recorded cycle."""
@@ -70,7 +70,7 @@ class Replay:
         self._on_error: OnError | None = None
         self._on_refused: OnRefused | None = None
         self._stack = ExitStack()
-        self._stack.callback(self._strands.close)
+        self._stack.callback(self._threads.close)
         self._host = Host(recording, self._answers, recorder, self._stack)
 
     def __enter__(self) -> Self:
@@ -103,29 +103,29 @@ class Replay:
         return self.comparison
 
     def _begin(self) -> None:
-        """Make the component, on a strand, since its variables may read whatever they like."""
-        strand = self._strands[START]
-        strand.run(partial(self._host.make, self._make))
-        while not strand.idle:
+        """Make the component, on a thread of the replay, since its variables may read whatever they like."""
+        thread = self._threads[START]
+        thread.run(partial(self._host.make, self._make))
+        while not thread.idle:
             record = self._script.peek_input()
             fits = record is not None and context_of(record.message) == START
-            self._answer(strand, record if fits else None)
-        if strand.failure is not None:
-            raise strand.failure
+            self._answer(thread, record if fits else None)
+        if thread.failure is not None:
+            raise thread.failure
         if self._answers.fatal is not None:
             raise self._answers.fatal
 
     def _exchange(self, make: Callable[[], Component]) -> None:
         """Let another version of the component take over."""
         at = self._answers.own_time = self.now()
-        strand = self._strands["exchange"]
+        thread = self._threads["exchange"]
         not_kept: list[str] = []
         try:
-            strand.run(lambda: not_kept.extend(self._host.exchange(make, at)))
+            thread.run(lambda: not_kept.extend(self._host.exchange(make, at)))
         finally:
             self._answers.own_time = None
-        if strand.failure is not None:
-            raise strand.failure
+        if thread.failure is not None:
+            raise thread.failure
         self.notes.append(f"the edited document took over at {at / _SECOND:.3f} s")
         self.notes += [f"it could not keep: {text}" for text in not_kept]
 
@@ -160,94 +160,94 @@ class Replay:
 
     def _drive(self, record: Record, context: str) -> None:
         """Let the code of a context go on with what belongs to it, or leave that behind."""
-        strand = self._strands[context]
+        thread = self._threads[context]
         automaton = context.startswith("automaton ")
         if automaton and context not in self._begun:
-            self._begin_cycle(strand, context)
-            if self._script.peek() is record and strand.idle:
+            self._begin_cycle(thread, context)
+            if self._script.peek() is record and thread.idle:
                 self._script.advance()  # this cycle does not take place here
         elif isinstance(record.message, Result) and record.message.kind in ("async", "sample"):
             self._script.advance()
-            self._deliver(strand, record, context)
-            if record.message.kind == "async" and strand.idle:
-                self._strands.pop(context).close()  # nothing more arrives there
-        elif isinstance(record.message, Cycle) or strand.idle:
+            self._deliver(thread, record, context)
+            if record.message.kind == "async" and thread.idle:
+                self._threads.pop(context).close()  # nothing more arrives there
+        elif isinstance(record.message, Cycle) or thread.idle:
             self._script.advance()
         else:
-            self._answer(strand, record)
+            self._answer(thread, record)
 
-    def _begin_cycle(self, strand: Strand, context: str) -> None:
+    def _begin_cycle(self, thread: ReplayThread, context: str) -> None:
         cycle = self._script.cycle_ahead(context)
         self._begun.add(context)
         run = self._host.tree.run(cycle.automaton) if cycle is not None else None
         if cycle is not None and run is not None and not self._is_unrecorded(run):
-            self._run_cycle(strand, run, cycle.at)
+            self._run_cycle(thread, run, cycle.at)
 
-    def _run_cycle(self, strand: Strand, run: Run, at: int) -> None:
+    def _run_cycle(self, thread: ReplayThread, run: Run, at: int) -> None:
         self._answers.guesses_in_cycle = 0
-        self._answers.knowledge.begin_cycle(strand.context)
+        self._answers.latest.begin_cycle(thread.context)
         if self._host.ended.is_set() or not self._host.started:
             return
         self._next_slots[run.automaton.id] = slot_after(at, run.automaton.interval)
         run.stepping = self._host.tree.held
-        strand.run(partial(run_cycle, self._host.tree, run, at, self._host.supervision))
-        self._look_after(strand)
+        thread.run(partial(run_cycle, self._host.tree, run, at, self._host.supervision))
+        self._look_after(thread)
 
     def _end_cycle(self, message: Cycle) -> None:
         """Let a cycle that takes longer here than it took come to its end."""
         context = automaton_context(message.automaton)
-        strand = self._strands[context]
-        while not strand.idle and self._answers.fatal is None:
-            self._answer(strand, None)
+        thread = self._threads[context]
+        while not thread.idle and self._answers.fatal is None:
+            self._answer(thread, None)
         self._begun.discard(context)
 
-    def _answer(self, strand: Strand, record: Record | None) -> None:
+    def _answer(self, thread: ReplayThread, record: Record | None) -> None:
         """Give waiting code what it wants: this record, one further on, or nothing."""
-        want = strand.want
+        want = thread.want
         assert want is not None
         if record is not None and want.fits(record):
             self._script.advance()
             found: Record | None = record
         else:
-            found = self._script.find(strand.context, want)
+            found = self._script.find(thread.context, want)
         if want.kind == "handover" and found is None:
-            self._end_cycles_below(strand)
-        strand.resume(found)
-        self._look_after(strand)
+            self._end_cycles_below(thread)
+        thread.resume(found)
+        self._look_after(thread)
 
-    def _end_cycles_below(self, strand: Strand) -> None:
+    def _end_cycles_below(self, thread: ReplayThread) -> None:
         """Let automata end their cycles whose parent waits for that, where the recording does not say how."""
         for run in self._host.tree.runs:
-            below = self._strands[automaton_context(run.automaton.id)]
-            while below is not strand and run.in_cycle and not run.active and not below.idle:
+            below = self._threads[automaton_context(run.automaton.id)]
+            while below is not thread and run.in_cycle and not run.active and not below.idle:
                 self._answer(below, None)
 
-    def _deliver(self, strand: Strand, record: Record, context: str) -> None:
+    def _deliver(self, thread: ReplayThread, record: Record, context: str) -> None:
         deliver = self._answers.expected.get(context)
-        if deliver is None or not strand.idle:
+        if deliver is None or not thread.idle:
             return
         if isinstance(record.message, Result) and record.message.kind == "async":
             self._answers.expected.pop(context)
-        strand.run(partial(deliver, record))
-        self._look_after(strand)
+        thread.run(partial(deliver, record))
+        self._look_after(thread)
 
-    def _look_after(self, strand: Strand) -> None:
-        failure = strand.failure
-        if not strand.idle or failure is None:
+    def _look_after(self, thread: ReplayThread) -> None:
+        failure = thread.failure
+        if not thread.idle or failure is None:
             return
-        strand.failure = None
+        thread.failure = None
         if isinstance(failure, SystemExit):
             self.notes.append(
-                f"the code of {strand.context} ended the component at {self.now() / _SECOND:.3f} s"
+                f"the code of {thread.context} ended the component at {self.now() / _SECOND:.3f} s"
             )
             self._host.ended.set()
-        elif isinstance(failure, Exception) and not strand.context.startswith("automaton "):
+        elif isinstance(failure, Exception) and not thread.context.startswith("automaton "):
             self.notes.append(f"a callback failed: {type(failure).__name__}: {failure}")
         elif isinstance(failure, ReplayError):
             raise failure
         else:
             problem = f"{type(failure).__name__}: {failure}"
-            raise ReplayError(f"{strand.context} cannot be replayed: {problem}") from failure
+            raise ReplayError(f"{thread.context} cannot be replayed: {problem}") from failure
 
     def _act(self, action: Action) -> None:
         if action.kind == "made":
@@ -257,9 +257,9 @@ class Replay:
         elif action.kind == "start":
             self._host.start(self._on_error, self._on_refused)
         elif self._host.started:
-            strand = self._strands[MONITOR]
-            strand.run(partial(act, self._host, action, self.now()))
-            self._look_after(strand)
+            thread = self._threads[MONITOR]
+            thread.run(partial(act, self._host, action, self.now()))
+            self._look_after(thread)
 
     def _take_settings(self, arguments: dict[str, Any]) -> None:
         """Take the settings of the component: its policies, and the periods of its automata."""
@@ -294,19 +294,19 @@ class Replay:
             if not due:
                 return
             slot, _, run = min(due)
-            strand = self._strands[automaton_context(run.automaton.id)]
-            if not strand.idle:
+            thread = self._threads[automaton_context(run.automaton.id)]
+            if not thread.idle:
                 return
             self._answers.own_time = slot
             try:
-                self._run_cycle(strand, run, slot)
+                self._run_cycle(thread, run, slot)
             finally:
                 self._answers.own_time = None
 
     # The records.
 
     def _passed(self, record: Record) -> None:
-        self._answers.knowledge.learn(record)
+        self._answers.latest.learn(record)
         self.comparison.recorded(record)
         message = record.message
         if isinstance(message, Change):

@@ -25,13 +25,13 @@ from ..errors import (
     UnknownElementError,
 )
 from ..observer import Observer
-from ..recording.clocks import AskedClock, AskedTimeline, asked_time
+from ..recording.clocks import InterceptedClock, InterceptedTimeline, intercepted_time
 from ..recording.recorder import Recorder
 from ..supervision import Refusal, Supervision
 from ..tree import ChangeKind, Run, Tree
 from ..variables import assign
 from .script import Recording
-from .strands import Answers
+from .threads import Answers
 from .transport import ReplayTransport
 
 _SECOND: Final = 1_000_000_000
@@ -40,7 +40,7 @@ _SECOND: Final = 1_000_000_000
 class Host(Observer):
     """Hold the component of a replay and its automata; what it opens is closed with `stack`.
 
-    `make` and `exchange` run user code, so they belong on a strand.
+    `make` and `exchange` run user code, so they belong on a thread of the replay.
     """
 
     tree: Tree
@@ -65,7 +65,7 @@ class Host(Observer):
         self._recorder.watch(self.tree)
         self.tree.observers.append(self)
         self._first = first_values_of(self.tree.runs)
-        self._timeline = AskedTimeline(VirtualClock(), self._answers.ask)
+        self._timeline = InterceptedTimeline(VirtualClock(), self._answers.ask)
 
     def begin_at(self, arguments: Mapping[str, object]) -> None:
         """Let the state be the first one that was it in the recording, if it is still there."""
@@ -114,8 +114,8 @@ class Host(Observer):
                 if name in declared and type(value) is type(declared[name].default):
                     setattr(component, name, value)
         self._transport.connect(component)
-        self._stack.enter_context(asked_time(type(component), self._answers.ask))
-        equip(component, AskedClock(VirtualClock(), self._answers.ask), self._sleep, self._send)
+        self._stack.enter_context(intercepted_time(type(component), self._answers.ask))
+        equip(component, InterceptedClock(VirtualClock(), self._answers.ask), self._sleep, self._send)
 
     def _sleep(self, seconds: float) -> None:
         ending = self._answers.ask("sleep", waits=lambda: seconds)

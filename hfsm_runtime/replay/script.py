@@ -196,8 +196,8 @@ class Script:
         return record
 
 
-class Knowledge:
-    """Collect what a recording brings, and answer from it by the newest."""
+class LatestValues:
+    """Keep the newest values of a recording, and answer with them what it has no answer for."""
 
     def __init__(self) -> None:
         self.guesses: Counter[str] = Counter()

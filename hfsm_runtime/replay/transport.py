@@ -19,9 +19,9 @@ from zenoh_ice.transport import Arrived, Caller, Inlet, Outcome, Target, decode_
 
 from ..component import Component, proxies_of
 from ..recording.results import put_bytes
-from ..recording.transport import NOTHING, ObservedTransport, arrived, released, target_of
+from ..recording.transport import NOTHING, ObservedTransport, encoded_sample, released, target_of
 from .script import NothingRecordedError, Record, Recording, ReplayError, Want
-from .strands import Answers
+from .threads import Answers
 
 
 class ReplayTransport(ObservedTransport):
@@ -186,7 +186,7 @@ class _ReplayedInlet(_Replayed):
 
     def poll(self) -> Record | None:
         want = self._want("latest")
-        # Not parked: the reader is locked meanwhile, and nobody else had a turn in between.
+        # Not parked: the reader is locked meanwhile, and no other code ran in between.
         record = self._answers.take(want, park=False)
         if record is None or (result_in(record).same and self._newest is None):
             record = self._answers.guess(want)
@@ -228,7 +228,9 @@ class _ReplayedInlet(_Replayed):
         """Return what a sample holds; its ages are those that were recorded."""
         message = result_in(record)
         payload = self._payload(message, self._want(message.kind))
-        return arrived(self._operation, payload, msgspec.structs.asdict(message), partial(self._age, record))
+        return encoded_sample(
+            self._operation, payload, msgspec.structs.asdict(message), partial(self._age, record)
+        )
 
     def close(self, timeout: float = 0.0) -> bool:  # noqa: ARG002
         self._answers.expected.pop(self._context, None)

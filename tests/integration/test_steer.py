@@ -282,7 +282,7 @@ def test_a_document_with_errors_touches_nothing(shell: Shell) -> None:
     assert "walker.xml:" in result.stderr
     assert "nothing was written or reloaded" in result.stderr
     assert shell.file.with_suffix(".py").read_bytes() == before
-    assert shell.runtime.generation == 0
+    assert shell.runtime.reloads == 0
 
 
 def test_a_refusal_is_told(shell: Shell) -> None:

@@ -22,9 +22,8 @@ from hfsm_recording.reader import RecordingError
 from hfsm_runtime.automaton import Automaton, State
 from hfsm_runtime.component import Component
 from hfsm_runtime.recording import writer as writing
-from hfsm_runtime.recording.recorder import VariableWatch
+from hfsm_runtime.recording.recorder import CodeLock, VariableWatch
 from hfsm_runtime.recording.run import RecordedRuntime, recording
-from hfsm_runtime.recording.turns import Turns
 from hfsm_runtime.recording.values import readable
 from hfsm_runtime.recording.writer import Entry, RecordingFailedError, RecordingWriter
 from hfsm_runtime.replay.script import Recording
@@ -250,21 +249,21 @@ def test_messages_that_unpack_to_more_than_memory_has_are_refused(
         Recording(path)
 
 
-# Turns.
+# The lock.
 
 
-def test_turns_keep_two_threads_apart() -> None:
+def test_the_lock_keeps_two_threads_apart() -> None:
     overlaps: list[tuple[str, str]] = []
-    turns = Turns(lambda *who: overlaps.append(who), patience=LIMIT)
+    lock = CodeLock(lambda *who: overlaps.append(who), patience=LIMIT)
     inside: list[str] = []
     most: list[int] = []
 
     def work(name: str) -> None:
         for _ in range(50):
-            with turns.turn(name):
+            with lock.held(name):
                 inside.append(name)
                 most.append(len(inside))
-                assert turns.context == name
+                assert lock.context == name
                 time.sleep(0.0002)
                 inside.remove(name)
 
@@ -277,31 +276,31 @@ def test_turns_keep_two_threads_apart() -> None:
     assert overlaps == []
 
 
-def test_a_turn_goes_to_others_while_its_owner_waits() -> None:
-    turns = Turns(lambda *_: pytest.fail("nobody took it away"), patience=LIMIT)
-    with turns.turn("a"):
-        with turns.waiting():
-            assert turns.context is None
-            other = threading.Thread(target=begin_and_end, args=(turns, "b"))
+def test_others_get_the_lock_while_its_holder_waits() -> None:
+    lock = CodeLock(lambda *_: pytest.fail("nobody took it away"), patience=LIMIT)
+    with lock.held("a"):
+        with lock.released():
+            assert lock.context is None
+            other = threading.Thread(target=acquire_and_release, args=(lock, "b"))
             other.start()
             other.join(LIMIT)
             assert not other.is_alive()
-        assert turns.context == "a"
+        assert lock.context == "a"
 
 
-def test_a_thread_that_blocks_loses_its_turn_and_that_is_told() -> None:
+def test_a_thread_that_blocks_loses_the_lock_and_that_is_reported() -> None:
     overlaps: list[tuple[str, str]] = []
-    turns = Turns(lambda *who: overlaps.append(who), patience=0.05)
-    with turns.turn("a"):
-        other = threading.Thread(target=begin_and_end, args=(turns, "b"))
+    lock = CodeLock(lambda *who: overlaps.append(who), patience=0.05)
+    with lock.held("a"):
+        other = threading.Thread(target=acquire_and_release, args=(lock, "b"))
         other.start()
         other.join(LIMIT)
     assert overlaps == [("b", "a")]
 
 
-def begin_and_end(turns: Turns, context: str) -> None:
-    turns.begin(context)
-    turns.end()
+def acquire_and_release(lock: CodeLock, context: str) -> None:
+    lock.acquire(context)
+    lock.release()
 
 
 # Variables.

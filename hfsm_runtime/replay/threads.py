@@ -1,4 +1,4 @@
-"""Threads of user code that run one at a time, when the driver of a replay says so, and what answers them."""
+"""Threads that run the user code of a replay one at a time, and what answers them from the recording."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ from hfsm_recording.messages import Reading, Result
 
 from ..recording.results import arguments_of
 from .comparison import Comparison
-from .script import Knowledge, Record, ReplayEndedError, ReplayError, Script, Want, context_of
+from .script import LatestValues, Record, ReplayEndedError, ReplayError, Script, Want, context_of
 
 _PATIENCE: Final = 30.0
 """Wall seconds that a piece of user code may take until it asks for something recorded, or ends."""
 _CLOSE: Final = 2.0
 _MOST: Final = 10_000
-"""Strands at a time."""
+"""Threads at a time."""
 _MOST_GUESSES: Final = 100_000
 """Answers without a record in one cycle: code that asks for more does not end."""
 _NUMBERS: Final = frozenset({"component", "now", "rate"})
 _SECOND: Final = 1_000_000_000
 
 
-class Strand:
+class ReplayThread:
     """The code of one context. It runs only during `run` and `resume`, which return when it waits or ends."""
 
     def __init__(self, context: str, here: threading.local) -> None:
@@ -59,7 +59,7 @@ class Strand:
         self._switch()
 
     def wait(self, want: Want) -> Record | None:
-        """Wait, on this strand's own thread, for what `resume` brings."""
+        """Wait, in the code, for what `resume` brings."""
         self.want = want
         if not self._closing:
             self._back.release()
@@ -85,7 +85,7 @@ class Strand:
             )
 
     def _run(self) -> None:
-        self._here.strand = self
+        self._here.thread = self
         while self._go.acquire() and not self._closing:
             try:
                 assert self._function is not None
@@ -97,48 +97,48 @@ class Strand:
             self._back.release()
 
 
-class Strands(dict[str, Strand]):
-    """The strands of a replay, by context, made as they are needed."""
+class ReplayThreads(dict[str, ReplayThread]):
+    """The threads of a replay, by context, made when they are needed."""
 
     def __init__(self) -> None:
         super().__init__()
         self._here = threading.local()
 
     @property
-    def current(self) -> Strand | None:
-        """The strand of this thread; None on any other thread."""
-        found: Strand | None = getattr(self._here, "strand", None)
+    def current(self) -> ReplayThread | None:
+        """The one that calls; None on a thread that is no replay's."""
+        found: ReplayThread | None = getattr(self._here, "thread", None)
         return found
 
     @property
     def context(self) -> str | None:
         """The context of the code that this thread runs."""
-        strand = self.current
-        return strand.context if strand else None
+        thread = self.current
+        return thread.context if thread else None
 
-    def __missing__(self, context: str) -> Strand:
+    def __missing__(self, context: str) -> ReplayThread:
         if len(self) >= _MOST:
             raise ReplayError(f"the recording has the code of more than {_MOST} contexts at a time")
-        self[context] = strand = Strand(context, self._here)
-        return strand
+        self[context] = thread = ReplayThread(context, self._here)
+        return thread
 
     def close(self) -> None:
         """End all threads."""
-        for strand in self.values():
-            strand.close()
+        for thread in self.values():
+            thread.close()
 
 
 class Answers:
-    """Answer the code on strands from a script.
+    """Answer what user code reads from a script.
 
-    Where the next record is the answer it is used at once; otherwise the strand waits until its driver brings
+    Where the next record is the answer it is used at once; otherwise the thread waits until its driver brings
     the answer, or says that there is none. While there is an `own_time` in ns the code is none that was
     recorded, and there is never one.
     """
 
-    def __init__(self, script: Script, strands: Strands) -> None:
+    def __init__(self, script: Script, threads: ReplayThreads) -> None:
         self.comparison = Comparison()
-        self.knowledge = Knowledge()
+        self.latest = LatestValues()
         self.expected: dict[str, Callable[[Record], object]] = {}
         """What is to be called when something arrives in a context."""
         self.own_time: int | None = None
@@ -146,7 +146,7 @@ class Answers:
         """Why the replay cannot go on."""
         self.guesses_in_cycle = 0
         self._script = script
-        self._strands = strands
+        self._threads = threads
 
     def now(self) -> int:
         """Return the component time in ns at which the replay is."""
@@ -155,27 +155,27 @@ class Answers:
     def take(self, want: Want, arguments: bytes | None = None, *, park: bool = True) -> Record | None:
         """Return what the recording has in answer to code that asks; None where it has nothing.
 
-        With `park` it may wait until it is the code's turn.
+        With `park` it may wait until the recording is there.
         """
-        strand = self._strands.current
-        if strand is None:
+        thread = self._threads.current
+        if thread is None:
             return None
         record = None
         if self.own_time is None:
             record = self._script.peek_input()
-            fits = record is not None and context_of(record.message) == strand.context
+            fits = record is not None and context_of(record.message) == thread.context
             if fits and record is not None and want.fits(record):
                 self._script.advance()
             else:
-                record = strand.wait(want) if park else self._script.find(strand.context, want)
+                record = thread.wait(want) if park else self._script.find(thread.context, want)
         if record is None:
             self.guesses_in_cycle += 1
             if self.guesses_in_cycle > _MOST_GUESSES:
-                self.give_up(ReplayError(f"a cycle of {strand.context} does not end: it asks for {want}"))
+                self.give_up(ReplayError(f"a cycle of {thread.context} does not end: it asks for {want}"))
         elif arguments is not None and isinstance(record.message, Result):
             made, shown = record.message.arguments, arguments_of(arguments)
             what = f"{want.attribute}.{want.operation}"
-            self.comparison.called(self.now(), strand.context, what, made, shown)
+            self.comparison.called(self.now(), thread.context, what, made, shown)
         return record
 
     def ask(
@@ -193,24 +193,24 @@ class Answers:
             if kind in _NUMBERS and not isinstance(value, int | float):
                 self.give_up(ReplayError(f"the recorded {kind} is malformed: {value!r:.40}"))
             return value
-        context = self._strands.context
+        context = self._threads.context
         if context is None:
             return self.now() if kind == "component" else self.now() / _SECOND
         if waits is not None:
             self.wait(waits())
         elif kind not in ("component", "sleep", "future"):
-            self.knowledge.guesses[str(want)] += 1
-        return self.knowledge.reading(want, context, self.now())
+            self.latest.guesses[str(want)] += 1
+        return self.latest.reading(want, context, self.now())
 
     def wait(self, seconds: float) -> None:
-        """Let time pass for the code on this strand, where the recording does not say how it passed."""
-        if self._strands.context is not None:
-            self.knowledge.wait(self._strands.context, seconds)
+        """Let time pass for the code on this thread, where the recording does not say how it passed."""
+        if self._threads.context is not None:
+            self.latest.wait(self._threads.context, seconds)
 
     def guess(self, want: Want) -> Record | None:
         """Return the newest value that an operation had until now."""
-        self.knowledge.guesses[str(want)] += 1
-        return self.knowledge.newest(want)
+        self.latest.guesses[str(want)] += 1
+        return self.latest.newest(want)
 
     def give_up(self, error: ReplayError) -> NoReturn:
         """End the replay from within user code, which must not catch that."""
@@ -220,7 +220,7 @@ class Answers:
     def was_stopped(self) -> bool:
         """Return whether a breakpoint stopped the running code at this very moment."""
         record = self._script.peek_input() if self.own_time is None else None
-        if record is None or context_of(record.message) != self._strands.context:
+        if record is None or context_of(record.message) != self._threads.context:
             return False
         if not Want("break").fits(record):
             return False
