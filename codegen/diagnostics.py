@@ -1,4 +1,4 @@
-"""Collect what is wrong with the sources of one run and show it the way compilers do."""
+"""Collect what is wrong with the sources of one run, and write it for people, programs and GitHub."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
+from typing import Any
 
 _LONGEST_EXCERPT = 160
 _COLORS = {"error": "31;1", "warning": "33;1", "note": "36;1", "caret": "32;1", "bold": "1"}
@@ -83,7 +84,7 @@ class Diagnostics:
         self._add(Diagnostic(Severity.WARNING, code, message, location, tuple(notes)))
 
     def note(self, code: str, message: str, location: Location, notes: Iterable[Note] = ()) -> None:
-        """Tell something that needs no change. `code` is like `N001`."""
+        """Report something that needs no change. `code` is like `N001`."""
         self._add(Diagnostic(Severity.NOTE, code, message, location, tuple(notes)))
 
     def add_all(self, others: Diagnostics, leave_out: Collection[Severity] = ()) -> None:
@@ -119,7 +120,7 @@ class Diagnostics:
     def render(self, *, color: bool = False, outcome: str | None = "nothing was written") -> str:
         """Return everything found as text, one block each, then the number of errors with their outcome.
 
-        Without an outcome, None, the number is for others to tell.
+        Without an outcome, None, the number is left out.
         """
         blocks = ["\n".join(self._render(found, color)) for found in self]
         errors = sum(found.severity is Severity.ERROR for found in self)
@@ -177,3 +178,73 @@ def _printable(text: str) -> str:
 
 def _paint(text: str, style: str, color: bool) -> str:
     return f"\x1b[{_COLORS[style]}m{text}\x1b[0m" if color else text
+
+
+# For programs
+
+_GITHUB_LEVELS = {Severity.ERROR: "error", Severity.WARNING: "warning", Severity.NOTE: "notice"}
+
+
+def as_json(diagnostics: Diagnostics) -> str:
+    """Return everything found as a JSON array with an object a line, `[]` when there is nothing.
+
+    Lines and columns count from 1; a diagnostic that means a file as a whole has neither.
+    """
+    import json  # the only use, of a command that has failed: --help need not wait for it
+
+    if not len(diagnostics):
+        return "[]"
+    return "[\n" + ",\n".join(json.dumps(_object(found)) for found in diagnostics) + "\n]"
+
+
+def _object(found: Diagnostic) -> dict[str, Any]:
+    return {
+        "severity": str(found.severity),
+        "code": str(found.code),
+        "message": found.message,
+        **_place(found.location),
+        "notes": [
+            {"message": note.message, **(_place(note.location) if note.location else {})}
+            for note in found.notes
+        ],
+    }
+
+
+def _place(location: Location) -> dict[str, Any]:
+    if not location.line:
+        return {"path": str(location.path)}
+    return {
+        "path": str(location.path),
+        "line": location.line,
+        "column": location.column,
+        "length": location.length,
+    }
+
+
+def as_github(diagnostics: Diagnostics) -> str:
+    """Return everything found as workflow commands, one a line."""
+    return "\n".join(_command(found) for found in diagnostics)
+
+
+def _command(found: Diagnostic) -> str:
+    place = found.location
+    properties = {"file": str(place.path)}
+    if place.line:
+        properties["line"] = str(place.line)
+        properties["col"] = str(place.column)
+        properties["endColumn"] = str(place.column + place.length)
+    properties["title"] = f"codegen {found.code}"
+    listed = ",".join(f"{name}={_escaped(value, ',:')}" for name, value in properties.items())
+    notes = [
+        f"note: {note.message}" + (f" ({note.location})" if note.location else "") for note in found.notes
+    ]
+    text = "\n".join([found.message, *notes])
+    return f"::{_GITHUB_LEVELS[found.severity]} {listed}::{_escaped(text)}"
+
+
+def _escaped(text: str, special: str = "") -> str:
+    """Return text in which what ends a workflow command, or one of its properties, is escaped."""
+    return "".join(
+        f"%{ord(character):02X}" if character in "%\r\n" or character in special else character
+        for character in text
+    )

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
-from codegen.commands.options import DOCUMENTS, require_directories, require_extensions
-from codegen.commands.reporting import ErrorFormat, show
+from codegen.commands.options import DOCUMENTS, ErrorFormat, require_directories, require_extensions, show
 from codegen.diagnostics import Diagnostics, Severity
 
 if TYPE_CHECKING:

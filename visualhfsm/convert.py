@@ -8,7 +8,7 @@ from typing import Annotated, Final, TypeVar
 
 import typer
 
-from codegen.commands.reporting import ErrorFormat, report
+from codegen.commands.options import ErrorFormat, report
 from codegen.diagnostics import Diagnostics
 
 from .errors import VisualHfsmError

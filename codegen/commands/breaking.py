@@ -1,4 +1,4 @@
-"""`codegen breaking`: tell what would break a client or a server."""
+"""`codegen breaking`: report what would break a client or a server."""
 
 from __future__ import annotations
 
@@ -13,13 +13,14 @@ from codegen.diagnostics import Diagnostics, Location, Note
 
 from .options import (
     INTERFACES,
+    ErrorFormat,
     Format,
     Include,
     InterfaceFiles,
+    report,
     require_directories,
     require_extensions,
 )
-from .reporting import ErrorFormat, report
 
 if TYPE_CHECKING:
     from codegen.idl import ast
@@ -31,7 +32,7 @@ __all__ = ["breaking"]
 
 
 class Kind(StrEnum):
-    """What a change has to break to be told."""
+    """What a change has to break to be reported."""
 
     ANY = "any"
     WIRE = "wire"
@@ -49,14 +50,14 @@ def breaking(
     include: Include = None,
     *,
     kind: Annotated[
-        Kind, typer.Option("--kind", help="Tell only what breaks programs as they run, or source code.")
+        Kind, typer.Option("--kind", help="Report only what breaks programs as they run, or source code.")
     ] = Kind.ANY,
     ignore: Annotated[
         list[str] | None, typer.Option("--ignore", metavar="CODE", help="Leave out a rule; repeatable.")
     ] = None,
     error_format: Format = ErrorFormat.TEXT,
 ) -> None:
-    """Tell what changed that breaks clients or servers.
+    """Report what changed that breaks clients or servers.
 
     A change breaks the wire when programs generated from the old files and from the new refuse each other,
     and source code when code written for the old files must change. A git revision is read without a
@@ -84,7 +85,7 @@ def breaking(
             for change in breaking_changes(old, new):
                 wanted = kind is Kind.ANY or Break(kind.value) in change.rule.breaks
                 if wanted and change.rule.code not in ignored:
-                    _tell(change, older, found)
+                    _report_change(change, older, found)
     except OlderVersionError as error:
         raise typer.BadParameter(str(error), param_hint="--against") from error
     report(found, error_format, f"compared with {against}")
@@ -100,7 +101,7 @@ def _definitions(
 
 
 def _definitions_of_older(older: OlderVersion, diagnostics: Diagnostics) -> dict[str, ast.Definition]:
-    """Return the older definitions; errors among them are told under the names that people know."""
+    """Return the older definitions; errors among them are reported under the names that people know."""
     found = Diagnostics()
     definitions = _definitions(older.files, older.include, found)
     for each in found.errors:
@@ -111,7 +112,7 @@ def _definitions_of_older(older: OlderVersion, diagnostics: Diagnostics) -> dict
     return definitions
 
 
-def _tell(change: BreakingChange, older: OlderVersion, diagnostics: Diagnostics) -> None:
+def _report_change(change: BreakingChange, older: OlderVersion, diagnostics: Diagnostics) -> None:
     notes = [Note(f"breaks {' and '.join(change.rule.breaks)}: {change.rule.consequence}")]
     if change.before is not None:
         notes.append(Note("it was here", _place(change.before, older, diagnostics)))

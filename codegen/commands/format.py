@@ -9,8 +9,14 @@ import typer
 from codegen.diagnostics import Diagnostics
 from codegen.files import FilesNotWrittenError, GeneratedFile, apply, compare_with_disk, diff
 
-from .options import INTERFACES, Format, InterfaceFiles, require_extensions
-from .reporting import ErrorFormat, report
+from .options import (
+    INTERFACES,
+    ErrorFormat,
+    Format,
+    InterfaceFiles,
+    report,
+    require_extensions,
+)
 
 __all__ = ["fmt"]
 

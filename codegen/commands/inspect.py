@@ -14,13 +14,14 @@ from codegen.diagnostics import Diagnostics
 
 from .options import (
     INTERFACES,
+    ErrorFormat,
     Format,
     Include,
     InterfaceFiles,
+    report,
     require_directories,
     require_extensions,
 )
-from .reporting import ErrorFormat, report
 
 if TYPE_CHECKING:
     from codegen.idl import ast
@@ -91,7 +92,7 @@ def decode(
     """Check a payload from stdin and print it as JSON.
 
     Bytes are printed in base64, enumerators by name, numbers that are not finite as text. The payload may
-    come from anywhere: it is checked byte by byte, and what does not fit is told with its place.
+    come from anywhere: it is checked byte by byte, and what does not fit is reported with its place.
     """
     definitions = _load(files, include, error_format)
     from codegen.idl import ast

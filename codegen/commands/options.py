@@ -1,17 +1,29 @@
-"""Arguments and options that several commands have."""
+"""What commands share: arguments, options, and the report of what is wrong."""
 
 from __future__ import annotations
 
+import os
+import sys
 from collections.abc import Iterable
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from .reporting import ErrorFormat
+from codegen.diagnostics import Diagnostics, as_github, as_json
 
 INTERFACES = frozenset({".idl", ".ice"})
 DOCUMENTS = frozenset({".xml"})
+
+
+class ErrorFormat(StrEnum):
+    """For whom diagnostics are written: people, programs, or the annotations of a pull request."""
+
+    TEXT = "text"
+    JSON = "json"
+    GITHUB = "github"
+
 
 InterfaceFiles = Annotated[
     list[Path], typer.Argument(metavar="FILES", help="Interfaces in Slice (.idl, .ice).")
@@ -42,3 +54,29 @@ def require_directories(paths: Iterable[Path] | None) -> list[Path]:
         if not directory.is_dir():
             raise typer.BadParameter(f"{directory} is not a directory", param_hint="-I")
     return directories
+
+
+def show(
+    diagnostics: Diagnostics, error_format: ErrorFormat, outcome: str | None = "nothing was written"
+) -> None:
+    """Write everything found to stderr, with the outcome of errors, if any, where people read it."""
+    match error_format:
+        case ErrorFormat.TEXT:
+            text = diagnostics.render(color=_wants_color(), outcome=outcome)
+        case ErrorFormat.JSON:
+            text = as_json(diagnostics)
+        case ErrorFormat.GITHUB:
+            text = as_github(diagnostics)
+    if text:
+        typer.echo(text, err=True)
+
+
+def report(diagnostics: Diagnostics, error_format: ErrorFormat, outcome: str = "nothing was written") -> None:
+    """Write everything found to stderr, and end the command with exit code 1 when there is an error."""
+    show(diagnostics, error_format, outcome)
+    if diagnostics.has_errors:
+        raise typer.Exit(1)
+
+
+def _wants_color() -> bool:
+    return sys.stderr.isatty() and "NO_COLOR" not in os.environ and os.environ.get("TERM") != "dumb"

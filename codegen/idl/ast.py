@@ -284,7 +284,7 @@ class ForwardDeclaration(Definition):
 
 @dataclass(slots=True, eq=False)
 class Module(Definition):
-    """A namespace; each time it is opened makes a node of its own."""
+    """A namespace; each time it is opened makes another node."""
 
     definitions: list[Definition] = field(default_factory=list)
     kind: ClassVar[str] = "module"

@@ -176,7 +176,7 @@ def _report_foreign_file(path: Path, diagnostics: Diagnostics) -> None:
     """Report a file that stands where a generated one belongs but was written by someone else."""
     try:
         text = path.read_text("utf-8", errors="replace")
-    except OSError:  # absent, or told when it is compared with what was generated
+    except OSError:  # absent, or reported when it is compared with what was generated
         return
     if text.strip() and GENERATED_BY not in text:
         message = f"{path} was not made by codegen and is not overwritten"

@@ -31,7 +31,7 @@ class DocComment:
     throws: dict[str, str] = field(default_factory=dict)
 
 
-@lru_cache(maxsize=4096)  # the writer, the schema and the proxy and servant of an interface all ask
+@lru_cache(maxsize=4096)  # the writer and the schema use the same ones
 def parse_doc_comment(raw: str | None) -> DocComment:
     """Return the parts of the raw text of a doc comment; all are empty when there is none."""
     if raw is None:

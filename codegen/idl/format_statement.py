@@ -29,11 +29,11 @@ def words_of(source: Source) -> list[Word]:
     """Return everything in a file but its spaces."""
     words: list[Word] = []
     newlines = 0
-    for piece in source.pieces:
-        if piece.kind is Kind.SPACE:
-            newlines = piece.text.count("\n")
+    for lexeme in source.lexemes:
+        if lexeme.kind is Kind.SPACE:
+            newlines = lexeme.text.count("\n")
         else:
-            words.append(Word(piece.kind, piece.text, newlines))
+            words.append(Word(lexeme.kind, lexeme.text, newlines))
             newlines = 0
     return words
 
@@ -129,7 +129,7 @@ def _begins_clause(word: Word, depth: int) -> bool:
 
 
 def _parameter_breaks(words: Sequence[Word], depths: Sequence[int]) -> dict[int, str]:
-    """Return the breaks that put each parameter of an operation on a line of its own."""
+    """Return the breaks that put each parameter of an operation on its own line."""
     opening = max(
         (
             i

@@ -60,11 +60,11 @@ def format_file(path: Path, diagnostics: Diagnostics) -> str | None:
 
 def _holds_what_is_no_word(source: Source, diagnostics: Diagnostics) -> bool:
     """Report text in a branch that no condition chooses, which may be anything."""
-    for piece in source.pieces:
-        if piece.kind is Kind.INVALID or piece.kind is Kind.UNTERMINATED:
-            line, column = source.position(piece.offset)
+    for lexeme in source.lexemes:
+        if lexeme.kind is Kind.INVALID or lexeme.kind is Kind.UNTERMINATED:
+            line, column = source.position(lexeme.offset)
             place = Location(source.path, line, column)
-            if piece.text.startswith("/*"):
+            if lexeme.text.startswith("/*"):
                 diagnostics.error(Code.UNTERMINATED, "this comment has no end", place)
             else:
                 message = "a file with such text in an unused branch of #ifdef cannot be laid out"
@@ -283,7 +283,7 @@ class _Layout:
             self._emit(comment_lines(word), word)
 
     def _file_metadata(self, index: int) -> None:
-        """Put `[["..."]]` on a line of its own."""
+        """Put `[["..."]]` on its own line."""
         end, depth = index, 0
         for end in range(index, len(self._words)):
             word = self._words[end]

@@ -38,7 +38,7 @@ class Kind(Enum):
     COMMENT = "a comment"
 
 
-class Piece(NamedTuple):
+class Lexeme(NamedTuple):
     """A stretch of a file; a token, or the space or comment between tokens."""
 
     kind: Kind
@@ -65,10 +65,10 @@ class Source:
         return self._tokens
 
     @property
-    def pieces(self) -> Iterator[Piece]:
+    def lexemes(self) -> Iterator[Lexeme]:
         """The whole file without a gap, comments, spaces and directives as they stand in it."""
         for match in _TOKEN.finditer(self.text):
-            yield Piece(_kind(match.lastgroup, match.group()), match.group(), match.start())
+            yield Lexeme(_kind(match.lastgroup, match.group()), match.group(), match.start())
 
     def position(self, offset: int) -> tuple[int, int]:
         """Return line and column, both from 1, of the character at `offset`."""
@@ -82,7 +82,7 @@ class Token:
     r"""A word of a Slice file.
 
     `doc` is the doc comment before the token, `trailing_doc` one of the form `/**< */` behind it; both are
-    raw text without the marks of the comment. `escaped` tells a name written with a backslash: `\module`.
+    raw text without the marks of the comment. `escaped` marks a name written with a backslash: `\module`.
     """
 
     __slots__ = ("doc", "escaped", "kind", "offset", "source", "text", "trailing_doc")

@@ -49,7 +49,7 @@ class Units:
         return (unit.tree for unit in self._units.values() if unit is not None)
 
     def with_included(self, given: Iterable[Source]) -> dict[Source, Unit | None]:
-        """Return files and all that they include, each with its own unit, in an order of their own.
+        """Return files and all that they include, each with its own unit, in a fixed order.
 
         The order depends on the files that it has alone, not on which of them were given: those that no
         other one includes come first. A file that is not sound without its includers has no unit.

@@ -83,7 +83,7 @@ class _Parser:
         return definition
 
     def _metadata_of_file(self) -> None:
-        """Take `[["..."]]`; it speaks to the generators of other languages."""
+        """Take `[["..."]]`; it is for the generators of other languages."""
         opening = self._advance()
         self._strings("metadata of the file")
         self._expect("]]", "behind metadata of the file")
@@ -250,7 +250,7 @@ class _Parser:
         return item
 
     def _member_or_operation(self, *, members: bool = True) -> ast.Member | ast.Operation:
-        """Read what a class holds; the parenthesis behind the name tells one from the other."""
+        """Read what a class holds; an operation has a parenthesis behind its name."""
         metadata, doc = self._metadata()
         idempotent = self._accept("idempotent") is not None
         tag = self._tag()

@@ -83,8 +83,8 @@ def test_tokens_stand_in_order_where_they_say(text: str) -> None:
 
 
 @given(slice_like_texts())
-def test_the_pieces_of_a_file_are_the_whole_file(text: str) -> None:
-    assert "".join(piece.text for piece in Source(Path("a.idl"), text).pieces) == text
+def test_the_lexemes_of_a_file_are_the_whole_file(text: str) -> None:
+    assert "".join(lexeme.text for lexeme in Source(Path("a.idl"), text).lexemes) == text
 
 
 @given(st.integers(-(2**70), 2**70))

@@ -12,8 +12,7 @@ from typing import Annotated, Final
 import msgspec
 import typer
 
-from codegen.commands.options import require_directories
-from codegen.commands.reporting import ErrorFormat, show
+from codegen.commands.options import ErrorFormat, require_directories, show
 from codegen.diagnostics import Diagnostics
 from hfsm_recording.outcome import Begin, Line, Outcome, Progress
 from visualhfsm.errors import VisualHfsmError
