@@ -170,8 +170,8 @@ class Runtime(Observer):
             if found.origin != run.current.id:
                 origin = run.automaton.state(found.origin).name
                 raise UnknownElementError(
-                    f"transition {transition} leaves the state {origin!r}, "
-                    f"and automaton {automaton} is in {run.current.name!r}"
+                    f"the transition {found.name or transition} leaves the state {origin!r}, "
+                    f"and {run.automaton.name} is in {run.current.name!r}"
                 )
             run.forced = found
 

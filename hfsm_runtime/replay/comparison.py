@@ -128,6 +128,10 @@ class Comparison:
             return
         if pair is None:
             return
+        if isinstance(message, messages.OfAutomaton) and message.name != pair.name:
+            # The document was renamed, and with it its root automaton.
+            message = msgspec.structs.replace(message, name=pair.name)
+            data = self._encoder.encode(message)
         half = pair.recorded if recorded else pair.replayed
         self._note(half, message, recorded=recorded)
         if pair.parted_at is not None:

@@ -114,6 +114,13 @@ class Replay:
             raise thread.failure
         if self._answers.fatal is not None:
             raise self._answers.fatal
+        self._note_document()
+
+    def _note_document(self) -> None:
+        """Note when the document is not the one that was recorded, as far as its name says."""
+        recorded, here = self.recording.metadata.get("document"), self._host.component._hfsm_document
+        if recorded and here != recorded:
+            self.notes.append(f"the recording is of {recorded}, and {here} is compared with it")
 
     def _exchange(self, make: Callable[[], Component]) -> None:
         """Let another version of the component take over."""
@@ -128,6 +135,7 @@ class Replay:
             raise thread.failure
         self.notes.append(f"the edited document took over at {at / _SECOND:.3f} s")
         self.notes += [f"it could not keep: {text}" for text in not_kept]
+        self._note_document()
 
     # The drive.
 

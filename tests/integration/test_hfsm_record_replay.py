@@ -351,6 +351,20 @@ def test_what_others_did_to_it_is_done_again(tmp_path: Path, world: World) -> No
     assert [step.state for step in comparison.replayed_steps] == ["a", "b", "a"]
 
 
+def test_a_document_that_was_renamed_is_compared_under_one_name(tmp_path: Path, world: World) -> None:
+    class Renamed(Watcher, document="copy.xml"):
+        def automaton(self) -> Automaton:
+            return replace(super().automaton(), name="copy")
+
+    path = tmp_path / "run.mcap"
+    with running(Watcher, world, path) as (runtime, _):
+        eventually(lambda: runtime.tree.root.last_transition == 1)
+    run, comparison = replayed(path, Renamed)
+    assert comparison.identical
+    assert len({step.name for step in (*comparison.recorded_steps, *comparison.replayed_steps)}) == 1
+    assert run.notes == ["the recording is of watcher.xml, and copy.xml is compared with it"]
+
+
 def test_a_run_that_began_elsewhere_is_replayed_from_there(tmp_path: Path, world: World) -> None:
     path = tmp_path / "run.mcap"
     with running(Watcher, world, path, begin_at=(1, 2)) as (_, clock):

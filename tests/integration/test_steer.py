@@ -185,7 +185,9 @@ def test_waiting_for_a_breakpoint_ends(shell: Shell) -> None:
 def test_a_transition_is_forced(shell: Shell) -> None:
     assert shell("force", "walker", "follow -> dance") == "enough fires at the next cycle\n"
     eventually(lambda: shell.current() == "dance")
-    with pytest.raises(VisualHfsmError, match="leaves the state 'follow', and automaton 1 is in 'dance'"):
+    with pytest.raises(
+        VisualHfsmError, match="the transition enough leaves the state 'follow', and walker is in 'dance'"
+    ):
         shell("force", "walker", "enough")
     with pytest.raises(VisualHfsmError, match="no transition tird; did you mean tired"):
         shell("force", "walker", "tird")
@@ -249,7 +251,7 @@ def test_reload_compiles_writes_and_keeps_the_state(shell: Shell) -> None:
     shell.file.write_text(walker(seconds=7200, step=1000), encoding="utf-8")
     out = shell("reload", "walker", str(shell.file))
     assert "walker.py is written" in out
-    assert "walker goes on in generation 1; it was held for" in out
+    assert "walker was reloaded, and held for" in out
     assert "not kept" not in out
     assert shell.current() == "dance"
     eventually(lambda: shell.variable(1, "beats") > 1000)
@@ -298,7 +300,7 @@ def test_the_document_is_found_where_it_is_expected(
     shell: Shell, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    assert "generation 1" in shell("reload", "walker")
+    assert "walker was reloaded" in shell("reload", "walker")
     shell.file.rename(tmp_path / "moved.xml")
     with pytest.raises(VisualHfsmError, match=r"which document\? walker.xml is not here nor in behaviors/"):
         shell("reload", "walker")

@@ -57,6 +57,11 @@ def test_transitions_are_called_by_their_name_or_their_states(
     assert (address.automaton, address.transition, address.state) == (*found, 0)
 
 
+def test_a_name_that_resembles_nothing_brings_the_names_that_there_are(addresses: Addresses) -> None:
+    with pytest.raises(VisualHfsmError, match="no transition nosuch; there are "):
+        addresses.transition("nosuch")
+
+
 def test_a_name_that_several_have_is_told_with_all_of_them(addresses: Addresses) -> None:
     with pytest.raises(VisualHfsmError) as error:
         addresses.state("search")

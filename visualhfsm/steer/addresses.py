@@ -99,7 +99,7 @@ class Addresses:
 def did_you_mean(text: str, known: Iterable[str]) -> str:
     """Return `; did you mean ...?`, or which there are."""
     names = sorted(set(known))
-    close = difflib.get_close_matches(text[:200], names, 3, 0.5)
+    close = difflib.get_close_matches(text[:200], names, 3)
     close = [name for name in close if not any(name.endswith(f"/{other}") for other in close)]
     if close:
         return f"; did you mean {' or '.join(close)}?"
@@ -121,7 +121,7 @@ def _find(text: str, among: dict[Address, set[str]], kind: str) -> Address:
 
 
 def _close(text: str, names: Sequence[str]) -> bool:
-    return bool(difflib.get_close_matches(text[:200], names, 1, 0.5))
+    return bool(difflib.get_close_matches(text[:200], names, 1))
 
 
 def _matches(text: str, among: dict[Address, set[str]]) -> list[Address]:

@@ -47,8 +47,7 @@ def reload_document(
         print_json(report)
         return
     typer.echo(f"{written} is written")
-    held = f"it was held for {report.held * 1000:.1f} ms"
-    typer.echo(f"{target.name} goes on in generation {report.generation}; {held}")
+    typer.echo(f"{target.name} was reloaded, and held for {report.held * 1000:.1f} ms")
     for sentence in report.notKept:
         typer.echo(f"not kept: {printable(sentence)}")
 

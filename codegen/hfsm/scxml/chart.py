@@ -358,7 +358,8 @@ class Chart:
             # First, since in SCXML what is inside comes first.
             origin.edges.insert(0, _Edge(element, destination, "event", event))
             message = f"it leaves `{origin.name[:60]}` from inside: here through the state `{event[:60]}`"
-            self._findings.note("N561", element, f"{message} and an event, which takes a cycle")
+            takes = "which takes a cycle: events that come before it meet the state that is left"
+            self._findings.note("N561", element, f"{message} and an event, {takes}")
         waits, event = self._leaving[key]
         edge.destination = waits
         code = "\n".join(filter(None, (edge.code.text, f"self.send({event!r})")))
