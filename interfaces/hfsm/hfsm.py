@@ -43,6 +43,8 @@ __all__ = [
     "HfsmMonitorPrx",
     "IdSeq",
     "InvalidValue",
+    "Mark",
+    "MarkSeq",
     "NoSuchElement",
     "ParameterStructure",
     "ParameterStructureSeq",
@@ -257,6 +259,21 @@ class Breakpoint(Struct):
 BreakpointSeq = list[Breakpoint]
 
 
+class Mark(Struct):
+    """What a component marks on a camera's picture, such as where it sees a ball."""
+
+    camera: str
+    """The identity of the camera."""
+    u: float
+    """Pixels to the right of the picture's top left corner."""
+    v: float
+    """Pixels below it."""
+    label: str
+
+
+MarkSeq = list[Mark]
+
+
 class ComponentSnapshot(Struct):
     """A component at one moment."""
 
@@ -274,6 +291,8 @@ class ComponentSnapshot(Struct):
     """The breakpoints at which the component paused and has not gone on yet."""
     errors: ErrorReportSeq
     """The newest errors, oldest first, at most 20."""
+    marks: MarkSeq
+    """What the component marked on the pictures of its cameras in the last 0.5 s of component time."""
     refusal: str = ""
     """The refused command that pauses the component until the robot takes commands again; empty otherwise."""
 
@@ -535,7 +554,7 @@ _HfsmMonitor: Final = Interface(
         _HfsmMonitor_reload,
         _HfsmMonitor_stop,
     ),
-    fingerprint="5aab79a41cf6eca5",
+    fingerprint="77d908f39bfd84f9",
     module=__name__,
 )
 
