@@ -41,7 +41,7 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
     LeftElbowMotors = Proxy("LeftElbowMotors", Pose3DMotorsPrx)
     LeftElbowEncoders = Proxy("LeftElbowEncoders", Pose3DEncodersPrx)
 
-    # dance_and_follow.xml:39-101
+    # dance_and_follow.xml:39-103
     def find_ball(self, color):
         """Return a ball's mean pixel from the image center, right and down, or None when it is out of sight."""
         sample = self.Camera.getImageData.latest()
@@ -57,7 +57,9 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
         rows, columns = np.nonzero(mask)
         if len(rows) < 0.0005 * width * height:
             return None
-        return float(columns.mean()) - (width - 1) / 2, float(rows.mean()) - (height - 1) / 2
+        u, v = float(columns.mean()), float(rows.mean())
+        self.mark("Camera", u, v, f"{color} ball")
+        return u - (width - 1) / 2, v - (height - 1) / 2
 
     def turn_towards(self, error_u, error_v):
         """Turn the head at a speed in proportion to the ball's error in the image, in pixels."""
@@ -146,7 +148,7 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
 
     def automaton_red(self) -> Automaton:
         """Return automaton 3, that of the state 'red'."""
-        # dance_and_follow.xml:183-186
+        # dance_and_follow.xml:185-188
         error_u = error_v = 0.0  # pixels from the image's center, right and down
         ball_seen = False
         lost_since = None
@@ -156,7 +158,7 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
 
         def state_follow() -> None:
             nonlocal ball, ball_seen, error_u, error_v, lost_since
-            # dance_and_follow.xml:147-154
+            # dance_and_follow.xml:149-156
             ball = self.find_ball("red")
             ball_seen = ball is not None
             if ball_seen:
@@ -168,21 +170,21 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
 
         def state_search() -> None:
             nonlocal ball_seen, corner
-            # dance_and_follow.xml:161-162
+            # dance_and_follow.xml:163-164
             ball_seen = False
             corner = self.sweep(corner)
 
         def guard_lost() -> object:
-            # dance_and_follow.xml:171
+            # dance_and_follow.xml:173
             return lost_since is not None and self.clock.now() - lost_since > 0.5
 
         def guard_found() -> object:
-            # dance_and_follow.xml:180
+            # dance_and_follow.xml:182
             return self.find_ball("red") is not None
 
         def fired_found() -> None:
             nonlocal lost_since
-            # dance_and_follow.xml:178
+            # dance_and_follow.xml:180
             lost_since = None
 
         return Automaton(
@@ -216,7 +218,7 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
 
     def automaton_green(self) -> Automaton:
         """Return automaton 4, that of the state 'green'."""
-        # dance_and_follow.xml:231-234
+        # dance_and_follow.xml:233-236
         error_u = error_v = 0.0  # pixels from the image's center, right and down
         ball_seen = False
         lost_since = None
@@ -226,7 +228,7 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
 
         def state_follow() -> None:
             nonlocal ball, ball_seen, error_u, error_v, lost_since
-            # dance_and_follow.xml:195-202
+            # dance_and_follow.xml:197-204
             ball = self.find_ball("green")
             ball_seen = ball is not None
             if ball_seen:
@@ -238,21 +240,21 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
 
         def state_search() -> None:
             nonlocal ball_seen, corner
-            # dance_and_follow.xml:209-210
+            # dance_and_follow.xml:211-212
             ball_seen = False
             corner = self.sweep(corner)
 
         def guard_lost() -> object:
-            # dance_and_follow.xml:219
+            # dance_and_follow.xml:221
             return lost_since is not None and self.clock.now() - lost_since > 0.5
 
         def guard_found() -> object:
-            # dance_and_follow.xml:228
+            # dance_and_follow.xml:230
             return self.find_ball("green") is not None
 
         def fired_found() -> None:
             nonlocal lost_since
-            # dance_and_follow.xml:226
+            # dance_and_follow.xml:228
             lost_since = None
 
         return Automaton(
@@ -286,7 +288,7 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
 
     def automaton_dance(self) -> Automaton:
         """Return automaton 5, that of the state 'dance'."""
-        # dance_and_follow.xml:277-289
+        # dance_and_follow.xml:279-291
         positions = [  # shoulder pitch and roll, elbow yaw and roll of the right arm, in rad
             (0.8, -0.3, 1.0, 0.4),
             (0.3, -0.6, 1.0, 0.9),
@@ -303,7 +305,7 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
 
         def state_right() -> None:
             nonlocal reached
-            # dance_and_follow.xml:243-246
+            # dance_and_follow.xml:245-248
             if self.arm_there("Right", positions[reached]):
                 reached += 1
             if reached < len(positions):
@@ -311,28 +313,28 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
 
         def state_left() -> None:
             nonlocal reached
-            # dance_and_follow.xml:253-256
+            # dance_and_follow.xml:255-258
             if self.arm_there("Left", positions[reached]):
                 reached += 1
             if reached < len(positions):
                 self.command_arm("Left", positions[reached], 0.3)
 
         def guard_ten_positions() -> object:
-            # dance_and_follow.xml:265
+            # dance_and_follow.xml:267
             return reached == len(positions)
 
         def fired_ten_positions() -> None:
             nonlocal reached
-            # dance_and_follow.xml:263
+            # dance_and_follow.xml:265
             reached = 0
 
         def guard_ten_positions_2() -> object:
-            # dance_and_follow.xml:274
+            # dance_and_follow.xml:276
             return reached == len(positions)
 
         def fired_ten_positions_2() -> None:
             nonlocal reached
-            # dance_and_follow.xml:272
+            # dance_and_follow.xml:274
             reached = 0
 
         return Automaton(

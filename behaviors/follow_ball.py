@@ -32,7 +32,7 @@ class FollowBall(Component, document="follow_ball.xml", on_error="stop"):
     Camera = Proxy("Camera", CameraPrx)
     Head = Proxy("Head", PoseHeadPrx)
 
-    # follow_ball.xml:50-86
+    # follow_ball.xml:50-88
     def find_ball(self, color):
         """Return a ball's mean pixel from the image center, right and down, or None when it is out of sight."""
         sample = self.Camera.getImageData.latest()
@@ -48,7 +48,9 @@ class FollowBall(Component, document="follow_ball.xml", on_error="stop"):
         rows, columns = np.nonzero(mask)
         if len(rows) < 0.0005 * width * height:
             return None
-        return float(columns.mean()) - (width - 1) / 2, float(rows.mean()) - (height - 1) / 2
+        u, v = float(columns.mean()), float(rows.mean())
+        self.mark("Camera", u, v, f"{color} ball")
+        return u - (width - 1) / 2, v - (height - 1) / 2
 
     def turn_towards(self, error_u, error_v):
         """Turn the head at a speed in proportion to the ball's error in the image, in pixels."""

@@ -89,6 +89,15 @@ class EventSent(Message, frozen=True):
     context: Text = ""
 
 
+class Mark(Message, frozen=True):
+    """The component marked a pixel of a camera's picture; it is shown for 0.5 s of component time."""
+
+    camera: Text
+    u: float
+    v: float
+    label: Text = ""
+
+
 class Action(Message, frozen=True):
     """Somebody steers the component: pauses it, forces a transition, sets a variable, and the like."""
 
@@ -202,7 +211,7 @@ class Overlap(Message, frozen=True):
 
 _OURS: Final[tuple[type[Message], ...]] = (
     Cycle, Change, Guard, Firing, Variables, Timers, Failure,
-    EventSent, Action, Reading, Result, Gap, Overlap,
+    EventSent, Mark, Action, Reading, Result, Gap, Overlap,
 )  # fmt: skip
 MESSAGES: Final[dict[str, type[Message]]] = {
     "foxglove.Log": LogLine,

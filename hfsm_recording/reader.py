@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import io
 import os
+import re
 import struct
 import zlib
 from collections.abc import Iterator
@@ -33,6 +34,7 @@ MOST_UNPACKED: Final = 1 << 30
 HIGHEST_RATIO: Final = 1000
 """The images of the fake robot, which are flat, unpack to some 130 times what they take in the file."""
 
+_FILE: Final = re.compile(r"(document|component|extension)/([\w.\- ]{1,200}\.(?:xml|py))")
 _MAGIC: Final = b"\x89MCAP0\r\n"
 _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK, _ATTACHMENT, _METADATA, _DATA_END = 3, 4, 5, 6, 9, 12, 15
 _HEAD: Final = struct.Struct("<BQ")
@@ -94,6 +96,15 @@ class RecordingFile:
             raise RecordingError(f"{path} is no recording of a component: not an MCAP file, or a damaged one")
         self.start = int(start)
         self.name = self.metadata.get("name", "?")[:200]
+
+    @property
+    def files(self) -> dict[str, tuple[str, bytes]]:
+        """Names and contents of the files that made the component, by kind: document, component, extension.
+
+        A file of any other name, such as one with a path in it, is left out.
+        """
+        matches = ((_FILE.fullmatch(name), content) for name, content in self.sources.items())
+        return {match[1]: (match[2], content) for match, content in matches if match}
 
     def messages(self) -> Iterator[RawMessage]:
         """Yield the messages in the order of the file; one that was cut off ends where it is broken.

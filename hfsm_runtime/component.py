@@ -26,6 +26,7 @@ from .errors import (
     VariablesError,
     locate,
 )
+from .marks import Mark, make_mark
 
 P = TypeVar("P")
 _D = TypeVar("_D", bound="_Declared[Any]")
@@ -99,7 +100,7 @@ class Component:
 
     A subclass names the document it was generated from, what follows an error (`stop` or `continue`) and a
     refused command (`pause` or `error`), and defines `automaton`. Nobody must rely on `__init__`, `clock`,
-    `log`, `sleep` and `send`: a document may call functions of its own so.
+    `log`, `sleep`, `send` and `mark`: a document may call functions of its own so.
     """
 
     clock = _ItsClock()
@@ -117,6 +118,7 @@ class Component:
     _hfsm_clock: Clock = WallClock()
     _hfsm_sleep: Callable[[float], None] | None = None
     _hfsm_send: Callable[[str, object], None] | None = None
+    _hfsm_mark: Callable[[Mark], None] | None = None
 
     def __init_subclass__(
         cls,
@@ -155,14 +157,29 @@ class Component:
         else:
             self._hfsm_send(name, data)
 
+    def mark(self, camera: str, u: float, v: float, label: str = "") -> None:
+        """Mark a pixel of a camera's picture, such as where a ball is, for all who look at the picture.
+
+        It is `u` pixels right of the top left corner and `v` below it. The mark is shown for 0.5 s, or until
+        one with the same label takes its place. Raises MarkError.
+        """
+        mark = make_mark(camera, u, v, label)
+        if self._hfsm_mark is not None:
+            self._hfsm_mark(mark)
+
 
 def equip(
-    component: Component, clock: Clock, sleep: Callable[[float], None], send: Callable[[str, object], None]
+    component: Component,
+    clock: Clock,
+    sleep: Callable[[float], None],
+    send: Callable[[str, object], None],
+    mark: Callable[[Mark], None] | None = None,
 ) -> None:
-    """Give a component its clock, and what its `sleep` and `send` do."""
+    """Give a component its clock, and what its `sleep`, `send` and `mark` do."""
     component._hfsm_clock = clock
     component._hfsm_sleep = sleep
     component._hfsm_send = send
+    component._hfsm_mark = mark
 
 
 def proxies_of(component: Component | type[Component]) -> dict[str, Proxy[Any]]:
@@ -197,8 +214,9 @@ def make_automata(component: Component) -> Automaton:
     Raises DefinitionError, ZenohIceError when they need a server that is not there, and VariablesError for
     any other exception in them.
     """
-    sleep, send = component._hfsm_sleep, component._hfsm_send
+    sleep, send, mark = component._hfsm_sleep, component._hfsm_send, component._hfsm_mark
     component._hfsm_sleep = component._hfsm_send = _too_early
+    component._hfsm_mark = None  # nobody looks yet
     try:
         return component.automaton()
     except (ComponentError, ZenohIceError):
@@ -208,7 +226,7 @@ def make_automata(component: Component) -> Automaton:
         message = f"the variables of the component failed: {type(error).__name__}: {error}"
         raise VariablesError(f"{message} at {place}" if place else message) from error
     finally:
-        component._hfsm_sleep, component._hfsm_send = sleep, send
+        component._hfsm_sleep, component._hfsm_send, component._hfsm_mark = sleep, send, mark
 
 
 def _too_early(*_: object) -> None:

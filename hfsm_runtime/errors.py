@@ -31,6 +31,10 @@ class EventError(ComponentError, ValueError):
     """An event cannot be sent with such a name or such data."""
 
 
+class MarkError(ComponentError, ValueError):
+    """Nothing can be marked on a picture like this."""
+
+
 class MissingLibraryError(ComponentError, ImportError):
     """A library that the document names is not installed, or cannot be imported."""
 

@@ -14,6 +14,7 @@ from .automaton import Automaton
 from .automaton_run import make_event
 from .component import Component, equip, make_automata, parameters_of
 from .errors import ComponentStoppedError, OnError, OnRefused, ReloadRefusedError, UnknownElementError
+from .marks import Mark, Marks
 from .observer import Observer
 from .supervision import Refusal, Supervision
 from .threads import Threads
@@ -59,7 +60,9 @@ class Runtime(Observer):
         """The refused command that pauses the component; None while it runs or somebody has paused it."""
         self.clock = clock
         """The clock of the component."""
-        equip(component, clock, self._sleep, self.send)
+        self.marks = Marks()
+        """What the component marks on the pictures of its cameras."""
+        equip(component, clock, self._sleep, self.send, self.mark)
         self.tree = self._make_tree(make_automata(component))
         self.timeline = self._make_timeline(clock)
         self._supervision = Supervision(
@@ -243,6 +246,10 @@ class Runtime(Observer):
     def send(self, name: str, data: object = None) -> None:
         """Send an event to every automaton that is active; raises EventError."""
         self.tree.send(make_event(name, data), self.timeline.now())
+
+    def mark(self, mark: Mark) -> None:
+        """Show a mark on the picture of a camera."""
+        self.marks.add(mark, self.timeline.now())
 
     def run(self, automaton: int) -> Run:
         """Return an automaton by its id; raises UnknownElementError."""

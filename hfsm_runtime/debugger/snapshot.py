@@ -42,6 +42,7 @@ def take_snapshot(runtime: Runtime, points: Breakpoints, started_at: float) -> h
         parameters={name: short_repr(value) for name, value in parameter_values(runtime.component).items()},
         stoppedAt=list(points.stopped_at),
         errors=list(runtime.errors),
+        marks=[hfsm.Mark(*mark) for mark in runtime.marks.shown(now)],
         refusal=refusal.message if (refusal := runtime.refusal) is not None else "",
     )
 

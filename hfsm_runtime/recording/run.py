@@ -18,6 +18,7 @@ from typing import Any, Final
 
 import msgspec
 
+from hfsm_recording import messages
 from hfsm_recording.messages import SOURCES, Action
 from zenoh_ice import ObjectPrx
 from zenoh_ice.clock import Clock
@@ -25,6 +26,7 @@ from zenoh_ice.clock import Clock
 from ..automaton import Automaton
 from ..component import Component, parameter_values, proxies_of, source_of
 from ..errors import ComponentStoppedError, CycleCutError, OnError, OnRefused, ReloadRefusedError
+from ..marks import Mark
 from ..runtime import Runtime
 from ..supervision import Refusal
 from ..timeline import Timeline
@@ -227,6 +229,11 @@ class RecordedRuntime(Runtime):
         """Send an event to every automaton that is active."""
         with self.action("send", name=name, json=_json(data)):
             super().send(name, data)
+
+    def mark(self, mark: Mark) -> None:
+        """Show a mark on the picture of a camera."""
+        self._recorder.put("/marks", messages.Mark(*mark))
+        super().mark(mark)
 
     @contextlib.contextmanager
     def action(self, kind: str, **arguments: Any) -> Iterator[None]:  # noqa: ANN401 - JSON

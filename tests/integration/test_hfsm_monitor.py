@@ -19,6 +19,7 @@ from interfaces.hfsm import (
     ComponentStatus,
     HfsmMonitorPrx,
     InvalidValue,
+    Mark,
     NoSuchElement,
     ReloadRefused,
     TransitionKind,
@@ -102,6 +103,16 @@ def test_the_structure_is_told(pair: Pair) -> None:
     assert [(t.kind, t.seconds, t.condition, t.order) for t in root.transitions] == [
         (TransitionKind.OnCondition, 0.0, "False", 1), (TransitionKind.OnTime, 3600.0, "", 1)
     ]  # fmt: skip
+
+
+def test_what_a_component_marks_is_in_its_snapshots(pair: Pair) -> None:
+    made: list[Component] = []
+    state = State(id=1, name="look", initial=True, code=lambda: made[0].mark("Camera", 12.5, 7, "ball"))
+    root = Automaton(id=1, name="walker", period=0.05, states=(state,))
+    made.append(component(root))
+    with monitored(pair, root, made[0]) as (_, proxy):
+        seen = until(proxy, lambda snapshot: bool(snapshot.marks))
+    assert seen.marks == [Mark("Camera", 12.5, 7.0, "ball")]
 
 
 def test_snapshots_tell_states_timers_guards_variables_and_cycles(pair: Pair) -> None:

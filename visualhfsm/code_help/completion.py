@@ -29,7 +29,7 @@ _CALLABLE: Final = frozenset({"class", "function"})
 _STREAMED: Final = re.compile(rf"\bclass _(\w+){STREAM}\(")
 _MADE_UP: Final = re.compile(r"\b_+Proxy\d+_\w*\.")
 _OWN, _OUR, _INTERNAL = 2, 1, -1
-_COMPONENT: Final = frozenset({"clock", "log", "send", "sleep"})
+_COMPONENT: Final = frozenset({"clock", "log", "mark", "send", "sleep"})
 _CASTS: Final = frozenset({"checkedCast", "uncheckedCast"})
 _KINDS: Final = {
     "class": "class",

@@ -31,7 +31,7 @@ ON_ERROR: Final = ("stop", "continue")
 ON_REFUSED: Final = ("pause", "error")
 """What a component may do when the robot refuses a command; the first is the default."""
 
-COMPONENT_ATTRIBUTES: Final = frozenset({"automaton", "clock", "log", "send", "sleep"})
+COMPONENT_ATTRIBUTES: Final = frozenset({"automaton", "clock", "log", "mark", "send", "sleep"})
 """Attributes that every component has. A function of a document may be called like one, and wins."""
 
 _LIBRARIES: Final = sys.stdlib_module_names | {
