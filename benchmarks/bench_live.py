@@ -25,7 +25,7 @@ from codegen.hfsm.document import Automaton, Document, Library, State, Text, Tra
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from visualhfsm.generate import generate_component
 from visualhfsm.live.service import Monitoring
-from visualhfsm.live.values import LiveSnapshot
+from visualhfsm.monitoring.run_log import LiveSnapshot
 from visualhfsm.services import Snapshot
 from zenoh_ice import Settings
 

@@ -75,14 +75,14 @@ def watch(
 ) -> None:
     """Show a component and its robot in the terminal.
 
-    Automata stand as a tree of states with their timers, beside the ball in
-    the robot's image, the angles of head and arms, and how well the robot's
-    server keeps up. Ctrl-C ends with a summary. A component or a robot that
+    Automata stand as a tree of states with their timers, beside what the
+    component marks on the camera's picture, the angles of head and arms, and
+    how well the robot's server keeps up. Ctrl-C ends with a summary. A component or a robot that
     goes away is waited for.
     """
     from rich.console import Console
 
-    from visualhfsm.watch.discovery import find_component
+    from visualhfsm.monitoring.realm import find_component
     from visualhfsm.watch.watcher import WatchOptions
     from visualhfsm.watch.watcher import watch as watch_component
     from zenoh_ice import initialize

@@ -330,6 +330,10 @@ def test_recording_is_played_in_the_same_view(shown: EditorPage, robot: ServedRo
     expect(status(shown)).to_have_text("Recording")
     expect_current(shown, "wait")
     shown.page.get_by_role("slider", name="Moment of the run").focus()
+    shown.press("Home", "ArrowRight", "Alt+l")
+    shown.page.get_by_role("tab", name="Cameras").last.click()
+    expect(shown.page.locator("hfsm-camera")).to_contain_text("red spot 80, 60")
+    shown.page.get_by_role("slider", name="Moment of the run").focus()
     shown.press("End")
     expect_current(shown, "go")
     transfer = shown.page.evaluate_handle(

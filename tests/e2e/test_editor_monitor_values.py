@@ -93,6 +93,31 @@ def test_cameras_joints_and_cycles_are_shown(shown: EditorPage) -> None:
     expect(shown.page.get_by_role("row", name=re.compile("^look|^wait|^walk")).first).to_contain_text("/ 20")
 
 
+def test_marks_are_drawn_on_the_picture_of_their_camera(shown: EditorPage) -> None:
+    choose(shown, "Cameras")
+    top, bottom = (shown.page.locator("hfsm-camera").nth(number) for number in (0, 1))
+    expect(top).to_contain_text("red spot 80, 60")
+    expect(bottom).not_to_contain_text("red spot")
+
+    def is_red() -> bool:
+        red, green, *_ = pixel(shown, 80, 60)
+        return red > 200 and green < 100
+
+    eventually(is_red)
+
+
+def pixel(shown: EditorPage, u: int, v: int) -> list[int]:
+    """Return red, green and blue of a pixel of the first camera's picture."""
+    found: list[int] = shown.page.evaluate(
+        """([u, v]) => {
+          const canvas = document.querySelector("hfsm-camera canvas");
+          return [...canvas.getContext("2d").getImageData(u, v, 1, 1).data];
+        }""",
+        [u, v],
+    )
+    return found
+
+
 @pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
 def test_axe_finds_nothing_wrong(browser: Browser, running: Editor, dark: bool) -> None:
     with monitor_page(browser, running, dark=dark) as shown:

@@ -31,10 +31,10 @@ from tests.support.documents import compile_to, document, load, state, sub, tran
 from tests.support.limits import CALL_LIMIT, LIMIT
 from tests.support.pushes import Pushes
 from tests.support.robot_server import ServedRobot, eventually, served
-from visualhfsm.live.relay import Relay, Silence
-from visualhfsm.live.robot import RobotWatch
 from visualhfsm.live.service import Monitoring
-from visualhfsm.live.values import LiveSnapshot, LiveStructure, RobotState
+from visualhfsm.monitoring.follower import Follower, LiveStructure, Silence
+from visualhfsm.monitoring.robot import RobotMonitor, RobotState
+from visualhfsm.monitoring.run_log import LiveSnapshot
 from visualhfsm.services import Components, ServiceError, Snapshot, Stale, Structure
 from zenoh_ice import Sample, Settings, WallClock, initialize
 
@@ -330,11 +330,11 @@ def test_a_lost_component_is_silent_since_then_and_recovers(
 def test_the_last_word_of_a_component_that_is_gone_does_not_bring_it_back(pair: Pair) -> None:
     told: list[object] = []
     robot: Any = SimpleNamespace(read=RobotState, cameras=list)
-    relay = Relay(pair.client, "dance_and_follow", robot, told.append)
-    relay.update()
-    relay._on_snapshot(Sample(snapshot(1.0), 1, 1.0, 0.0))
-    relay.update()
-    relay.close()
+    follower = Follower(pair.client, "dance_and_follow", robot, told.append)
+    follower.update()
+    follower._on_snapshot(Sample(snapshot(1.0), 1, 1.0, 0.0))
+    follower.update()
+    follower.close()
     gone, back, word, gone_again = told
     assert isinstance(word, LiveSnapshot)
     assert [isinstance(each, Silence) and each.since > 0 for each in (gone, back, gone_again)] == [
@@ -384,7 +384,7 @@ def test_a_stopped_robot_takes_no_command_until_it_is_reset_from_the_page(robot:
 
 
 def test_joints_of_another_interface_say_why_they_are_unknown(pair: Pair) -> None:
-    watch = RobotWatch(pair.client)
+    watch = RobotMonitor(pair.client)
     assert watch.read().trouble == ""
     pair.adapter.add(CalculatorI(), "Body")
 

@@ -21,16 +21,15 @@ from tests.support.processes import free_endpoint
 from tests.support.pushes import Pushes
 from visualhfsm.child import child_environment
 from visualhfsm.errors import VisualHfsmError
-from visualhfsm.live.history import History
 from visualhfsm.live.recordings import RecordedRun, open_recording
 from visualhfsm.live.service import Monitoring
-from visualhfsm.live.values import LiveSnapshot
+from visualhfsm.monitoring.run_log import LiveSnapshot, RunLog
 from visualhfsm.services import ServiceError
 from zenoh_ice import Settings
 
 DOCUMENT = document(
     sub(
-        1, 0, state(1, "walk", "beats += 1", initial=True, child=2), state(2, "stand"),
+        1, 0, state(1, "walk", "beats += 1\nself.mark('Camera', beats, 7, 'step')", initial=True, child=2), state(2, "stand"),
         transition(1, 1, 2, "200", type="time", name="enough"), transition(2, 2, 1, "beats < 0"),
         variables="beats = 0", period="10",
     ),
@@ -56,7 +55,7 @@ def run(file: Path) -> RecordedRun:
     return open_recording(file)
 
 
-def at(history: History, time: float) -> LiveSnapshot:
+def at(history: RunLog, time: float) -> LiveSnapshot:
     raw = history.at(time)
     assert raw is not None
     return msgspec.json.decode(raw, type=LiveSnapshot)
@@ -71,19 +70,19 @@ def test_the_structure_is_that_of_the_recorded_document(run: RecordedRun) -> Non
 
 
 def test_changes_are_where_they_happened(run: RecordedRun) -> None:
-    (change,) = run.history.timeline().changes
+    (change,) = run.log.timeline().changes
     assert 0.2 <= change[0] < 2.0  # a busy machine is late
     assert change[1:] == (1, 1, 2, 1)
 
 
 def test_each_moment_shows_states_ghosts_timers_and_variables(run: RecordedRun) -> None:
-    early = at(run.history, 0.19).component
+    early = at(run.log, 0.19).component
     root, child = early.automata
     assert (root.state, root.ghost, child.state, child.ghost) == (1, False, 1, False)
     (timer,) = root.timers
     assert timer.transition == 1
     assert timer.remaining == pytest.approx(root.enteredAt + 0.2 - early.time, abs=0.002)
-    root, child = at(run.history, 9.0).component.automata
+    root, child = at(run.log, 9.0).component.automata
     assert (root.state, root.lastTransition, child.ghost) == (2, 1, True)
     assert root.timers == []
     assert [(guard.transition, guard.value) for guard in root.guards] == [(2, False)]
@@ -92,8 +91,15 @@ def test_each_moment_shows_states_ghosts_timers_and_variables(run: RecordedRun) 
     assert root.longestCycle >= root.lastCycle >= 0
 
 
+def test_marks_are_shown_while_they_are_new(run: RecordedRun) -> None:
+    early = at(run.log, 0.19).component
+    assert [(mark.camera, mark.v, mark.label) for mark in early.marks] == [("Camera", 7.0, "step")]
+    assert early.marks[0].u == float(early.automata[0].variables["beats"])
+    assert at(run.log, 9.0).component.marks == []
+
+
 def test_numbers_can_be_plotted(run: RecordedRun) -> None:
-    series = run.history.series(["1.beats"], 0, 10, 100)
+    series = run.log.series(["1.beats"], 0, 10, 100)
     beats = [value for value in series["values"]["1.beats"] if value is not None]
     assert beats == sorted(beats)
     assert beats[-1] > beats[0]
@@ -103,7 +109,7 @@ def test_one_that_was_cut_off_is_shown_as_far_as_it_goes(file: Path, tmp_path: P
     cut = tmp_path / "cut.mcap"
     content = file.read_bytes()
     cut.write_bytes(content[: len(content) * 3 // 4])
-    assert open_recording(cut).history.newest is not None
+    assert open_recording(cut).log.newest is not None
 
 
 @pytest.mark.parametrize("content", [b"", b"no recording at all", b"\x89MCAP0\r\n", os.urandom(2000)])

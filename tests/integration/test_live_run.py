@@ -16,7 +16,7 @@ from tests.support.limits import CALL_LIMIT, LIMIT
 from tests.support.processes import free_endpoint
 from tests.support.pushes import Pushes
 from visualhfsm.editing.commands.states import SetStateCode
-from visualhfsm.live.values import LiveSnapshot
+from visualhfsm.monitoring.run_log import LiveSnapshot
 from visualhfsm.services import Components, RunPush, Snapshot, Source, Stale
 from visualhfsm.web.services import Services, make_services
 from zenoh_ice import Settings

@@ -37,7 +37,8 @@ class Monitor(MonitorStub):
     def now(self) -> ComponentSnapshot:
         seconds = round(time.monotonic() - self.began, 3)
         # However long the machine takes, it is still in its first states.
-        return replace(snapshot(min(seconds, 5.0)), time=seconds, generation=self.generation)
+        now = snapshot(min(seconds, 5.0))
+        return replace(now, startedAt=self.began, time=seconds, generation=self.generation)
 
     def getStructure(self, current: Current) -> ComponentStructure:
         return replace(dance_and_follow(), generation=self.generation)
@@ -250,31 +251,25 @@ def wait_until(telemetry: Telemetry, condition: object) -> None:
         time.sleep(0.02)
 
 
-def test_a_component_that_starts_anew_begins_a_new_recording(robot: ServedRobot) -> None:
-    def longer_than(seconds: float) -> object:
-        return lambda _: telemetry.recording is not None and telemetry.recording.duration > seconds
-
+def test_a_component_that_is_restarted_begins_a_new_log(robot: ServedRobot) -> None:
     with component(robot.endpoint, robot.realm) as monitor, listening(robot) as telemetry:
         monitor.began -= 1000.0
-        wait_until(telemetry, longer_than(0.2))
-        first = telemetry.recording
+        wait_until(telemetry, lambda _: telemetry.log.duration > 0.2)
+        first = telemetry.log
         monitor.began = time.monotonic()
-        wait_until(telemetry, lambda scene: telemetry.recording is not first and scene.snapshot)
-        wait_until(telemetry, longer_than(0.2))
-        assert telemetry.recording is not None
-        assert telemetry.recording.rows[0].time < 500.0
+        wait_until(telemetry, lambda state: telemetry.log is not first and state.snapshot)
+        wait_until(telemetry, lambda _: telemetry.log.duration > 0.2)
+        assert telemetry.log.timeline().start < 500.0
 
 
-def test_a_component_that_is_reloaded_goes_on_in_the_same_recording(robot: ServedRobot) -> None:
+def test_a_component_that_is_reloaded_goes_on_in_the_same_log(robot: ServedRobot) -> None:
     with component(robot.endpoint, robot.realm) as monitor, listening(robot) as telemetry:
-        wait_until(
-            telemetry, lambda _: telemetry.recording is not None and telemetry.recording.duration > 0.3
-        )
-        recording = telemetry.recording
-        assert recording is not None
-        before = len(recording.rows)
+        wait_until(telemetry, lambda _: telemetry.log.duration > 0.3)
+        log = telemetry.log
+        before = log.duration
         monitor.generation = 1
-        wait_until(telemetry, lambda scene: scene.snapshot and scene.snapshot.value.generation == 1)
-        assert telemetry.recording is recording
-        assert recording.automata.generation == 1
-        wait_until(telemetry, lambda _: len(recording.rows) > before + 3)
+        wait_until(telemetry, lambda state: state.snapshot and state.snapshot.generation == 1)
+        assert telemetry.log is log
+        assert telemetry.automata is not None
+        assert telemetry.automata.structure.generation == 1
+        wait_until(telemetry, lambda _: log.duration > before + 0.3)

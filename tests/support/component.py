@@ -11,6 +11,7 @@ from interfaces.hfsm import (
     ComponentStructure,
     Explanation,
     HfsmMonitor,
+    Mark,
     ReloadReport,
     StateStructure,
     TimerSnapshot,
@@ -21,7 +22,7 @@ from zenoh_ice import Current
 
 __all__ = [
     "MonitorStub",
-    "ball_variables",
+    "ball_mark",
     "dance_and_follow",
     "snapshot",
     "state_structure",
@@ -106,13 +107,16 @@ def transition_structure(
     )  # fmt: skip
 
 
-def ball_variables(u: float, v: float, *, seen: bool = True) -> dict[str, str]:
-    """Return the variables of an automaton that follows a ball."""
-    return {"error_u": repr(u), "error_v": repr(v), "ball_seen": repr(seen), "corner": "0"}
+def ball_mark(u: float, v: float, label: str = "green ball") -> Mark:
+    """Return the mark of a ball that is so far from the center of a picture of 320 x 240 pixels."""
+    return Mark("Camera", 159.5 + u, 119.5 + v, label)
 
 
-def snapshot(time: float, ball: dict[str, str] | None = None) -> ComponentSnapshot:
-    """Return what the component does at a time, as its document says: 10 s following, 10 s dancing, ..."""
+def snapshot(time: float, ball: tuple[float, float] | None = (12.5, -3.25)) -> ComponentSnapshot:
+    """Return what the component does at a time, as its document says: 10 s following, 10 s dancing, ...
+
+    While it follows it marks its ball, so far from the center of the picture; without one it marks nothing.
+    """
     turns, in_root = divmod(time, PERIODS[1])
     root = 1 + int(turns) % 2
     following = (int(turns) + 1) // 2 * PERIODS[1] + (in_root if root == 1 else 0.0)
@@ -131,10 +135,11 @@ def snapshot(time: float, ball: dict[str, str] | None = None) -> ComponentSnapsh
     for automaton, ghost in zip(automata, ghosts, strict=True):
         automaton.ghost = ghost
     for automaton in automata[2:4]:
-        automaton.variables = ball or ball_variables(12.5, -3.25)
+        automaton.variables = {"error": "12.5", "seen": "True", "corner": "0"}
+    marks = [ball_mark(*ball, ("red ball", "green ball")[child - 1])] if ball and root == 1 else []
     return ComponentSnapshot(
         startedAt=0.0, time=time, status=ComponentStatus.Running, generation=0, automata=automata, parameters={}, stoppedAt=[],
-        errors=[],
+        errors=[], marks=marks,
     )  # fmt: skip
 
 

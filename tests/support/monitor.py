@@ -27,7 +27,8 @@ DOCUMENT = """<?xml version="1.0" encoding="UTF-8"?>
   <SubAutomata id="1" idFather="0">
     <state initial="true" id="1">
       <posx>100</posx><posy>150</posy><name>wait</name><idSubautomataSon>2</idSubautomataSon>
-      <code>count += 1</code>
+      <code>count += 1
+self.mark("Camera", 80, 60, "red spot")</code>
     </state>
     <state id="2"><posx>400</posx><posy>150</posy><name>go</name></state>
     <transition id="1">

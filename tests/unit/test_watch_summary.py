@@ -1,40 +1,58 @@
 """The figures of a run."""
 
 import pytest
+from msgspec.structs import replace
 
-from tests.support.component import ball_variables, dance_and_follow, snapshot
-from visualhfsm.watch.automata import Automata
-from visualhfsm.watch.recording import Ball, Recording, RobotReading
-from visualhfsm.watch.summary import in_middle_third, summarize
+from interfaces.nao import HealthReport
+from tests.support.component import snapshot
+from visualhfsm.monitoring.robot import RobotState
+from visualhfsm.monitoring.run_log import LiveSnapshot, RunLog
+from visualhfsm.watch.report import in_middle_third, summarize
 
 
-def record(until: float, ball_at, robot: RobotReading | None = None) -> Recording:
-    recording = Recording(Automata(dance_and_follow()))
+def health(lag: float, factor: float, tilt: float = float("nan"), **rates: float) -> RobotState:
+    report = HealthReport(0.0, 0.0, factor, lag, tilt, False, rates, 0, 0, [])
+    return RobotState(health=report)
+
+
+def record(until: float, ball_at, robot: RobotState | None = None) -> RunLog:
+    log = RunLog()
     for tenth in range(round(until * 10)):
-        recording.add(snapshot(tenth / 10, ball_at(tenth / 10)), robot or RobotReading())
-    return recording
+        time = tenth / 10
+        log.add(LiveSnapshot(time, snapshot(time, ball_at(time)), robot or RobotState()))
+    return log
 
 
 def test_the_first_two_seconds_of_each_time_of_following_do_not_count():
-    def off_center_at_first(time: float) -> dict[str, str]:
+    def off_center_at_first(time: float) -> tuple[float, float]:
         beginning = max(start for start in (0, 8, 20, 26) if start <= time)
-        return ball_variables(150.0 if time - beginning < 2 else 5.0, 0.0)
+        return (150.0 if time - beginning < 2 else 5.0, 0.0)
 
-    summary = summarize(record(30, off_center_at_first), 320, 240)
-    assert summary.centered == 1.0
-    # Followed from 0 to 8, 8 to 10, 20 to 26 and 26 to 30 s, ten times a second.
-    assert summary.centered_of == 60 + 0 + 40 + 20
-
-
-def test_a_ball_out_of_sight_counts_as_outside():
-    def lost_after_four_seconds(time: float) -> dict[str, str]:
-        return ball_variables(0.0, 0.0, seen=time < 4)
-
-    assert summarize(record(6, lost_after_four_seconds), 320, 240).centered == 0.5
+    centered = summarize(record(30, off_center_at_first)).centered
+    # Red is followed from 0 to 8 and 26 to 30 s, green from 8 to 10 and 20 to 26 s, ten times a second.
+    assert centered == {"red ball": (1.0, 60 + 20), "green ball": (1.0, 0 + 40)}
 
 
-def test_without_a_ball_there_is_no_share():
-    assert summarize(record(1, lambda time: {}), 320, 240).centered is None
+def test_a_ball_that_was_lost_is_counted_again_two_seconds_after_it_is_found():
+    def lost_for_two_seconds(time: float) -> tuple[float, float] | None:
+        return None if 3 <= time < 5 else (0.0, 0.0)
+
+    assert summarize(record(8, lost_for_two_seconds)).centered == {"red ball": (1.0, 10 + 10)}
+
+
+def test_a_ball_outside_of_the_middle_third_lowers_the_share():
+    def off_center_after_four_seconds(time: float) -> tuple[float, float]:
+        return (0.0 if time < 4 else 100.0, 0.0)
+
+    assert summarize(record(6, off_center_after_four_seconds)).centered == {"red ball": (0.5, 40)}
+
+
+def test_without_a_mark_there_is_no_share():
+    assert summarize(record(1, lambda time: None)).centered == {}
+
+
+def test_marks_on_another_camera_do_not_count():
+    assert summarize(record(6, lambda time: (0.0, 0.0)), "CameraBottom").centered == {}
 
 
 @pytest.mark.parametrize(
@@ -42,23 +60,29 @@ def test_without_a_ball_there_is_no_share():
     [(0, 0, True), (53.3, 40.0, True), (53.4, 0, False), (0, -40.1, False), (-53.3, -40.0, True)],
 )
 def test_the_middle_third_is_a_sixth_to_each_side(u, v, centered):
-    assert in_middle_third(Ball("red", u, v, seen=True, following_since=0.0), 320, 240) is centered
+    assert in_middle_third(159.5 + u, 119.5 + v, (320, 240)) is centered
 
 
 def test_means_and_maxima_are_of_what_is_known():
-    recording = record(
-        1, lambda time: {}, RobotReading(real_time_factor=0.9, lag=0.01, torso_tilt=0.05, camera_rate=10)
-    )
-    recording.add(snapshot(1.0), RobotReading(real_time_factor=1.2, lag=0.03))
-    recording.add(snapshot(1.1), RobotReading())
-    summary = summarize(recording, 320, 240)
+    log = record(1, lambda time: None, health(0.01, 0.9, 0.05, Camera=10))
+    log.add(LiveSnapshot(1.0, snapshot(1.0), health(0.03, 1.2)))
+    log.add(LiveSnapshot(1.1, snapshot(1.1)))
+    summary = summarize(log)
     assert summary.real_time_factor == pytest.approx((10 * 0.9 + 1.2) / 11)
-    assert (summary.typical_lag, summary.largest_lag) == (0.01, 0.03)
-    assert (summary.torso_tilt, summary.camera_rate) == (0.05, 10)
-    assert summary.snapshots == 12
+    assert (summary.typical_lag, summary.largest_lag) == pytest.approx((0.01, 0.03))
+    assert (summary.torso_tilt, summary.camera_rate) == pytest.approx((0.05, 10))
     assert summary.duration == pytest.approx(1.1)
 
 
-def test_an_empty_recording_has_a_summary():
-    summary = summarize(Recording(Automata(dance_and_follow())), 320, 240)
-    assert (summary.duration, summary.centered, summary.largest_lag, summary.cycles) == (0.0, None, None, 0)
+def test_an_empty_log_has_a_summary():
+    summary = summarize(RunLog())
+    assert (summary.duration, summary.centered, summary.largest_lag, summary.cycles) == (0.0, {}, None, 0)
+
+
+def test_errors_overruns_and_cycles_are_those_of_the_last_snapshot():
+    log = record(1, lambda time: None)
+    last = snapshot(1.0)
+    last.automata = [replace(automaton, overruns=2, cycles=50) for automaton in last.automata]
+    log.add(LiveSnapshot(1.0, last))
+    summary = summarize(log)
+    assert (summary.errors, summary.overruns, summary.cycles) == (0, 10, 250)

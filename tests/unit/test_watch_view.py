@@ -11,16 +11,15 @@ from hypothesis import strategies as st
 from rich.console import Console
 
 from interfaces.hfsm import Breakpoint, ComponentStatus, ErrorReport
-from interfaces.nao import HeadPose
-from tests.support.component import dance_and_follow, transition_structure
-from tests.support.scenes import aged, scene
-from visualhfsm.watch.automata import Automata
-from visualhfsm.watch.recording import Ball
-from visualhfsm.watch.scene import Aged, Scene
+from tests.support.component import ball_mark, dance_and_follow, transition_structure
+from tests.support.watching import watched
+from visualhfsm.monitoring.automata import Automata
+from visualhfsm.monitoring.robot import RobotState
+from visualhfsm.watch.telemetry import WatchState
 from visualhfsm.watch.view import View, status_line
 
 
-def draw(shown: Scene, width: int = 80, height: int = 24) -> list[str]:
+def draw(shown: WatchState, width: int = 80, height: int = 24) -> list[str]:
     output = io.StringIO()
     Console(width=width, height=height, file=output, legacy_windows=False).print(View(shown), end="")
     return output.getvalue().splitlines()
@@ -33,7 +32,7 @@ def line_with(lines: list[str], text: str) -> str:
 @pytest.mark.parametrize("size", [(80, 24), (140, 40), (60, 24), (200, 60)])
 def test_a_terminal_of_any_usual_size_is_filled_and_shows_every_state(size):
     width, height = size
-    lines = draw(scene(), width, height)
+    lines = draw(watched(), width, height)
     assert len(lines) == height
     assert {len(line) for line in lines} == {width}
     for name in ("followBall", "red", "green", "dance", "right", "left"):
@@ -43,13 +42,13 @@ def test_a_terminal_of_any_usual_size_is_filled_and_shows_every_state(size):
 @settings(max_examples=40, deadline=None)
 @given(st.integers(20, 250), st.integers(4, 80), st.sampled_from([0.1, 9.5, 12.0]))
 def test_no_size_overflows(width, height, time):
-    lines = draw(scene(time), width, height)
+    lines = draw(watched(time), width, height)
     assert len(lines) <= height
     assert max(len(line) for line in lines) <= width
 
 
 def test_current_ghost_and_other_states_have_marks_of_their_own():
-    lines = draw(scene(9.5))
+    lines = draw(watched(9.5))
     assert "● followBall" in line_with(lines, "followBall ")
     assert "● green" in line_with(lines, "● green")
     assert "○ dance" in line_with(lines, "dance ")
@@ -60,10 +59,10 @@ def test_final_states_and_what_has_finished_have_marks_of_their_own():
     structure = dance_and_follow()
     structure.automata[4].states[1].final = True
     structure.automata[1].states[0].final = True
-    shown = replace(scene(9.5), automata=Automata(structure))
+    shown = replace(watched(9.5), automata=Automata(structure))
     assert shown.snapshot is not None
-    shown.snapshot.value.automata[1].state = 1
-    shown.snapshot.value.automata[1].finished = True
+    shown.snapshot.automata[1].state = 1
+    shown.snapshot.automata[1].finished = True
     lines = draw(shown)
     assert "■ red" in line_with(lines, "■ red")
     assert "finished" in line_with(lines, "■ red")
@@ -73,82 +72,91 @@ def test_final_states_and_what_has_finished_have_marks_of_their_own():
 def test_the_events_that_a_state_waits_for_are_shown():
     structure = dance_and_follow()
     structure.automata[3].transitions[0] = transition_structure(1, "", 1, 2, event="ball_lost")
-    lines = draw(replace(scene(9.5), automata=Automata(structure)), 140, 40)
+    lines = draw(replace(watched(9.5), automata=Automata(structure)), 140, 40)
     assert "waits for ball_lost" in line_with(lines, "● follow ")
 
 
 def test_an_event_that_changed_the_state_is_told():
     structure = dance_and_follow()
     structure.automata[1].transitions[0] = transition_structure(1, "change", 1, 2, event="now")
-    lines = draw(replace(scene(9.5), automata=Automata(structure)), 140, 40)
+    lines = draw(replace(watched(9.5), automata=Automata(structure)), 140, 40)
     assert "change at now" in line_with(lines, "red →")
 
 
 def test_a_component_that_stands_at_a_breakpoint_says_where():
-    shown = scene(9.5)
+    shown = watched(9.5)
     assert shown.snapshot is not None
-    shown.snapshot.value.status = ComponentStatus.Paused
-    shown.snapshot.value.stoppedAt = [Breakpoint(2, 2, 0, "")]
+    shown.snapshot.status = ComponentStatus.Paused
+    shown.snapshot.stoppedAt = [Breakpoint(2, 2, 0, "")]
     assert "paused at green" in draw(shown)[0]
     assert "paused at green" in status_line(shown)
-    shown.snapshot.value.stoppedAt = [Breakpoint(2, 0, 1, "")]
+    shown.snapshot.stoppedAt = [Breakpoint(2, 0, 1, "")]
     assert "paused at to green" in draw(shown)[0]
 
 
 def test_the_refused_command_that_pauses_it_is_told_beside_the_time():
-    shown = scene(9.5)
+    shown = watched(9.5)
     assert shown.snapshot is not None
-    shown.snapshot.value.status = ComponentStatus.Paused
-    shown.snapshot.value.refusal = (
-        "dance/left: CommandRefusedException: the robot is stopped: a hand in the way"
-    )
+    shown.snapshot.status = ComponentStatus.Paused
+    shown.snapshot.refusal = "dance/left: CommandRefusedException: the robot is stopped: a hand in the way"
     assert "paused: dance/left: Command" in draw(shown)[0]
     assert "s watched" in draw(shown)[0]
     assert "a hand in the way" in status_line(shown)
 
 
 def test_the_bar_of_a_timer_shrinks_with_what_is_left():
-    early, late = (line_with(draw(scene(time), 140, 40), "● followBall") for time in (1.0, 9.0))
+    early, late = (line_with(draw(watched(time), 140, 40), "● followBall") for time in (1.0, 9.0))
     assert "9.1 s to dance" in early
     assert "1.1 s to dance" in late
-    full = draw(scene(0.1), 140, 40)
+    full = draw(watched(0.1), 140, 40)
     assert line_with(full, "● followBall").count("━") == 24
 
 
-def test_the_ball_is_told_in_pixels_and_drawn_in_its_place():
-    lines = draw(scene())
+def test_a_mark_is_told_in_pixels_and_drawn_in_its_place():
+    lines = draw(watched())
     assert "u  +12.5 px" in line_with(lines, "u  +")
     assert "v   -3.2 px" in line_with(lines, "v  ")
     centered = next(row for row, line in enumerate(lines) if "●" in line.split("Camera")[-1][40:])
-    right = replace(scene(), ball=Ball("green", 150.0, 100.0, seen=True, following_since=8.0))
+    right = watched()
+    assert right.snapshot is not None
+    right.snapshot.marks = [ball_mark(150.0, 100.0)]
     lines = draw(right)
     below = next(row for row, line in enumerate(lines) if "●" in line[40:])
     assert below > centered
 
 
-def test_a_ball_out_of_sight_is_told():
-    lost = replace(scene(), ball=Ball("green", 0.0, 0.0, seen=False, following_since=8.0))
-    assert any("out of sight" in line for line in draw(lost))
+def test_without_a_mark_the_picture_says_so():
+    lost = watched()
+    assert lost.snapshot is not None
+    lost.snapshot.marks = []
+    assert any("nothing marked" in line for line in draw(lost))
+
+
+def test_marks_of_another_camera_are_not_shown_on_this_one():
+    shown = watched()
+    assert shown.snapshot is not None
+    shown.snapshot.marks[0].camera = "CameraBottom"
+    assert any("nothing marked" in line for line in draw(shown))
 
 
 def test_angles_are_told_in_radians():
-    lines = draw(scene())
+    lines = draw(watched())
     assert "+0.31" in line_with(lines, "head pan")
     assert "-0.07" in line_with(lines, "head tilt")
     assert line_with(lines, "shoulder pitch").count("█") == 2
 
 
 def test_a_head_turned_to_the_left_is_drawn_on_the_left():
-    line = line_with(draw(scene()), "head pan")
+    line = line_with(draw(watched()), "head pan")
     assert line.index("█") < line.index("┼")
 
 
 def test_changes_of_state_are_told_with_their_time():
-    assert "8.0 s    red → green" in line_with(draw(scene()), "red →")
+    assert "8.0 s    red → green" in line_with(draw(watched()), "red →")
 
 
 def test_a_lost_server_is_a_banner_and_its_values_are_told_to_be_old():
-    lines = draw(aged(scene(), 3.2, "head", "joints", "health"))
+    lines = draw(replace(watched(), robot_age=3.2))
     assert "Robot server lost 3 s ago" in lines[1]
     assert "tcp/127.0.0.1:7447" in lines[1]
     assert len(lines) == 24
@@ -156,24 +164,24 @@ def test_a_lost_server_is_a_banner_and_its_values_are_told_to_be_old():
 
 
 def test_a_lost_component_is_a_banner():
-    lines = draw(aged(scene(), 1.4, "snapshot"))
+    lines = draw(replace(watched(), snapshot_age=1.4))
     assert "dance_and_follow lost 1 s ago" in lines[1]
     assert any("Automata, 1 s old" in line for line in lines)
 
 
 def test_before_anything_is_heard_the_view_tells_what_it_waits_for():
-    nothing = Scene("follow_ball", "tcp/127.0.0.1:7447")
+    nothing = WatchState("follow_ball", "tcp/127.0.0.1:7447")
     lines = draw(nothing)
     assert "Waiting for a robot server at tcp/127.0.0.1:7447; naoserver-sim starts one" in lines[1]
-    only_robot = replace(scene(), automata=None, snapshot=None, ball=None)
+    only_robot = replace(watched(), automata=None, snapshot=None)
     assert "python -m behaviors.dance_and_follow starts it" in draw(only_robot)[1]
 
 
 def test_errors_of_the_component_are_shown():
-    shown = scene()
+    shown = watched()
     assert shown.snapshot is not None
-    shown.snapshot.value.errors.append(ErrorReport(3.2, 1, 1, "x.py:3", "no such joint HeadRoll"))
-    shown.snapshot.value.status = ComponentStatus.Halted
+    shown.snapshot.errors.append(ErrorReport(3.2, 1, 1, "x.py:3", "no such joint HeadRoll"))
+    shown.snapshot.status = ComponentStatus.Halted
     lines = draw(shown)
     assert "halted" in lines[0]
     assert "3.2 s  followBall: no such joint" in line_with(lines, "no such")
@@ -183,19 +191,20 @@ def test_errors_of_the_component_are_shown():
 def test_what_other_processes_send_is_not_taken_for_markup():
     structure = dance_and_follow()
     structure.automata[0].states[0].name = "[red]x[/]"
-    lines = draw(replace(scene(), automata=Automata(structure)))
+    lines = draw(replace(watched(), automata=Automata(structure)))
     assert "● [red]x[/]" in line_with(lines, "x[/]")
 
 
 def test_what_other_processes_send_does_not_command_the_terminal():
     structure = dance_and_follow()
     structure.automata[0].states[0].name = "\x1b[2Jx\n"
-    shown = replace(scene(), automata=Automata(structure))
+    shown = replace(watched(), automata=Automata(structure))
     assert shown.snapshot is not None
-    assert shown.health is not None
-    shown.snapshot.value.errors.append(ErrorReport(1.0, 1, 1, "", "\x1b]0;title\x07"))
-    shown.snapshot.value.automata[3].variables["name"] = "\x1b[31m"
-    shown.health.value.events[0].message = "\x9b31m"
+    assert shown.robot.health is not None
+    shown.snapshot.errors.append(ErrorReport(1.0, 1, 1, "", "\x1b]0;title\x07"))
+    shown.snapshot.automata[3].variables["name"] = "\x1b[31m"
+    shown.snapshot.marks = [ball_mark(0, 0, "\x1b[31m")]
+    shown.robot.health.events[0].message = "\x9b31m"
     lines = draw(shown, 140, 40)
     assert len(lines) == 40
     assert not re.search("[\x00-\x1f\x7f-\x9f]", "".join(lines))
@@ -204,7 +213,7 @@ def test_what_other_processes_send_does_not_command_the_terminal():
 @settings(deadline=None)
 @given(st.integers(1, 10**6), st.integers(1, 10**6), st.integers(20, 200), st.integers(10, 60))
 def test_an_image_of_any_shape_fits(image_width, image_height, width, height):
-    lines = draw(replace(scene(), image_size=(image_width, image_height)), width, height)
+    lines = draw(replace(watched(), image_size=(image_width, image_height)), width, height)
     assert max(len(line) for line in lines) <= width
 
 
@@ -212,34 +221,34 @@ def test_an_image_of_any_shape_fits(image_width, image_height, width, height):
 @given(st.floats(), st.floats(), st.floats())
 @example(math.nan, math.nan, math.nan)
 def test_no_number_that_arrives_breaks_the_view(first, second, third):
-    shown = scene()
+    shown = watched()
     assert shown.snapshot is not None
-    assert shown.health is not None
-    snapshot, health = shown.snapshot.value, shown.health.value
+    assert shown.robot.health is not None
+    snapshot, health = shown.snapshot, shown.robot.health
     snapshot.time = health.time = first
     snapshot.automata[0].timers[0].remaining = snapshot.automata[0].enteredAt = second
     health.realTimeFactor = health.lag = health.torsoTilt = health.cameraRates["Camera"] = third
+    snapshot.marks = [ball_mark(first, second)]
     shown = replace(
         shown,
-        head=Aged(HeadPose(first, second, third, 0.0, 0.0), 0.01),
-        joints=Aged({"LShoulderPitch": first}, 0.01),
+        robot=RobotState({"LShoulderPitch": first}, second, third, health),
         limits={"HeadYaw": (second, third), "LShoulderPitch": (second, third)},
     )
     assert len(draw(shown)) == 24
 
 
 def test_states_that_do_not_fit_are_counted():
-    lines = draw(scene(), 60, 12)
+    lines = draw(watched(), 60, 12)
     assert any("more states" in line for line in lines)
     assert any("● green" in line for line in lines)
 
 
 def test_a_line_for_other_output_tells_the_same():
-    assert status_line(scene(9.5)).strip().split("  ") == [
+    assert status_line(watched(9.5)).strip().split("  ") == [
         "9.4 s", "followBall > green > follow", "green ball +12 -3 px", "head +0.31 -0.07 rad",
         "10.0 images/s", "real time x 0.99",
     ]  # fmt: skip
 
 
 def test_a_line_for_other_output_tells_trouble():
-    assert "Robot server lost" in status_line(aged(scene(), 3.0, "head", "joints", "health"))
+    assert "Robot server lost" in status_line(replace(watched(), robot_age=3.0))

@@ -11,10 +11,9 @@ from typing import Final
 
 from interfaces.jderobot import CameraPrx, ImageData
 from visualhfsm.errors import MissingPackageError, VisualHfsmError
-from visualhfsm.watch.automata import printable
+from visualhfsm.monitoring.automata import printable
+from visualhfsm.monitoring.realm import has_interface
 from zenoh_ice import Communicator, Sample
-
-from .robot import has_interface
 
 __all__ = ["Camera", "Cameras", "encode_jpeg"]
 

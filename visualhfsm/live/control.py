@@ -1,10 +1,10 @@
-"""Steer a component: what the page may ask for, checked, and done without blocking anybody."""
+"""Steer a component and stop the robot: what the page may ask for, checked, and done without blocking."""
 
 from __future__ import annotations
 
 import asyncio
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
 from typing import Annotated, Any, Final, TypeVar
 
@@ -12,18 +12,23 @@ import msgspec
 from msgspec import Meta
 
 from interfaces.hfsm import Breakpoint, HfsmMonitorPrx, InvalidValue, NoSuchElement, ReloadRefused
+from interfaces.jderobot import MotorsPrx
+from interfaces.nao import JointsPrx, PoseHeadPrx, SafetyPrx
 from visualhfsm.errors import VisualHfsmError
-from visualhfsm.steer.reloading import RELOAD_PATIENCE
-from visualhfsm.watch.automata import printable
-from zenoh_ice import ZenohIceError
+from visualhfsm.monitoring.automata import printable
+from visualhfsm.monitoring.realm import RELOAD_PATIENCE
+from zenoh_ice import Communicator, ZenohIceError
 
-__all__ = ["Action", "control", "decode_action"]
+__all__ = ["Action", "StopReport", "control", "decode_action", "reset_robot", "stop_robot"]
 
 Id = Annotated[int, Meta(ge=0, le=2**31 - 1)]
 Name = Annotated[str, Meta(max_length=1000)]
 
 _LARGEST_VALUE: Final = 100_000
 """Characters of JSON."""
+_STOP_LIMIT: Final = 1.0
+"""Wall seconds in which the robot has to answer to being stopped."""
+_REASON: Final = "STOP was pressed in the editor"
 
 T = TypeVar("T")
 
@@ -151,3 +156,66 @@ def _json(value: object) -> str:
     if len(text) > _LARGEST_VALUE:
         raise VisualHfsmError(f"the value is larger than {_LARGEST_VALUE} characters of JSON")
     return text
+
+
+class StopReport(msgspec.Struct, frozen=True, rename="camel"):
+    """What became of stopping the robot: the servants that have stopped, and why the others have not."""
+
+    stopped: list[str]
+    failed: dict[str, str]
+
+
+async def stop_robot(communicator: Communicator) -> StopReport:
+    """Stop a robot within a second: by its emergency stop, the head, the joints and the walk, all at once.
+
+    What is not there is left out. A robot with an emergency stop takes no command until `reset_robot`.
+    """
+    present = set(communicator.identities())
+    calls: dict[str, list[Future[Any]]] = {}
+    failed: dict[str, str] = {}
+    for identity in sorted(present & _STOPS.keys()):
+        try:
+            calls[identity] = _STOPS[identity](communicator)
+        except ZenohIceError as error:
+            failed[identity] = str(error)
+    waiting = {name: asyncio.gather(*map(asyncio.wrap_future, each)) for name, each in calls.items()}
+    if waiting:
+        await asyncio.wait(waiting.values(), timeout=_STOP_LIMIT)
+    for name, answer in waiting.items():
+        if not answer.done():
+            answer.cancel()
+            failed[name] = f"it did not say within {_STOP_LIMIT:g} s that it has stopped"
+        elif (failure := answer.exception()) is not None:
+            failed[name] = str(failure)
+    # That the emergency stop is latched is published as long as it is, by `RobotMonitor.stop_reason`.
+    return StopReport([name for name in calls if name not in failed and name != "Safety"], failed)
+
+
+async def reset_robot(communicator: Communicator) -> None:
+    """Let a robot take commands again after its emergency stop. Raises ZenohIceError when it cannot."""
+    safety = SafetyPrx.uncheckedCast(communicator.stringToProxy("Safety"))
+    await asyncio.wrap_future(safety.resetEmergencyStopAsync())
+
+
+def _stop_all(communicator: Communicator) -> Sequence[Future[Any]]:
+    return [SafetyPrx.uncheckedCast(communicator.stringToProxy("Safety")).emergencyStopAsync(_REASON)]
+
+
+def _stop_head(communicator: Communicator) -> Sequence[Future[Any]]:
+    return [PoseHeadPrx.uncheckedCast(communicator.stringToProxy("Head")).stopAsync()]
+
+
+def _stop_body(communicator: Communicator) -> Sequence[Future[Any]]:
+    return [JointsPrx.uncheckedCast(communicator.stringToProxy("Body")).stopAsync()]
+
+
+def _stop_walk(communicator: Communicator) -> Sequence[Future[Any]]:
+    return [MotorsPrx.uncheckedCast(communicator.stringToProxy("Motors")).stopAsync()]
+
+
+_STOPS: Final[Mapping[str, Callable[[Communicator], Any]]] = {
+    "Safety": _stop_all,
+    "Head": _stop_head,
+    "Body": _stop_body,
+    "Motors": _stop_walk,
+}

@@ -11,24 +11,37 @@ import msgspec
 
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import parse_document
-from codegen.hfsm.document import Document
-from hfsm_recording.messages import Action, Change, Cycle, Failure, Firing, Guard, Message, Timers, Variables
-from hfsm_recording.reader import RawMessage, RecordingError, decode
+from codegen.hfsm.document import Automaton, Document, Transition
+from hfsm_recording.messages import (
+    Action,
+    Change,
+    Cycle,
+    Failure,
+    Firing,
+    Guard,
+    Mark,
+    Message,
+    Timers,
+    Variables,
+)  # fmt: skip
+from hfsm_recording.reader import RawMessage, RecordingError, RecordingFile, decode
+from interfaces import hfsm
 from interfaces.hfsm import (
     AutomatonSnapshot,
+    AutomatonStructure,
     ComponentSnapshot,
     ComponentStatus,
     ComponentStructure,
     ErrorReport,
     GuardSnapshot,
+    ParameterStructure,
+    StateStructure,
     TimerSnapshot,
+    TransitionKind,
+    TransitionStructure,
 )
 from visualhfsm.errors import VisualHfsmError
-from visualhfsm.replay.sources import RecordedSources, open_file, sources_of
-
-from .history import History
-from .structures import add_state, structure_of
-from .values import LiveSnapshot
+from visualhfsm.monitoring.run_log import LiveSnapshot, RunLog, is_sound
 
 __all__ = ["RecordedRun", "open_recording"]
 
@@ -39,6 +52,14 @@ _PATIENCE: Final = 12.0
 _LONGEST_TEXT: Final = 120
 _MOST_ERRORS: Final = 20
 _MOST_AUTOMATA: Final = 10_000
+_MOST_MARKS: Final = 100
+_MARK_SHOWN: Final = 500_000_000
+"""Nanoseconds for which a mark is shown, as by a running component."""
+_KINDS: Final = {
+    "time": TransitionKind.OnTime,
+    "event": TransitionKind.OnEvent,
+    "finished": TransitionKind.OnFinished,
+}
 _OF_AUTOMATA: Final = (Cycle, Failure, Firing, Guard, Timers, Variables)
 
 
@@ -51,7 +72,7 @@ class RecordedRun:
 
     name: str
     structure: ComponentStructure
-    history: History
+    log: RunLog
     file: str
     document: str
     complete: bool
@@ -59,14 +80,14 @@ class RecordedRun:
 
 def open_recording(path: Path) -> RecordedRun:
     """Read a recording; raises VisualHfsmError when it is none."""
-    recording = open_file(path)
-    sources = sources_of(recording)
-    file, text = _document(sources)
-    document = _parse(file, text)
-    run = _Run(structure_of(document or Document(), sources.name, file), sources.start)
-    deadline = time.monotonic() + _PATIENCE
-    complete = True
     try:
+        recording = RecordingFile(path)
+        file, content = recording.files.get("document", ("", b""))
+        text = content.decode("utf-8", "replace")
+        document = parse_document(text, Path(file), Diagnostics()) if text else None
+        run = _Run(structure_of(document or Document(), recording.name, file), recording.start)
+        deadline = time.monotonic() + _PATIENCE
+        complete = True
         for message in recording.messages():
             run.take(message)
             if time.monotonic() > deadline:
@@ -75,9 +96,9 @@ def open_recording(path: Path) -> RecordedRun:
     except RecordingError as error:
         raise VisualHfsmError(str(error)) from error
     run.finish()
-    if run.history.newest is None:
-        raise VisualHfsmError(f"the recording {path.name} tells of no state of {sources.name}")
-    return RecordedRun(sources.name, run.structure, run.history, file, text, complete)
+    if run.log.newest is None:
+        raise VisualHfsmError(f"the recording {path.name} tells of no state of {recording.name}")
+    return RecordedRun(recording.name, run.structure, run.log, file, text, complete)
 
 
 class _Automaton:
@@ -98,18 +119,18 @@ class _Automaton:
 class _Run:
     def __init__(self, structure: ComponentStructure, start: int) -> None:
         self.structure = structure
-        self.history = History()
+        self.log = RunLog()
         self._start = start
         self._automata: dict[int, _Automaton] = {}
         self._next = 0
         self._now = 0
         self._status = ComponentStatus.Running
         self._errors: list[ErrorReport] = []
-        self._parameters: dict[str, str] = {}
+        self._marks: dict[tuple[str, str], tuple[int, hfsm.Mark]] = {}
 
     def take(self, message: RawMessage) -> None:
         """Take the next message; one that is malformed is left out."""
-        if message.kind not in (Action, Change, *_OF_AUTOMATA):
+        if message.kind not in (Action, Change, Mark, *_OF_AUTOMATA):
             return
         try:
             decoded = decode(message, message.kind)
@@ -117,19 +138,21 @@ class _Run:
             return
         now = max(self._now, message.time - self._start)
         if now > self._now and now >= self._next and self._automata:
-            self._tell()
+            self._add_moment()
         self._now = now
         if isinstance(decoded, Change):
             self._change(decoded)
         elif isinstance(decoded, Action):
             self._act(decoded)
+        elif isinstance(decoded, Mark):
+            self._mark(decoded)
         elif isinstance(decoded, _OF_AUTOMATA) and decoded.automaton in self._automata:
             self._note(self._automata[decoded.automaton], decoded)
 
     def finish(self) -> None:
         """Take notice that there are no more messages."""
         if self._automata:
-            self._tell()
+            self._add_moment()
 
     def _change(self, change: Change) -> None:
         if len(self._automata) >= _MOST_AUTOMATA and change.automaton not in self._automata:
@@ -155,6 +178,12 @@ class _Run:
             self._status = ComponentStatus.Paused
         elif action.kind == "resume":
             self._status = ComponentStatus.Running
+
+    def _mark(self, mark: Mark) -> None:
+        self._marks = {key: made for key, made in self._marks.items() if self._now - made[0] <= _MARK_SHOWN}
+        if len(self._marks) < _MOST_MARKS:
+            made = hfsm.Mark(mark.camera, mark.u, mark.v, mark.label)
+            self._marks[mark.camera, mark.label] = self._now, made
 
     def _note(self, automaton: _Automaton, message: Message) -> None:
         snapshot = automaton.snapshot
@@ -193,7 +222,7 @@ class _Run:
         passed = 0.0 if automaton.snapshot.ghost else max(0, self._now - automaton.timed_at) / 1e9
         return {number: max(0.0, left - passed) for number, left in automaton.timers.items()}
 
-    def _tell(self) -> None:
+    def _add_moment(self) -> None:
         self._next = self._now + _INTERVAL
         automata = []
         for automaton in self._automata.values():
@@ -203,20 +232,88 @@ class _Run:
             automata.append(snapshot)
         component = ComponentSnapshot(
             startedAt=self._start / 1e9, time=self._now / 1e9, status=self._status, generation=0,
-            automata=automata, parameters=self._parameters, stoppedAt=[], errors=self._errors,
+            automata=automata, parameters={}, stoppedAt=[], errors=self._errors,
+            marks=[mark for made, mark in self._marks.values() if self._now - made <= _MARK_SHOWN],
         )  # fmt: skip
-        self.history.add(LiveSnapshot((self._start + self._now) / 1e9, component))
-
-
-def _document(sources: RecordedSources) -> tuple[str, str]:
-    name, content = sources.files.get("document", ("", b""))
-    return name, content.decode("utf-8", "replace")
-
-
-def _parse(file: str, text: str) -> Document | None:
-    return parse_document(text, Path(file), Diagnostics()) if text else None
+        if is_sound(component):
+            self.log.add(LiveSnapshot((self._start + self._now) / 1e9, component))
 
 
 def _shown(value: object) -> str:
     """Return a value that stands in JSON as Python would show it."""
     return repr(value)[:_LONGEST_TEXT]
+
+
+def structure_of(document: Document, name: str, file: str) -> ComponentStructure:
+    """Return the structure of the component of a document."""
+    return ComponentStructure(
+        name=name,
+        document=file,
+        generation=0,
+        parameters=[
+            ParameterStructure(each.name, each.type.text.strip(), each.description.text)
+            for each in document.parameters
+        ],
+        automata=[_automaton(document, automaton, name) for automaton in document.automata],
+    )
+
+
+def add_state(structure: ComponentStructure, automaton: int, title: str, state: int, name: str) -> None:
+    """Add a state that a recording tells of and its document does not, as of what it imports."""
+    found = next((each for each in structure.automata if each.id == automaton), None)
+    if found is None:
+        found = AutomatonStructure(
+            id=automaton, name=title, parent=0, owner=0, period=0.0, source="", states=[], transitions=[]
+        )
+        structure.automata.append(found)
+    if all(each.id != state for each in found.states):
+        found.states.append(
+            StateStructure(id=state, name=name, initial=False, final=False, children=[], restart=False)
+        )
+
+
+def _automaton(document: Document, automaton: Automaton, name: str) -> AutomatonStructure:
+    owner = document.owner(automaton)
+    return AutomatonStructure(
+        id=automaton.id,
+        name=owner.name if owner else name,
+        parent=automaton.father,
+        owner=owner.id if owner else 0,
+        period=_number(automaton.iteration_time.text) / 1000,
+        source="",
+        states=[
+            StateStructure(
+                id=state.id,
+                name=state.name,
+                initial=state.initial,
+                final=state.final,
+                children=list(state.children),
+                restart=state.history.text.strip() == "restart",
+            )
+            for state in automaton.states
+        ],
+        transitions=[_transition(automaton, transition) for transition in automaton.transitions],
+    )
+
+
+def _transition(automaton: Automaton, transition: Transition) -> TransitionStructure:
+    kind = _KINDS.get(transition.type, TransitionKind.OnCondition)
+    trigger = transition.trigger.text.strip()
+    return TransitionStructure(
+        id=transition.id,
+        name=transition.name,
+        origin=transition.origin,
+        destination=transition.destination,
+        kind=kind,
+        seconds=_number(trigger) / 1000 if kind == TransitionKind.OnTime else 0.0,
+        event=trigger if kind == TransitionKind.OnEvent else "",
+        condition=trigger if kind == TransitionKind.OnCondition else transition.guard.text.strip(),
+        order=automaton.outgoing(transition.origin).index(transition) + 1,
+    )
+
+
+def _number(text: str) -> float:
+    try:
+        return max(0.0, float(text))
+    except ValueError:
+        return 0.0

@@ -15,21 +15,19 @@ import msgspec
 from msgspec import Meta
 
 from visualhfsm.errors import VisualHfsmError
+from visualhfsm.monitoring.automata import printable
+from visualhfsm.monitoring.follower import Follower, LiveStructure, News, Silence
+from visualhfsm.monitoring.realm import components, did_you_mean
+from visualhfsm.monitoring.robot import RobotMonitor
+from visualhfsm.monitoring.run_log import LiveSnapshot, RunLog
 from visualhfsm.services import Components, Publish, ServiceError, Snapshot, Stale, Structure
-from visualhfsm.steer.addresses import did_you_mean
-from visualhfsm.watch.automata import printable
-from visualhfsm.watch.discovery import components
 from zenoh_ice import Communicator, Settings, ZenohIceError, initialize
 from zenoh_ice.transport import Target
 
 from .cameras import Cameras
-from .control import control, decode_action
-from .history import History
+from .control import control, decode_action, reset_robot, stop_robot
+from .poses import PoseStream
 from .recordings import RecordedRun, open_recording
-from .relay import Relay, Silence
-from .robot import RobotWatch, reset_robot, stop_robot
-from .scene import Scene
-from .values import LiveSnapshot, LiveStructure
 
 __all__ = ["Monitoring", "free_endpoint"]
 
@@ -67,38 +65,38 @@ class Monitoring:
     def __init__(self, publish: Publish, settings: Settings) -> None:
         self._publish = publish
         self._communicator: Final[Communicator] = initialize(settings)
-        self._robot = RobotWatch(self._communicator)
+        self._robot = RobotMonitor(self._communicator)
         self._cameras = Cameras(self._communicator)
-        self._scene = Scene(self._communicator, self._robot)
-        self._relays: dict[str, Relay] = {}
+        self._poses = PoseStream(self._communicator, self._robot)
+        self._followers: dict[str, Follower] = {}
         self._recordings: dict[str, RecordedRun] = {}
         self._numbers = itertools.count(1)
-        self._told: Components | None = None
+        self._published: Components | None = None
         self._task = asyncio.create_task(self._keep(), name="monitoring")
 
     async def attach(self, component: str) -> dict[str, Any]:
         """Follow a component; return its structure and timeline as far as they are known."""
-        relay = self._relays.get(component)
-        if relay is None:
+        follower = self._followers.get(component)
+        if follower is None:
             self._require(component)
-            relay = self._relays[component] = Relay(
-                self._communicator, component, self._robot, self._teller(component)
+            follower = self._followers[component] = Follower(
+                self._communicator, component, self._robot, self._publisher(component)
             )
-            relay.update()
+            follower.update()
         return {
-            "structure": relay.structure,
-            "snapshot": relay.history.newest,
-            "timeline": relay.history.timeline(),
-            "since": relay.silence.since,
+            "structure": follower.structure,
+            "snapshot": follower.log.newest,
+            "timeline": follower.log.timeline(),
+            "since": follower.silence.since,
             "facts": self._robot.facts(),
         }
 
     async def detach(self, component: str) -> None:
-        """Follow it no longer, or let go of a recording."""
+        """Stop following it, or close a recording."""
         self._recordings.pop(component, None)
-        relay = self._relays.pop(component, None)
-        if relay is not None:
-            await asyncio.to_thread(relay.close)
+        follower = self._followers.pop(component, None)
+        if follower is not None:
+            await asyncio.to_thread(follower.close)
 
     async def control(self, component: str, action: str, arguments: Mapping[str, Any]) -> Any:  # noqa: ANN401
         """Steer a component, or ask for its past."""
@@ -113,21 +111,21 @@ class Monitoring:
                 case "facts":
                     return self._robot.facts()
                 case "timeline":
-                    return self._history(component).timeline()
+                    return self._log(component).timeline()
                 case "at":
-                    return self._history(component).at(msgspec.convert(arguments, _Moment).time)
+                    return self._log(component).at(msgspec.convert(arguments, _Moment).time)
                 case "series":
                     asked = msgspec.convert(arguments, _Series)
-                    history = self._history(component)
+                    log = self._log(component)
                     return await asyncio.to_thread(
-                        history.series, asked.names, asked.start, asked.end, asked.points
+                        log.series, asked.names, asked.start, asked.end, asked.points
                     )
             found = decode_action(action, arguments)
-            relay = self._relay(component)
+            follower = self._follower(component)
             try:
-                return await control(relay.monitor, found)
+                return await control(follower.monitor, found)
             finally:
-                relay.forget_breakpoints()
+                follower.forget_breakpoints()
         except msgspec.ValidationError as error:
             raise ServiceError(f"{printable(action)[:40]} cannot be asked like this: {error}") from error
         except ServiceError:
@@ -148,8 +146,8 @@ class Monitoring:
         return {
             "component": name,
             "structure": LiveStructure(run.structure, 1),
-            "snapshot": run.history.at(0.0),
-            "timeline": run.history.timeline(),
+            "snapshot": run.log.at(0.0),
+            "timeline": run.log.timeline(),
             "file": run.file,
             "document": run.document,
             "complete": run.complete,
@@ -166,20 +164,20 @@ class Monitoring:
 
     async def scene(self) -> AsyncGenerator[bytes, None]:
         """Yield first the robot's geometry as JSON, then poses whenever they have changed."""
-        async with contextlib.aclosing(self._scene.frames()) as frames:
+        async with contextlib.aclosing(self._poses.frames()) as frames:
             async for frame in frames:
                 yield frame
 
     async def close(self) -> None:
-        """Stop listening, and end the session."""
+        """Stop listening, and close the session."""
         self._task.cancel()
         await asyncio.wait({self._task})
         await asyncio.to_thread(self._close)
 
     def _close(self) -> None:
-        for relay in self._relays.values():
-            relay.close()
-        self._relays.clear()
+        for follower in self._followers.values():
+            follower.close()
+        self._followers.clear()
         self._cameras.close()
         self._communicator.destroy()
 
@@ -190,26 +188,26 @@ class Monitoring:
                 self._robot.update()
                 running = [{"component": name} for name in components(self._communicator)]
                 news = Components(running, self._robot.stop_reason())
-                if news != self._told:
-                    self._told = news
+                if news != self._published:
+                    self._published = news
                     self._publish(news)
-                for relay in list(self._relays.values()):
-                    relay.update()
+                for follower in list(self._followers.values()):
+                    follower.update()
             except Exception:  # the next round may go well, and without it nothing would be looked after
                 _logger.exception("the components could not be looked after")
             await asyncio.sleep(_PERIOD)
 
-    def _teller(self, component: str) -> Callable[[LiveSnapshot | LiveStructure | Silence], None]:
-        def tell(told: LiveSnapshot | LiveStructure | Silence) -> None:
-            match told:
+    def _publisher(self, component: str) -> Callable[[News], None]:
+        def publish(news: News) -> None:
+            match news:
                 case LiveSnapshot():
-                    self._publish(Snapshot(component=component, value=told))
+                    self._publish(Snapshot(component=component, value=news))
                 case LiveStructure():
-                    self._publish(Structure(component=component, value=told))
+                    self._publish(Structure(component=component, value=news))
                 case Silence(since):
                     self._publish(Stale(component=component, since=since))
 
-        return tell
+        return publish
 
     def _require(self, component: str) -> None:
         running = components(self._communicator)
@@ -217,15 +215,15 @@ class Monitoring:
             hint = did_you_mean(component, running)
             raise ServiceError(f"no component {printable(component)[:100]} runs{hint}")
 
-    def _relay(self, component: str) -> Relay:
-        relay = self._relays.get(component)
-        if relay is None:
+    def _follower(self, component: str) -> Follower:
+        follower = self._followers.get(component)
+        if follower is None:
             raise ServiceError(f"{printable(component)[:100]} is not followed")
-        return relay
+        return follower
 
-    def _history(self, component: str) -> History:
+    def _log(self, component: str) -> RunLog:
         run = self._recordings.get(component)
-        return run.history if run is not None else self._relay(component).history
+        return run.log if run is not None else self._follower(component).log
 
     def _identities(self) -> dict[str, list[str]]:
         """Return what is served in the realm: identities, each with the type ids of its interfaces."""
@@ -240,10 +238,10 @@ class Monitoring:
 
         A component may be in the middle of a cycle that commands the robot after the first stop.
         """
-        relay = self._relays.get(component)
-        if relay is None:
+        follower = self._followers.get(component)
+        if follower is None:
             return await stop_robot(self._communicator)
-        ending = asyncio.create_task(self._stop_component(relay))
+        ending = asyncio.create_task(self._stop_component(follower))
         await stop_robot(self._communicator)
         problem = await ending
         report = await stop_robot(self._communicator)
@@ -253,14 +251,14 @@ class Monitoring:
             report.stopped.append(component)
         return report
 
-    async def _stop_component(self, relay: Relay) -> str:
+    async def _stop_component(self, follower: Follower) -> str:
         """Let a component end, and wait until it has; return what went wrong."""
         try:
-            await control(relay.monitor, decode_action("stop", {}))
+            await control(follower.monitor, decode_action("stop", {}))
         except VisualHfsmError as error:
             return str(error)
         deadline = asyncio.get_running_loop().time() + _STOP_LIMIT
-        while relay.identity in self._communicator.identities():
+        while follower.identity in self._communicator.identities():
             if asyncio.get_running_loop().time() > deadline:
                 return f"it has not ended within {_STOP_LIMIT:g} s"
             await asyncio.sleep(_PERIOD / 10)

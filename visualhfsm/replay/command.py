@@ -5,24 +5,29 @@ from __future__ import annotations
 import shutil
 import sys
 import tempfile
+from collections.abc import Iterator, Sequence
 from datetime import UTC, datetime
+from itertools import chain, islice
 from pathlib import Path
-from typing import Annotated, Final
+from typing import Annotated, Any, Final, TypeVar
 
 import msgspec
 import typer
+from msgspec.structs import replace
 
 from codegen.commands.options import ErrorFormat, require_directories, show
 from codegen.diagnostics import Diagnostics
-from hfsm_recording.outcome import Begin, Line, Outcome, Progress
+from hfsm_recording.outcome import Begin, Difference, Divergence, Line, Outcome, Progress, Side, Step
+from hfsm_recording.reader import RecordingError, RecordingFile
 from visualhfsm.errors import VisualHfsmError
+from visualhfsm.monitoring.automata import printable
 from zenoh_ice.command import finite, stop_on_signals
 
 from .process import replay_in_process
-from .sources import RecordedSources, open_file, sources_of
-from .view import outcome_lines
 
-__all__ = ["EPILOG", "replay"]
+__all__ = ["EPILOG", "outcome_lines", "replay"]
+
+_T = TypeVar("_T", Step, Divergence, Difference)
 
 EPILOG: Final = """Examples:
 
@@ -35,6 +40,11 @@ visualhfsm replay run.mcap edited.xml --from 12.5 --until 60 --json > replay.jso
 Exit codes: 0 the same states, 1 an error, 2 wrong usage, 3 it behaves otherwise."""
 
 _OTHERWISE: Final = 3
+_ROWS: Final = 40
+_MOST: Final = 10
+_WIDE: Final = 34
+_LONG: Final = 60
+_VERBS: Final = {"entered": "", "ghost": " (ghost)", "resumed": " (goes on)", "finished": " (finished)"}
 
 
 def replay(
@@ -81,22 +91,25 @@ def replay(
     if since is not None and document is None:
         raise typer.BadParameter("--from needs the DOCUMENT that takes over", param_hint="DOCUMENT")
     directories = require_directories(include)
-    sources = sources_of(open_file(recording))
+    try:
+        recorded = RecordingFile(recording)
+    except RecordingError as error:
+        raise VisualHfsmError(str(error)) from error
     if not as_json:
-        _announce(sources, recording)
+        _announce(recorded, recording)
     with stop_on_signals() as stop, tempfile.TemporaryDirectory(prefix="visualhfsm-replay-") as folder:
         given = None if document is None else _generate(document, Path(folder, "given"), directories)
         arguments = [str(recording)]
         if given is None or since is not None:
-            arguments.append(str(_recorded(sources, Path(folder, "recorded"))))
+            arguments.append(str(_write_recorded(recorded, Path(folder, "recorded"))))
             if given is not None:
                 arguments += ["--edited", str(given), "--from", str(since)]
         else:
             arguments.append(str(given))
         if until is not None:
             arguments += ["--until", str(until)]
-        teller = _Teller(as_json=as_json)
-        outcome = replay_in_process(arguments, directories, teller, stop, shows_output=output)
+        report = _Report(as_json=as_json)
+        outcome = replay_in_process(arguments, directories, report, stop, shows_output=output)
     assert outcome is not None  # a signal would have ended the command with the block
     if not as_json:
         for line in outcome_lines(outcome):
@@ -107,8 +120,8 @@ def replay(
         raise typer.Exit(_OTHERWISE)
 
 
-class _Teller:
-    """Tell of a replay while it runs."""
+class _Report:
+    """Print how far a replay is while it runs."""
 
     def __init__(self, *, as_json: bool) -> None:
         self._as_json = as_json
@@ -125,12 +138,13 @@ class _Teller:
             typer.echo("\r", nl=False, err=True)
 
 
-def _announce(sources: RecordedSources, recording: Path) -> None:
+def _announce(recorded: RecordingFile, recording: Path) -> None:
     when = (
-        datetime.fromtimestamp(sources.start // 1_000_000_000, UTC).astimezone().strftime("%Y-%m-%d %H:%M:%S")
+        datetime.fromtimestamp(recorded.start // 1_000_000_000, UTC)
+        .astimezone()
+        .strftime("%Y-%m-%d %H:%M:%S")
     )
-    name = "".join(character if character.isprintable() else "?" for character in sources.name)
-    typer.echo(f"{recording.name}: {name}, recorded on {when}")
+    typer.echo(f"{recording.name}: {printable(recorded.name)}, recorded on {when}")
 
 
 def _generate(document: Path, folder: Path, include: list[Path]) -> Path:
@@ -151,9 +165,140 @@ def _generate(document: Path, folder: Path, include: list[Path]) -> Path:
     return files[0].path
 
 
-def _recorded(sources: RecordedSources, folder: Path) -> Path:
+def _write_recorded(recorded: RecordingFile, folder: Path) -> Path:
     """Write the component of the recording into a folder, and say that it is going to be run."""
+    files = recorded.files
+    if "component" not in files:
+        raise VisualHfsmError("the recording does not hold its component: name the document")
     folder.mkdir()
-    file = sources.write(folder)
+    for kind in ("component", "extension"):
+        if kind in files:
+            name, content = files[kind]
+            (folder / name).write_bytes(content)
+    file = folder / files["component"][0]
     typer.echo(f"the code that is run is that in the recording: {file.name}", err=True)
     return file
+
+
+def outcome_lines(outcome: Outcome) -> Iterator[str]:
+    """Yield lines that say how a replay ended: the first difference, both timelines, and what was guessed."""
+    outcome = _with_ids(outcome)
+    yield from (f"note: {printable(note)}" for note in outcome.notes)
+    cycles = f"{outcome.cycles:,}".replace(",", " ")
+    did = f"replayed {outcome.seconds:.1f} s, {cycles} cycles"
+    if outcome.identical and not outcome.error:
+        yield f"{did}, identical"
+    elif not outcome.divergences:
+        yield f"{did}: the same states"
+    else:
+        # Under 0 stand the events that an automaton sends otherwise: mostly one that is counted anyway.
+        count = len({found.automaton for found in outcome.divergences} - {0}) or 1
+        yield f"{did}: {count} {'automaton behaves' if count == 1 else 'automata behave'} otherwise"
+        yield ""
+        yield from _first(outcome.divergences[0])
+        yield ""
+        yield from _timelines(outcome.recorded, outcome.replayed, outcome.divergences[0].time)
+    if outcome.missing_cycles:
+        yield f"{outcome.missing_cycles} cycles of the recording were not run"
+    yield from _differences(outcome.differences)
+    yield from _guesses(outcome.guesses)
+
+
+def _with_ids(outcome: Outcome) -> Outcome:
+    """Return an outcome in which automata of the same name have their ids with it."""
+    everything: Iterator[Step | Divergence | Difference] = chain(
+        outcome.divergences, outcome.recorded, outcome.replayed, outcome.differences
+    )
+    ids: dict[str, set[int]] = {}
+    for found in everything:
+        ids.setdefault(found.name, set()).add(found.automaton)
+
+    def named(found: _T) -> _T:
+        alone = len(ids[found.name]) == 1
+        return found if alone else replace(found, name=f"{found.name} ({found.automaton})")
+
+    return replace(
+        outcome,
+        divergences=[named(each) for each in outcome.divergences],
+        recorded=[named(each) for each in outcome.recorded],
+        replayed=[named(each) for each in outcome.replayed],
+        differences=[named(each) for each in outcome.differences],
+    )
+
+
+def _first(found: Divergence) -> Iterator[str]:
+    recorded, replayed = found.recorded, found.replayed
+    state = printable(recorded.state) or "-"
+    yield f"first at {found.time:.3f} s: {printable(found.name)} in the state {state}"
+    yield _row("", "recorded", "replayed")
+    for name in dict.fromkeys([*recorded.guards, *replayed.guards]):
+        yield _row(f"guard {name}", _value(recorded, name), _value(replayed, name))
+    yield _row("fired", _listed(recorded.fired), _listed(replayed.fired))
+    for ours, theirs in islice(_pairs(recorded.errors, replayed.errors), _MOST):
+        yield _row("error", ours, theirs)
+    yield _row("then in", recorded.state_after or "-", replayed.state_after or "-")
+
+
+def _timelines(recorded: Sequence[Step], replayed: Sequence[Step], since: float) -> Iterator[str]:
+    ours = {(step.time, step.automaton, step.kind, step.state): step for step in recorded}
+    theirs = {(step.time, step.automaton, step.kind, step.state): step for step in replayed}
+    rows = sorted((ours | theirs).items(), key=lambda row: row[0][:2])
+    before = [row for row in rows if row[0][0] < since][-3:]
+    after = [row for row in rows if row[0][0] >= since]
+    yield f"{'time':>12}  {'automaton':<{_WIDE - 12}}{'recorded':<{_WIDE}}replayed"
+    for key, step in before + after[:_ROWS]:
+        shown = printable(step.state) + _VERBS.get(step.kind, "")
+        left, right = (shown if key in side else "" for side in (ours, theirs))
+        mark = " " if left == right else "*"
+        name = printable(step.name)[: _WIDE - 13]
+        yield f"{step.time:>10.3f} s{mark} {name:<{_WIDE - 12}}{left:<{_WIDE}}{right}".rstrip()
+    if len(after) > _ROWS:
+        yield f"... and {len(after) - _ROWS} more: --json has all"
+
+
+def _differences(differences: Sequence[Difference]) -> Iterator[str]:
+    if differences:
+        yield ""
+        yield "other values, the first of each:"
+    for found in differences[:_MOST]:
+        recorded, replayed = _shown(found.recorded), _shown(found.replayed)
+        what = f"{found.kind} {printable(found.what)}"
+        yield f"{found.time:>10.3f} s  {printable(found.name)}: {what} was {recorded} and is {replayed}"
+    if len(differences) > _MOST:
+        yield f"... and {len(differences) - _MOST} more: --json has all"
+
+
+def _guesses(guesses: dict[str, int]) -> Iterator[str]:
+    if guesses:
+        yield ""
+        yield "asked for what nobody had asked for then, and given the newest value before:"
+    for what, count in list(guesses.items())[:_MOST]:
+        yield f"{count:>8} x {printable(what)}"
+    if len(guesses) > _MOST:
+        yield f"... and {len(guesses) - _MOST} more: --json has all"
+
+
+def _row(label: str, recorded: str, replayed: str) -> str:
+    left = printable(recorded)[: _WIDE - 1]
+    return f"  {printable(label)[:_WIDE]:<{_WIDE}}{left:<{_WIDE}}{printable(replayed)[:_LONG]}".rstrip()
+
+
+def _value(side: Side, guard: str) -> str:
+    return str(side.guards[guard]).lower() if guard in side.guards else "-"
+
+
+def _listed(names: Sequence[str]) -> str:
+    return ", ".join(names) or "-"
+
+
+def _pairs(ours: Sequence[str], theirs: Sequence[str]) -> Iterator[tuple[str, str]]:
+    for index in range(max(len(ours), len(theirs))):
+        yield (
+            ours[index] if index < len(ours) else "-",
+            theirs[index] if index < len(theirs) else "-",
+        )
+
+
+def _shown(value: Any) -> str:  # noqa: ANN401 - JSON
+    text = "nothing" if value is None else repr(value)
+    return printable(text if len(text) <= _LONG else f"{text[:_LONG]}...")

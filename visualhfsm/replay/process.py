@@ -22,7 +22,7 @@ from visualhfsm.errors import VisualHfsmError
 __all__ = ["replay_in_process"]
 
 _SILENCE: Final = 90.0
-"""Seconds without a word after which the process is given up: it tells each second how far it is."""
+"""Seconds without a word after which the process is given up: it reports each second how far it is."""
 _LOOK: Final = 0.2  # s after which it is looked whether a signal came
 _LONGEST_LINE: Final = 64 << 20
 _END: Final = 5.0
@@ -32,14 +32,14 @@ _TAIL: Final = 2000
 def replay_in_process(
     arguments: Sequence[str],
     include: Sequence[Path],
-    told: Callable[[Line], None],
+    report: Callable[[Line], None],
     stop: threading.Event,
     *,
     shows_output: bool,
 ) -> Outcome | None:
     """Run `hfsm_runtime.replay` with these arguments; return how it ended, or None when `stop` was set.
 
-    `told` gets each line. `include` are directories in which the component finds packages. Raises
+    `report` gets each line. `include` are directories in which the component finds packages. Raises
     VisualHfsmError.
     """
     command = [sys.executable, "-m", "hfsm_runtime.replay", *arguments]
@@ -53,7 +53,7 @@ def replay_in_process(
             start_new_session=True,  # Ctrl-C is ours; the child is ended below
         )
         try:
-            outcome = _listen(child, told, stop)
+            outcome = _listen(child, report, stop)
             if outcome is None and not stop.is_set():
                 raise VisualHfsmError(_failure(child, errors))
             return outcome
@@ -62,7 +62,7 @@ def replay_in_process(
 
 
 def _listen(
-    child: subprocess.Popen[bytes], told: Callable[[Line], None], stop: threading.Event
+    child: subprocess.Popen[bytes], report: Callable[[Line], None], stop: threading.Event
 ) -> Outcome | None:
     assert child.stdout is not None
     lines: queue.SimpleQueue[bytes] = queue.SimpleQueue()
@@ -84,7 +84,7 @@ def _listen(
             line = decoder.decode(text)
         except msgspec.MsgspecError as error:
             raise VisualHfsmError(f"the replay said what cannot be understood: {error}") from error
-        told(line)
+        report(line)
         if isinstance(line, Outcome):
             return line
     return None

@@ -9,15 +9,16 @@ states: `follow -> search`.
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
 from interfaces.hfsm import AutomatonStructure, ComponentStructure, TransitionStructure
 from visualhfsm.errors import VisualHfsmError
-from visualhfsm.watch.automata import printable
+from visualhfsm.monitoring.automata import printable
+from visualhfsm.monitoring.realm import did_you_mean
 
-__all__ = ["Address", "Addresses", "did_you_mean"]
+__all__ = ["Address", "Addresses"]
 
 _SHOWN: Final = 12
 """Addresses that an error names at most."""
@@ -94,17 +95,6 @@ class Addresses:
             self._transitions[address] = _spellings(prefixes, {*own_names, str(transition.id)}) | set(
                 own_names
             )
-
-
-def did_you_mean(text: str, known: Iterable[str]) -> str:
-    """Return `; did you mean ...?`, or which there are."""
-    names = sorted(set(known))
-    close = difflib.get_close_matches(text[:200], names, 3)
-    close = [name for name in close if not any(name.endswith(f"/{other}") for other in close)]
-    if close:
-        return f"; did you mean {' or '.join(close)}?"
-    more = f" and {len(names) - _SHOWN} more" if len(names) > _SHOWN else ""
-    return f"; there are {', '.join(names[:_SHOWN])}{more}" if names else "; there are none"
 
 
 def _find(text: str, among: dict[Address, set[str]], kind: str) -> Address:

@@ -103,7 +103,7 @@ def register(app: typer.Typer) -> None:
 def pause(*, settings: Settings, component: _Component, json: _Json = False) -> None:
     """Pause a component: running cycles end, none begins, its time stands still."""
     from visualhfsm.steer import actions
-    from visualhfsm.steer.target import steered
+    from visualhfsm.steer.actions import steered
 
     with steered(settings, component) as target:
         actions.pause(target)
@@ -112,8 +112,7 @@ def pause(*, settings: Settings, component: _Component, json: _Json = False) -> 
 
 def resume(*, settings: Settings, component: _Component, json: _Json = False) -> None:
     """Let a component go on after a pause or a breakpoint."""
-    from visualhfsm.steer.actions import show_states
-    from visualhfsm.steer.target import steered
+    from visualhfsm.steer.actions import show_states, steered
 
     with steered(settings, component) as target:
         target.monitor.resume()
@@ -129,8 +128,7 @@ def step(
     json: _Json = False,
 ) -> None:
     """Run one cycle of an automaton, or of all, of a component that is paused."""
-    from visualhfsm.steer.actions import run_steps, show_states
-    from visualhfsm.steer.target import steered
+    from visualhfsm.steer.actions import run_steps, show_states, steered
 
     with steered(settings, component) as target:
         run_steps(target, automaton, count)
@@ -166,8 +164,13 @@ def break_(
     fired, before the code of the state runs. `step` and `resume` go on from
     there.
     """
-    from visualhfsm.steer.breaking import delete_breakpoints, set_breakpoint, show_breakpoints, wait_for_stop
-    from visualhfsm.steer.target import steered
+    from visualhfsm.steer.actions import (
+        delete_breakpoints,
+        set_breakpoint,
+        show_breakpoints,
+        steered,
+        wait_for_stop,
+    )
 
     if condition and (delete or not element):
         raise typer.BadParameter("--if needs an ELEMENT to pause at")
@@ -191,7 +194,7 @@ def force(
     transition: Annotated[str, typer.Argument(metavar="TRANSITION", help="Its name, or `from -> to`.")],
 ) -> None:
     """Fire a transition at the next cycle of its automaton, whatever its condition says."""
-    from visualhfsm.steer.target import steered
+    from visualhfsm.steer.actions import steered
 
     with steered(settings, component) as target:
         found = target.addresses.transition(transition)
@@ -211,8 +214,7 @@ def set_(
     ] = "",
 ) -> None:
     """Set variables of an automaton, or parameters of a component, while it runs."""
-    from visualhfsm.steer.actions import set_variables
-    from visualhfsm.steer.target import steered
+    from visualhfsm.steer.actions import set_variables, steered
 
     pairs = [text.partition("=") for text in assignments]
     wrong = next((text for text, (_, sign, _) in zip(assignments, pairs, strict=True) if not sign), None)
@@ -230,8 +232,7 @@ def send(
     data: Annotated[str, typer.Argument(metavar="DATA", help="What goes with it, in JSON.")] = "",
 ) -> None:
     """Send an event to every active automaton of a component."""
-    from visualhfsm.steer.actions import send_event
-    from visualhfsm.steer.target import steered
+    from visualhfsm.steer.actions import send_event, steered
 
     with steered(settings, component) as target:
         send_event(target, event, data)
@@ -244,8 +245,7 @@ def why(
 
     Without an AUTOMATON of all that run.
     """
-    from visualhfsm.steer.explaining import show_explanations
-    from visualhfsm.steer.target import steered
+    from visualhfsm.steer.actions import show_explanations, steered
 
     with steered(settings, component) as target:
         show_explanations(target, automaton, as_json=json)
@@ -277,8 +277,7 @@ def reload(
     touched when the document has errors, and the component runs on as it was
     when it refuses.
     """
-    from visualhfsm.steer.reloading import reload_document
-    from visualhfsm.steer.target import steered
+    from visualhfsm.steer.actions import reload_document, steered
 
     with steered(settings, component) as target:
         reload_document(target, document, output, include or [], as_json=json)
@@ -286,7 +285,7 @@ def reload(
 
 def stop(*, settings: Settings, component: _Component) -> None:
     """End a component: running cycles end, the robot is stopped, the process exits."""
-    from visualhfsm.steer.target import steered
+    from visualhfsm.steer.actions import steered
 
     with steered(settings, component) as target:
         target.monitor.stop()

@@ -7,6 +7,7 @@ import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import cycle
 from typing import Final
 
 from matplotlib.axes import Axes
@@ -15,9 +16,12 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from interfaces.hfsm import AutomatonStructure
-from visualhfsm.watch.recording import ARM_JOINTS, Ball, Recording, Row, Span
+from visualhfsm.monitoring.automata import Automata, Span
+from visualhfsm.monitoring.run_log import RunLog
+from visualhfsm.watch.panels import ARM_JOINTS
+from visualhfsm.watch.report import ReportContents
 
-__all__ = ["DARK", "LIGHT", "Theme", "angles", "ball_error", "server", "states"]
+__all__ = ["DARK", "LIGHT", "Theme", "angles", "marks", "server", "states"]
 
 _WIDTH: Final = 9.6
 _DPI: Final = 130
@@ -25,10 +29,8 @@ _ROOM_FOR_LETTER: Final = 0.013
 """Share of the width of a plot that a letter takes."""
 _SHORTEST_BAR: Final = 0.02
 """Seconds that a bar is drawn long at least, so that it is seen."""
-_ROOM_FOR_LABEL: Final = 0.05
-"""Share of the width of a plot below which a label at the end is left out."""
 _GAP: Final = 0.6
-"""Seconds without a row after which a line is broken."""
+"""Seconds without a mark after which its line is broken."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,33 +61,39 @@ DARK: Final = Theme(
 _NAMED_COLORS: Final = {"red": "#d64541", "green": "#3d9a50", "blue": "#3f7fd0", "yellow": "#c9a227"}
 
 
-def ball_error(recording: Recording, size: tuple[int, int], theme: Theme) -> bytes:
-    """Plot the ball's distance from the image's center along both axes, with the middle third shaded."""
+def marks(contents: ReportContents, theme: Theme) -> bytes:
+    """Plot how far marks are from the image's center along both axes, with the middle third shaded."""
+    width, height = contents.image_size
+    found = contents.log.marked(contents.camera)
     with _axes(2, 2.0, theme) as (figure, axes):
-        for axis, extent, name in zip(axes, size, ("right", "down"), strict=True):
+        for number, (axis, extent, name) in enumerate(
+            zip(axes, (width, height), ("right", "down"), strict=True)
+        ):
             axis.axhspan(-extent / 6, extent / 6, color=theme.series[2], alpha=0.13, linewidth=0)
             axis.axhline(0, color=theme.grid, linewidth=0.8)
             axis.set_ylim(-extent / 2, extent / 2)
             axis.set_yticks([-extent / 2, -extent / 6, 0, extent / 6, extent / 2])
             axis.yaxis.set_major_formatter("{x:.0f}")
             axis.set_ylabel(f"{name} (px)")
-            for ball, times, values in _ball_lines(recording, name):
-                axis.plot(times, values, color=_ball_color(ball, theme), linewidth=1.3)
-        _label_balls(axes[0], recording, theme)
-        _limit_time(axes, recording)
+            for (label, points), color in zip(found.items(), cycle(theme.series), strict=False):
+                times, values = _broken([(point[0], point[1 + number]) for point in points])
+                shifted = [value - (extent - 1) / 2 for value in values]
+                axis.plot(times, shifted, color=_named_color(label) or color, linewidth=1.3, label=label)
+        _draw_legend(axes[0], theme, len(found))
+        _limit_time(axes, contents.log)
         return _png(figure)
 
 
-def states(recording: Recording, theme: Theme) -> bytes:
+def states(contents: ReportContents, theme: Theme) -> bytes:
     """Plot the state of each automaton over time; what it remembered as a ghost is hatched."""
-    automata = recording.automata
+    automata = contents.automata
     with _axes(1, 0.55 * len(automata.all) + 0.5, theme) as (figure, axes):
         axis = axes[0]
         names = []
-        room = _ROOM_FOR_LETTER * max(recording.duration, 1.0)
+        room = _ROOM_FOR_LETTER * max(contents.log.duration, 1.0)
         for row, automaton in enumerate(automata.all):
-            names.append(_path(recording, automaton.id))
-            for (state, ghost), spans in _spans_by_state(recording, automaton.id).items():
+            names.append(_path(automata, automaton.id))
+            for (state, ghost), spans in _spans_by_state(contents.log, automaton.id).items():
                 name = automata.state_name(automaton.id, state)
                 color = _state_color(automaton, state, name, theme)
                 _draw_bars(axis, spans, row, color=color, ghost=ghost)
@@ -96,44 +104,37 @@ def states(recording: Recording, theme: Theme) -> bytes:
         axis.set_ylim(len(names) - 0.4, -0.6)
         axis.grid(visible=False, axis="y")
         axis.tick_params(axis="y", length=0)
-        _limit_time(axes, recording)
+        _limit_time(axes, contents.log)
         return _png(figure)
 
 
-def angles(recording: Recording, theme: Theme) -> bytes:
+def angles(contents: ReportContents, theme: Theme) -> bytes:
     """Plot the angles of head and arms."""
+    groups = [("head", {"pan": "joint.HeadYaw", "tilt": "joint.HeadPitch"})]
+    for side, name in (("R", "right arm"), ("L", "left arm")):
+        groups.append((name, {_spaced(joint): f"joint.{side}{joint}" for joint in ARM_JOINTS}))
     with _axes(3, 1.7, theme) as (figure, axes):
-        rows = list(recording.rows)
-        head = {"pan": [row.robot.pan for row in rows], "tilt": [row.robot.tilt for row in rows]}
-        _draw_lines(axes[0], rows, head, theme)
-        axes[0].set_ylabel("head (rad)")
-        _widen(axes[0], 1.0)
-        for axis, side, name in ((axes[1], "R", "right arm"), (axes[2], "L", "left arm")):
-            joints = {
-                _spaced(joint): [row.robot.joints.get(side + joint) for row in rows] for joint in ARM_JOINTS
-            }
-            _draw_lines(axis, rows, joints, theme)
+        for axis, (name, lines) in zip(axes, groups, strict=True):
+            _draw_lines(axis, contents.log, lines, theme)
+            _draw_legend(axis, theme, len(lines))
             axis.set_ylabel(f"{name} (rad)")
             _widen(axis, 1.0)
-        _limit_time(axes, recording)
+        _limit_time(axes, contents.log)
         return _png(figure)
 
 
-def server(recording: Recording, theme: Theme) -> bytes:
+def server(contents: ReportContents, theme: Theme) -> bytes:
     """Plot the real-time factor, the rate of images and the tilt of the torso."""
     with _axes(3, 1.2, theme) as (figure, axes):
-        rows = list(recording.rows)
-        tilts = [math.degrees(tilt) if (tilt := row.robot.torso_tilt) is not None else None for row in rows]
-        for axis, name, values in (
-            (axes[0], "real-time\nfactor", [row.robot.real_time_factor for row in rows]),
-            (axes[1], "images/s", [row.robot.camera_rate for row in rows]),
-            (axes[2], "torso\ntilt (°)", tilts),
+        for axis, label, name, scale in (
+            (axes[0], "real-time\nfactor", "robot.realTimeFactor", 1.0),
+            (axes[1], "images/s", f"images.{contents.camera}", 1.0),
+            (axes[2], "torso\ntilt (°)", "robot.torsoTilt", math.degrees(1.0)),
         ):
-            _draw_lines(axis, rows, {name: values}, theme, legend=False)
-            axis.set_ylabel(name)
-            known = [value for value in values if value is not None]
-            axis.set_ylim(0, max(known, default=1.0) * 1.25 or 1.0)
-        _limit_time(axes, recording)
+            largest = _draw_lines(axis, contents.log, {label: name}, theme, scale)
+            axis.set_ylabel(label)
+            axis.set_ylim(0, largest * 1.25 or 1.0)
+        _limit_time(axes, contents.log)
         return _png(figure)
 
 
@@ -169,10 +170,9 @@ def _png(figure: Figure) -> bytes:
     return buffer.getvalue()
 
 
-def _limit_time(axes: Sequence[Axes], recording: Recording) -> None:
-    rows = recording.rows
-    if rows:
-        axes[0].set_xlim(rows[0].time, max(rows[-1].time, rows[0].time + 1.0))
+def _limit_time(axes: Sequence[Axes], log: RunLog) -> None:
+    timeline = log.timeline()
+    axes[0].set_xlim(timeline.start, max(timeline.end, timeline.start + 1.0))
 
 
 def _widen(axis: Axes, span: float) -> None:
@@ -182,34 +182,49 @@ def _widen(axis: Axes, span: float) -> None:
     axis.set_ylim(lower - missing / 2, upper + missing / 2)
 
 
-def _draw_lines(
-    axis: Axes,
-    rows: Sequence[Row],
-    lines: dict[str, list[float | None]],
-    theme: Theme,
-    *,
-    legend: bool = True,
-) -> None:
-    times = [row.time for row in rows]
-    for (name, values), color in zip(lines.items(), theme.series, strict=False):
-        numbers = [math.nan if value is None else value for value in values]
-        axis.plot(times, numbers, color=color, linewidth=1.3, label=name)
-    if legend:
-        axis.legend(
-            loc="lower left",
-            bbox_to_anchor=(-0.01, 1.0),
-            ncols=len(lines),
-            frameon=False,
-            fontsize=9,
-            labelcolor=theme.ink,
-            handlelength=1.0,
-            borderpad=0,
-        )
+def _draw_lines(axis: Axes, log: RunLog, lines: dict[str, str], theme: Theme, scale: float = 1.0) -> float:
+    """Draw numbers of the log by label, multiplied by `scale`; return the largest, 1 when there is none."""
+    series = log.series(list(lines.values()))
+    drawn = []
+    for (label, name), color in zip(lines.items(), theme.series, strict=False):
+        values = series["values"].get(name, [None] * len(series["times"]))
+        numbers = [math.nan if value is None else scale * value for value in values]
+        axis.plot(series["times"], numbers, color=color, linewidth=1.3, label=label)
+        drawn += [number for number in numbers if not math.isnan(number)]
+    return max(drawn, default=1.0)
 
 
-def _spans_by_state(recording: Recording, automaton: int) -> dict[tuple[int, bool], list[Span]]:
+def _draw_legend(axis: Axes, theme: Theme, columns: int) -> None:
+    legend = axis.legend(
+        loc="lower left",
+        bbox_to_anchor=(-0.01, 1.0),
+        ncols=columns,
+        frameon=False,
+        fontsize=9,
+        labelcolor=theme.ink,
+        handlelength=1.0,
+        borderpad=0,
+    )
+    for text in legend.get_texts():
+        text.set_parse_math(False)  # a label may hold dollar signs
+
+
+def _broken(points: Sequence[tuple[float, float]]) -> tuple[list[float], list[float]]:
+    """Return times and values with a gap where nothing was marked for a while."""
+    times: list[float] = []
+    values: list[float] = []
+    for time, value in points:
+        if times and time - times[-1] > _GAP:
+            times.append(time)
+            values.append(math.nan)
+        times.append(time)
+        values.append(value)
+    return times, values
+
+
+def _spans_by_state(log: RunLog, automaton: int) -> dict[tuple[int, bool], list[Span]]:
     spans: dict[tuple[int, bool], list[Span]] = {}
-    for span in recording.spans:
+    for span in log.spans():
         if span.automaton == automaton:
             spans.setdefault((span.state, span.ghost), []).append(span)
     return spans
@@ -241,43 +256,6 @@ def _label_span(axis: Axes, span: Span, row: int, name: str, theme: Theme) -> No
     )
 
 
-def _ball_lines(recording: Recording, axis: str) -> Iterator[tuple[Ball, list[float], list[float]]]:
-    """Yield the ball's error in stretches without a break, each of one ball."""
-    times: list[float] = []
-    values: list[float] = []
-    last: Ball | None = None
-    for row in recording.rows:
-        ball = row.ball if row.ball and row.ball.seen else None
-        broken = ball is None or last is None or ball.name != last.name or row.time - times[-1] > _GAP
-        if broken and last is not None:
-            yield last, times, values
-            times, values = [], []
-        last = ball
-        if ball is not None:
-            times.append(row.time)
-            values.append(ball.error_u if axis == "right" else ball.error_v)
-    if last is not None:
-        yield last, times, values
-
-
-def _label_balls(axis: Axes, recording: Recording, theme: Theme) -> None:
-    """Name the ball above each time of following."""
-    last = None
-    for row in recording.rows:
-        if row.ball is None:
-            continue
-        key = (row.ball.name, row.ball.following_since)
-        if key != last:
-            last = key
-            if row.time > recording.rows[-1].time - _ROOM_FOR_LABEL * recording.duration:
-                continue
-            axis.annotate(
-                row.ball.name, (row.time, 1.0), xycoords=("data", "axes fraction"), xytext=(0, 3),
-                textcoords="offset points", fontsize=9, color=_ball_color(row.ball, theme),
-                parse_math=False,
-            )  # fmt: skip
-
-
 def _state_color(automaton: AutomatonStructure, state: int, name: str, theme: Theme) -> str:
     """Return the color that a state is named for, otherwise one by its place among its siblings."""
     places = [sibling.id for sibling in automaton.states]
@@ -285,17 +263,12 @@ def _state_color(automaton: AutomatonStructure, state: int, name: str, theme: Th
     return _named_color(name) or theme.series[place % len(theme.series)]
 
 
-def _ball_color(ball: Ball, theme: Theme) -> str:
-    return _named_color(ball.name) or theme.series[0]
-
-
 def _named_color(name: str) -> str:
     return next((color for word, color in _NAMED_COLORS.items() if word in name.lower().split()), "")
 
 
-def _path(recording: Recording, automaton: int) -> str:
+def _path(automata: Automata, automaton: int) -> str:
     """Return the names from the component down to an automaton, the first left out where there are others."""
-    automata = recording.automata
     chain = [automaton, *automata.ancestors(automaton)]
     names = [automata.automaton_name(one) for one in reversed(chain)]
     return " > ".join(names[1:] or names)

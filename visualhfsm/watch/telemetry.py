@@ -1,74 +1,97 @@
-"""Listen to a component and its robot, and keep what was heard."""
+"""Listen to a component and its robot, and keep what the view and the report show."""
 
 from __future__ import annotations
 
+import io
 import math
-import threading
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from types import TracebackType
-from typing import Final, Self, TypeVar
+from typing import Final, Self
 
-from interfaces.hfsm import ComponentSnapshot, HfsmMonitorPrx
-from interfaces.jderobot import CameraPrx
-from interfaces.nao import HealthPrx, JointsPrx, PoseHeadPrx
-from visualhfsm.watch.album import Album, picture_from
-from visualhfsm.watch.automata import Automata
-from visualhfsm.watch.discovery import MONITOR_PREFIX
-from visualhfsm.watch.fact import Fact
-from visualhfsm.watch.recording import ARM_JOINTS, Ball, Recording, RobotReading, read_ball
-from visualhfsm.watch.scene import STALE, STALE_HEALTH, Aged, Scene
-from visualhfsm.watch.streams import Newest
-from zenoh_ice import Communicator, ObjectPrx, Sample
+from interfaces.hfsm import ComponentSnapshot, Mark
+from interfaces.jderobot import CameraPrx, ImageData
+from visualhfsm.monitoring.automata import Automata, Change
+from visualhfsm.monitoring.follower import Follower
+from visualhfsm.monitoring.realm import Newest, PolledValue, has_interface
+from visualhfsm.monitoring.robot import STALE, RobotMonitor, RobotState
+from visualhfsm.monitoring.run_log import RunLog
+from zenoh_ice import Communicator
 
-__all__ = ["Telemetry"]
+__all__ = ["Album", "Picture", "Telemetry", "WatchState", "picture_from", "picture_png"]
 
+CAMERA: Final = "Camera"
+"""The camera that is shown as long as no mark is on another one."""
+IMAGE_SIZE: Final = (320, 240)
 _CHANGES_SHOWN: Final = 100
-_CAMERA: Final = "Camera"
-_IMAGE_SIZE: Final = (320, 240)
 _RGB8: Final = "RGB8"
-_ARMS: Final = frozenset(side + name for side in "LR" for name in ARM_JOINTS)
+_FIRST_INTERVAL: Final = 1.0
+_MOST_PICTURES: Final = 24
 
-T = TypeVar("T")
+
+@dataclass(frozen=True, slots=True)
+class WatchState:
+    """A component and its robot at one moment; what has not arrived yet is None or empty.
+
+    `elapsed` counts the wall seconds of watching, `seconds` is its end, 0 for never; ages are wall seconds
+    since something was heard. `limits` are in rad by joint, `image_size` is that of `camera` in pixels.
+    """
+
+    component: str
+    endpoint: str
+    elapsed: float = 0.0
+    seconds: float = 0.0
+    automata: Automata | None = None
+    snapshot: ComponentSnapshot | None = None
+    snapshot_age: float = math.inf
+    changes: Sequence[Change] = ()
+    robot: RobotState = field(default_factory=RobotState)
+    robot_age: float = math.inf
+    limits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    camera: str = CAMERA
+    image_size: tuple[int, int] = IMAGE_SIZE
+
+    @property
+    def marks(self) -> Sequence[Mark]:
+        """What the component marks on the picture of the camera."""
+        return [mark for mark in self.snapshot.marks if mark.camera == self.camera] if self.snapshot else ()
+
+    @property
+    def trouble(self) -> str:
+        """What does not answer and what happens about it; empty when all is well."""
+        if self.robot_age == math.inf:
+            return f"Waiting for a robot server at {self.endpoint}; naoserver-sim starts one"
+        if self.robot_age > STALE:
+            return (
+                f"Robot server lost {self.robot_age:.0f} s ago; going on when it is back at {self.endpoint}"
+            )
+        if self.automata is None or self.snapshot is None:
+            return f"Waiting for {self.component}; python -m behaviors.{self.component} starts it"
+        if self.snapshot_age > STALE:
+            return f"{self.component} lost {self.snapshot_age:.0f} s ago; going on when it is back"
+        return ""
 
 
 class Telemetry:
     """What is known of a component and its robot; `update` it about ten times a second.
 
-    Nothing needs to be there when it begins, and what goes away is found again. A component that is started
-    anew begins a new recording, one that is reloaded goes on in the same.
+    Nothing needs to be there when it begins, and what goes away is found again. A component that is restarted
+    begins a new log, one that is reloaded goes on in the same.
     """
 
     def __init__(self, communicator: Communicator, component: str, *, pictures: bool) -> None:
-        def proxy(identity: str) -> ObjectPrx:
-            return communicator.stringToProxy(identity)
-
-        self._component = component
+        self._communicator = communicator
         self._endpoint = ", ".join(communicator.settings.connect)
-        self._monitor = HfsmMonitorPrx.uncheckedCast(proxy(f"{MONITOR_PREFIX}{component}"))
-        self._head = PoseHeadPrx.uncheckedCast(proxy("Head"))
-        self._body = JointsPrx.uncheckedCast(proxy("Body"))
-        self._health = HealthPrx.uncheckedCast(proxy("Health"))
-        self._camera = CameraPrx.uncheckedCast(proxy(_CAMERA))
-        self._outside = CameraPrx.uncheckedCast(proxy("CameraOutside"))
-
-        self._snapshot = Newest(self._monitor.getSnapshot.latest)
-        self._pose = Newest(self._head.getPose.latest)
-        self._joints = Newest(self._body.getJointState.latest)
-        self._condition = Newest(self._health.getHealth.latest)
-        self._picture = Newest(self._camera.getImageData.latest, STALE)
-        self._structure = Fact(self._monitor.getStructureAsync)
-        self._image = Fact(self._camera.getImageDescriptionAsync)
-        self._joint_names = Fact(self._body.getJointNamesAsync)
-        self._joint_limits = Fact(self._body.getJointLimitsAsync)
-        self._outside_image = Fact(lambda: self._outside.getImageDataAsync(_RGB8))
-
-        self._lock = threading.Lock()
-        self._recording: Recording | None = None
-        self._outdated = self._reloaded = False
+        self._robot = RobotMonitor(communicator)
+        self._follower = Follower(communicator, component, self._robot)
+        self._log = self._follower.log
+        self._automata: Automata | None = None
         self._pictures = pictures
+        outside = CameraPrx.uncheckedCast(communicator.stringToProxy("CameraOutside"))
+        self._outside_image = PolledValue(lambda: outside.getImageDataAsync(_RGB8))
         self.camera_album = Album()
         self.outside_album = Album()
-        self._subscription = self._monitor.getSnapshot.subscribe(self._on_snapshot)
+        self._look_through(CAMERA)
 
     def __enter__(self) -> Self:
         return self
@@ -76,149 +99,161 @@ class Telemetry:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self.close()
-
-    def close(self) -> None:
-        """Stop listening; what was recorded stays."""
-        self._subscription.close()
+        self._follower.close()
 
     @property
-    def recording(self) -> Recording | None:
-        """The recording, or None before the component has told its structure."""
-        return self._recording
+    def log(self) -> RunLog:
+        """What happened in the component's run."""
+        return self._follower.log
+
+    @property
+    def automata(self) -> Automata | None:
+        """The automata, or None before the component has sent its structure."""
+        return self._automata
 
     @property
     def image_size(self) -> tuple[int, int]:
-        """Width and height in pixels of the robot's camera image; those of a Nao until the robot has told."""
-        image = self._image.value
-        return (image.width, image.height) if image and image.width > 0 < image.height else _IMAGE_SIZE
+        """Width and height in pixels of the camera's image; those of a Nao until the robot has sent them."""
+        image = self._image_description.value
+        return (image.width, image.height) if image and image.width > 0 < image.height else IMAGE_SIZE
 
     @property
     def outside_trouble(self) -> str:
-        """Why there is no picture from outside; empty when there is none to tell."""
+        """Why there is no picture from outside; empty when nothing is known to be wrong."""
         return self._outside_image.trouble
 
-    def update(self, elapsed: float = 0.0, seconds: float = 0.0) -> Scene:
+    def update(self, elapsed: float = 0.0, seconds: float = 0.0) -> WatchState:
         """Ask for what is missing and return what is known now."""
-        self._update_structure()
-        self._update_outside()
-        self._image.poll()
-        names, limits = self._joint_names.poll(), self._joint_limits.poll()
-        head, body, health, snapshot = self._pose(), self._joints(), self._condition(), self._snapshot()
-        with self._lock:
-            recording = self._recording
-            changes = list(recording.changes)[-_CHANGES_SHOWN:] if recording else []
-        fits = recording is not None and snapshot is not None and recording.knows(snapshot.value)
-        return Scene(
-            component=self._component,
+        self._robot.update()
+        self._follower.update()
+        self._image_description.poll()
+        self._update_run()
+        snapshot = self._snapshot()
+        if snapshot is not None:
+            self._choose_camera(snapshot)
+        if self._pictures:
+            self._take_pictures(snapshot)
+        return WatchState(
+            component=self._follower.component,
             endpoint=self._endpoint,
             elapsed=elapsed,
             seconds=seconds,
-            automata=recording.automata if recording else None,
-            snapshot=_aged(snapshot) if fits else None,
-            ball=read_ball(recording.automata, snapshot.value) if recording and snapshot and fits else None,
-            changes=changes,
-            head=_aged(head),
-            joints=Aged(_joints(names, body.value.positions), body.age) if body else None,
-            limits={one.name: (one.lower, one.upper) for one in limits or ()},
-            health=Aged(health.value, health.age, STALE_HEALTH) if health else None,
+            automata=self._automata,
+            snapshot=snapshot,
+            snapshot_age=self._follower.age,
+            changes=self.log.changes(_CHANGES_SHOWN),
+            robot=self._robot.read(stale=self._robot.age() > STALE),
+            robot_age=self._robot.age(),
+            limits={one.name: (one.lower, one.upper) for one in self._robot.facts().limits},
+            camera=self.camera,
             image_size=self.image_size,
         )
 
-    def _update_structure(self) -> None:
-        if self._outdated:
-            self._outdated = False
-            self._structure.forget()
-            with self._lock:
-                self._recording = None
-        elif self._reloaded:
-            self._reloaded = False
-            known, recording = self._structure.value, self._recording
-            if known is not None and recording and known.generation == recording.automata.generation:
-                self._structure.forget()  # once: what is on its way is not of before
-        structure = self._structure.poll()
-        recording = self._recording
-        if structure is not None and recording is not None:
-            if structure.generation != recording.automata.generation:
-                with self._lock:
-                    recording.automata = Automata(structure)
-        elif structure is not None:
-            with self._lock:
-                self._recording = Recording(Automata(structure))
-                self.camera_album, self.outside_album = Album(), Album()
+    def _update_run(self) -> None:
+        live = self._follower.structure
+        if live is not None and (self._automata is None or self._automata.structure is not live.structure):
+            self._automata = Automata(live.structure)
+        if self.log is not self._log:
+            self._log = self.log
+            self.camera_album, self.outside_album = Album(), Album()
 
-    def _update_outside(self) -> None:
-        """Take a picture from outside when one is due; it is rendered only for this call."""
-        recording = self._recording
-        if not self._pictures or recording is None or recording.newest is None:
+    def _snapshot(self) -> ComponentSnapshot | None:
+        """Return the newest snapshot, unless its automata are not known yet, as after a reload."""
+        newest = self.log.newest
+        known = newest is not None and self._automata is not None and self._automata.fit(newest.component)
+        return newest.component if newest is not None and known else None
+
+    def _choose_camera(self, snapshot: ComponentSnapshot) -> None:
+        """Look through a camera on which the component marks something."""
+        marked = [mark.camera for mark in snapshot.marks]
+        type_id = CameraPrx.ice_interface.type_id
+        if marked and self.camera not in marked and has_interface(self._communicator, marked[-1], type_id):
+            self._look_through(marked[-1])
+
+    def _look_through(self, camera: str) -> None:
+        self.camera = camera
+        proxy = CameraPrx.uncheckedCast(self._communicator.stringToProxy(camera))
+        self._image = Newest(proxy.getImageData.latest, STALE)
+        self._image_description = PolledValue(proxy.getImageDescriptionAsync)
+
+    def _take_pictures(self, snapshot: ComponentSnapshot | None) -> None:
+        time = snapshot.time if snapshot is not None else 0.0
+        path = self._automata.current_path(snapshot) if self._automata and snapshot is not None else []
+        caption = " > ".join(path)
+        image = self._image() if snapshot is not None and self.camera_album.due(time) else None
+        if image is not None and snapshot is not None:
+            marks = [(mark.u, mark.v) for mark in snapshot.marks if mark.camera == self.camera]
+            self.camera_album.add(picture_from(image.value, time, caption, marks))
+        if self.outside_album.due(time) and self._outside_image.poll() is not None:
+            outside = self._outside_image.value
+            self._outside_image.forget()
+            if outside is not None:
+                self.outside_album.add(picture_from(outside, time, caption))
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """An RGB8 image at a component time; `marks` are pixels, right and down from its top left corner."""
+
+    time: float
+    caption: str
+    width: int
+    height: int
+    pixels: bytes
+    marks: Sequence[tuple[float, float]] = ()
+
+
+class Album:
+    """At most 24 pictures: when it is full, every other one goes and the interval doubles."""
+
+    def __init__(self) -> None:
+        self._pictures: list[Picture] = []
+        self._interval = _FIRST_INTERVAL
+        self._next = 0.0
+
+    def due(self, time: float) -> bool:
+        """Whether a picture at this component time is wanted."""
+        return time >= self._next
+
+    def add(self, picture: Picture | None) -> None:
+        """Put a picture in, if there is one."""
+        if picture is None:
             return
-        now = recording.newest.time
-        if not self.outside_album.due(now):
-            return
-        image = self._outside_image.poll()
-        if image is None:
-            return
-        self._outside_image.forget()
-        caption = " > ".join(recording.automata.current_path(recording.newest))
-        picture = picture_from(image, now, caption)
-        if picture is not None:
-            self.outside_album.add(picture)
+        self._pictures.append(picture)
+        if len(self._pictures) >= _MOST_PICTURES:
+            del self._pictures[1::2]
+            self._interval *= 2
+        self._next = picture.time + self._interval
 
-    def _on_snapshot(self, sample: Sample[ComponentSnapshot]) -> None:
-        snapshot = sample.value
-        with self._lock:
-            recording = self._recording
-            if recording is None:
-                return
-            if not recording.follows(snapshot):
-                self._reloaded = recording.continued_by(snapshot)
-                self._outdated = not self._reloaded
-                return
-            recording.add(snapshot, self._read_robot())
-            ball = recording.rows[-1].ball
-        if self._pictures and self.camera_album.due(snapshot.time):
-            self._take_camera_picture(recording, snapshot, ball)
-
-    def _take_camera_picture(
-        self, recording: Recording, snapshot: ComponentSnapshot, ball: Ball | None
-    ) -> None:
-        image = self._picture()
-        if image is None:
-            return
-        mark = None
-        if ball is not None and ball.seen:
-            width, height = image.value.description.width, image.value.description.height
-            mark = ((width - 1) / 2 + ball.error_u, (height - 1) / 2 + ball.error_v)
-        caption = " > ".join(recording.automata.current_path(snapshot))
-        picture = picture_from(image.value, snapshot.time, caption, mark)
-        if picture is not None:
-            self.camera_album.add(picture)
-
-    def _read_robot(self) -> RobotReading:
-        head, body, health = self._pose(), self._joints(), self._condition()
-        head = head if head and head.age <= STALE else None
-        body = body if body and body.age <= STALE else None
-        health = health if health and health.age <= STALE_HEALTH else None
-        return RobotReading(
-            pan=_finite(head.value.pan) if head else None,
-            tilt=_finite(head.value.tilt) if head else None,
-            joints=_joints(self._joint_names.value, body.value.positions) if body else {},
-            real_time_factor=_finite(health.value.realTimeFactor) if health else None,
-            lag=_finite(health.value.lag) if health else None,
-            torso_tilt=_finite(health.value.torsoTilt) if health else None,
-            camera_rate=_finite(health.value.cameraRates.get(_CAMERA)) if health else None,
-        )
+    def choose(self, count: int) -> Sequence[Picture]:
+        """Return at most `count` pictures, evenly spread, the first and the last among them."""
+        if len(self._pictures) <= count:
+            return tuple(self._pictures)
+        step = (len(self._pictures) - 1) / max(count - 1, 1)
+        return tuple(self._pictures[round(number * step)] for number in range(count))
 
 
-def _finite(value: float | None) -> float | None:
-    return value if value is not None and math.isfinite(value) else None
+def picture_from(
+    image: ImageData, time: float, caption: str, marks: Sequence[tuple[float, float]] = ()
+) -> Picture | None:
+    """Make a picture of an RGB8 image, or None of one whose size does not fit its pixels."""
+    width, height = image.description.width, image.description.height
+    if width <= 0 or height <= 0 or len(image.pixelData) != width * height * 3:
+        return None
+    return Picture(time, caption, width, height, bytes(image.pixelData), marks)
 
 
-def _joints(names: Sequence[str] | None, positions: Sequence[float]) -> Mapping[str, float]:
-    """Return the angles of the arms, which are all that is shown and recorded."""
-    pairs = zip(names or (), positions, strict=False)
-    return {name: angle for name, angle in pairs if name in _ARMS and math.isfinite(angle)}
+def picture_png(picture: Picture) -> bytes:
+    """Encode a picture as PNG, with a cross hair at each mark; needs Pillow (the extra `demo`)."""
+    from PIL import Image, ImageDraw
 
-
-def _aged(sample: Sample[T] | None) -> Aged[T] | None:
-    return None if sample is None else Aged(sample.value, sample.age)
+    image = Image.frombytes("RGB", (picture.width, picture.height), picture.pixels)
+    draw = ImageDraw.Draw(image)
+    arm = max(picture.width // 20, 6)
+    for u, v in picture.marks:
+        for width, color in ((3, "black"), (1, "white")):
+            draw.line([(u - arm, v), (u + arm, v)], fill=color, width=width)
+            draw.line([(u, v - arm), (u, v + arm)], fill=color, width=width)
+    buffer = io.BytesIO()
+    image.save(buffer, "PNG", optimize=True)
+    return buffer.getvalue()

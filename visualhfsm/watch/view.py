@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import textwrap
 from collections.abc import Sequence
 
@@ -12,10 +13,10 @@ from rich.text import Text
 
 from interfaces.hfsm import ComponentStatus, TransitionStructure
 from interfaces.nao import Severity
-from visualhfsm.watch.automata import by_id, printable
-from visualhfsm.watch.robot_view import camera_lines, robot_lines
-from visualhfsm.watch.scene import STALE, Scene
-from visualhfsm.watch.tree_view import legend, tree_lines
+from visualhfsm.monitoring.automata import by_id, printable
+from visualhfsm.monitoring.robot import STALE
+from visualhfsm.watch.panels import camera_lines, from_center, legend, robot_lines, tree_lines
+from visualhfsm.watch.telemetry import WatchState
 
 __all__ = ["View", "status_line"]
 
@@ -27,15 +28,15 @@ _BORDERS = 2
 
 
 class View:
-    """A renderable of one scene that fills the console."""
+    """A renderable of one moment that fills the console."""
 
-    def __init__(self, scene: Scene) -> None:
-        self._scene = scene
+    def __init__(self, state: WatchState) -> None:
+        self._state = state
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
         width, height = options.max_width, options.height or console.height
-        trouble = self._scene.trouble
-        parts = [Layout(_header(self._scene, width), size=1)]
+        trouble = self._state.trouble
+        parts = [Layout(_header(self._state, width), size=1)]
         if trouble:
             parts.append(Layout(Text(f" {trouble}".ljust(width), "bold white on red", no_wrap=True), size=1))
         rows = height - len(parts) - 1
@@ -51,12 +52,12 @@ class View:
         left, right = Layout(size=left_width), Layout(size=right_width)
         body.split_row(left, right)
 
-        scene = self._scene
-        states = sum(1 for _ in scene.automata.rows()) if scene.automata else 3
+        state = self._state
+        states = sum(1 for _ in state.automata.rows()) if state.automata else 3
         tree_rows = min(states, max(rows - 4 - 2 * _BORDERS, 4))
         left.split_column(
             self._tree(left_width, tree_rows + _BORDERS),
-            *self._history(left_width, rows - tree_rows - _BORDERS),
+            *self._changes(left_width, rows - tree_rows - _BORDERS),
         )
 
         camera_rows = rows - _ROBOT_ROWS - 2 * _BORDERS
@@ -84,18 +85,18 @@ class View:
         return body
 
     def _tree(self, width: int, height: int) -> Layout:
-        scene = self._scene
+        state = self._state
         lines = [Text("nothing heard of it yet", _FAINT)]
         title = "Automata"
         style = "blue"
-        if scene.automata is not None and scene.snapshot is not None:
-            lines = tree_lines(scene.automata, scene.snapshot.value, width - 4, height - _BORDERS)
-            if scene.snapshot.stale:
+        if state.automata is not None and state.snapshot is not None:
+            lines = tree_lines(state.automata, state.snapshot, width - 4, height - _BORDERS)
+            if state.snapshot_age > STALE:
                 lines = [Text(line.plain, _FAINT) for line in lines]
-                title, style = f"Automata, {scene.snapshot.age:.0f} s old", _FAINT
+                title, style = f"Automata, {state.snapshot_age:.0f} s old", _FAINT
         return _panel(title, lines, height, style)
 
-    def _history(self, width: int, height: int) -> list[Layout]:
+    def _changes(self, width: int, height: int) -> list[Layout]:
         """Show the last changes of state, and below them errors when there are any."""
         if height <= _BORDERS:
             return []
@@ -111,17 +112,17 @@ class View:
         return parts
 
     def _change_lines(self, width: int, rows: int) -> list[Text]:
-        scene = self._scene
-        if scene.automata is None:
+        state = self._state
+        if state.automata is None:
             return []
         lines = []
-        for change in list(scene.changes)[-rows:]:
-            transition = scene.automata.transition(change.automaton, change.transition)
+        for change in list(state.changes)[-rows:]:
+            transition = state.automata.transition(change.automaton, change.transition)
             line = Text.assemble(
                 (f"{change.time:6.1f} s  ", _FAINT),
-                "  " * scene.automata.depth(change.automaton),
-                f"{scene.automata.state_name(change.automaton, change.origin)} → ",
-                (scene.automata.state_name(change.automaton, change.destination), "bold"),
+                "  " * state.automata.depth(change.automaton),
+                f"{state.automata.state_name(change.automaton, change.origin)} → ",
+                (state.automata.state_name(change.automaton, change.destination), "bold"),
             )
             name = f"  {_cause(transition)}" if transition and _cause(transition) else ""
             if line.cell_len + len(name) <= width:
@@ -130,40 +131,42 @@ class View:
         return lines
 
     def _error_lines(self, width: int) -> list[Text]:
-        scene = self._scene
-        if scene.snapshot is None or scene.automata is None:
+        state = self._state
+        if state.snapshot is None or state.automata is None:
             return []
-        automata = scene.automata
+        automata = state.automata
         texts = (
             f"{error.time:.1f} s  {automata.state_name(error.automaton, error.state)}: {error.message}"
-            for error in scene.snapshot.value.errors
+            for error in state.snapshot.errors
         )
         wrapped = (textwrap.wrap(printable(text), width, subsequent_indent="  ") for text in texts)
         return [Text(line) for lines in wrapped for line in lines]
 
     def _camera(self, width: int, height: int) -> Layout:
-        return _panel("Camera", camera_lines(self._scene, width - 4, height - _BORDERS), height)
+        return _panel(
+            printable(self._state.camera), camera_lines(self._state, width - 4, height - _BORDERS), height
+        )
 
     def _robot(self, width: int, height: int) -> Layout:
-        lines = robot_lines(self._scene, width - 4)
-        age = self._scene.robot_age or 0.0
-        if age > STALE:
+        lines = robot_lines(self._state, width - 4)
+        age = self._state.robot_age
+        if STALE < age < math.inf:
             return _panel(f"Robot (rad), {age:.0f} s old", lines, height, _FAINT)
         return _panel("Robot (rad)", lines, height)
 
     def _variables(self, width: int, height: int) -> Layout:
-        """Show what the server tells of, then the variables of running automata."""
-        scene = self._scene
+        """Show the events of the robot's server, then the variables of running automata."""
+        state = self._state
         lines: list[Text] = []
-        if scene.health is not None:
-            for event in scene.health.value.events[-(height - _BORDERS) // 2 :]:
+        if state.robot.health is not None:
+            for event in state.robot.health.events[-(height - _BORDERS) // 2 :]:
                 style = {Severity.Info: "", Severity.Warning: "yellow", Severity.Error: "red"}[event.level]
                 lines.append(Text(printable(f"{event.time:7.1f} s  {event.source}: {event.message}"), style))
-        if scene.automata is not None and scene.snapshot is not None:
-            running = by_id(scene.snapshot.value).values()
+        if state.automata is not None and state.snapshot is not None:
+            running = by_id(state.snapshot).values()
             for automaton in (automaton for automaton in running if not automaton.ghost):
                 for name, value in sorted(automaton.variables.items()):
-                    owner = scene.automata.automaton_name(automaton.id)
+                    owner = state.automata.automaton_name(automaton.id)
                     parts = ((f"{owner}.", _FAINT), f"{printable(name)} = ", (printable(value), "cyan"))
                     lines.append(Text.assemble(*parts))
         for line in lines:
@@ -185,31 +188,31 @@ def _panel(title: str, lines: Sequence[Text], height: int, style: str = "blue") 
     return Layout(panel, size=height)
 
 
-def _header(scene: Scene, width: int) -> Text:
-    snapshot = scene.snapshot.value if scene.snapshot else None
+def _header(state: WatchState, width: int) -> Text:
+    snapshot = state.snapshot
     status = snapshot.status.name.lower() if snapshot else "not seen"
     style = {"running": "green", "halted": "bold red"}.get(status, "yellow")
-    where = _stopped(scene)
-    left = Text.assemble(" ", (scene.component, "bold"), "  ", (f"{status}{where}", style))
+    where = _stopped(state)
+    left = Text.assemble(" ", (state.component, "bold"), "  ", (f"{status}{where}", style))
     right = Text(f"{snapshot.time:.1f} s" if snapshot else "")
-    if scene.seconds:
-        right.append(f"   {min(scene.elapsed, scene.seconds):.0f} of {scene.seconds:g} s watched", _FAINT)
+    if state.seconds:
+        right.append(f"   {min(state.elapsed, state.seconds):.0f} of {state.seconds:g} s watched", _FAINT)
     right.append(" ")
     left.truncate(width - right.cell_len - 1, overflow="ellipsis")
     gap = width - left.cell_len - right.cell_len
     return Text.assemble(left, " " * max(gap, 1), right, style="on grey15", no_wrap=True)
 
 
-def _stopped(scene: Scene) -> str:
+def _stopped(state: WatchState) -> str:
     """Say at which breakpoint a component stands, or which refused command pauses it."""
-    if scene.snapshot is not None and scene.snapshot.value.refusal:
-        return f": {printable(scene.snapshot.value.refusal)}"
-    if scene.snapshot is None or scene.automata is None or not scene.snapshot.value.stoppedAt:
+    if state.snapshot is not None and state.snapshot.refusal:
+        return f": {printable(state.snapshot.refusal)}"
+    if state.snapshot is None or state.automata is None or not state.snapshot.stoppedAt:
         return ""
-    point = scene.snapshot.value.stoppedAt[0]
+    point = state.snapshot.stoppedAt[0]
     if point.state:
-        return f" at {scene.automata.state_name(point.automaton, point.state)}"
-    found = scene.automata.transition(point.automaton, point.transition)
+        return f" at {state.automata.state_name(point.automaton, point.state)}"
+    found = state.automata.transition(point.automaton, point.transition)
     return f" at {(found and found.name) or f'transition {point.transition}'}"
 
 
@@ -217,25 +220,24 @@ def _footer() -> Text:
     return Text.assemble(" ", legend(), ("     Ctrl-C ends", _FAINT), no_wrap=True)
 
 
-def status_line(scene: Scene) -> str:
-    """Tell a scene in one line, for output that is no terminal."""
-    if scene.trouble:
-        return scene.trouble
-    assert scene.automata is not None
-    assert scene.snapshot is not None
-    snapshot = scene.snapshot.value
-    paths = (" > ".join(path) for path in scene.automata.current_paths(snapshot))
+def status_line(state: WatchState) -> str:
+    """Return the state in one line, for output that is no terminal."""
+    if state.trouble:
+        return state.trouble
+    assert state.automata is not None
+    assert state.snapshot is not None
+    snapshot = state.snapshot
+    paths = (" > ".join(path) for path in state.automata.current_paths(snapshot))
     parts = [f"{snapshot.time:7.1f} s", " + ".join(paths)]
     if snapshot.status is not ComponentStatus.Running:
-        parts.append(f"{snapshot.status.name.lower()}{_stopped(scene)}")
-    if scene.ball is not None:
-        error = (
-            f"{scene.ball.error_u:+.0f} {scene.ball.error_v:+.0f} px" if scene.ball.seen else "out of sight"
-        )
-        parts.append(f"{scene.ball.name} ball {error}")
-    if scene.head is not None and not scene.head.stale:
-        parts.append(f"head {scene.head.value.pan:+.2f} {scene.head.value.tilt:+.2f} rad")
-    if scene.health is not None:
-        parts.append(f"{scene.health.value.cameraRates.get('Camera', 0.0):.1f} images/s")
-        parts.append(f"real time x {scene.health.value.realTimeFactor:.2f}")
+        parts.append(f"{snapshot.status.name.lower()}{_stopped(state)}")
+    for mark in state.marks:
+        u, v = from_center(mark, state.image_size)
+        parts.append(f"{printable(mark.label)} {u:+.0f} {v:+.0f} px".strip())
+    robot = state.robot
+    if robot.pan is not None and robot.tilt is not None:
+        parts.append(f"head {robot.pan:+.2f} {robot.tilt:+.2f} rad")
+    if robot.health is not None:
+        parts.append(f"{robot.health.cameraRates.get(state.camera, 0.0):.1f} images/s")
+        parts.append(f"real time x {robot.health.realTimeFactor:.2f}")
     return "  ".join(parts)

@@ -1,4 +1,4 @@
-"""Watch a component until the time is over or Ctrl-C, then tell how it went."""
+"""Watch a component until the time is over or Ctrl-C, then sum up how it went."""
 
 from __future__ import annotations
 
@@ -9,23 +9,20 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
-from typing import Final, Protocol
+from typing import Final
 
 from rich.console import Console
 from rich.live import Live
 
 from interfaces.hfsm import HfsmMonitorPrx
 from visualhfsm.errors import VisualHfsmError
-from visualhfsm.watch.discovery import MONITOR_PREFIX, components
-from visualhfsm.watch.report import ReportContents, check_packages, check_place, write_report
-from visualhfsm.watch.scene import Scene
-from visualhfsm.watch.summary import summarize
-from visualhfsm.watch.summary_view import summary_table
-from visualhfsm.watch.telemetry import Telemetry
+from visualhfsm.monitoring.realm import MONITOR_PREFIX, components
+from visualhfsm.watch.report import ReportContents, check_packages, check_place, summary_table, write_report
+from visualhfsm.watch.telemetry import Telemetry, WatchState
 from visualhfsm.watch.view import View, status_line
 from zenoh_ice import Communicator
 from zenoh_ice.command import stop_on_signals
@@ -49,14 +46,10 @@ class WatchOptions:
     plain: bool = False
 
 
-class _Display(Protocol):
-    def show(self, scene: Scene) -> None: ...
-
-
 def watch(communicator: Communicator, options: WatchOptions, console: Console) -> None:
     """Show a component and its robot, then a summary, and write the report if one is wanted.
 
-    The summary comes after Ctrl-C, too. Raises what tells why the component does not appear within `wait` s
+    The summary comes after Ctrl-C, too. Raises the reason why the component does not appear within `wait` s
     (ConnectFailedException, ObjectNotExistException, InterfaceMismatchException), and MissingPackageError at
     once when the report cannot be drawn.
     """
@@ -68,8 +61,8 @@ def watch(communicator: Communicator, options: WatchOptions, console: Console) -
     telemetry = Telemetry(communicator, options.component, pictures=options.report is not None)
     with stop_on_signals() as stop:
         # Listening ends first, so that what is summed up stands still.
-        with telemetry, _live_display(console) if live else _plain_display(console) as display:
-            _follow(communicator, telemetry, options, display, stop)
+        with telemetry, _live_display(console) if live else _plain_display(console) as show:
+            _follow(communicator, telemetry, options, show, stop)
         if stop.signal in (0, signal.SIGINT):
             _conclude(telemetry, options, began, console)
 
@@ -78,7 +71,7 @@ def _follow(
     communicator: Communicator,
     telemetry: Telemetry,
     options: WatchOptions,
-    display: _Display,
+    show: Callable[[WatchState], None],
     stop: threading.Event,
 ) -> None:
     """Show what is there ten times a second; the seconds count from the component's first word."""
@@ -86,9 +79,9 @@ def _follow(
     first: float | None = None
     while not stop.is_set():
         now = time.monotonic()
-        scene = telemetry.update(now - first if first is not None else 0.0, options.seconds)
-        display.show(scene)
-        if first is None and scene.snapshot is not None:
+        state = telemetry.update(now - first if first is not None else 0.0, options.seconds)
+        show(state)
+        if first is None and state.snapshot is not None:
             first = now
         elif first is None and now - beginning > options.wait:
             _explain_absence(communicator, options)
@@ -111,54 +104,45 @@ def _explain_absence(communicator: Communicator, options: WatchOptions) -> None:
 
 
 def _conclude(telemetry: Telemetry, options: WatchOptions, began: datetime, console: Console) -> None:
-    recording = telemetry.recording
-    if recording is None or not recording.rows:
+    if telemetry.automata is None or telemetry.log.newest is None:
         console.print(f"Nothing was heard of {options.component}: there is nothing to sum up.")
         return
-    console.print(summary_table(recording, summarize(recording, *telemetry.image_size)))
+    contents = ReportContents(
+        telemetry.automata,
+        telemetry.log,
+        began,
+        telemetry.camera,
+        telemetry.image_size,
+        telemetry.outside_album.choose(_PICTURES_IN_REPORT),
+        telemetry.camera_album.choose(_PICTURES_IN_REPORT),
+        telemetry.outside_trouble,
+    )
+    console.print(summary_table(contents))
     if options.report is not None:
-        contents = ReportContents(
-            recording,
-            telemetry.image_size,
-            began,
-            telemetry.outside_album.choose(_PICTURES_IN_REPORT),
-            telemetry.camera_album.choose(_PICTURES_IN_REPORT),
-            telemetry.outside_trouble,
-        )
         write_report(options.report, contents)
         console.print(f"Report: {options.report}")
 
 
-class _PlainDisplay:
-    def __init__(self, console: Console) -> None:
-        self._console = console
-        self._next = 0.0
+@contextlib.contextmanager
+def _plain_display(console: Console) -> Iterator[Callable[[WatchState], None]]:
+    """Print a line each second."""
+    due = 0.0
 
-    def show(self, scene: Scene) -> None:
+    def show(state: WatchState) -> None:
+        nonlocal due
         now = time.monotonic()
-        if now >= self._next:
-            late = now - self._next > _PLAIN_PERIOD
-            self._next = (now if late else self._next) + _PLAIN_PERIOD
-            self._console.print(status_line(scene), highlight=False, markup=False, soft_wrap=True)
+        if now >= due:
+            due = (now if now - due > _PLAIN_PERIOD else due) + _PLAIN_PERIOD
+            console.print(status_line(state), highlight=False, markup=False, soft_wrap=True)
 
-
-class _LiveDisplay:
-    def __init__(self, live: Live) -> None:
-        self._live = live
-
-    def show(self, scene: Scene) -> None:
-        self._live.update(View(scene), refresh=True)
+    yield show
 
 
 @contextlib.contextmanager
-def _plain_display(console: Console) -> Iterator[_Display]:
-    yield _PlainDisplay(console)
-
-
-@contextlib.contextmanager
-def _live_display(console: Console) -> Iterator[_Display]:
+def _live_display(console: Console) -> Iterator[Callable[[WatchState], None]]:
+    """Fill the terminal."""
     with _stderr_set_aside(), Live(console=console, screen=True, auto_refresh=False, transient=True) as live:
-        yield _LiveDisplay(live)
+        yield lambda state: live.update(View(state), refresh=True)
 
 
 @contextlib.contextmanager

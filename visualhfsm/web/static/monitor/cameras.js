@@ -1,4 +1,4 @@
-/** What the robot's cameras see. */
+/** What the robot's cameras see, and what the component marks on it. */
 
 import {html, nothing} from "lit";
 
@@ -8,31 +8,71 @@ import {monitor} from "./monitor.js";
 
 const TITLES = {Camera: "Top camera", CameraBottom: "Bottom camera", CameraOutside: "From outside"};
 
+const COLORS = ["red", "green", "blue", "yellow", "magenta", "cyan"];
+
 class Cameras extends MonitorElement {
   static kinds = ["mode", "structure"];
 
   render() {
-    const names = monitor.recording ? [] : monitor.robot.cameras;
+    const names = monitor.recording ? markedCameras() : monitor.robot.cameras;
     if (!names.length) return html`<p class="empty">${monitor.recording ? "A recording holds no images." : "No camera is there in this realm."}</p>`;
-    return html`<div class="cameras">${monitor.looking ? html`<p class="faint explain">Images are those of now, also while you look back.</p>` : nothing}
-      ${names.map((name) => html`<hfsm-camera .name=${name}></hfsm-camera>`)}</div>`;
+    const explanation = monitor.recording ? "A recording holds no images: these are the marks." : monitor.looking && "Images are those of now, also while you look back.";
+    return html`<div class="cameras">${explanation ? html`<p class="faint explain">${explanation}</p>` : nothing}
+      ${names.map((name) => html`<hfsm-camera .name=${name} .images=${!monitor.recording}></hfsm-camera>`)}</div>`;
+  }
+}
+
+/** The cameras on whose pictures a recorded component marked something. */
+function markedCameras() {
+  const names = [...monitor.past.numbers].map((name) => /^mark\.([^/]*)\//.exec(name)?.[1]);
+  return [...new Set(names.filter(Boolean))].sort();
+}
+
+/** The marks on a camera's picture, of now or of the moment of a recording. @returns {{u: number, v: number, label: string}[]} */
+function marksOn(camera) {
+  const snapshot = monitor.recording ? monitor.snapshot : monitor.newest;
+  const silent = !monitor.recording && (monitor.since || monitor.ended);
+  return silent || !snapshot ? [] : snapshot.component.marks.filter((mark) => mark.camera === camera);
+}
+
+/** Draw a cross at each mark, in the color that its label names. */
+function drawMarks(canvas, marks) {
+  const pen = canvas.getContext("2d");
+  const arm = canvas.width / 24;
+  for (const {u, v, label} of marks) {
+    const words = label.toLowerCase().split(/\s+/);
+    for (const [width, color] of [[canvas.width / 80, "black"], [canvas.width / 160, COLORS.find((each) => words.includes(each)) ?? "white"]]) {
+      pen.lineWidth = width;
+      pen.strokeStyle = color;
+      pen.beginPath();
+      pen.moveTo(u - arm, v);
+      pen.lineTo(u + arm, v);
+      pen.moveTo(u, v - arm);
+      pen.lineTo(u, v + arm);
+      pen.stroke();
+    }
   }
 }
 
 class Camera extends MonitorElement {
-  static kinds = [];
-  static properties = {name: {attribute: false}, problem: {state: true}};
+  static kinds = ["shown"];
+  static properties = {name: {attribute: false}, images: {attribute: false}, problem: {state: true}};
 
   render() {
     const title = TITLES[this.name] ?? this.name;
+    const marks = marksOn(this.name).map(({u, v, label}) => `${label} ${Math.round(u)}, ${Math.round(v)}`.trim());
     return html`<figure class="camera ${this.problem ? "lost" : ""}"><canvas width="320" height="240" role="img" aria-label=${title}></canvas>
-      <figcaption>${title}<span class="faint">${this.problem ?? html`<span class="rate"></span>`}</span></figcaption></figure>`;
+      <figcaption>${title}<span class="faint">${this.problem ?? html`<span class="rate"></span>`}</span>
+        ${marks.length ? html`<span class="marks">${marks.join("; ")}</span>` : nothing}</figcaption></figure>`;
   }
 
   updated(changed) {
     super.updated(changed);
-    if (!changed.has("name")) return;
+    if (!this.images) this.#drawWithoutImage();
+    if (!changed.has("name") && !changed.has("images")) return;
     this.frames?.close();
+    this.frames = undefined;
+    if (!this.images) return;
     let [count, since] = [0, performance.now()];
     this.frames = receiveFrames(`/camera/${encodeURIComponent(this.name)}`, {
       draw: async (frame) => {
@@ -41,6 +81,7 @@ class Camera extends MonitorElement {
         if (canvas.width !== image.width) Object.assign(canvas, {width: image.width, height: image.height});
         canvas.getContext("2d").drawImage(image, 0, 0);
         image.close();
+        drawMarks(canvas, marksOn(this.name));
         this.problem = undefined;
         count += 1;
         const passed = performance.now() - since;
@@ -54,6 +95,15 @@ class Camera extends MonitorElement {
       },
       lost: (reason) => (this.problem = reason || "no image"),
     });
+  }
+
+  /** Draw the marks of a recording, on a picture that is at least as large as they need. */
+  #drawWithoutImage() {
+    const canvas = this.querySelector("canvas");
+    const marks = marksOn(this.name);
+    while (canvas.width < 2560 && marks.some(({u, v}) => u >= canvas.width || v >= canvas.height)) Object.assign(canvas, {width: 2 * canvas.width, height: 2 * canvas.height});
+    canvas.getContext("2d").clearRect(0, 0, canvas.width, canvas.height);
+    drawMarks(canvas, marks);
   }
 
   disconnectedCallback() {

@@ -118,7 +118,7 @@ class Plots extends MonitorElement {
   #groups() {
     const groups = new Map();
     for (const name of [...this.names].sort()) {
-      const title = /^\d+[.:]/.test(name) ? monitor.automaton(Number.parseInt(name, 10))?.name ?? "Automaton" : {joint: "Joints (rad)", self: "Parameters", robot: "Robot"}[name.split(".")[0]] ?? "Other";
+      const title = /^\d+[.:]/.test(name) ? monitor.automaton(Number.parseInt(name, 10))?.name ?? "Automaton" : {joint: "Joints (rad)", self: "Parameters", robot: "Robot", images: "Images a second", mark: "Marks (pixels)"}[name.split(".")[0]] ?? "Other";
       groups.set(title, [...(groups.get(title) ?? []), name]);
     }
     return [...groups];

@@ -46,11 +46,16 @@ export function numbersOf({component, robot}) {
     for (const [name, text] of Object.entries(variables)) put(`${id}.${name}`, numberIn(text));
   }
   for (const [name, text] of Object.entries(component.parameters)) put(`self.${name}`, numberIn(text));
+  for (const {camera, label, u, v} of component.marks) {
+    put(`mark.${camera}/${label}.u`, u);
+    put(`mark.${camera}/${label}.v`, v);
+  }
   for (const [name, angle] of Object.entries(robot.joints)) put(`joint.${name}`, angle);
   if (robot.health) {
     put("robot.realTimeFactor", robot.health.realTimeFactor);
     put("robot.lag", robot.health.lag);
     put("robot.torsoTilt", robot.health.torsoTilt);
+    for (const [camera, rate] of Object.entries(robot.health.cameraRates)) put(`images.${camera}`, rate);
   }
   return found;
 }

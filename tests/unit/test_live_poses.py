@@ -14,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from naoserver.body import H25
-from visualhfsm.live.kinematics import BodyGeometry, Pose, load_body
+from visualhfsm.live.poses import BodyGeometry, Pose, load_body
 
 JOINTS = {joint.name: joint for joint in H25.joints}
 
@@ -65,7 +65,7 @@ _MODEL: list[tuple[Any, Any]] = []
 
 
 def sole_heights(body: BodyGeometry, angles: Mapping[str, float]) -> dict[str, list[float]]:
-    from visualhfsm.live.kinematics import _moved
+    from visualhfsm.live.poses import _moved
 
     poses = body.poses(angles)
     soles = json.loads(body.text)["soles"]

@@ -4,7 +4,7 @@ from msgspec.structs import replace
 
 from interfaces.hfsm import AutomatonStructure
 from tests.support.component import dance_and_follow, snapshot, state_structure, transition_structure
-from visualhfsm.watch.automata import Automata
+from visualhfsm.monitoring.automata import Automata
 
 
 def test_the_rows_are_the_states_depth_first_with_their_place_among_siblings():
@@ -50,13 +50,6 @@ def test_the_events_that_a_state_waits_for_are_known():
     ]
     assert Automata(structure).awaited(3, 1) == ["lost", "\N{REPLACEMENT CHARACTER}[2J"]
     assert Automata(structure).awaited(9, 1) == []
-
-
-def test_an_automaton_is_active_since_the_last_entry_of_those_above_it():
-    automata = Automata(dance_and_follow())
-    assert automata.active_since(snapshot(9.0), 4) == 8.0
-    assert automata.active_since(snapshot(23.0), 4) == 20.0
-    assert automata.active_since(snapshot(9.0), 1) == 0.0
 
 
 def test_ids_that_the_structure_does_not_have_get_a_name_that_shows_them():

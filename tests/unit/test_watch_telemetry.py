@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from interfaces.jderobot import ImageData, ImageDescription, Time
-from visualhfsm.watch.album import Album, Picture, picture_from
+from visualhfsm.watch.telemetry import Album, Picture, picture_from
 
 
 def fill(album: Album, seconds: float, step: float = 0.1) -> list[float]:
@@ -43,9 +43,9 @@ def image(width: int, height: int, size: int) -> ImageData:
 
 
 def test_a_picture_has_the_pixels_of_its_image():
-    picture = picture_from(image(4, 2, 24), 1.5, "here", (1.0, 0.5))
+    picture = picture_from(image(4, 2, 24), 1.5, "here", [(1.0, 0.5)])
     assert picture is not None
-    assert (picture.width, picture.height, len(picture.pixels), picture.mark) == (4, 2, 24, (1.0, 0.5))
+    assert (picture.width, picture.height, len(picture.pixels), picture.marks) == (4, 2, 24, [(1.0, 0.5)])
 
 
 @pytest.mark.parametrize(("width", "height", "size"), [(4, 2, 23), (0, 0, 0), (-4, -2, 24), (4, 2, 8)])

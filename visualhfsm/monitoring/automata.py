@@ -1,7 +1,9 @@
-"""The automata of a component as a tree, and what a snapshot says about each."""
+"""The automata of a component as a tree, what a snapshot says about each, and how their states changed."""
 
 from __future__ import annotations
 
+import math
+from collections import deque
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
@@ -15,11 +17,16 @@ from interfaces.hfsm import (
     TransitionStructure,
 )
 
-__all__ = ["Automata", "StateRow", "by_id", "printable"]
-
+__all__ = ["Automata", "Change", "Span", "StateLog", "StateRow", "by_id", "number_in", "printable"]
 
 _DEEPEST: Final = 64
 """Levels of automata that are shown; codegen makes no more."""
+_LONGEST_LOG: Final = 5_000
+"""Changes of state and spans kept."""
+_MOST_AUTOMATA: Final = 10_000
+"""Automata that are told apart in a log; of more, those that are gone are forgotten."""
+_LONGEST_NUMBER: Final = 40
+_TRUTHS: Final = {"True": 1.0, "False": 0.0}
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,8 +43,8 @@ class Automata:
 
     def __init__(self, structure: ComponentStructure) -> None:
         _clean(structure)
+        self.structure = structure
         self.name = structure.name
-        self.generation = structure.generation
         self.all: Sequence[AutomatonStructure] = tuple(structure.automata)
         self._by_id = {automaton.id: automaton for automaton in self.all}
         self._states = {(a.id, state.id): state for a in self.all for state in a.states}
@@ -45,8 +52,11 @@ class Automata:
             (a.id, transition.id): transition for a in self.all for transition in a.transitions
         }
 
-    def __contains__(self, automaton: int) -> bool:
-        return automaton in self._by_id
+    def fit(self, snapshot: ComponentSnapshot) -> bool:
+        """Return whether a snapshot is of these automata, and not of those after a reload."""
+        return snapshot.generation == self.structure.generation and all(
+            automaton.id in self._by_id for automaton in snapshot.automata
+        )
 
     def automaton(self, automaton: int) -> AutomatonStructure | None:
         """Return an automaton, or None when the component has none of this id."""
@@ -147,14 +157,6 @@ class Automata:
         for child in below:
             yield from self._paths_below(child, states, path, visited)
 
-    def active_since(self, snapshot: ComponentSnapshot, automaton: int) -> float:
-        """Return the component time since which an automaton has run without being a ghost.
-
-        That is when the last of its ancestors entered its current state, or 0 for the root.
-        """
-        entered = {other.id: other.enteredAt for other in snapshot.automata}
-        return max((entered.get(ancestor, 0.0) for ancestor in self.ancestors(automaton)), default=0.0)
-
 
 def printable(text: str) -> str:
     """Replace what is no visible character: a terminal would obey it, a line break would break the view."""
@@ -177,3 +179,90 @@ def _clean(structure: ComponentStructure) -> None:
 def by_id(snapshot: ComponentSnapshot) -> dict[int, AutomatonSnapshot]:
     """Return the automata of a snapshot by their ids."""
     return {automaton.id: automaton for automaton in snapshot.automata}
+
+
+def number_in(text: str) -> float | None:
+    """Return the finite number that the repr of a value shows, 1 or 0 for a truth value, else None."""
+    if text in _TRUTHS:
+        return _TRUTHS[text]
+    # NumPy's own numbers show their type: np.float64(1.5).
+    if text.startswith("np.") and text.endswith(")"):
+        text = text[text.find("(") + 1 : -1]
+    if len(text) > _LONGEST_NUMBER or not text.lstrip("+-")[:1].isdigit():
+        return None  # most values are no numbers, and an exception for each would cost
+    try:
+        value = float(text)
+    except ValueError:
+        return None
+    return value if math.isfinite(value) else None
+
+
+@dataclass(slots=True)
+class Span:
+    """A time during which an automaton stayed in one state, running or as a ghost."""
+
+    automaton: int
+    state: int
+    ghost: bool
+    start: float
+    end: float
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """A change of state, at the component time at which the new state was entered."""
+
+    time: float
+    automaton: int
+    origin: int
+    destination: int
+    transition: int
+
+
+class StateLog:
+    """Changes of state and the spans between them, the newest of each. Not thread safe."""
+
+    def __init__(self) -> None:
+        self.changes: deque[Change] = deque(maxlen=_LONGEST_LOG)
+        self.spans: deque[Span] = deque(maxlen=_LONGEST_LOG)
+        self._open: dict[int, Span] = {}
+        self._last: dict[int, AutomatonSnapshot] = {}
+        self._before = math.inf
+
+    def add(self, snapshot: ComponentSnapshot) -> bool:
+        """Take a snapshot that is newer than the last; return whether a state or a ghost has changed."""
+        changed = False
+        for automaton in snapshot.automata:
+            self._note_change(automaton)
+            changed = self._note_span(automaton, snapshot.time) or changed
+            self._last[automaton.id] = automaton
+        self._before = snapshot.time
+        if len(self._last) > max(_MOST_AUTOMATA, len(snapshot.automata)):
+            here = {automaton.id for automaton in snapshot.automata}
+            self._last = {number: last for number, last in self._last.items() if number in here}
+            self._open = {number: span for number, span in self._open.items() if number in here}
+        return changed
+
+    def _note_change(self, automaton: AutomatonSnapshot) -> None:
+        last = self._last.get(automaton.id)
+        if last is None or (last.state, last.enteredAt) == (automaton.state, automaton.enteredAt):
+            return
+        if automaton.lastTransition == 0:  # first entered now: it was a ghost from the beginning
+            return
+        change = Change(
+            automaton.enteredAt, automaton.id, last.state, automaton.state, automaton.lastTransition
+        )
+        self.changes.append(change)
+
+    def _note_span(self, automaton: AutomatonSnapshot, now: float) -> bool:
+        span = self._open.get(automaton.id)
+        if span is not None and (span.state, span.ghost) == (automaton.state, automaton.ghost):
+            span.end = now
+            return False
+        # When a state was entered is told exactly; when a ghost came alive, only by the next snapshot.
+        start = automaton.enteredAt if self._before < automaton.enteredAt <= now else now
+        if span is not None:
+            span.end = start
+        self._open[automaton.id] = Span(automaton.id, automaton.state, automaton.ghost, start, now)
+        self.spans.append(self._open[automaton.id])
+        return True

@@ -1,4 +1,10 @@
-"""Where the links of a body are, from the angles of its joints.
+"""The robot's pose in 3D: where the links of its body are, and the stream of poses that the page draws.
+
+The angles come from the encoders, the torso's tilt from the robot's health; where a simulation knows the
+ground truth, the robot and the balls are where that says. The first frame of the stream is JSON:
+`nao_h25.json` with the `order` of the poses. Every other frame is float32, little-endian, 7 numbers for each
+name of the order: position in m, and a quaternion (x, y, z, w). What is not known is NaN, and should not be
+drawn.
 
 Rotations are unit quaternions (x, y, z, w). Every link's frame sits at its parent joint and is parallel to
 the torso's when all joints are 0.
@@ -6,16 +12,31 @@ the torso's when all joints are 0.
 
 from __future__ import annotations
 
+import array
+import asyncio
 import json
 import math
-from collections.abc import Iterable, Mapping, Sequence
+import sys
+import time
+from collections.abc import AsyncGenerator, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from importlib import resources
 from typing import Any, Final, NamedTuple
 
-__all__ = ["BodyGeometry", "Pose", "load_body"]
+from interfaces import nao
+from interfaces.jderobot import Pose3DEncodersPrx
+from interfaces.nao import GroundTruthPrx, GroundTruthReading
+from visualhfsm.monitoring.realm import Newest
+from visualhfsm.monitoring.robot import RobotMonitor
+from zenoh_ice import Communicator
 
+__all__ = ["BodyGeometry", "Pose", "PoseStream", "load_body"]
+
+PERIOD: Final = 1 / 30
+_REPEAT: Final = 1.0
+"""Seconds after which poses that have not changed are sent again."""
+_STALE: Final = 2.0
 _FILE: Final = "nao_h25.json"
 """Made by naoserver_sim.geometry of the facts that robot servers have, of which this package imports none."""
 _LEVEL: Final = 0.005
@@ -40,6 +61,82 @@ class Pose(NamedTuple):
 
 
 _IDENTITY: Final = Pose((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
+_UNKNOWN: Final = Pose((math.nan,) * 3, (math.nan,) * 4)
+
+
+class PoseStream:
+    """Poses of the robot and the balls of one realm."""
+
+    def __init__(self, communicator: Communicator, robot: RobotMonitor) -> None:
+        self._robot = robot
+        self._body: BodyGeometry = load_body()
+        described: dict[str, Any] = json.loads(self._body.text)
+        self._balls = {
+            name: Newest(
+                Pose3DEncodersPrx.uncheckedCast(
+                    communicator.stringToProxy(f"{name}Encoders")
+                ).getPose3DEncodersData.latest,
+                _STALE,
+            )
+            for name in described["balls"]
+        }
+        self._truth = Newest(
+            GroundTruthPrx.uncheckedCast(communicator.stringToProxy("GroundTruth")).getGroundTruth.latest,
+            _STALE,
+        )
+        described["order"] = [*(link.name for link in self._body.links), *self._balls]
+        self._geometry = json.dumps(described, separators=(",", ":")).encode()
+
+    async def frames(self) -> AsyncGenerator[bytes, None]:
+        """Yield the geometry, then poses at most 30 times a second whenever they have changed."""
+        yield self._geometry
+        before, sent = b"", -math.inf
+        while True:
+            began = time.monotonic()
+            poses = self.poses()
+            if poses != before or began - sent > _REPEAT:
+                before, sent = poses, began
+                yield poses
+            await asyncio.sleep(max(0.0, began + PERIOD - time.monotonic()))
+
+    def poses(self) -> bytes:
+        """Return the poses as they are known now."""
+        angles = self._robot.joints()
+        sample = self._truth()
+        truth = None if sample is None else sample.value
+        known: dict[str, Pose] = {}
+        if angles and truth is not None:
+            known = self._body.poses_about(_pose(truth.torso), angles)
+        elif angles:
+            known = self._body.poses(angles, self._robot.tilt())
+        numbers = array.array("f")
+        for link in self._body.links:
+            _append(numbers, known.get(link.name, _UNKNOWN))
+        for name in self._balls:
+            _append(numbers, self._ball(name, truth))
+        if sys.byteorder == "big":
+            numbers.byteswap()
+        return numbers.tobytes()
+
+    def _ball(self, name: str, truth: GroundTruthReading | None) -> Pose:
+        """Return where a ball is: its mechanism turns by `pan`, reaches out by `x` and lifts by `z`."""
+        if truth is not None and name in truth.objects:
+            return _pose(truth.objects[name])
+        sample = self._balls[name]()
+        if sample is None:
+            return _UNKNOWN
+        at = sample.value
+        return Pose((at.x * math.cos(at.pan), at.x * math.sin(at.pan), at.z), (0.0, 0.0, 0.0, 1.0))
+
+
+def _pose(pose: nao.Pose) -> Pose:
+    at, turn = pose.position, pose.orientation
+    return Pose((at.x, at.y, at.z), (turn.x, turn.y, turn.z, turn.w))
+
+
+def _append(numbers: array.array[float], pose: Pose) -> None:
+    numbers.extend(pose.position)
+    numbers.extend(pose.rotation)
 
 
 @dataclass(frozen=True, slots=True)

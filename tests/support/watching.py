@@ -1,0 +1,60 @@
+"""A component and its robot as the view and the report see them, for tests."""
+
+from __future__ import annotations
+
+import math
+from datetime import UTC, datetime
+
+from interfaces.nao import HealthEvent, HealthReport, Severity
+from tests.support.component import dance_and_follow, snapshot
+from visualhfsm.monitoring.automata import Automata
+from visualhfsm.monitoring.robot import RobotState
+from visualhfsm.monitoring.run_log import LiveSnapshot, RunLog
+from visualhfsm.watch.panels import ARM_JOINTS
+from visualhfsm.watch.report import ReportContents
+from visualhfsm.watch.telemetry import WatchState
+
+__all__ = ["BEGAN", "contents", "recorded", "watched"]
+
+BEGAN = datetime(2026, 3, 1, 12, 30, tzinfo=UTC)
+
+
+def recorded(until: float) -> RunLog:
+    """Return a log from 0 on, ten moments a second."""
+    log = RunLog()
+    for tenth in range(round(until * 10)):
+        log.add(LiveSnapshot(tenth / 10, snapshot(tenth / 10), _robot(tenth / 10)))
+    return log
+
+
+def contents(until: float) -> ReportContents:
+    """Return what a report of such a run is made of."""
+    return ReportContents(Automata(dance_and_follow()), recorded(until), BEGAN)
+
+
+def _robot(time: float) -> RobotState:
+    joints = {side + name: math.sin(time) for side in "LR" for name in ARM_JOINTS}
+    joints |= {"HeadYaw": 0.31, "HeadPitch": -0.07}
+    event = HealthEvent(1.2, Severity.Warning, "Head", "velocity not renewed")
+    health = HealthReport(time, time, 0.99, 0.0031, 0.03, False, {"Camera": 10.0}, 0, 0, [event])
+    return RobotState(joints, 0.31, -0.07, health)
+
+
+def watched(time: float = 9.5) -> WatchState:
+    """Return what is known at a time, all of it fresh."""
+    log = recorded(time)
+    newest = log.newest
+    assert newest is not None
+    return WatchState(
+        component="dance_and_follow",
+        endpoint="tcp/127.0.0.1:7447",
+        elapsed=time,
+        seconds=60.0,
+        automata=Automata(dance_and_follow()),
+        snapshot=newest.component,
+        snapshot_age=0.05,
+        changes=log.changes(),
+        robot=newest.robot,
+        robot_age=0.01,
+        limits={"HeadYaw": (-2.0, 2.0), "LShoulderPitch": (-2.0, 2.0)},
+    )

@@ -1,0 +1,169 @@
+"""Follow one component: its structure, its snapshots, and whether it is still heard of."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from typing import Final, NamedTuple
+
+import msgspec
+
+from interfaces.hfsm import Breakpoint, ComponentSnapshot, ComponentStructure, HfsmMonitorPrx
+from visualhfsm.monitoring.realm import MONITOR_PREFIX, PolledValue
+from visualhfsm.monitoring.robot import RobotMonitor
+from visualhfsm.monitoring.run_log import LiveSnapshot, RunLog, is_sound
+from zenoh_ice import Communicator, Sample
+
+__all__ = ["Follower", "LiveStructure", "News", "Silence"]
+
+_HIGHEST_RATE: Final = 50.0
+"""Snapshots a second that are passed on at most; of more only the newest is."""
+_AUTOMATA_A_SECOND: Final = 2_000
+"""Automata of all these snapshots: the page takes in no more of a component of hundreds."""
+_SILENT: Final = 1.0
+"""Seconds without a word after which a component counts as silent; it speaks ten times a second."""
+
+
+class LiveStructure(msgspec.Struct, frozen=True, rename="camel"):
+    """What does not change from moment to moment; `run` counts the times that the component was started."""
+
+    structure: ComponentStructure
+    run: int
+    breakpoints: list[Breakpoint] = []
+    cameras: list[str] = []
+
+
+class Silence(NamedTuple):
+    """A component is silent since a wall time in s; 0 says that it speaks again."""
+
+    since: float
+
+
+News = LiveSnapshot | LiveStructure | Silence
+
+
+class Follower:
+    """Follow one component; `update` it a few times a second, and `close` it.
+
+    `publish` is called from any thread, with a snapshot at every change of state and at least ten times a
+    second, with the structure when it is known and when it has changed, and with the beginning and the end of
+    silence. A component that is restarted begins a new log; one that is reloaded goes on in the same.
+    """
+
+    def __init__(
+        self,
+        communicator: Communicator,
+        component: str,
+        robot: RobotMonitor,
+        publish: Callable[[News], object] = lambda _: None,
+    ) -> None:
+        self.component: Final = component
+        self.identity: Final = f"{MONITOR_PREFIX}{component}"
+        self.monitor: Final = HfsmMonitorPrx.uncheckedCast(communicator.stringToProxy(self.identity))
+        self._communicator = communicator
+        self._robot = robot
+        self._publish = publish
+        self._polled_structure = PolledValue(self.monitor.getStructureAsync)
+        self._breakpoints: PolledValue[list[Breakpoint]] = PolledValue(self.monitor.getBreakpointsAsync)
+        self._structure: LiveStructure | None = None
+        self._run = 1
+        self._restarted = False
+        self._log = RunLog()
+        self._heard = time.monotonic()
+        self._heard_at = time.time()
+        self._silent = False
+        self._order = threading.Lock()  # of snapshots and silences: the last one that was published holds
+        self._rate = _HIGHEST_RATE
+        self._subscription = self.monitor.getSnapshot.subscribe(self._on_snapshot, rate=self._rate)
+
+    @property
+    def log(self) -> RunLog:
+        """What the component did since it was started, or since it is followed."""
+        return self._log
+
+    @property
+    def structure(self) -> LiveStructure | None:
+        """What does not change; None until it is known."""
+        return self._structure
+
+    @property
+    def silence(self) -> Silence:
+        """Whether it is silent."""
+        return Silence(self._heard_at if self._silent else 0.0)
+
+    @property
+    def age(self) -> float:
+        """Wall seconds since it was heard of, or since it is followed."""
+        return time.monotonic() - self._heard
+
+    def close(self) -> None:
+        """Stop listening."""
+        self._subscription.close()
+
+    def forget_breakpoints(self) -> None:
+        """Ask for the breakpoints again: somebody may have changed them."""
+        self._breakpoints.forget()
+
+    def update(self) -> None:
+        """Ask for what is missing, and publish what has changed."""
+        present = self.identity in self._communicator.identities()
+        with self._order:
+            self._set_silent(not present or self.age > _SILENT)
+        if self._silent:
+            return
+        if self._is_outdated():
+            self._restarted = False
+            self._polled_structure.forget()
+            self._breakpoints.forget()
+        structure, breakpoints = self._polled_structure.poll(), self._breakpoints.poll()
+        if structure is None or (breakpoints is None and not self._breakpoints.trouble):
+            return  # breakpoints that are not known yet must not be taken for none
+        known = LiveStructure(structure, self._run, breakpoints or [], self._robot.cameras())
+        if known != self._structure:
+            self._structure = known
+            self._limit_rate(len(structure.automata))
+            self._publish(known)
+
+    def _limit_rate(self, automata: int) -> None:
+        rate = min(_HIGHEST_RATE, _AUTOMATA_A_SECOND / max(automata, 1))
+        if rate != self._rate:
+            self._rate = rate
+            self._subscription.close()
+            self._subscription = self.monitor.getSnapshot.subscribe(self._on_snapshot, rate=rate)
+
+    def _is_outdated(self) -> bool:
+        """Return whether the structure that is known is that of before a restart or a reload."""
+        known, newest = self._polled_structure.value, self._log.newest
+        return self._restarted or (
+            known is not None and newest is not None and known.generation != newest.component.generation
+        )
+
+    def _set_silent(self, silent: bool) -> None:
+        if silent != self._silent:
+            self._silent = silent
+            self._publish(self.silence)
+
+    def _is_of_older(self, snapshot: ComponentSnapshot) -> bool:
+        """Return whether a snapshot is of another process that serves the same name, and was started earlier.
+
+        As long as the younger one speaks that one is followed, or each would end the run of the other.
+        """
+        before = self._log.newest
+        return before is not None and self.age <= _SILENT and snapshot.startedAt < before.component.startedAt
+
+    def _on_snapshot(self, sample: Sample[ComponentSnapshot]) -> None:
+        snapshot = sample.value
+        before = self._log.newest
+        if not is_sound(snapshot) or self._is_of_older(snapshot):
+            return
+        self._heard, self._heard_at = time.monotonic(), time.time()
+        if before is not None and snapshot.startedAt != before.component.startedAt:
+            self._run += 1
+            self._log = RunLog()
+            self._restarted = True
+        live = LiveSnapshot(sample.wall_time, snapshot, self._robot.read())
+        self._log.add(live)
+        with self._order:
+            self._set_silent(False)  # if that was the last word of one that is gone, it is silent again
+            self._publish(live)

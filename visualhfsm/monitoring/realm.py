@@ -1,0 +1,143 @@
+"""Who is in a realm, and how to ask what is there without waiting."""
+
+from __future__ import annotations
+
+import difflib
+import logging
+import math
+import time
+from collections.abc import Callable, Iterable
+from concurrent.futures import Future
+from typing import Final, Generic, TypeVar
+
+from visualhfsm.errors import VisualHfsmError
+from visualhfsm.monitoring.automata import printable
+from zenoh_ice import Communicator, MarshalException, Sample, ZenohIceError
+from zenoh_ice.transport import Target
+
+__all__ = [
+    "MONITOR_PREFIX",
+    "RELOAD_PATIENCE",
+    "Newest",
+    "PolledValue",
+    "components",
+    "did_you_mean",
+    "find_component",
+    "has_interface",
+]
+
+MONITOR_PREFIX: Final = "Hfsm."
+"""Begins the identity of every component's monitor."""
+RELOAD_PATIENCE: Final = 30_000
+"""Milliseconds that a component may take to reload its file, with its libraries."""
+_PERIOD: Final = 0.05
+_SETTLING: Final = 0.3
+"""Seconds in which others become known once there is one: each process is met on a link of its own."""
+_PAUSE: Final = 0.5
+"""Seconds between two attempts to ask."""
+_SHOWN: Final = 12
+"""Names that an error lists at most."""
+
+T = TypeVar("T")
+
+_logger = logging.getLogger(__name__)
+
+
+def find_component(communicator: Communicator, wait: float) -> str:
+    """Return the name of the component that runs in the realm, waiting at most `wait` s for one.
+
+    Raises VisualHfsmError when there is none or more than one.
+    """
+    deadline = time.monotonic() + wait
+    while not (found := components(communicator)):
+        if time.monotonic() >= deadline:
+            endpoints = ", ".join(communicator.settings.connect)
+            raise VisualHfsmError(
+                f"no component runs in realm {communicator.realm} at {endpoints}; start one, such as: "
+                "python -m behaviors.follow_ball; naoserver-sim starts the robot for it"
+            )
+        time.sleep(_PERIOD)
+    time.sleep(_SETTLING)
+    found = components(communicator) or found
+    if len(found) > 1:
+        raise VisualHfsmError(f"several components run; name one of {', '.join(found)}")
+    return found[0]
+
+
+def components(communicator: Communicator) -> list[str]:
+    """Return the names of the components that are known to run in the realm."""
+    identities = communicator.identities()
+    names = (name.removeprefix(MONITOR_PREFIX) for name in identities if name.startswith(MONITOR_PREFIX))
+    return [printable(name) for name in names]
+
+
+def has_interface(communicator: Communicator, identity: str, type_id: str) -> bool:
+    """Return whether a servant that is there has an interface."""
+    return type_id in communicator.presence.interfaces(Target(communicator.realm, identity))
+
+
+def did_you_mean(text: str, known: Iterable[str]) -> str:
+    """Return `; did you mean ...?`, or which there are."""
+    names = sorted(set(known))
+    close = difflib.get_close_matches(text[:200], names, 3)
+    close = [name for name in close if not any(name.endswith(f"/{other}") for other in close)]
+    if close:
+        return f"; did you mean {' or '.join(close)}?"
+    more = f" and {len(names) - _SHOWN} more" if len(names) > _SHOWN else ""
+    return f"; there are {', '.join(names[:_SHOWN])}{more}" if names else "; there are none"
+
+
+class PolledValue(Generic[T]):
+    """The answer to a call, which is asked for until it is there; `poll` it regularly."""
+
+    def __init__(self, ask: Callable[[], Future[T]]) -> None:
+        self.value: T | None = None
+        self.trouble = ""
+        self._ask = ask
+        self._pending: Future[T] | None = None
+        self._next = 0.0
+
+    def forget(self) -> None:
+        """Ask again: what answered has changed."""
+        self.value = None
+        self._pending = None
+
+    def poll(self) -> T | None:
+        """Ask if it is time to, take the answer if it is there, and return what is known."""
+        if self._pending is not None and self._pending.done():
+            pending, self._pending = self._pending, None
+            try:
+                self.value = pending.result()
+                self.trouble = ""
+            except ZenohIceError as error:
+                _logger.debug("no answer yet: %s", error)
+                self.trouble = str(error)
+        if self.value is None and self._pending is None and time.monotonic() >= self._next:
+            self._next = time.monotonic() + _PAUSE
+            self._pending = self._ask()
+        return self.value
+
+
+class Newest(Generic[T]):
+    """The newest sample of a stream, or None when it is older than `oldest` s or does not fit the interface.
+
+    What does not fit is logged once, until something fits again: it is looked at many times a second.
+    """
+
+    def __init__(self, read: Callable[[], Sample[T] | None], oldest: float = math.inf) -> None:
+        self._read = read
+        self._oldest = oldest
+        self.trouble = ""
+        """Why what came last does not fit."""
+
+    def __call__(self) -> Sample[T] | None:
+        """Look, without waiting."""
+        try:
+            sample = self._read()
+        except MarshalException as error:
+            if not self.trouble:
+                _logger.warning("%s", error)
+            self.trouble = str(error)
+            return None
+        self.trouble = ""
+        return sample if sample is not None and sample.age <= self._oldest else None

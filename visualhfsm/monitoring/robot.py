@@ -1,0 +1,126 @@
+"""The state of the robot, as far as its servers stream it; nothing of it needs to be there."""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+import msgspec
+
+from interfaces.jderobot import CameraPrx
+from interfaces.nao import HealthPrx, HealthReport, JointLimits, JointsPrx, PoseHeadPrx, SafetyPrx
+from visualhfsm.monitoring.automata import printable
+from visualhfsm.monitoring.realm import Newest, PolledValue, has_interface
+from zenoh_ice import Communicator
+
+__all__ = ["STALE", "RobotFacts", "RobotMonitor", "RobotState"]
+
+STALE: Final = 0.8
+"""Wall seconds after which a value that comes at least ten times a second is no longer believed."""
+_STALE_HEALTH: Final = 2.0
+"""The same for reports of health and safety, which come twice a second."""
+_LONGEST_REASON: Final = 200
+_BODY: Final = "Body"
+
+
+class RobotState(msgspec.Struct, frozen=True, rename="camel"):
+    """What is known of the robot; what is unknown or too old is empty."""
+
+    joints: dict[str, float] = {}
+    """Angles in rad by joint."""
+    pan: float | None = None
+    """Yaw of the head in rad, positive to the left."""
+    tilt: float | None = None
+    """Pitch of the head in rad, positive downwards."""
+    health: HealthReport | None = None
+    trouble: str = ""
+    """Why the joints of a robot that is there are not known."""
+
+
+class RobotFacts(msgspec.Struct, frozen=True, rename="camel"):
+    """What does not change: the cameras' names, and the limits of the joints once they are known."""
+
+    cameras: list[str]
+    limits: list[JointLimits]
+
+
+class RobotMonitor:
+    """Listen to the robot of a realm; `update` it a few times a second."""
+
+    def __init__(self, communicator: Communicator) -> None:
+        self._communicator = communicator
+        proxy = communicator.stringToProxy
+        body = JointsPrx.uncheckedCast(proxy(_BODY))
+        self._head = Newest(PoseHeadPrx.uncheckedCast(proxy("Head")).getPose.latest)
+        self._joints = Newest(body.getJointState.latest)
+        self._health = Newest(HealthPrx.uncheckedCast(proxy("Health")).getHealth.latest)
+        self._safety = Newest(
+            SafetyPrx.uncheckedCast(proxy("Safety")).getSafetyState.latest, oldest=_STALE_HEALTH
+        )
+        self._names = PolledValue(body.getJointNamesAsync)
+        self._limits = PolledValue(body.getJointLimitsAsync)
+
+    def update(self) -> None:
+        """Ask for what is missing; without a robot nothing is asked."""
+        if _BODY in self._communicator.identities():
+            self._names.poll()
+            self._limits.poll()
+        elif self._names.value is not None:
+            self._names.forget()  # another robot may come
+            self._limits.forget()
+
+    def facts(self) -> RobotFacts:
+        """Return what does not change."""
+        return RobotFacts(self.cameras(), list(self._limits.value or ()))
+
+    def cameras(self) -> list[str]:
+        """Return the identities of the cameras that are there."""
+        return [
+            identity
+            for identity in self._communicator.identities()
+            if has_interface(self._communicator, identity, CameraPrx.ice_interface.type_id)
+        ]
+
+    def joints(self, oldest: float = STALE) -> dict[str, float]:
+        """Return the angles of the joints in rad by name; none when unknown or older than `oldest` s."""
+        body, names = self._joints(), self._names.value
+        if body is None or names is None or body.age > oldest:
+            return {}
+        pairs = zip(names, body.value.positions, strict=False)
+        return {name: angle for name, angle in pairs if math.isfinite(angle)}
+
+    def tilt(self) -> float | None:
+        """Return the angle between the torso's z axis and the vertical in rad; None when it is unknown."""
+        health = self.read().health
+        return health.torsoTilt if health is not None and math.isfinite(health.torsoTilt) else None
+
+    def stop_reason(self) -> str:
+        """Return why the robot's emergency stop is latched; empty while it is not, as far as is known."""
+        safety = self._safety()
+        if safety is None or not safety.value.stopped:
+            return ""
+        return printable(safety.value.reason)[:_LONGEST_REASON] or "emergency stop"
+
+    def age(self) -> float:
+        """Return the wall seconds since anything was heard of the robot; infinite when nothing ever was."""
+        samples = (self._head(), self._joints(), self._health())
+        return min((sample.age for sample in samples if sample is not None), default=math.inf)
+
+    def read(self, *, stale: bool = False) -> RobotState:
+        """Return what is known now, without waiting; with `stale` what is too old, too."""
+        oldest, oldest_health = (math.inf, math.inf) if stale else (STALE, _STALE_HEALTH)
+        head, health = self._head(), self._health()
+        pose = head.value if head is not None and head.age <= oldest else None
+        return RobotState(
+            joints=self.joints(oldest),
+            pan=pose.pan if pose else None,
+            tilt=pose.tilt if pose else None,
+            health=health.value if health is not None and health.age <= oldest_health else None,
+            trouble=self._trouble(),
+        )
+
+    def _trouble(self) -> str:
+        """Return why the joints of a robot that is there are not known, such as an interface that differs."""
+        if _BODY not in self._communicator.identities():
+            return ""
+        return printable(self._joints.trouble or self._names.trouble)[:_LONGEST_REASON]

@@ -1,0 +1,323 @@
+"""What a component did in one run: moments to go back to, changes of state, and numbers over time.
+
+All of it takes bounded memory: of what does not fit the oldest goes.
+"""
+
+from __future__ import annotations
+
+import bisect
+import itertools
+import math
+import threading
+import zlib
+from collections import deque
+from collections.abc import Mapping, Sequence
+from typing import Any, Final
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from interfaces.hfsm import ComponentSnapshot, Mark
+from visualhfsm.monitoring.automata import Change, Span, StateLog, number_in
+from visualhfsm.monitoring.robot import RobotState
+
+__all__ = ["LiveSnapshot", "RunLog", "SeriesTable", "Timeline", "is_sound", "numbers_of"]
+
+LARGEST: Final = 48 << 20
+"""Bytes of packed moments that are kept; an hour of a component of five automata takes about half of it."""
+_INTERVAL: Final = 0.05
+"""Seconds of component time between two moments that are kept, unless a state changes."""
+_FASTEST: Final = 1
+CAPACITY: Final = 18_000
+"""Rows of numbers kept: half an hour at 10 a second."""
+_FIRST: Final = 1024
+"""Rows for which there is room at first; it doubles when it is full."""
+MOST_COLUMNS: Final = 1000
+"""Numbers kept; what comes later is left out. With all rows they take 72 MB."""
+_LONGEST: Final = 1e9
+"""Seconds of component time: thirty years."""
+_LATEST: Final = 1e11
+"""Seconds since 1970 at which a component may have been started, some thousand years."""
+_MOST_AUTOMATA: Final = 10_000
+_MOST_MARKS: Final = 128
+_LONGEST_LABEL: Final = 60
+
+_encoder = msgspec.json.Encoder()
+
+
+class LiveSnapshot(msgspec.Struct, frozen=True, rename="camel"):
+    """A component at one moment, in the words of `interfaces/hfsm.idl`, and its robot.
+
+    `at` is the wall time in s since the epoch at which it was heard of, in a recording that of the run.
+    """
+
+    at: float
+    component: ComponentSnapshot
+    robot: RobotState = RobotState()
+
+
+class Timeline(msgspec.Struct, frozen=True, rename="camel"):
+    """The whole of what is kept: from when to when, and how the states changed.
+
+    A change is [time, automaton, origin, destination, transition], a span [automaton, state, whether it was a
+    ghost, start, end]. Times are the component's in s; `numbers` are the names of what can be plotted.
+    """
+
+    start: float
+    end: float
+    changes: list[tuple[float, int, int, int, int]]
+    spans: list[tuple[int, int, bool, float, float]]
+    numbers: list[str]
+
+
+class RunLog:
+    """The moments of one run, the newest that fit. It may be used from any thread."""
+
+    def __init__(self, largest: int = LARGEST, interval: float = _INTERVAL) -> None:
+        self._largest = largest
+        self._interval = interval
+        self._lock = threading.Lock()
+        self._times: deque[float] = deque()
+        self._packed: deque[bytes] = deque()
+        self._bytes = 0
+        self._log = StateLog()
+        self._series = SeriesTable()
+        self._newest: LiveSnapshot | None = None
+
+    @property
+    def newest(self) -> LiveSnapshot | None:
+        """The last moment that was added."""
+        return self._newest
+
+    @property
+    def duration(self) -> float:
+        """Seconds of the component's time from the first moment that is kept to the last."""
+        with self._lock:
+            return self._times[-1] - self._times[0] if self._times else 0.0
+
+    def changes(self, most: int | None = None) -> Sequence[Change]:
+        """Return the newest changes of state, oldest first."""
+        with self._lock:
+            found = list(self._log.changes)
+        return found if most is None else found[max(0, len(found) - most) :]
+
+    def spans(self) -> Sequence[Span]:
+        """Return the newest times during which an automaton stayed in one state."""
+        with self._lock:
+            return list(self._log.spans)
+
+    def add(self, snapshot: LiveSnapshot) -> None:
+        """Take a moment; one that is not after the last only replaces it as the newest."""
+        time = snapshot.component.time
+        with self._lock:
+            before, self._newest = self._newest, snapshot
+            if before is not None and time <= before.component.time:
+                return
+            changed = self._log.add(snapshot.component)
+            self._series.add(time, numbers_of(snapshot))
+            if self._times and time - self._times[-1] < self._interval and not changed:
+                return
+            packed = zlib.compress(_encoder.encode(snapshot), _FASTEST)
+            self._times.append(time)
+            self._packed.append(packed)
+            self._bytes += len(packed)
+            while self._bytes > self._largest and len(self._packed) > 1:
+                self._times.popleft()
+                self._bytes -= len(self._packed.popleft())
+
+    def at(self, time: float) -> msgspec.Raw | None:
+        """Return the last moment at or before a component time as JSON, the first when all are later."""
+        with self._lock:
+            if not self._times:
+                return None
+            packed = self._packed[max(0, bisect.bisect_right(self._times, time) - 1)]
+        return msgspec.Raw(zlib.decompress(packed))
+
+    def timeline(self) -> Timeline:
+        """Return how the states changed in the time that is kept."""
+        with self._lock:
+            start, end = (self._times[0], self._times[-1]) if self._times else (0.0, 0.0)
+            return Timeline(
+                start,
+                end,
+                [
+                    (change.time, change.automaton, change.origin, change.destination, change.transition)
+                    for change in self._log.changes
+                    if change.time >= start
+                ],
+                [
+                    (span.automaton, span.state, span.ghost, max(start, span.start), span.end)
+                    for span in self._log.spans
+                    if span.end >= start
+                ],
+                self._series.names,
+            )
+
+    def marked(self, camera: str) -> dict[str, list[tuple[float, float, float]]]:
+        """Return by label when and where something was marked on a camera's pictures: time, u and v."""
+        prefix = f"{_MARK}{camera}/"
+        with self._lock:
+            names = self._series.names
+        labels = [
+            name.removeprefix(prefix)[:-2] for name in names if name.startswith(prefix) and name[-1] == "u"
+        ]
+        read = self.series([f"{prefix}{label}.{axis}" for label in labels for axis in "uv"])
+        return {
+            label: [
+                (time, u, v)
+                for time, u, v in zip(
+                    read["times"], *(read["values"][f"{prefix}{label}.{axis}"] for axis in "uv"), strict=True
+                )
+                if u is not None and v is not None
+            ]
+            for label in labels
+        }
+
+    def series(
+        self, names: Sequence[str], start: float = 0.0, end: float = math.inf, points: int = CAPACITY
+    ) -> dict[str, Any]:
+        """Return numbers over time for a plot, `points` of them at most; None where one is missing."""
+        with self._lock:
+            times, values = self._series.read(names, start, end, points)
+        return {"times": times, "values": values}
+
+
+_MARK: Final = "mark."
+
+
+def is_sound(snapshot: ComponentSnapshot) -> bool:
+    """Return whether a snapshot can be one: of times in a run, and of not too many automata.
+
+    What is kept of a run is found by its times; whoever is in the realm may send anything.
+    """
+    return (
+        0.0 <= snapshot.time <= _LONGEST
+        and abs(snapshot.startedAt) <= _LATEST
+        and len(snapshot.automata) <= _MOST_AUTOMATA
+        and len(snapshot.marks) <= _MOST_MARKS
+        and all(map(_is_sound_mark, snapshot.marks))
+        and all(math.isfinite(automaton.enteredAt) for automaton in snapshot.automata)
+    )
+
+
+def _is_sound_mark(mark: Mark) -> bool:
+    short = len(mark.camera) <= _LONGEST_LABEL and len(mark.label) <= _LONGEST_LABEL
+    return short and math.isfinite(mark.u) and math.isfinite(mark.v)
+
+
+def numbers_of(snapshot: LiveSnapshot) -> dict[str, float]:
+    """Return all that can be plotted, by name.
+
+    `4.corner` is a variable of automaton 4, `4:lastCycle` the wall seconds of its last cycle, `self.speed` a
+    parameter, `joint.HeadYaw` an angle in rad, `robot.lag` and its like are of the robot's server, and
+    `images.Camera` is the rate of a camera's images. `mark.Camera/ball.u` and `.v` are where something was
+    marked.
+    """
+    found: dict[str, float] = {}
+    for automaton in snapshot.component.automata:
+        found[f"{automaton.id}:lastCycle"] = automaton.lastCycle
+        found[f"{automaton.id}:overruns"] = float(automaton.overruns)
+        for name, text in automaton.variables.items():
+            value = number_in(text)
+            if value is not None:
+                found[f"{automaton.id}.{name}"] = value
+    for name, text in snapshot.component.parameters.items():
+        value = number_in(text)
+        if value is not None:
+            found[f"self.{name}"] = value
+    for mark in snapshot.component.marks:
+        found[f"{_MARK}{mark.camera}/{mark.label}.u"] = mark.u
+        found[f"{_MARK}{mark.camera}/{mark.label}.v"] = mark.v
+    robot = snapshot.robot
+    found |= {f"joint.{name}": angle for name, angle in robot.joints.items()}
+    if robot.health is not None:
+        found["robot.realTimeFactor"] = robot.health.realTimeFactor
+        found["robot.lag"] = robot.health.lag
+        found["robot.torsoTilt"] = robot.health.torsoTilt
+        found |= {f"images.{camera}": rate for camera, rate in robot.health.cameraRates.items()}
+    return {name: value for name, value in found.items() if math.isfinite(value)}
+
+
+class SeriesTable:
+    """Numbers by name over time; a number that is missing at a moment is NaN. Not thread safe."""
+
+    def __init__(self, capacity: int = CAPACITY) -> None:
+        self._capacity = capacity
+        self._room = min(_FIRST, capacity)
+        self._times: NDArray[np.float64] = np.full(self._room, np.nan)
+        self._columns: dict[str, NDArray[np.float32]] = {}
+        self._written = 0
+
+    @property
+    def names(self) -> list[str]:
+        """The names of the numbers, sorted."""
+        return sorted(self._columns)
+
+    def add(self, time: float, numbers: Mapping[str, float]) -> None:
+        """Append a row at a time in s that is not before the last."""
+        if self._written == self._room < self._capacity:
+            self._grow()
+        row = self._written % self._room
+        self._times[row] = time
+        for column in self._columns.values():
+            column[row] = np.nan
+        for name, value in numbers.items():
+            found = self._columns.get(name)
+            if found is None:
+                if len(self._columns) >= MOST_COLUMNS:
+                    continue
+                found = self._columns[name] = np.full(self._room, np.nan, np.float32)
+            found[row] = value
+        self._written += 1
+
+    def read(
+        self, names: Sequence[str], start: float, end: float, points: int
+    ) -> tuple[list[float], dict[str, list[float | None]]]:
+        """Return the times from `start` to `end` and the numbers at them; unknown names are left out.
+
+        Of more rows than `points`, at least 2, those stay at which a number is lowest or highest within its
+        share of the time: no peak is lost.
+        """
+        order = self._order()
+        times = self._times[order]
+        inside = order[np.searchsorted(times, start) : np.searchsorted(times, end, side="right")]
+        columns = {name: self._columns[name][inside] for name in names if name in self._columns}
+        kept = _thinned(list(columns.values()), len(inside), max(2, points))
+        return (
+            self._times[inside][kept].tolist(),
+            {name: _without_nan(column[kept]) for name, column in columns.items()},
+        )
+
+    def _order(self) -> NDArray[np.intp]:
+        """Return the rows from the oldest to the newest."""
+        count = min(self._written, self._room)
+        return (np.arange(self._written - count, self._written) % self._room).astype(np.intp)
+
+    def _grow(self) -> None:
+        room = min(2 * self._room, self._capacity)
+        extra = room - self._room
+        self._times = np.concatenate([self._times, np.full(extra, np.nan)])
+        for name, column in self._columns.items():
+            self._columns[name] = np.concatenate([column, np.full(extra, np.nan, np.float32)])
+        self._room = room
+
+
+def _thinned(columns: Sequence[NDArray[np.float32]], count: int, points: int) -> NDArray[np.intp]:
+    """Return the rows that stay, in order."""
+    if count <= points or not columns:
+        step = max(1, -(-count // points))
+        return np.arange(0, count, step, dtype=np.intp)
+    buckets = max(1, points // (2 * len(columns)))
+    edges = np.linspace(0, count, buckets + 1).astype(np.intp)
+    kept: set[int] = {0, count - 1}
+    for first, last in itertools.pairwise(edges):
+        for column in columns:
+            part = column[first:last]
+            if part.size and not np.isnan(part).all():
+                kept |= {int(first + np.nanargmin(part)), int(first + np.nanargmax(part))}
+    return np.array(sorted(kept), dtype=np.intp)
+
+
+def _without_nan(values: NDArray[np.float32]) -> list[float | None]:
+    return [None if value != value else value for value in values.tolist()]  # noqa: PLR0124 - NaN
