@@ -177,11 +177,9 @@ class _Reader:
                 active = self._directive(token, conditions)
                 if self._stopped:
                     return
-            elif not active or kind is Kind.END:
-                continue
-            elif kind is Kind.INVALID or kind is Kind.UNTERMINATED:
-                self._report_bad_token(token)
-            else:
+            elif kind is Kind.UNTERMINATED or (active and kind is Kind.INVALID):
+                self._report_bad_token(token)  # a string without an end in a skipped branch, too, as slice2py
+            elif active and kind is not Kind.END:
                 output.append(token)
         for condition in conditions:
             end = Token(Kind.END, "", source, max(0, len(source.text.rstrip()) - 1))

@@ -31,7 +31,7 @@ def preprocess(
         ("#ifdef A\n#ifndef A\nno\n#else\nno\n#endif\n#else\nyes\n#endif", "yes"),
         ("#ifdef A\n#if 1\nno\n#elif 2\nno\n#else\nno\n#endif\n#undef B\n#endif\nyes", "yes"),
         ("#ifdef __SLICE2PY__\nyes\n#endif", "yes"),
-        ('#ifdef A\n"no end $ \n#endif\nyes', "yes"),
+        ("#ifdef A\n12x 'no end $ \n#endif\nyes", "yes"),
         ("#define A // a name\nA B", "A B"),
         ("/* #ifdef A */ yes // #ifdef A", "yes"),
         ("#\nyes", "yes"),
@@ -100,6 +100,7 @@ def test_a_missing_file_of_ice_comes_with_where_to_get_it(tmp_path: Path) -> Non
         ("a $ b\n  12x", [("E002", 1, 3), ("E004", 2, 3)]),
         ('"a\n/*', [("E003", 1, 1), ("W007", 2, 1)]),
         ("#define A /* no end\nx", [("E003", 1, 1)]),
+        ('#ifdef A\n"no end $ \n#endif\nyes', [("E003", 2, 1)]),
     ],
 )
 def test_what_is_wrong_is_told_with_its_place(
