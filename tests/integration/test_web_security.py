@@ -351,7 +351,7 @@ def test_what_is_no_request_is_answered_and_changes_nothing(own: Editor) -> None
         assert window.ask("listFiles")["directory"] == ""
 
 
-def test_a_command_that_is_none_is_refused(own: Editor) -> None:
+def test_a_command_that_is_none_is_malformed(own: Editor) -> None:
     with own.window() as window:
         tab = window.ask("open", path="robot.xml")["tab"]
         for command in (
@@ -361,7 +361,7 @@ def test_a_command_that_is_none_is_refused(own: Editor) -> None:
         ):
             with pytest.raises(Refused) as refused:
                 window.ask("do", tab=tab, command=command)
-            assert refused.value.kind == "refused"
+            assert refused.value.kind == "malformed"
 
 
 def test_a_huge_message_closes_the_connection_alone(own: Editor) -> None:

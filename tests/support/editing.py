@@ -31,7 +31,7 @@ TEXTS = (
 NAMES = ("", "go", "wait", "wait 2", "<b>", "a\nb", "\x1b")
 
 
-_GROWING = frozenset(("AddAutomaton", "AddParameter", "AddState", "AddTransition", "PasteStates"))
+_GROWING = frozenset(("AddAutomaton", "AddEntry", "AddState", "AddTransition", "PasteStates"))
 _SHRINKING = frozenset(
     ("DeleteAutomaton", "DeleteItems", "ExtractAutomaton", "FillAutomaton", "ReplaceDocument")
 )
@@ -157,6 +157,9 @@ def _value(
             return random.choice(["", "a.xml", "b & c.xml", "\0"])
         case "content":
             return _content(random, document, automaton, states)
+        case "fields":
+            names = ["name"] * 6 + ["type", "default", "description", "proxy", "expression"]
+            return {random.choice(names): random.choice(TEXTS)}
         case "placements":
             places = [(state, random.uniform(-9, 9), random.uniform(-9, 9)) for state in states]
             return [{"automaton": automaton.id, "states": places}]

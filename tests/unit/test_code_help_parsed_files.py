@@ -1,9 +1,7 @@
-"""The files that jedi has parsed: one process a directory, and no harm by half a file."""
+"""The files that jedi has parsed: half a file does no harm."""
 
 from __future__ import annotations
 
-import subprocess
-import sys
 import tempfile
 from pathlib import Path
 
@@ -14,41 +12,22 @@ from parso.cache import parser_cache
 
 from visualhfsm.code_help.parsed_files import keep_parsed_files, with_readable_files
 
-KEEP = (
-    "import sys; from pathlib import Path; from visualhfsm.code_help.parsed_files import keep_parsed_files;"
-    "print(keep_parsed_files(Path(sys.argv[1])), flush=True); sys.stdin.read()"
-)
-
 
 @pytest.fixture(autouse=True)
 def settings(monkeypatch):
     monkeypatch.setattr(jedi.settings, "cache_directory", jedi.settings.cache_directory)
 
 
-def keeper(root: Path) -> subprocess.Popen[str]:
-    return subprocess.Popen(
-        [sys.executable, "-c", KEEP, str(root)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
-    )
-
-
-def test_two_processes_never_share_a_directory_and_the_next_takes_over(tmp_path):
-    with keeper(tmp_path) as first, keeper(tmp_path) as second:
-        assert first.stdout is not None
-        assert second.stdout is not None
-        used = {first.stdout.readline().strip(), second.stdout.readline().strip()}
-        assert used == {str(tmp_path / "0"), str(tmp_path / "1")}
-        first.kill()
-        second.kill()
-    with keeper(tmp_path) as third:
-        assert third.stdout is not None
-        assert third.stdout.readline().strip() == str(tmp_path / "0")
-        third.kill()
+def test_the_files_are_kept_in_the_cache_of_the_user(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    keep_parsed_files()
+    assert jedi.settings.cache_directory == str(tmp_path / "visualhfsm" / "parsed")
 
 
 def test_without_a_directory_that_lasts_one_for_a_while_is_used(tmp_path, monkeypatch):
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     (tmp_path / "file").write_text("")
-    assert keep_parsed_files(tmp_path / "file") is None
+    keep_parsed_files(tmp_path / "file")
     directory = Path(jedi.settings.cache_directory)
     assert directory.parent == tmp_path
     assert directory.stat().st_mode & 0o077 == 0

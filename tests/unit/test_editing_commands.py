@@ -32,16 +32,8 @@ from visualhfsm.editing.commands.automata import (
     SetPeriod,
 )
 from visualhfsm.editing.commands.component import (
-    AddEvent,
-    AddInterface,
-    AddLibrary,
-    AddParameter,
-    AddProperty,
-    ChangeEvent,
-    ChangeInterface,
-    ChangeLibrary,
-    ChangeParameter,
-    ChangeProperty,
+    AddEntry,
+    ChangeEntry,
     RemoveEntry,
     ReorderEntry,
     SetComponentText,
@@ -345,10 +337,12 @@ def test_an_empty_automaton_imports_and_no_more() -> None:
 
 
 def test_a_renamed_input_takes_its_arguments_along() -> None:
-    document = AddParameter(automaton=2, name="times", type="int", default="1").apply(tree())
+    document = AddEntry(
+        list="inputs", automaton=2, fields={"name": "times", "type": "int", "default": "1"}
+    ).apply(tree())
     for child in (0, 2, 3):
         document = SetArgument(automaton=1, state=2, name="times", value="2", child=child).apply(document)
-    document = ChangeParameter(automaton=2, index=0, name="rounds").apply(document)
+    document = ChangeEntry(list="inputs", automaton=2, index=0, fields={"name": "rounds"}).apply(document)
     assert automaton(document, 2).inputs == (Parameter(name="rounds", type=Text("int"), default=Text("1")),)
     assert [each.name for each in state(document, 2).arguments] == ["rounds", "rounds", "times"]
 
@@ -373,11 +367,35 @@ def test_the_data_of_a_component_is_set() -> None:
 @pytest.mark.parametrize(
     ("add", "change", "list_name"),
     [
-        (AddParameter(), ChangeParameter(index=0, name="speed", default="1.0"), "parameters"),
-        (AddEvent(), ChangeEvent(index=0, name="go home", description="x"), "events"),
-        (AddProperty(), ChangeProperty(index=0, kind="never", within="5", expression="wait"), "properties"),
-        (AddLibrary(name="cv2"), ChangeLibrary(index=0, name="numpy as np"), "libraries"),
-        (AddInterface(), ChangeInterface(index=0, name="head", proxy="Head", type="PoseHead"), "interfaces"),
+        (
+            AddEntry(list="parameters"),
+            ChangeEntry(list="parameters", index=0, fields={"name": "speed", "default": "1.0"}),
+            "parameters",
+        ),
+        (
+            AddEntry(list="events"),
+            ChangeEntry(list="events", index=0, fields={"name": "go home", "description": "x"}),
+            "events",
+        ),
+        (
+            AddEntry(list="properties"),
+            ChangeEntry(
+                list="properties", index=0, fields={"kind": "never", "within": "5", "expression": "wait"}
+            ),
+            "properties",
+        ),
+        (
+            AddEntry(list="libraries", fields={"name": "cv2"}),
+            ChangeEntry(list="libraries", index=0, fields={"name": "numpy as np"}),
+            "libraries",
+        ),
+        (
+            AddEntry(list="interfaces"),
+            ChangeEntry(
+                list="interfaces", index=0, fields={"name": "head", "proxy": "Head", "type": "PoseHead"}
+            ),
+            "interfaces",
+        ),
     ],
     ids=["parameter", "event", "property", "library", "interface"],
 )
@@ -468,6 +486,14 @@ def test_json_that_is_no_command_is_refused(content: str | bytes) -> None:
         decode_command(content)
 
 
+def test_an_entry_has_the_fields_of_its_list_alone() -> None:
+    with pytest.raises(EditError, match="it has only name, description"):
+        AddEntry(list="events", fields={"type": "int"}).apply(tree())
+    document = AddEntry(list="properties", fields={"kind": "never"}).apply(tree())
+    with pytest.raises(EditError, match="one of always, eventually, never"):
+        ChangeEntry(list="properties", index=0, fields={"kind": "mostly"}).apply(document)
+
+
 def test_every_command_is_named_by_what_it_does() -> None:
     document = tree()
     for command, title in (
@@ -475,7 +501,7 @@ def test_every_command_is_named_by_what_it_does() -> None:
         (DeleteItems(automaton=1, states=(1, 2), transitions=(1,)), "Delete 2 states and 1 transition"),
         (AddTransition(automaton=1, origin=1, destination=2), "Add a transition from “wait” to “work”"),
         (SetStateCode(automaton=1, state=1, part="entry", text=""), "Edit the entry code of “wait”"),
-        (AddInterface(), "Add an interface"),
+        (AddEntry(list="interfaces"), "Add an interface"),
         (RemoveEntry(list="properties", index=0), "Remove a property"),
     ):
         assert command.title(document) == title

@@ -15,7 +15,7 @@ from codegen.hfsm.document import Document, Text
 from tests.support.editing import choose_command, large_document, tree
 from visualhfsm.editing.commands import Command
 from visualhfsm.editing.commands.automata import AddAutomaton, DeleteAutomaton
-from visualhfsm.editing.commands.component import AddParameter, ChangeParameter, RemoveEntry
+from visualhfsm.editing.commands.component import AddEntry, ChangeEntry, RemoveEntry
 from visualhfsm.editing.commands.items import DeleteItems, MoveItems
 from visualhfsm.editing.commands.states import AddState, MarkInitial, RenameState, SetStateCode
 from visualhfsm.editing.commands.transitions import AddTransition, RenameTransition, ReorderTransition
@@ -72,7 +72,7 @@ def test_a_diff_tells_of_automata_data_and_order() -> None:
     after = done(
         tree(),
         DeleteAutomaton(automaton=3),
-        AddParameter(name="speed"),
+        AddEntry(list="parameters", fields={"name": "speed"}),
         AddTransition(automaton=1, origin=1, destination=2),
     )
     after = done(after, ReorderTransition(automaton=1, transition=3, index=0))
@@ -86,8 +86,12 @@ def test_a_diff_tells_of_automata_data_and_order() -> None:
 
 
 def test_entries_that_share_a_name_are_told_apart_by_their_order() -> None:
-    twins = done(tree(), AddParameter(name="a", default="1"), AddParameter(name="a", default="2"))
-    assert told(twins, done(twins, ChangeParameter(index=0, default="3"))) == [
+    twins = done(
+        tree(),
+        AddEntry(list="parameters", fields={"name": "a", "default": "1"}),
+        AddEntry(list="parameters", fields={"name": "a", "default": "2"}),
+    )
+    assert told(twins, done(twins, ChangeEntry(list="parameters", index=0, fields={"default": "3"}))) == [
         "changed document 0/0 default: 1 > 3"
     ]
 
@@ -150,7 +154,11 @@ def test_comments_inside_code_that_is_merged_stay() -> None:
 
 def test_what_only_one_side_changed_is_taken() -> None:
     outcome = merged(
-        [rename("mine"), AddParameter(name="a"), DeleteItems(automaton=2, states=(2,))],
+        [
+            rename("mine"),
+            AddEntry(list="parameters", fields={"name": "a"}),
+            DeleteItems(automaton=2, states=(2,)),
+        ],
         [rename("theirs", 2), SetStateCode(automaton=1, state=1, part="code", text="y = 2")],
     )
     assert outcome.conflicts == ()
@@ -231,13 +239,15 @@ def test_an_automaton_has_one_initial_state_after_a_merge() -> None:
 
 
 def test_both_may_add_something_of_one_name() -> None:
-    mine = [AddParameter(name="a", default="1.0")]
-    outcome = merged(mine, [AddParameter(name="a", default="2.0")])
+    mine = [AddEntry(list="parameters", fields={"name": "a", "default": "1.0"})]
+    outcome = merged(mine, [AddEntry(list="parameters", fields={"name": "a", "default": "2.0"})])
     assert [each.default for each in outcome.document.parameters] == [Text("1.0")]
     assert messages(outcome) == ["both added one of this name: mine stays"]
     base = done(tree(), *mine)
     outcome = merged(
-        [RemoveEntry(list="parameters", index=0)], [ChangeParameter(index=0, default="3.0")], base
+        [RemoveEntry(list="parameters", index=0)],
+        [ChangeEntry(list="parameters", index=0, fields={"default": "3.0"})],
+        base,
     )
     assert len(outcome.document.parameters) == 1
 

@@ -13,7 +13,7 @@ from codegen.hfsm import read_document, write_document
 from codegen.hfsm.document import Document
 from tests.support.editing import tree
 from visualhfsm.editing.commands.automata import SetAutomatonCode, SetImport
-from visualhfsm.editing.commands.component import AddInterface, AddLibrary, AddParameter
+from visualhfsm.editing.commands.component import AddEntry
 from visualhfsm.editing.commands.states import SetArgument
 from visualhfsm.editing.errors import EditError
 from visualhfsm.editing.imports import extract, imported_content, inline
@@ -29,7 +29,9 @@ def read(path: Path) -> Document:
 
 def test_an_automaton_moves_to_a_file_and_back(tmp_path: Path) -> None:
     path = tmp_path / "main.xml"
-    document = AddInterface(name="head", proxy="Head", type="PoseHead").apply(tree())
+    document = AddEntry(
+        list="interfaces", fields={"name": "head", "proxy": "Head", "type": "PoseHead"}
+    ).apply(tree())
     command = extract(document, 2, path, tmp_path / "part.xml")
     extracted = command.apply(document)
     assert [each.id for each in extracted.automata] == [1, 2, 3]
@@ -51,10 +53,12 @@ def test_an_automaton_moves_to_a_file_and_back(tmp_path: Path) -> None:
 
 def test_what_its_file_declares_comes_along_with_an_automaton(tmp_path: Path) -> None:
     path, part = tmp_path / "main.xml", tmp_path / "part.xml"
-    document = AddLibrary(name="math").apply(tree())
+    document = AddEntry(list="libraries", fields={"name": "math"}).apply(tree())
     document = extract(document, 2, path, part).apply(document)
-    library = AddLibrary(name="numpy as np").apply(read(part))
-    library = AddInterface(name="head", proxy="Head", type="PoseHead").apply(library)
+    library = AddEntry(list="libraries", fields={"name": "numpy as np"}).apply(read(part))
+    library = AddEntry(list="interfaces", fields={"name": "head", "proxy": "Head", "type": "PoseHead"}).apply(
+        library
+    )
     library = SetAutomatonCode(automaton=2, part="functions", text="def above(self):\n    pass\n").apply(
         library
     )
@@ -112,7 +116,7 @@ def test_there_is_an_empty_template_and_the_behaviors_without_importing_them() -
 
 
 def test_the_page_gets_all_that_it_draws() -> None:
-    document = AddParameter(name="speed").apply(tree())
+    document = AddEntry(list="parameters", fields={"name": "speed"}).apply(tree())
     document = SetArgument(automaton=1, state=2, name="n", value="1").apply(document)
     data = msgspec.json.decode(msgspec.json.encode(view(document)))
     assert data["parameters"] == [{"name": "speed", "type": "float", "default": "0.0", "description": ""}]

@@ -10,6 +10,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Final, Literal
 
 from codegen.diagnostics import Diagnostics
@@ -18,7 +19,6 @@ from codegen.hfsm.document import Document
 from visualhfsm.child import child_environment
 from visualhfsm.errors import VisualHfsmError
 from visualhfsm.generate import generate_component
-from visualhfsm.scratch import ScratchDirectory
 from visualhfsm.services import Output, OutputLine, Publish, RunPush, Source
 
 from .origins import Origins, read_origins
@@ -171,7 +171,7 @@ class _Directory:
     """
 
     def __init__(self) -> None:
-        self._aside: ScratchDirectory | None = None
+        self._aside: TemporaryDirectory[str] | None = None
         self._target: Path | None = None
 
     def generate(self, source: Source, *, beside: bool = False) -> Generated:
@@ -190,7 +190,7 @@ class _Directory:
             file = self._copy(source.document, path.name if path else f"{_module_name(source.title)}.xml")
             include = (path.parent,) if path else ()
         target = self._target or (path.parent if beside and path else file.parent)
-        if path is not None and self._aside is not None and target == self._aside.path:
+        if path is not None and self._aside is not None and target == Path(self._aside.name):
             _copy_extension(path, file)
         component = generate_component(file, target, diagnostics, include)
         if component is None:
@@ -202,13 +202,13 @@ class _Directory:
         """Delete what stands aside."""
         aside, self._aside, self._target = self._aside, None, None
         if aside is not None:
-            aside.close()
+            aside.cleanup()
 
     def _copy(self, document: Document, name: str) -> Path:
         try:
             if self._aside is None:
-                self._aside = ScratchDirectory()
-            source = self._aside.path / name
+                self._aside = TemporaryDirectory(prefix="visualhfsm-", ignore_cleanup_errors=True)
+            source = Path(self._aside.name) / name
             source.write_text(write_document(document), encoding="utf-8")
         except OSError as error:
             raise VisualHfsmError(f"nothing was generated: {error.strerror}: {error.filename}") from error

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 
 from codegen.hfsm import component_path
 from visualhfsm.errors import VisualHfsmError
-from visualhfsm.scratch import delete_abandoned
 from visualhfsm.services import Publish, ServiceError, Source, complete
 from zenoh_ice import Settings
 
@@ -22,7 +21,7 @@ _CLOSE_PATIENCE = (3.0, 2.0)
 class RunningComponents:
     """At most one child process for each tab. All methods raise ServiceError.
 
-    Make it on the event loop. What was begun is done to its end, also when the window that asked for it goes
+    What was begun is done to its end, also when the window that asked for it goes
     away meanwhile.
     """
 
@@ -30,7 +29,6 @@ class RunningComponents:
         self._publish = publish
         self._environment = settings.environment() if settings else {}
         self._runs: dict[int, Run] = {}
-        self._cleaning = asyncio.get_running_loop().run_in_executor(None, delete_abandoned)
 
     async def generate(self, source: Source) -> object:
         """Write the component beside its document, or where the tab's component runs; return its path."""
@@ -80,7 +78,7 @@ class RunningComponents:
     async def close(self) -> None:
         """Stop everything that runs."""
         runs, self._runs = list(self._runs.values()), {}
-        await asyncio.gather(self._cleaning, *(run.close(_CLOSE_PATIENCE) for run in runs))
+        await asyncio.gather(*(run.close(_CLOSE_PATIENCE) for run in runs))
 
     def _run_of(self, tab: int) -> Run:
         return self._runs.setdefault(tab, Run(tab, self._publish, self._environment))

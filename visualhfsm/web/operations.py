@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, Final
 
 from codegen.hfsm.document import Document
-from visualhfsm.editing.commands import decode_command
 from visualhfsm.editing.commands.paste import PasteStates
 from visualhfsm.editing.diff import diff_documents
 from visualhfsm.editing.files import read_file
@@ -17,7 +17,6 @@ from visualhfsm.editing.session import Change, Choice
 from visualhfsm.editing.templates import find_templates
 from visualhfsm.editing.views import view
 from visualhfsm.errors import VisualHfsmError
-from visualhfsm.scratch import ScratchDirectory
 
 from . import documents
 from . import protocol as p
@@ -64,6 +63,8 @@ class Operations:
     async def do(self, request: p.Request) -> object:
         """Do what a request asks for and return its answer."""
         match request:
+            case p.Do(tab=tab, command=command):
+                return _outcome(await self._workspace.tab(tab).edit(lambda session: session.do(command)))
             case p.TabEdit():
                 return await self._edit(request)
             case p.Complete() | p.Explain() | p.Interfaces() | p.Lint() | p.Signature():
@@ -79,9 +80,6 @@ class Operations:
         workspace = self._workspace
         tab = workspace.tab(request.tab)
         match request:
-            case p.Do(command=content):
-                command = decode_command(content)
-                return _outcome(await tab.edit(lambda session: session.do(command)))
             case p.Undo(steps=steps):
                 return _outcome(await tab.edit(lambda session: session.undo(steps)))
             case p.Redo(steps=steps):
@@ -248,7 +246,7 @@ class Upload:
     def __init__(self, threads: Threads, largest: int = LARGEST_UPLOAD) -> None:
         self._threads = threads
         self._largest = largest
-        self._folder: ScratchDirectory | None = None
+        self._folder: TemporaryDirectory[str] | None = None
         self._size = 0
 
     async def add(self, name: str, data: bytes, *, begins: bool) -> Path:
@@ -274,13 +272,13 @@ class Upload:
         """Delete what was sent."""
         folder, self._folder, self._size = self._folder, None, 0
         if folder is not None:
-            folder.close()
+            folder.cleanup()
 
     def _write(self, name: str, data: bytes) -> Path:
         if self._folder is None:
-            self._folder = ScratchDirectory()
+            self._folder = TemporaryDirectory(prefix="visualhfsm-", ignore_cleanup_errors=True)
         stem = "".join(each if each.isalnum() or each in "-_." else "_" for each in Path(name).stem)
-        file = self._folder.path / f"{stem[:100] or 'recording'}{RECORDING_SUFFIX}"
+        file = Path(self._folder.name) / f"{stem[:100] or 'recording'}{RECORDING_SUFFIX}"
         with file.open("ab") as stream:
             stream.write(data)
         return file

@@ -12,6 +12,7 @@ from typing import Annotated, Any, Final, Literal
 
 import msgspec
 
+from visualhfsm.editing.commands import AnyCommand
 from visualhfsm.editing.places import Place
 from visualhfsm.services import Push, tag
 
@@ -106,7 +107,7 @@ class TabEdit(_Request):
 class Do(TabEdit):
     """Apply a command of `visualhfsm.editing.commands` to the document."""
 
-    command: msgspec.Raw
+    command: AnyCommand
 
 
 class Undo(TabEdit):
@@ -441,7 +442,7 @@ class Closed(Push):
 class DocumentPush(Push, tag="document"):
     """A document, whole in `full` or what of it changed in `patch`; the names of steps come latest first.
 
-    What is in them stands in `visualhfsm.web.rendering` and `visualhfsm.editing.views`.
+    `visualhfsm.web.rendering` says what is in them.
     """
 
     tab: int

@@ -1,122 +1,89 @@
-"""Documents as the JSON that the page draws, of which only what changed is made and sent."""
+"""Documents as the JSON that the page draws, of which only what changed is made and sent.
+
+Versions of a document share what did not change, so that two of them are compared quickly.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import Any, TypeVar
+from dataclasses import replace
+from typing import Any, NamedTuple, TypeVar
 
 import msgspec
 
-from codegen.hfsm.document import NO_CHILD, Automaton, Document, State, Transition
+from codegen.hfsm.document import Automaton, Document, State, Transition
 from visualhfsm.editing.views import view
 
-__all__ = ["Rendering", "full", "patch", "render"]
+__all__ = ["Version", "full", "patch"]
 
 Item = TypeVar("Item", State, Transition)
 
 
-@dataclass(frozen=True, slots=True)
-class _Standing:
-    """The state that owns an automaton, 0 for none, and what the automaton is called after it."""
+class Version(NamedTuple):
+    """A document at one moment, and what it is called."""
 
-    owner: int
-    title: str
+    document: Document
+    name: str
 
-
-@dataclass(frozen=True, slots=True)
-class Rendering:
-    """A version of a document: what it says of itself as JSON, and its automata in their order.
-
-    Versions share what did not change, so that two of them are compared quickly.
-    """
-
-    header: bytes
-    automata: tuple[Automaton, ...]
-    standings: tuple[_Standing, ...]
-
-    @property
-    def ids(self) -> list[int]:
-        """The ids of the automata in their order."""
-        return [automaton.id for automaton in self.automata]
-
-    @property
-    def is_numbered(self) -> bool:
-        """Whether no two automata have the same id."""
-        return len(set(self.ids)) == len(self.automata)
+    def header(self) -> dict[str, Any]:
+        """Return all that the page has of it but its automata."""
+        return {"name": self.name, **view(self.document)}
 
 
-def render(document: Document, name: str) -> Rendering:
-    """Return the rendering of a version of a document; `name` is what its root is called."""
-    owners = _owners(document)
-    return Rendering(
-        msgspec.json.encode({"name": name, **view(document)}),
-        document.automata,
-        tuple(_standing(automaton, owners, name) for automaton in document.automata),
-    )
-
-
-def full(rendering: Rendering) -> msgspec.Raw:
+def full(version: Version) -> msgspec.Raw:
     """Return the JSON of a whole document: its own fields, and `automata`."""
-    automata = b",".join(map(_whole, rendering.automata, rendering.standings))
-    return msgspec.Raw(rendering.header[:-1] + b',"automata":[' + automata + b"]}")
+    automata = [view(automaton) for automaton in version.document.automata]
+    return _json({**version.header(), "automata": automata})
 
 
-def patch(old: Rendering, new: Rendering) -> msgspec.Raw | None:
+def patch(old: Version, new: Version) -> msgspec.Raw | None:
     """Return as JSON what changed from one version to another; what did not is left out.
 
     `document`: its own fields, if one changed; `automata`: those that are new; `parts`: what changed in
     those that were there, see `_part`; `removed`: ids; `order`: all ids in their order, if that changed.
     None when automata cannot be told apart by their ids.
     """
-    if not (old.is_numbered and new.is_numbered):
+    former = {automaton.id: automaton for automaton in old.document.automata}
+    now = {automaton.id: automaton for automaton in new.document.automata}
+    if len(former) < len(old.document.automata) or len(now) < len(new.document.automata):
         return None
-    former = {each.id: (each, standing) for each, standing in zip(old.automata, old.standings, strict=True)}
-    whole: list[bytes] = []
-    parts: list[bytes] = []
-    for automaton, standing in zip(new.automata, new.standings, strict=True):
+    whole: list[dict[str, Any]] = []
+    parts: list[dict[str, Any]] = []
+    for automaton in now.values():
         known = former.get(automaton.id)
-        if known is not None and known[0] is automaton and known[1] == standing:
+        if known is automaton:
             continue
-        part = None if known is None else _part(*known, automaton, standing)
+        part = None if known is None else _part(known, automaton)
         if part is None:
-            whole.append(_whole(automaton, standing))
+            whole.append(view(automaton))
         elif part:
-            parts.append(msgspec.json.encode({"id": automaton.id, **part}))
+            parts.append({"id": automaton.id, **part})
     found: dict[str, Any] = {}
-    if old.header != new.header:
-        found["document"] = msgspec.Raw(new.header)
+    if (header := new.header()) != old.header():
+        found["document"] = header
     if whole:
-        found["automata"] = [msgspec.Raw(each) for each in whole]
+        found["automata"] = whole
     if parts:
-        found["parts"] = [msgspec.Raw(each) for each in parts]
-    if old.ids != new.ids:
-        kept = set(new.ids)
-        found["removed"] = [number for number in old.ids if number not in kept]
-        found["order"] = new.ids
-    return msgspec.Raw(msgspec.json.encode(found))
+        found["parts"] = parts
+    if list(former) != list(now):
+        found["removed"] = [number for number in former if number not in now]
+        found["order"] = list(now)
+    return _json(found)
 
 
-def _part(
-    old: Automaton, old_standing: _Standing, new: Automaton, standing: _Standing
-) -> dict[str, Any] | None:
+def _part(old: Automaton, new: Automaton) -> dict[str, Any] | None:
     """Return what changed in an automaton; None when its items cannot be told apart by their ids.
 
     `fields`: those of the automaton itself that changed; `states` and `transitions`: what changed in these.
     """
-    part: dict[str, Any] = {}
-    former = _fields(old, old_standing)
-    fields = {name: value for name, value in _fields(new, standing).items() if value != former[name]}
-    if fields:
-        part["fields"] = fields
     states = _items(old.states, new.states)
     transitions = _items(old.transitions, new.transitions)
     if states is None or transitions is None:
         return None
-    if states:
-        part["states"] = states
-    if transitions:
-        part["transitions"] = transitions
-    return part
+    former = view(replace(old, states=(), transitions=()))
+    now = view(replace(new, states=(), transitions=()))
+    fields = {name: value for name, value in now.items() if value != former[name]}
+    changed = {"fields": fields, "states": states, "transitions": transitions}
+    return {name: value for name, value in changed.items() if value}
 
 
 def _items(old: tuple[Item, ...], new: tuple[Item, ...]) -> dict[str, Any] | None:
@@ -145,28 +112,5 @@ def _items(old: tuple[Item, ...], new: tuple[Item, ...]) -> dict[str, Any] | Non
     return found
 
 
-def _whole(automaton: Automaton, standing: _Standing) -> bytes:
-    return msgspec.json.encode({"owner": standing.owner, "title": standing.title, **view(automaton)})
-
-
-def _fields(automaton: Automaton, standing: _Standing) -> dict[str, Any]:
-    """Return all that the page has of an automaton but its states and transitions."""
-    bare = view(replace(automaton, states=(), transitions=()))
-    del bare["states"], bare["transitions"]
-    return {"owner": standing.owner, "title": standing.title, **bare}
-
-
-def _owners(document: Document) -> dict[int, State]:
-    """Return by the ids of automata the states that own them."""
-    owners: dict[int, State] = {}
-    for _, state in document.states():
-        for child in state.children:
-            owners.setdefault(child, state)
-    return owners
-
-
-def _standing(automaton: Automaton, owners: dict[int, State], name: str) -> _Standing:
-    owner = owners.get(automaton.id)
-    if owner is not None:
-        return _Standing(owner.id, owner.name)
-    return _Standing(NO_CHILD, name if automaton.father == NO_CHILD else f"automaton {automaton.id}")
+def _json(value: object) -> msgspec.Raw:
+    return msgspec.Raw(msgspec.json.encode(value))

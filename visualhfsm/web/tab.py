@@ -15,7 +15,6 @@ from visualhfsm.editing.session import DocumentSession
 from visualhfsm.services import OutputLine, RunPush, Source, complete, retrieve
 
 from .protocol import Outside, Problems
-from .rendering import Rendering, render
 
 __all__ = ["Shown", "Tab", "Threads"]
 
@@ -47,7 +46,6 @@ class Shown:
 
     revision: int
     document: Document
-    rendering: Rendering
     undo: tuple[str, ...]
     redo: tuple[str, ...]
     dirty: bool
@@ -124,7 +122,6 @@ class Tab:
         return Shown(
             session.revision,
             session.document,
-            render(session.document, session.name),
             tuple(session.undo_names[:_NAMES]),
             tuple(session.redo_names[:_NAMES]),
             session.dirty,

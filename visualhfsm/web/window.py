@@ -16,7 +16,7 @@ import msgspec
 from visualhfsm.services import Output, OutputLine, Push, Snapshot, Stale, Structure
 
 from .protocol import Answer, Closed, DocumentPush, ErrorAnswer, encode
-from .rendering import Rendering, full, patch
+from .rendering import Version, full, patch
 from .tab import Tab
 
 __all__ = ["Window"]
@@ -27,7 +27,7 @@ class Window:
 
     def __init__(self, output_lines: int) -> None:
         self.greeted = False
-        self._sent: dict[int, Rendering] = {}  # the documents as the window has them, by tab
+        self._sent: dict[int, Version] = {}  # the documents as the window has them, by tab
         self._answers: list[bytes] = []
         self._pushes: dict[tuple[Hashable, object], Callable[[], bytes]] = {}
         self._output: dict[int, deque[OutputLine]] = {}
@@ -107,8 +107,8 @@ class Window:
         # Made when it is sent: a window that is slow gets one patch over all that happened meanwhile.
         shown = tab.shown
         known = self._sent.get(tab.id)
-        self._sent[tab.id] = shown.rendering
-        change = None if known is None else patch(known, shown.rendering)
+        version = self._sent[tab.id] = Version(shown.document, shown.name)
+        change = None if known is None else patch(known, version)
         return encode(
             DocumentPush(
                 tab=tab.id,
@@ -116,7 +116,7 @@ class Window:
                 undo=shown.undo,
                 redo=shown.redo,
                 dirty=shown.dirty,
-                full=full(shown.rendering) if change is None else msgspec.UNSET,
+                full=full(version) if change is None else msgspec.UNSET,
                 patch=msgspec.UNSET if change is None else change,
             )
         )

@@ -1,11 +1,11 @@
 """Every change of a document as a value: it comes as JSON, has a name for the undo list, and can be replayed.
 
-`decode_command` makes one of JSON, `encode_command` the other way around.
+`decode_command` makes one of JSON, `encode_command` the other way around; `AnyCommand` is their type.
 """
 
 from __future__ import annotations
 
-from typing import Final, Union
+from typing import TYPE_CHECKING, Final, Union
 
 import msgspec
 
@@ -13,7 +13,7 @@ from ..errors import EditError
 from . import automata, component, group, items, paste, states, transitions
 from .base import Command
 
-__all__ = ["COMMANDS", "Command", "decode_command", "encode_command"]
+__all__ = ["COMMANDS", "AnyCommand", "Command", "decode_command", "encode_command"]
 
 COMMANDS: Final[tuple[type[Command], ...]] = tuple(
     found
@@ -24,7 +24,13 @@ COMMANDS: Final[tuple[type[Command], ...]] = tuple(
 )
 """All commands."""
 
-_DECODER: Final[msgspec.json.Decoder[Command]] = msgspec.json.Decoder(Union[COMMANDS])  # noqa: UP007 - made of a tuple
+if TYPE_CHECKING:
+    AnyCommand = Command
+else:
+    AnyCommand = Union[COMMANDS]  # noqa: UP007 - made of a tuple
+    """The type of any command in JSON."""
+
+_DECODER: Final[msgspec.json.Decoder[Command]] = msgspec.json.Decoder(AnyCommand)
 
 
 def decode_command(content: bytes | str | msgspec.Raw) -> Command:

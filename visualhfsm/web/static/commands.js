@@ -31,12 +31,10 @@ export const askTab = (op, fields = {}) => ask(op, {tab: page.tab, ...fields});
  * @param {string} command
  * @param {object} fields
  */
-export function apply(command, fields = {}) {
-  return askTab("do", {command: {command, ...fields}});
-}
+export const apply = (command, fields = {}) => ask("do", {tab: page.tab, command: {command, ...fields}});
 
 /** Apply a command to the shown automaton. */
-export const applyHere = (command, fields = {}) => apply(command, {automaton: page.automaton.id, ...fields});
+export const applyHere = (command, fields = {}) => ask("do", {tab: page.tab, command: {command, automaton: page.automaton.id, ...fields}});
 
 /** The selected ids as the fields of a command. */
 export const selected = () => ({states: [...page.states], transitions: [...page.transitions]});

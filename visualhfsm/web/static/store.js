@@ -1,7 +1,8 @@
 /**
  * The connection to the server and what it has said: open documents, problems, what runs.
  *
- * The server is the truth. The page asks with `request`, and everything that changes comes back as a push.
+ * The server is the truth. The page asks with `request`, and everything that changes comes back as a push, before
+ * the answer to the request that changed it.
  *
  * @typedef {{id: number, name: string, x: number, y: number, initial: boolean, final: boolean, children: number[],
  *   history: string, entry: string, code: string, exit: string, arguments: object[]}} State
@@ -48,7 +49,6 @@ class Store extends EventTarget {
   #socket = null;
   #number = 0;
   #waiting = new Map();
-  #late = [];
   #retry = FIRST_RETRY;
   #timer = 0;
 
@@ -79,7 +79,7 @@ class Store extends EventTarget {
         return;
       }
       const id = ++this.#number;
-      this.#waiting.set(id, {resolve, reject, tab: fields.tab});
+      this.#waiting.set(id, {resolve, reject});
       this.#socket.send(JSON.stringify({id, op, ...fields}));
     });
   }
@@ -114,11 +114,10 @@ class Store extends EventTarget {
   }
 
   #lose(event) {
-    for (const {reject} of [...this.#waiting.values(), ...this.#late]) {
+    for (const {reject} of this.#waiting.values()) {
       reject(new RequestError("The connection was lost before the answer came.", "offline"));
     }
     this.#waiting.clear();
-    this.#late = [];
     if (this.online || !this.offlineSince) this.offlineSince = Date.now();
     this.online = false;
     this.#emit("connection", {code: event.code, reason: event.reason});
@@ -137,9 +136,6 @@ class Store extends EventTarget {
       const error = new RequestError(message.error, message.kind, message.details);
       if (waiting) waiting.reject(error);
       else this.#emit("failure", {error});
-    } else if (waiting && message.ok?.revision > (this.documents.get(waiting.tab)?.revision ?? Infinity)) {
-      // What changed comes on its own way: who asked goes on when it is here.
-      this.#late.push({...waiting, ...message.ok, value: message.ok});
     } else {
       waiting?.resolve(message.ok);
     }
@@ -163,7 +159,6 @@ class Store extends EventTarget {
       }
       case "closed":
         this.documents.delete(message.tab);
-        this.#settle(message.tab, Infinity);
         break;
     }
     this.#emit(message.push, message);
@@ -193,14 +188,6 @@ class Store extends EventTarget {
     next.automata = withContent(next);
     this.documents.set(tab, next);
     this.#emit("document", {tab, changed, whole: Boolean(message.full)});
-    this.#settle(tab, revision);
-  }
-
-  /** Let those go on who wait for a document as of some revision. */
-  #settle(tab, revision) {
-    const arrived = this.#late.filter((each) => each.tab === tab && each.revision <= revision);
-    this.#late = this.#late.filter((each) => !arrived.includes(each));
-    for (const {resolve, value} of arrived) resolve(value);
   }
 
   #emit(kind, detail = {}) {

@@ -67,10 +67,8 @@ class Entries extends LitElement {
   }
 
   #add = async () => {
-    const {add} = this.of;
-    const fields = add === "addLibrary" ? {name: "math"} : this.automaton ? {automaton: this.automaton} : {};
     const index = this.entries.length;
-    if ((await apply(add, fields)) === undefined) return;
+    if ((await apply("addEntry", {list: this.of.list, automaton: this.automaton})) === undefined) return;
     await this.reveal(index, "name");
     this.querySelectorAll(".entry")[index]?.querySelector("input")?.select();
   };

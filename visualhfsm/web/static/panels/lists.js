@@ -3,7 +3,7 @@
  *
  * @typedef {{name: string, label: string, kind?: string, options?: [string, string][], hint?: string, mono?: boolean, unit?: string,
  *   wide?: boolean}} Field `wide` takes a line of its own
- * @typedef {{list: string, title: string, noun: string, add: string, explain: string, fields: Field[]}} EntryList
+ * @typedef {{list: string, title: string, noun: string, explain: string, fields: Field[]}} EntryList
  */
 
 const TYPES = ["int", "float", "bool", "str"].map((each) => [each, each]);
@@ -19,11 +19,11 @@ const parameterFields = (types, hint) => [
 /** @type {Record<string, EntryList>} */
 export const LISTS = {
   libraries: {
-    list: "libraries", title: "Libraries", noun: "library", add: "addLibrary", explain: "What the code imports: numpy as np, from math import pi.",
+    list: "libraries", title: "Libraries", noun: "library", explain: "What the code imports: numpy as np, from math import pi.",
     fields: [{name: "name", label: "Import", mono: true, wide: true, hint: "math"}],
   },
   interfaces: {
-    list: "interfaces", title: "Interfaces", noun: "interface", add: "addInterface", explain: "Servants that the code uses, each by an attribute of self.",
+    list: "interfaces", title: "Interfaces", noun: "interface", explain: "Servants that the code uses, each by an attribute of self.",
     fields: [
       {name: "name", label: "self.", mono: true, hint: "camera"},
       {name: "type", label: "Interface", mono: true, hint: "Camera"},
@@ -31,15 +31,15 @@ export const LISTS = {
     ],
   },
   parameters: {
-    list: "parameters", title: "Parameters", noun: "parameter", add: "addParameter", explain: "Attributes of self, and options of the command line.",
+    list: "parameters", title: "Parameters", noun: "parameter", explain: "Attributes of self, and options of the command line.",
     fields: parameterFields(TYPES, "0.0"),
   },
   events: {
-    list: "events", title: "Events", noun: "event", add: "addEvent", explain: "Events that may come from outside. Those that only the code sends need no entry.",
+    list: "events", title: "Events", noun: "event", explain: "Events that may come from outside. Those that only the code sends need no entry.",
     fields: [{name: "name", label: "Name"}, {name: "description", label: "Description", wide: true, hint: "when it comes"}],
   },
   properties: {
-    list: "properties", title: "Properties", noun: "property", add: "addProperty", explain: "What the model checker is to prove, of all runs there may be.",
+    list: "properties", title: "Properties", noun: "property", explain: "What the model checker is to prove, of all runs there may be.",
     fields: [
       {name: "name", label: "Name"},
       {name: "kind", label: "Kind", kind: "select", options: [["always", "always"], ["eventually", "eventually"], ["never", "never"]]},
@@ -48,7 +48,7 @@ export const LISTS = {
     ],
   },
   inputs: {
-    list: "inputs", title: "Inputs", noun: "input", add: "addParameter", explain: "Variables that the state above sets each time it is entered.",
+    list: "inputs", title: "Inputs", noun: "input", explain: "Variables that the state above sets each time it is entered.",
     fields: parameterFields(INPUT_TYPES, "none: must be handed over"),
   },
 };

@@ -7,10 +7,7 @@
 
 import {ownerOf, pathTo, titleOf} from "../outline.js";
 
-const LISTS = {
-  parameters: "changeParameter", inputs: "changeParameter", events: "changeEvent", properties: "changeProperty",
-  libraries: "changeLibrary", interfaces: "changeInterface",
-};
+const LISTS = new Set(["parameters", "inputs", "events", "properties", "libraries", "interfaces"]);
 const WORDS = {
   entry: "entry code", code: "code", exit: "exit code", argument: "argument", trigger: "trigger", guard: "guard", fired: "code",
   priority: "priority", variables: "variables", functions: "functions", period: "period", import: "import", name: "name",
@@ -56,10 +53,10 @@ export function commandFor(place, text) {
       return {command: "setTransitionCode", automaton, transition: id, part, text};
     case "automaton":
       if (part === "period") return {command: "setPeriod", automaton, period: text};
-      if (part === "inputs") return {command: LISTS.inputs, automaton, index, [name]: text};
+      if (part === "inputs") return {command: "changeEntry", list: part, automaton, index, fields: {[name]: text}};
       return {command: "setAutomatonCode", automaton, part, text};
     default:
-      if (part in LISTS) return {command: LISTS[part], index, [name]: text};
+      if (LISTS.has(part)) return {command: "changeEntry", list: part, index, fields: {[name]: text}};
       return {command: "setComponentText", part, text};
   }
 }
@@ -80,7 +77,7 @@ export function wordsFor(document, place) {
   if (kind === "transition") found.push(nameOf(shown?.transitions, id, "transition"));
   if (kind === "document") found.push("component");
   const list = kind === "automaton" ? shown?.[part] : document.fields[part];
-  if (part in LISTS) found.push(`${WORDS[part]} ${list?.[index]?.name || index + 1}`, ...(name && name !== "name" ? [name] : []));
+  if (LISTS.has(part)) found.push(`${WORDS[part]} ${list?.[index]?.name || index + 1}`, ...(name && name !== "name" ? [name] : []));
   else if (part === "argument") found.push(`argument ${name}`);
   else if (part) found.push(WORDS[part] ?? part);
   return found;
@@ -89,7 +86,7 @@ export function wordsFor(document, place) {
 /** What an automaton is called, with its number where its state has several. */
 function wordFor(document, automaton) {
   const children = ownerOf(document, automaton)?.children ?? [];
-  return `${automaton.title ?? titleOf(document, automaton)}${children.length > 1 ? ` (${children.indexOf(automaton.id) + 1})` : ""}`;
+  return `${titleOf(document, automaton, document.fields?.name)}${children.length > 1 ? ` (${children.indexOf(automaton.id) + 1})` : ""}`;
 }
 
 const nameOf = (items, id, kind) => items?.find((each) => each.id === id)?.name || `${kind} ${id}`;
