@@ -41,10 +41,25 @@ class KnownInterfaces:
     by_name: Mapping[str, tuple[KnownInterface, ...]]
 
     def find(self, name: str) -> tuple[KnownInterface, ...]:
-        """Return the interfaces that a plain or a scoped name (`Camera`, `nao::PoseHead`) may mean."""
+        """Return the interfaces that a plain or a scoped name (`Camera`, `nao::PoseHead`) may mean.
+
+        Where none has the name, upper and lower case do not count: documents of old say `Pose3d`.
+        """
         scoped = name.strip().replace(".", "::").removeprefix("::")
-        found = self.by_name.get(scoped.rsplit("::", 1)[-1], ())
-        return tuple(known for known in found if "::" not in scoped or known.scoped_name == scoped)
+        plain = scoped.rsplit("::", 1)[-1]
+        found = self.by_name.get(plain, ())
+        if not found:
+            found = tuple(
+                known
+                for other, several in self.by_name.items()
+                if other.casefold() == plain.casefold()
+                for known in several
+            )
+        return tuple(
+            known
+            for known in found
+            if "::" not in scoped or known.scoped_name.casefold() == scoped.casefold()
+        )
 
 
 def find_interfaces(directories: Iterable[Path] = ()) -> KnownInterfaces:

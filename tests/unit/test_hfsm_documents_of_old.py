@@ -127,3 +127,68 @@ def test_repeated_ids_of_transitions_are_renumbered(tmp_path: Path, text: str) -
 def test_repeated_ids_of_today_are_an_error(tmp_path: Path) -> None:
     (found,) = checked(tmp_path / "new.xml", document(sub(1, 0, *STATES, *REPEATED)))
     assert found.startswith("E517: ")
+
+
+def _with_speed(id: int, name: str, inside: str, speed: int, *, namespace: bool) -> str:
+    """Return a state of VisualStates with a function `speed`, in its namespace or directly."""
+    functions = f"<functions>def speed(self): return {speed}</functions>"
+    return (
+        f'<state id="{id}" initial="{id == 1}"><name>{name}</name>\n'
+        f"{f'<namespace>{functions}</namespace>' if namespace else functions}"
+        f"{inside}{visualstates_transition(id, id, 3 - id)}</state>\n"
+    )
+
+
+def _inner(id: int) -> str:
+    call = "self.seen = getattr(self, 'seen', []) + [self.namespace.speed()]"
+    return f'<state id="{id}" initial="True"><name>inner{id}</name><code>{call}</code></state>'
+
+
+def test_every_namespace_has_functions_of_its_own(tmp_path: Path) -> None:
+    text = visualstates(
+        _with_speed(1, "slow", _inner(3), 1, namespace=True)
+        + _with_speed(2, "fast", _inner(4), 2, namespace=True)
+    )
+    assert [each for each in checked(tmp_path / "old.xml", text) if not each.startswith("N")] == [
+        "W509: another namespace has `speed`, too: here the names end with `_3`"
+    ]
+    component = load(compile_to(tmp_path, text))
+    run = VirtualRun(component)
+    run.advance(0.25)
+    assert (run.errors, vars(component)["seen"]) == ((), [1, 2, 1])
+    assert not [each for each in checked(tmp_path / "new.xml", converted(text)) if not each.startswith("N")]
+
+
+def test_functions_of_two_states_side_by_side_are_kept_apart(tmp_path: Path) -> None:
+    code = "<code>self.seen = getattr(self, 'seen', []) + [self.interfaces.speed()]</code>"
+    text = visualstates(
+        _with_speed(1, "slow", code, 1, namespace=False) + _with_speed(2, "fast", code, 2, namespace=False)
+    )
+    component = load(compile_to(tmp_path, text))
+    run = VirtualRun(component)
+    run.advance(0.25)
+    assert (run.errors, vars(component)["seen"]) == ((), [1, 2, 1])
+
+
+@pytest.mark.parametrize(
+    ("code", "is_changed"),
+    [
+        ("self.a = 1 &amp;lt; 2", True),
+        ("if 1 &amp;amp;lt; 2:\n  self.a = True", True),
+        ("self.a = '&amp;lt;' != ''", False),
+        ("lt = 1; self.a = lt != 2", False),
+    ],
+)
+def test_what_was_escaped_twice_is_undone(tmp_path: Path, code: str, is_changed: bool) -> None:
+    text = visualstates(f'<state id="1" initial="True"><name>go</name><code>{code}</code></state>')
+    found = checked(tmp_path / "old.xml", text)
+    assert [each[:4] for each in found] == ["W509"] * is_changed
+    component = load(compile_to(tmp_path, text))
+    run = VirtualRun(component)
+    run.advance(0)
+    assert (run.errors, vars(component)["a"]) == ((), True)
+
+
+def test_an_interface_may_be_written_in_other_letters(tmp_path: Path) -> None:
+    text = old(sub(1, 0, state(1, "go", initial=True)), config=MOTORS.replace(">Motors</interface>", ">MOTORS</interface>"))  # fmt: skip
+    assert checked(tmp_path / "old.xml", text) == []

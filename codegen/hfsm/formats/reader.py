@@ -8,15 +8,15 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
-from itertools import count
 from pathlib import Path
 from typing import Final
 
-from ...diagnostics import Diagnostics, Location, Note
+from ...diagnostics import Diagnostics, Location
 from ..code.language import CPP, language_of
 from ..code.reader import first_foreign
-from ..document import Automaton, Comment, Document, Text, Transition
+from ..document import Comment, Document, Text
 from .dialects import ROOT_TAGS, Dialect, dialect_of, editor_of, reader_of
+from .old import adapt_old_document
 from .xml_tree import parse_xml, read_bytes
 
 __all__ = ["looks_like_document", "parse_document", "read_document"]
@@ -74,33 +74,10 @@ def parse_document(
     if not document.is_old and (editor := editor_of(root)):
         document = replace(document, dialect=Text(editor))
     if document.is_old:
-        document = _with_ids_of_their_own(document, path, diagnostics)
+        document = adapt_old_document(document, path, diagnostics)
     if dialect_of(root) is not Dialect.NATIVE and language_of(document) == CPP:
         document = replace(document, language=Text(CPP))
         if (piece := first_foreign(document, path)) is not None:
             message = "most of the code looks like C++: it is kept as C++, and does not run here"
             diagnostics.note("N502", message, piece.place)
     return document
-
-
-def _with_ids_of_their_own(document: Document, path: Path, diagnostics: Diagnostics) -> Document:
-    """Return a document of old whose transitions have different ids: its generator never read them."""
-
-    def renumbered(automaton: Automaton) -> Automaton:
-        free = (number for number in count(1) if all(each.id != number for each in automaton.transitions))
-        first: dict[int, Transition] = {}
-        found: list[Transition] = []
-        for transition in automaton.transitions:
-            known = first.setdefault(transition.id, transition)
-            number = transition.id
-            if known is not transition or number == 0:
-                number = next(free)
-                reason = "is not at least 1" if known is transition else "is that of another"
-                message = f"the id {transition.id} of a transition {reason}: it is given {number}"
-                place = Location(path, transition.line, max(1, transition.column))
-                note = Note("the other is here", Location(path, known.line, max(1, known.column)))
-                diagnostics.warning("W508", message, place, [] if known is transition else [note])
-            found.append(replace(transition, id=number))
-        return replace(automaton, transitions=tuple(found))
-
-    return replace(document, automata=tuple(map(renumbered, document.automata)))

@@ -7,12 +7,17 @@ a namespace: here they belong to the automaton that the state owns, and all are 
 
 from __future__ import annotations
 
+import ast
+import re
+from collections import defaultdict
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
 from codegen.diagnostics import Diagnostics
 
+from ...code.trees import parse_piece
 from ...document import (
     DEFAULT_PERIOD,
     NO_CHILD,
@@ -65,6 +70,9 @@ class VisualStatesReader(ElementReader):
         self._owned: dict[XmlElement, int] = {}
         self._moved: set[XmlElement] = set()
         """Functions and variables that stand in an automaton, and nowhere else."""
+        self._functions: set[str] = set()
+        self._renamed: defaultdict[XmlElement | Level, dict[str, str]] = defaultdict(dict)
+        """The new names of functions, for the code of a level and for that of one state."""
 
     def document(self, root: XmlElement) -> Document:
         """Return the document; worth nothing if the reader has `failed` afterwards."""
@@ -129,8 +137,40 @@ class VisualStatesReader(ElementReader):
         around = list(shared) if level.is_root else []
         if level.owner is not None:
             around += [self._parts[level.owner], self._namespaces[level.owner]]
-        inside = [self._parts[state] for state in level.states if state not in self._owned]
-        return tuple(self._code(tag, around, inside) for tag in _CODE)
+        for parts in around:
+            self._rename_functions(parts.first("functions"), level, level)
+        inside = [(state, self._parts[state]) for state in level.states if state not in self._owned]
+        for state, parts in inside:
+            self._rename_functions(parts.first("functions"), level, state)
+        return tuple(self._code(tag, level, around, inside) for tag in _CODE)
+
+    def _rename_functions(self, element: XmlElement | None, level: Level, scope: XmlElement | Level) -> None:
+        """Find new names for functions whose names are taken: each namespace had its own.
+
+        `scope` is the level, or the one state whose functions they are.
+        """
+        tree = None if element is None else parse_piece(element.text)
+        if element is None or tree is None:
+            return
+        names = {each.name for each in tree.body if isinstance(each, ast.FunctionDef)}
+        suffix = f"{level.id}" if isinstance(scope, Level) else f"{level.id}_{self._ids[scope]}"
+        taken = sorted(names & self._functions)
+        if taken:
+            self._renamed[scope] |= {name: f"{name}_{suffix}" for name in taken}
+            listed = ", ".join(f"`{name}`" for name in taken)
+            message = f"another namespace has {listed}, too: here the names end with `_{suffix}`"
+            self.warn(element, "W509", message)
+        self._functions |= names
+
+    def _with_new_names(self, text: Text, *scopes: XmlElement | Level | None) -> Text:
+        """Return code in which functions of some scopes have their new names."""
+        for scope in scopes:
+            for old, new in self._renamed.get(scope, {}).items() if scope is not None else ():
+                name = re.compile(
+                    rf"(\bdef\s+|\bself\.(?:(?:namespace|interfaces|rosNode)\.)?){re.escape(old)}\b"
+                )
+                text = replace(text, text=name.sub(rf"\1{new}", text.text))
+        return text
 
     def _automaton(
         self,
@@ -147,8 +187,10 @@ class VisualStatesReader(ElementReader):
         return Automaton(
             id=level.id,
             father=level.father,
-            states=tuple(self._state(state, period, before.comments_before(state)) for state in level.states),
-            transitions=tuple(self._transition(each, source) for each, source in transitions),
+            states=tuple(
+                self._state(state, level, period, before.comments_before(state)) for state in level.states
+            ),
+            transitions=tuple(self._transition(each, source, level) for each, source in transitions),
             iteration_time=period,
             variables=variables,
             functions=functions,
@@ -157,23 +199,25 @@ class VisualStatesReader(ElementReader):
             column=0 if owner is None else owner.column,
         )
 
-    def _code(self, tag: str, around: Iterable[Parts], inside: Iterable[Parts]) -> Text:
+    def _code(
+        self, tag: str, level: Level, around: Iterable[Parts], inside: Iterable[tuple[XmlElement, Parts]]
+    ) -> Text:
         """Return the functions or variables of an automaton: those of the states around and inside it.
 
         What is the only one, and around it, is moved; all others are copied, and stay known where they were.
         """
         outer = [found for parts in around if (found := parts.first(tag)) is not None]
-        inner = [found for parts in inside if (found := parts.first(tag)) is not None]
-        pieces = [piece for piece in outer + inner if piece.text.strip()]
+        inner = {found: state for state, parts in inside if (found := parts.first(tag)) is not None}
+        pieces = [piece for piece in (*outer, *inner) if piece.text.strip()]
         if not pieces:
             return text_of(outer[-1]) if outer else Text()
         if len(pieces) == 1 and pieces[0] in outer:
             self._moved.add(pieces[0])
-        texts = [piece.text for piece in pieces]
+        texts = [self._with_new_names(text_of(each), inner.get(each), level).text for each in pieces]
         joined = "".join(text if text.endswith("\n") else f"{text}\n" for text in texts[:-1])
         return Text(joined + texts[-1], pieces[0].text_line, pieces[0].text_column)
 
-    def _state(self, element: XmlElement, period: Text, comments: tuple[Comment, ...]) -> State:
+    def _state(self, element: XmlElement, level: Level, period: Text, comments: tuple[Comment, ...]) -> State:
         parts = self._parts[element]
         owned = self._owned.get(element, NO_CHILD)
         fields = node_fields(element, parts, "id", "initial", comments=comments, native=_STATE)
@@ -196,7 +240,7 @@ class VisualStatesReader(ElementReader):
             y=self.number(parts.first("posy")),
             children=() if owned == NO_CHILD else (owned,),
             history=Text() if owned == NO_CHILD else Text("restart", element.line, element.column),
-            code=text_of(parts.first("code")),
+            code=self._with_new_names(text_of(parts.first("code")), element, level),
             **fields,
         )
 
@@ -228,7 +272,7 @@ class VisualStatesReader(ElementReader):
         digits = written.text.strip()
         return int(digits) if digits.isascii() and digits.isdigit() and len(digits) <= 10 else -1
 
-    def _transition(self, element: XmlElement, state: XmlElement) -> Transition:
+    def _transition(self, element: XmlElement, state: XmlElement, level: Level) -> Transition:
         tags = {each.tag: each.text.strip() for each in element.elements()}
         written = tags.get("type") or ("0" if "time" in tags else "1")
         kind = _TRIGGERS.get(written, written)
@@ -246,8 +290,8 @@ class VisualStatesReader(ElementReader):
             else self.parse_id(origin, "originid", origin.text),
             destination=self.reference(element, parts.first("destinationid"), "destinationid"),
             type=kind,
-            trigger=text_of(parts.first(trigger_tag)),
-            code=text_of(parts.first("code")),
+            trigger=self._with_new_names(text_of(parts.first(trigger_tag)), state, level),
+            code=self._with_new_names(text_of(parts.first("code")), state, level),
             **node_fields(
                 element,
                 parts,
