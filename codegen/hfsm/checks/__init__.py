@@ -103,7 +103,7 @@ def _check_code(
     if "send" in own:  # what it sends is its own affair
         found, is_complete = [access for access in found if access.name != "send"], False
     is_complete = is_complete and not any(unclear_sends(document, path))
-    check_events(document, pieces, found, report, is_complete=is_complete)
+    check_events(document, codes, pieces, found, report, is_complete=is_complete)
     check_blocking(codes, functions, found, modules, report)
 
 

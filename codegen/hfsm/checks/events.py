@@ -1,16 +1,21 @@
-"""Find events that are waited for in vain, and events that nobody waits for."""
+"""Find events that are waited for in vain, and events that nobody waits for.
+
+An event reaches the automata that are active when it is sent, and no ghost.
+"""
 
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterable
+from collections import Counter
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass
 
 from ...diagnostics import Location, did_you_mean
 from ..code.sends import sends_of
-from ..document import Document, Text
+from ..document import Automaton, Document, Text
 from .accesses import Access
 from .labels import transition_label
-from .pieces import Piece
+from .pieces import AutomatonCode, Piece
 from .report import Report
 
 __all__ = ["check_events"]
@@ -18,19 +23,23 @@ __all__ = ["check_events"]
 
 def check_events(
     document: Document,
-    pieces: Iterable[Piece],
-    found: Iterable[Access],
+    codes: Iterable[AutomatonCode],
+    pieces: Collection[Piece],
+    found: Collection[Access],
     report: Report,
     *,
     is_complete: bool,
 ) -> None:
     """Compare the events that are awaited, sent and declared.
 
-    `pieces` are all code, and `found` is every use of `self` in it. What it sends by other names for the
-    component counts, too; when it `is_complete`, nothing more is sent.
+    `pieces` are all code, `codes` that of the automata by where it stands, and `found` is every use of `self`
+    in it. What it sends by other names for the component counts, too; when it `is_complete`, nothing more is
+    sent.
     """
     sent = _sent(found)
-    otherwise = set[str]().union(*(sends_of(Text("\n".join(piece.code.lines))).names for piece in pieces))
+    names = {piece: sends_of(Text("\n".join(piece.code.lines))).names for piece in pieces}
+    otherwise = set[str]().union(*names.values())
+    senders = _Senders(document, codes, names, found)
     declared = {event.name.strip(): report.place(event) for event in document.events}
     awaited: set[str] = set()
     for automaton in document.automata:
@@ -39,15 +48,96 @@ def check_events(
             if transition.type != "event" or not name:
                 continue
             awaited.add(name)
+            who = transition_label(transition)
             if is_complete and name not in {*sent, *otherwise, *declared}:
-                who = transition_label(transition)
                 message = f"{who} waits for the event `{name}`, which nothing sends or declares"
                 known = did_you_mean(name, {*sent, *declared})
                 report.warning("W526", message, report.place(transition, transition.trigger), known)
+            elif is_complete and name not in declared and not senders.reach(name, automaton):
+                message = f"the event `{name}` is sent only while the automaton of {who} is a ghost"
+                report.warning("W526", message, report.place(transition, transition.trigger))
     for name, place in {**sent, **declared}.items():
         if name not in awaited:
             message = f"no transition waits for the event `{name}`"
             report.warning("W527", message, place, did_you_mean(name, awaited))
+
+
+@dataclass(frozen=True)
+class _Place:
+    """Where a piece of code stands; its automata below are active while it runs if it is of a `stay`."""
+
+    automaton: Automaton
+    state: int
+    is_stay: bool
+
+
+class _Senders:
+    """The pieces of code that send events, and whether they can while an automaton is active."""
+
+    def __init__(
+        self,
+        document: Document,
+        codes: Iterable[AutomatonCode],
+        names: Mapping[Piece, frozenset[str]],
+        found: Iterable[Access],
+    ) -> None:
+        self._document = document
+        self._by_name: dict[str, list[Piece]] = {}
+        for piece, sent in names.items():
+            for event in sent:
+                self._by_name.setdefault(event, []).append(piece)
+        self._places: dict[Piece, _Place] = {}
+        for code in codes:
+            transitions = code.automaton.transitions
+            stays = [*code.code.items(), *((transitions[n].origin, p) for n, p in code.conditions.items())]
+            changes = [*code.entry.items(), *code.exit.items()]
+            changes += [(state, piece) for state, pieces in code.arguments.items() for piece in pieces]
+            changes += [(transitions[number].origin, piece) for number, piece in code.fired.items()]
+            for is_stay, places in ((True, stays), (False, changes)):
+                for state, piece in places:
+                    self._places[piece] = _Place(code.automaton, state, is_stay)
+        self._direct = Counter(
+            (access.piece, name.value)
+            for access in found
+            if access.path == ("send",)
+            and access.call is not None
+            and isinstance(name := _name(access.call), ast.Constant)
+        )
+        self._above: dict[int, dict[int, int]] = {}
+
+    def reach(self, name: str, receiver: Automaton) -> bool:
+        """Return whether an event may be sent while an automaton is active, as far as can be seen."""
+        return any(self._reaches(piece, name, receiver) for piece in self._by_name.get(name, ()))
+
+    def _reaches(self, piece: Piece, name: str, receiver: Automaton) -> bool:
+        place = self._places.get(piece)
+        if place is None or not self._sends_at_once(piece, name):
+            return True
+        owners, above = self._owners(receiver), self._owners(place.automaton)
+        if place.automaton.id in owners:
+            return place.is_stay and owners[place.automaton.id] == place.state
+        return all(above[each] == owners[each] for each in above.keys() & owners.keys())
+
+    def _sends_at_once(self, piece: Piece, name: str) -> bool:
+        """Return whether all that a piece does with the name of an event is to send it when it runs."""
+        nodes = list(ast.walk(piece.tree))
+        if any(isinstance(node, ast.Lambda | ast.FunctionDef | ast.AsyncFunctionDef) for node in nodes):
+            return False
+        mentions = sum(isinstance(node, ast.Constant) and node.value == name for node in nodes)
+        return mentions == self._direct[piece, name]
+
+    def _owners(self, automaton: Automaton) -> dict[int, int]:
+        """Return the automata above one, by id, with the states that own the chain down to it."""
+        if automaton.id not in self._above:
+            found: dict[int, int] = {}
+            each = automaton
+            while (owner := self._document.owner(each)) is not None and each.father not in found:
+                found[each.father] = owner.id
+                father = self._document.automaton(each.father)
+                assert father is not None, "it has the owner"
+                each = father
+            self._above[automaton.id] = found
+        return self._above[automaton.id]
 
 
 def _sent(found: Iterable[Access]) -> dict[str, Location]:
