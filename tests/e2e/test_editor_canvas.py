@@ -13,7 +13,7 @@ from codegen.hfsm import read_document
 from tests.support.browser import EditorPage, editor_page, saved
 from tests.support.editor import Editor, editor
 from tests.support.limits import LIMIT
-from visualhfsm.editing import undo
+from visualhfsm.sessions import undo
 
 BEHAVIORS = Path(__file__).parents[2] / "behaviors"
 LEAST_MOVE = 3.0  # pixels

@@ -14,7 +14,7 @@ from tests.support.editor import Editor, editor, services
 from tests.support.limits import LIMIT
 from tests.support.panels import DOCUMENT, add, choose, edit, panel_violations, undo_names
 from visualhfsm.code_help.service import CodeHelper
-from visualhfsm.editing import undo
+from visualhfsm.sessions import undo
 
 INTERACTION_DELAY = 100
 """Milliseconds after which CodeMirror's list takes keys for sure; those of the first 75 are the text's."""

@@ -14,7 +14,7 @@ from visualhfsm.editing.commands.paste import FillAutomaton, PasteStates
 from visualhfsm.editing.commands.states import RenameState, SetArgument
 from visualhfsm.editing.errors import EditError
 from visualhfsm.editing.serialization import copy_states, parse, written
-from visualhfsm.editing.session import DocumentSession
+from visualhfsm.sessions.session import DocumentSession
 
 
 def automaton(document: Document, id: int) -> Automaton:

@@ -21,9 +21,9 @@ from visualhfsm.editing.commands.states import AddState, MarkInitial, RenameStat
 from visualhfsm.editing.commands.transitions import AddTransition, RenameTransition, ReorderTransition
 from visualhfsm.editing.diff import diff_documents
 from visualhfsm.editing.errors import EditError
-from visualhfsm.editing.merge import Merged, merge_documents, merge_lines
 from visualhfsm.editing.places import search
 from visualhfsm.editing.serialization import parse
+from visualhfsm.sessions.merge import Merged, merge_documents, merge_lines
 
 
 def done(document: Document, *commands: Command) -> Document:

@@ -12,7 +12,7 @@ from tests.support.examples import examples
 from visualhfsm.editing.commands.group import GroupStates, split_variables
 from visualhfsm.editing.errors import EditError
 from visualhfsm.editing.serialization import parse
-from visualhfsm.editing.session import DocumentSession
+from visualhfsm.sessions.session import DocumentSession
 
 NUMBERS = st.integers(1, 6)
 

@@ -10,7 +10,7 @@ import pytest
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import read_document
 from tests.support.documents import document, state, sub
-from visualhfsm.editing.imports import imported_views
+from visualhfsm.sessions.imports import imported_views
 
 STUB = '<SubAutomata id="2" idFather="1"><import automaton="{}">{}</import></SubAutomata>\n'
 

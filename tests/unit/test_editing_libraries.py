@@ -16,9 +16,9 @@ from visualhfsm.editing.commands.automata import SetAutomatonCode, SetImport
 from visualhfsm.editing.commands.component import AddEntry
 from visualhfsm.editing.commands.states import SetArgument
 from visualhfsm.editing.errors import EditError
-from visualhfsm.editing.imports import extract, imported_content, inline
-from visualhfsm.editing.templates import find_templates, make_template
 from visualhfsm.editing.views import view
+from visualhfsm.sessions.imports import extract, imported_content, inline
+from visualhfsm.sessions.templates import find_templates, make_template
 
 
 def read(path: Path) -> Document:

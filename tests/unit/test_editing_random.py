@@ -19,7 +19,7 @@ from tests.support.examples import examples
 from visualhfsm.editing.commands import decode_command, encode_command
 from visualhfsm.editing.errors import EditError
 from visualhfsm.editing.serialization import parse
-from visualhfsm.editing.session import DocumentSession
+from visualhfsm.sessions.session import DocumentSession
 
 COMMANDS_EACH = 100
 

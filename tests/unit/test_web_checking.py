@@ -11,7 +11,7 @@ import pytest
 from codegen.hfsm.document import Document
 from tests.support.limits import LIMIT
 from visualhfsm.editing.problems import CheckProcess, Problem
-from visualhfsm.editing.session import DocumentSession
+from visualhfsm.sessions.session import DocumentSession
 from visualhfsm.web.checking import Checking
 from visualhfsm.web.protocol import Problems
 from visualhfsm.web.tab import Tab, Threads

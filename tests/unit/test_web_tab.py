@@ -13,7 +13,7 @@ import pytest
 from codegen.hfsm.document import Automaton, Document
 from tests.support.limits import LIMIT
 from visualhfsm.editing.commands.states import AddState
-from visualhfsm.editing.session import DocumentSession
+from visualhfsm.sessions.session import DocumentSession
 from visualhfsm.web.tab import Tab, Threads
 
 Test = Callable[[Callable[[int], Tab], Threads], Coroutine[Any, Any, None]]

@@ -13,8 +13,8 @@ import pytest
 from codegen.hfsm.document import Automaton, Document
 from tests.support.limits import LIMIT
 from visualhfsm.editing.commands.states import AddState
-from visualhfsm.editing.session import DocumentSession
 from visualhfsm.services import Output, OutputLine, RunPush
+from visualhfsm.sessions.session import DocumentSession
 from visualhfsm.web.protocol import Answer, Problems
 from visualhfsm.web.tab import Tab, Threads
 from visualhfsm.web.window import Window

@@ -1,7 +1,6 @@
-"""Edit documents of automata, without a browser.
+"""Documents of automata as values that commands change, without a browser and without files.
 
-A `session` is an open document: `commands` change it, `history` undoes them, `files` and `journal` keep it.
-`fragments` go through the clipboard, `merge` and `diff` compare versions, `search` finds, `problems` tells
-what is wrong where (`check_process` beside), `views` is what a page draws of it, `templates` what it begins
-with, and `libraries` moves parts to files of their own. `places` names the parts of a document.
+`commands` change a document, `serialization` reads and writes it and its parts, `places` names them, `diff`
+compares versions, `problems` finds what is wrong where, and `views` is what a page draws of it. `nodes`,
+`subtrees` and `geometry` are what commands are made of.
 """

@@ -9,14 +9,14 @@ from typing import Any, Final
 from codegen.hfsm.document import Document
 from visualhfsm.editing.commands.paste import PasteStates
 from visualhfsm.editing.diff import diff_documents
-from visualhfsm.editing.files import read_file
-from visualhfsm.editing.imports import extract, imported_views, inline
 from visualhfsm.editing.places import search
 from visualhfsm.editing.serialization import copy_states, parse_file
-from visualhfsm.editing.session import Change, Choice
-from visualhfsm.editing.templates import find_templates
 from visualhfsm.editing.views import view
 from visualhfsm.errors import VisualHfsmError
+from visualhfsm.sessions.files import read_file
+from visualhfsm.sessions.imports import extract, imported_views, inline
+from visualhfsm.sessions.session import Change, Choice
+from visualhfsm.sessions.templates import find_templates
 
 from . import documents
 from . import protocol as p

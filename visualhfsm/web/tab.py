@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Final, TypeVar
 
 from codegen.hfsm.document import Document
-from visualhfsm.editing.session import DocumentSession
 from visualhfsm.services import OutputLine, RunPush, Source, complete, retrieve
+from visualhfsm.sessions.session import DocumentSession
 
 from .protocol import Outside, Problems
 

@@ -13,9 +13,9 @@ from types import TracebackType
 from typing import Final, Self
 
 from visualhfsm.editing.errors import EditError
-from visualhfsm.editing.journal import Abandoned, find_abandoned, journal_directory
-from visualhfsm.editing.session import Choice, DocumentSession
 from visualhfsm.services import Components, Output, Push, RunPush, Snapshot, Stale, Structure
+from visualhfsm.sessions.journal import Abandoned, find_abandoned, journal_directory
+from visualhfsm.sessions.session import Choice, DocumentSession
 
 from .checking import Checking
 from .errors import MissingError, TooManyError

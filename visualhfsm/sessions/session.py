@@ -12,15 +12,22 @@ from typing import Final
 import msgspec
 
 from codegen.hfsm.document import Document
+from visualhfsm.editing.commands import Command, decode_command, encode_command
+from visualhfsm.editing.commands.items import DeleteItems
+from visualhfsm.editing.commands.paste import ReplaceDocument
+from visualhfsm.editing.errors import ChangedOutsideError, EditError, OldFormatError
+from visualhfsm.editing.serialization import (
+    MAX_SIZE,
+    NATIVE,
+    copy_states,
+    dialect_of_file,
+    parse_file,
+    written,
+)
 
-from .commands import Command, decode_command, encode_command
-from .commands.items import DeleteItems
-from .commands.paste import ReplaceDocument
-from .errors import ChangedOutsideError, EditError, OldFormatError
 from .files import FileVersion, read_file, write_file
 from .journal import Done, Entry, Journal, Redone, Saved, Undone, journal_directory, make_header
 from .merge import Conflict, merge_documents
-from .serialization import MAX_SIZE, NATIVE, copy_states, dialect_of_file, parse_file, written
 from .undo import Change, UndoStack
 
 __all__ = ["Change", "Choice", "DocumentSession", "Resolution"]

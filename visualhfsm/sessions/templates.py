@@ -10,8 +10,7 @@ from typing import Final
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import read_document
 from codegen.hfsm.document import Automaton, Document
-
-from .errors import EditError
+from visualhfsm.editing.errors import EditError
 
 __all__ = ["EMPTY", "Template", "find_templates", "make_template"]
 

@@ -21,7 +21,7 @@ from typing import Final
 
 import msgspec
 
-from .errors import EditError
+from visualhfsm.editing.errors import EditError
 
 __all__ = [
     "Abandoned",

@@ -9,16 +9,16 @@ from typing import Any
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import resolve
 from codegen.hfsm.document import NO_CHILD, Automaton, Document
+from visualhfsm.editing.commands import Command
+from visualhfsm.editing.commands.automata import ExtractAutomaton
+from visualhfsm.editing.commands.paste import FillAutomaton
+from visualhfsm.editing.errors import EditError
+from visualhfsm.editing.nodes import changed, find_automaton
+from visualhfsm.editing.serialization import written
+from visualhfsm.editing.subtrees import below
+from visualhfsm.editing.views import view
 
-from .commands import Command
-from .commands.automata import ExtractAutomaton
-from .commands.paste import FillAutomaton
-from .errors import EditError
 from .files import write_file
-from .nodes import changed, find_automaton
-from .serialization import written
-from .subtrees import below
-from .views import view
 
 __all__ = ["extract", "imported_content", "imported_views", "inline"]
 

@@ -15,11 +15,10 @@ from typing import Any, Final, NamedTuple, TypeVar
 import msgspec
 
 from codegen.hfsm.document import NO_CHILD, Automaton, Document, Node, State, Text, Transition
-
-from .diff import KEYS, compared_fields, keyed, part_of, place_of, shown
-from .nodes import changed, free_ids
-from .places import Place
-from .subtrees import owners
+from visualhfsm.editing.diff import KEYS, compared_fields, keyed, part_of, place_of, shown
+from visualhfsm.editing.nodes import changed, free_ids
+from visualhfsm.editing.places import Place
+from visualhfsm.editing.subtrees import owners
 
 __all__ = ["Conflict", "Merged", "merge_documents", "merge_lines"]
 
