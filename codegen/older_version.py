@@ -36,42 +36,55 @@ class OlderVersion:
 def older_version(against: str, files: Sequence[Path], include: Sequence[Path]) -> Iterator[OlderVersion]:
     """Provide the older version of files from a directory, or from a git revision without a checkout.
 
+    A directory has the files of the same path below it, or else those of the same name in it.
     Raises OlderVersionError when `against` is neither.
     """
-    if Path(against).is_dir():
-        yield _in_directory(Path(against), files, include)
+    directory = Path(against)
+    if directory.is_dir():
+
+        def older(path: Path) -> Path:
+            below = directory if path.is_absolute() else directory / path
+            return below if below.is_dir() else directory
+
+        searched = [each for path in include for each in (older(path), path)]
+        yield OlderVersion(_older_files(files, older), searched, lambda path: path)
         return
-    with TemporaryDirectory(prefix="codegen-") as directory:
-        yield _in_revision(against, files, include, Path(directory).resolve())
+    with TemporaryDirectory(prefix="codegen-") as temporary:
+        copy = Path(temporary).resolve()
+        root = _copy_of_revision(against, files, copy)
+
+        def moved(path: Path) -> Path:
+            whole = path.resolve()
+            return copy / whole.relative_to(root) if whole.is_relative_to(root) else path
+
+        def shown(path: Path) -> Path:
+            inside = path.resolve()
+            if not inside.is_relative_to(copy):
+                return path
+            return Path(f"{against}:{inside.relative_to(copy).as_posix()}")
+
+        yield OlderVersion(_older_files(files, moved), [moved(path) for path in include], shown)
 
 
-def _in_directory(directory: Path, files: Sequence[Path], include: Sequence[Path]) -> OlderVersion:
-    """Return the files of the same path below a directory, or else those of the same name in it."""
+def _older_files(files: Sequence[Path], older: Callable[[Path], Path]) -> list[Path]:
+    """Return the files as they were, and files of the same directories that exist no more.
 
-    def counterpart(path: Path) -> Path:
-        below = directory / path if not path.is_absolute() else directory
-        return below if below.is_dir() else directory
-
-    pairs = {path.parent: counterpart(path.parent) for path in files}
-    older = [pairs[path.parent] / path.name for path in files]
-    names = {name for parent in pairs for name in _names_in(parent)}
-    gone = [
-        folder / name for folder in set(pairs.values()) for name in _names_in(folder) if name not in names
-    ]
-    searched = [each for path in include for each in (counterpart(path), path)]
-    return OlderVersion(
-        [each for each in older if each.is_file()] + sorted(gone), searched, lambda path: path
-    )
+    `older` gives what a directory was.
+    """
+    folders: dict[Path, list[Path]] = {}
+    for present in dict.fromkeys(path.parent for path in files):
+        folders.setdefault(older(present), []).append(present)
+    found = [older(path.parent) / path.name for path in files]
+    for folder, presents in folders.items():
+        names = {path.name for present in presents if present.is_dir() for path in present.iterdir()}
+        if folder.is_dir():
+            interfaces = (path for path in sorted(folder.iterdir()) if path.suffix.lower() in _EXTENSIONS)
+            found += (path for path in interfaces if path.name not in names)
+    return [path for path in found if path.is_file()]
 
 
-def _names_in(directory: Path) -> list[str]:
-    return [path.name for path in directory.iterdir() if path.suffix.lower() in _EXTENSIONS]
-
-
-def _in_revision(
-    revision: str, files: Sequence[Path], include: Sequence[Path], directory: Path
-) -> OlderVersion:
-    """Copy the interface files of a revision to a directory."""
+def _copy_of_revision(revision: str, files: Sequence[Path], directory: Path) -> Path:
+    """Copy the interface files of a revision to a directory; return the root of the repository of `files`."""
     start = files[0].resolve().parent
     if not start.is_dir():
         raise OlderVersionError(f"{start} is no directory")
@@ -89,28 +102,7 @@ def _in_revision(
         target = directory / path
         target.parent.mkdir(parents=True, exist_ok=True)
         target.write_bytes(content)
-
-    def moved(path: Path) -> Path:
-        whole = path.resolve()
-        return directory / whole.relative_to(root) if whole.is_relative_to(root) else path
-
-    older = [moved(path) for path in files]
-    parents = {moved(path.parent): path.parent for path in files}
-    older += sorted(
-        folder / name
-        for folder, present in parents.items()
-        if folder.is_dir()
-        for name in _names_in(folder)
-        if not (present / name).exists()
-    )
-
-    def shown(path: Path) -> Path:
-        inside = path.resolve()
-        if not inside.is_relative_to(directory):
-            return path
-        return Path(f"{revision}:{inside.relative_to(directory).as_posix()}")
-
-    return OlderVersion([each for each in older if each.is_file()], [moved(path) for path in include], shown)
+    return root
 
 
 def _interface_files(root: Path, commit: str) -> dict[str, str]:
