@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from dataclasses import replace
 from enum import StrEnum
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -66,6 +65,7 @@ def breaking(
     require_extensions(files, INTERFACES)
     directories = require_directories(include)
     from codegen.idl.breaking import Break, BreakingRule, breaking_changes
+    from codegen.idl.loading import load_definitions
     from codegen.older_version import OlderVersionError, older_version
 
     ignored = set(ignore or ())
@@ -73,7 +73,7 @@ def breaking(
     if unknown:
         raise typer.BadParameter(f"there is no rule {', '.join(sorted(unknown))}", param_hint="--ignore")
     diagnostics = Diagnostics()
-    new = _definitions(files, directories, diagnostics)
+    new = load_definitions(files, directories, diagnostics)
     try:
         with older_version(against, files, directories) as older:
             old = _definitions_of_older(older, diagnostics)
@@ -92,22 +92,14 @@ def breaking(
     typer.echo(f"nothing breaks, compared with {against}")
 
 
-def _definitions(
-    files: Sequence[Path], include: Sequence[Path], diagnostics: Diagnostics
-) -> dict[str, ast.Definition]:
-    from codegen.idl.loading import load_definitions
-
-    return load_definitions(files, include, diagnostics)
-
-
 def _definitions_of_older(older: OlderVersion, diagnostics: Diagnostics) -> dict[str, ast.Definition]:
     """Return the older definitions; errors among them are reported under the names that people know."""
+    from codegen.idl.loading import load_definitions
+
     found = Diagnostics()
-    definitions = _definitions(older.files, older.include, found)
+    definitions = load_definitions(older.files, older.include, found)
     for each in found.errors:
-        place = Location(
-            older.shown(each.location.path), each.location.line, each.location.column, each.location.length
-        )
+        place = replace(each.location, path=older.shown(each.location.path))
         diagnostics.error(each.code, each.message, place)
     return definitions
 
@@ -120,7 +112,6 @@ def _report_change(change: BreakingChange, older: OlderVersion, diagnostics: Dia
 
 
 def _place(token: Token, older: OlderVersion, diagnostics: Diagnostics) -> Location:
-    place = token.location
-    path = older.shown(place.path)
-    diagnostics.add_source(path, token.source.text)
-    return Location(path, place.line, place.column, place.length)
+    place = replace(token.location, path=older.shown(token.source.path))
+    diagnostics.add_source(place.path, token.source.text)
+    return place

@@ -10,6 +10,8 @@ from .lexer import Token
 
 Value = bool | int | float | str
 
+BUILTIN_TYPES = ("bool", "byte", "short", "int", "long", "float", "double", "string")
+
 
 @dataclass(slots=True, eq=False)
 class BuiltinType:

@@ -56,7 +56,7 @@ def comment_lines(word: Word) -> list[str]:
     return [first, *(f"   {line}" if line else "" for line in inner), *closing]
 
 
-def one_line(words: Sequence[Word]) -> str:
+def _one_line(words: Sequence[Word]) -> str:
     """Return words with one set of spaces between them."""
     text = ""
     for index, word in enumerate(words):
@@ -68,7 +68,7 @@ def statement_lines(words: Sequence[Word], ending: str, indent: int) -> list[str
     """Return the lines of a statement with its `ending`, without the `indent` characters before each."""
     plain = all(word.kind is not Kind.COMMENT or is_inline(word) for word in words)
     if plain:
-        line = one_line(words) + ending
+        line = _one_line(words) + ending
         if indent + len(line) <= WIDTH:
             return [line]
     lines: list[str] = []

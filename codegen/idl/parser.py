@@ -12,8 +12,7 @@ from .codes import Code
 from .lexer import Kind, LiteralError, Source, Token, parse_float, parse_integer, parse_string
 from .preprocessor import TranslationUnit
 
-BUILTIN_TYPES = ("bool", "byte", "short", "int", "long", "float", "double", "string")
-_TYPE_KEYWORDS = frozenset({*BUILTIN_TYPES, "Object", "Value"})
+_TYPE_KEYWORDS = frozenset({*ast.BUILTIN_TYPES, "Object", "Value"})
 _RESERVED_SUFFIXES = ("Helper", "Holder", "Prx", "Ptr")
 _DEEPEST_MODULE = 50
 

@@ -12,7 +12,6 @@ from codegen.diagnostics import Diagnostics, Note, did_you_mean
 from . import ast
 from .codes import Code
 from .lexer import Token
-from .parser import BUILTIN_TYPES
 
 # Looking for near names is slow; a file with more wrong names than this needs no proposal for each.
 _MOST_PROPOSALS = 30
@@ -43,7 +42,7 @@ class Scope:
     """By name in lower case."""
 
 
-def enclosing_scopes(scope: str) -> Iterator[str]:
+def _enclosing_scopes(scope: str) -> Iterator[str]:
     """Yield `::a::b`, `::a` and the root's empty name for the scope `::a::b`."""
     while scope:
         yield scope
@@ -77,7 +76,7 @@ class Symbols:
 
     def candidates(self, name: str, scope: str) -> Iterator[tuple[ast.Definition, str]]:
         """Yield what `name` could mean in `scope`, the innermost first, and what it is called there."""
-        for outer in ("",) if name.startswith("::") else enclosing_scopes(scope):
+        for outer in ("",) if name.startswith("::") else _enclosing_scopes(scope):
             expected = f"{outer}::{name.removeprefix('::')}"
             definition = self._by_lower_case.get(expected.lower())
             if definition is not None:
@@ -90,7 +89,7 @@ class Symbols:
     def enumerators(self, name: str, scope: str) -> list[ast.Enumerator]:
         """Return the enumerators that `name` could mean when their enumeration is left out of it."""
         container, separator, last = name.rpartition("::")
-        scopes = enclosing_scopes(scope)
+        scopes = _enclosing_scopes(scope)
         if separator:
             found = self.find(container, scope)
             scopes = iter([found.scoped] if found else [])
@@ -128,7 +127,7 @@ class Symbols:
         for definition in self._by_lower_case.values():
             if not issubclass(declared_kind(definition), kinds):
                 continue
-            for outer in enclosing_scopes(scope):
+            for outer in _enclosing_scopes(scope):
                 if definition.scoped.startswith(f"{outer}::"):
                     yield definition.scoped.removeprefix(f"{outer}::")
                     break
@@ -334,7 +333,7 @@ class Resolver:
         self.introduce(named.name, scope, named.token)
 
     def _undefined(self, named: ast.NamedType, scope: Scope, kinds: Kinds) -> None:
-        builtin = BUILTIN_TYPES if ast.Struct in kinds else ()
+        builtin = ast.BUILTIN_TYPES if ast.Struct in kinds else ()
         notes = self.symbols.help(named.name, scope.name, kinds, builtin)
         self.error(Code.UNDEFINED_NAME, f"`{named.name}` is not defined", named.token, *notes)
 

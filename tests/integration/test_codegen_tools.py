@@ -195,7 +195,7 @@ def test_what_breaks_since_a_copy(home: Path) -> None:
     assert codegen("breaking", "--against", "old", "--kind", "source", "lamp.idl", cwd=home).returncode == 1
 
 
-def test_errors_in_the_older_version_are_told_there(home: Path) -> None:
+def test_errors_in_the_older_version_are_reported_there(home: Path) -> None:
     (home / "old").mkdir()
     (home / "old" / "lamp.idl").write_text("module home { struct Light {};")
     done = codegen("breaking", "--against", "old", "lamp.idl", cwd=home)

@@ -107,7 +107,7 @@ CASES = [
 
 
 @pytest.mark.parametrize(("old", "new", "codes"), CASES)
-def test_a_change_is_told_with_its_code(tmp_path: Path, old: str, new: str, codes: list[str]) -> None:
+def test_a_change_is_reported_with_its_code(tmp_path: Path, old: str, new: str, codes: list[str]) -> None:
     assert old in BASE
     found = changes(tmp_path, BASE, BASE.replace(old, new))
     assert [change.rule.code for change in found] == codes

@@ -116,7 +116,7 @@ def test_what_keeps_the_rules_passes(tmp_path: Path, text: str) -> None:
         ('interface I { ["stop"] idempotent void f(); ["stop"] idempotent void g(); };', "E037", 70),
     ],
 )
-def test_what_breaks_a_rule_is_told_once_with_its_place(
+def test_what_breaks_a_rule_is_reported_once_with_its_place(
     tmp_path: Path, text: str, code: str, column: int
 ) -> None:
     compilation, diagnostics = compile_text(tmp_path, in_module(text))
@@ -189,7 +189,7 @@ def test_a_thrown_type_is_not_proposed_for_an_exception(tmp_path: Path) -> None:
     assert not found.notes
 
 
-def test_an_error_in_an_included_file_is_told_there_and_once(tmp_path: Path) -> None:
+def test_an_error_in_an_included_file_is_reported_there_and_once(tmp_path: Path) -> None:
     text = '#include "a.idl"\n#include "b.idl"\nmodule m { struct T { S s; }; };'
     bad = "#pragma once\nmodule m { struct S { strng s; }; };"
     _, diagnostics = compile_text(tmp_path, text, a=bad, b='#include "a.idl"')
@@ -250,6 +250,6 @@ def test_types_nested_without_end_are_refused(tmp_path: Path, first: str, patter
     assert "E034" in {found.code for found in diagnostics}
 
 
-def test_a_struct_in_itself_as_a_key_is_told(tmp_path: Path) -> None:
+def test_a_struct_in_itself_as_a_key_is_reported(tmp_path: Path) -> None:
     _, diagnostics = compile_text(tmp_path, in_module("struct S { S s; }; dictionary<S, int> D;"))
     assert diagnostics.errors[0].code == "E025"

@@ -268,7 +268,7 @@ def test_any_text_is_laid_out_or_left_alone(tmp_path_factory: pytest.TempPathFac
         assert formatted(after) == after
 
 
-def test_a_comment_without_an_end_is_told(tmp_path: Path) -> None:
+def test_a_comment_without_an_end_is_reported(tmp_path: Path) -> None:
     path = tmp_path / "main.idl"
     path.write_text("module m {};\n/* never ends\n")
     diagnostics = Diagnostics()

@@ -18,7 +18,7 @@ def shapes(text: str) -> list[tuple[Kind, str]]:
     return [(token.kind, token.text) for token in tokens(text)[:-1]]
 
 
-def test_words_marks_and_literals_are_told_apart() -> None:
+def test_words_marks_and_literals_are_distinguished() -> None:
     assert shapes('struct S { ::a::B x = -5; } "s\\"t" 1.5e-3f 0x1F') == [
         (Kind.KEYWORD, "struct"),
         (Kind.NAME, "S"),
@@ -60,7 +60,7 @@ def test_what_slice_does_not_know_is_one_invalid_token(text: str) -> None:
 
 
 @pytest.mark.parametrize("text", ['"abc', '"abc\n"'[:4], "/* abc", "/*/"])
-def test_what_has_no_end_is_told(text: str) -> None:
+def test_what_has_no_end_is_reported(text: str) -> None:
     assert tokens(text)[0].kind is Kind.UNTERMINATED
 
 

@@ -105,14 +105,14 @@ def test_what_the_reference_compiler_accepts_is_accepted(tmp_path: Path, text: s
         ('module m { } [["late"]] module n { }', [("E010", 1, 14)]),
     ],
 )
-def test_an_error_of_syntax_is_told_once_where_it_is(
+def test_an_error_of_syntax_is_reported_once_where_it_is(
     tmp_path: Path, text: str, expected: list[tuple[str, int, int]]
 ) -> None:
     _, diagnostics = compile_text(tmp_path, text)
     assert findings(diagnostics) == expected, diagnostics.render()
 
 
-def test_all_errors_are_told_in_one_run(tmp_path: Path) -> None:
+def test_all_errors_are_reported_in_one_run(tmp_path: Path) -> None:
     text = """module m {
   struct A { int a }
   struct B { in b; int c; };

@@ -103,7 +103,7 @@ def test_a_missing_file_of_ice_comes_with_where_to_get_it(tmp_path: Path) -> Non
         ('#ifdef A\n"no end $ \n#endif\nyes', [("E003", 2, 1)]),
     ],
 )
-def test_what_is_wrong_is_told_with_its_place(
+def test_what_is_wrong_is_reported_with_its_place(
     tmp_path: Path, text: str, expected: list[tuple[str, int, int]]
 ) -> None:
     _, diagnostics = preprocess(tmp_path, text)
@@ -121,7 +121,7 @@ def test_what_is_wrong_is_told_with_its_place(
         ("#define F(x) x", "`F` cannot stand for something"),
     ],
 )
-def test_what_is_not_supported_is_told_once(tmp_path: Path, text: str, message: str) -> None:
+def test_what_is_not_supported_is_reported_once(tmp_path: Path, text: str, message: str) -> None:
     compiled, diagnostics = compile_text(tmp_path, f"{text}\nmodule m {{ const int a = SIZE; }};")
     assert not compiled.files
     (error,) = diagnostics
