@@ -1,22 +1,27 @@
-"""Load a document as far as a component: with all that it imports and extends, checked."""
+"""Make a component of a document: with all that it imports and extends, checked."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
-from ..diagnostics import Diagnostics
+from ..diagnostics import Diagnostics, Location, Severity
+from ..files import GeneratedFile
 from .code.names import identifier
 from .document import Document
 from .extension import find_extension
 from .formats.reader import read_document
-from .generation.generator import check_component, generate
+from .generation.generator import GENERATED_BY, check_component, generate
 from .generation.understanding import understand
 from .imports import resolve
 from .known_interfaces import KnownInterfaces, find_interfaces
 
-__all__ = ["LoadedDocument", "component_path", "load_document"]
+__all__ = ["LoadedDocument", "compile_document", "component_path", "load_document"]
+
+_HEAD: Final = 4000
+"""Characters of a file in which a component says what it was generated from."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,6 +31,41 @@ class LoadedDocument:
     document: Document
     interfaces: KnownInterfaces
     component: str
+
+
+def compile_document(
+    path: Path,
+    output: Path | None,
+    diagnostics: Diagnostics,
+    include: Sequence[Path] = (),
+    *,
+    with_properties: bool = False,
+) -> list[GeneratedFile] | None:
+    """Return the component of a document as a file, or None after errors were reported.
+
+    `output` is the directory of the file, by default that of the document. `include` are directories with
+    packages of proxies beside the package `interfaces`. `with_properties` makes an error of each property
+    that is seen at once to be violated. Errors and warnings are reported, without notes. Nothing is written.
+    """
+    found = Diagnostics()
+    loaded = load_document(path, output, found, include)
+    if loaded is not None and with_properties and loaded.document.properties:
+        from .checking import report_violations  # the model checker takes its time to load
+
+        report_violations(loaded.document, path, found)
+    diagnostics.add_all(found, leave_out=[Severity.NOTE])
+    if loaded is None or found.has_errors:
+        return None
+    target = component_path(path, output)
+    try:
+        if target.is_file() and not _is_generated(target):
+            message = f"{target.name} was not made by codegen: move it away, or rename the document"
+            diagnostics.error("E540", message, Location(path))
+            return None
+    except OSError as error:
+        diagnostics.error("E500", f"{target} cannot be read: {error.strerror or error}", Location(path))
+        return None
+    return [GeneratedFile(target, loaded.component)]
 
 
 def load_document(
@@ -65,3 +105,8 @@ def load_document(
 def component_path(document: Path, output: Path | None) -> Path:
     """Return the file of a document's component, in the directory `output` or beside the document."""
     return (output or document.parent) / f"{identifier(document.stem, 'component')}.py"
+
+
+def _is_generated(file: Path) -> bool:
+    with file.open(encoding="utf-8", errors="replace") as text:
+        return GENERATED_BY in text.read(_HEAD)

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import parse_document, write_document
 from codegen.hfsm.document import Document, Element, Transition
-from codegen.hfsm.formats.dialects import Dialect, dialect_of
+from codegen.hfsm.formats.reader import Dialect, dialect_of
 from codegen.hfsm.formats.xml_tree import parse_xml
 from tests.support.document_comparison import differences
 from tests.support.examples import examples

@@ -6,7 +6,7 @@ import re
 
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import parse_document, write_document
-from codegen.hfsm.formats.dialects.native import (
+from codegen.hfsm.formats.native import (
     AUTOMATON_TAGS,
     DOCUMENT_TAGS,
     INTERFACE_TAGS,

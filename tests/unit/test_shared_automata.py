@@ -14,7 +14,7 @@ import pytest
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import parse_document, write_document
 from codegen.hfsm.code.language import language_of
-from codegen.hfsm.formats.dialects import Dialect, dialect_of
+from codegen.hfsm.formats.reader import Dialect, dialect_of
 from codegen.hfsm.formats.xml_tree import parse_xml
 from tests.support.codegen_command import ROOT
 from tests.support.document_comparison import counts, differences

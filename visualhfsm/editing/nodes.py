@@ -24,7 +24,7 @@ from codegen.hfsm.document import (
     Text,
     Transition,
 )
-from codegen.hfsm.formats.xml_text import UNWRITABLE
+from codegen.hfsm.formats.writer import UNWRITABLE
 
 from .errors import EditError
 

@@ -19,7 +19,7 @@ from defusedxml.ElementTree import fromstring
 from codegen.diagnostics import Diagnostic, Diagnostics
 from codegen.hfsm import DocumentNotWritableError, parse_document, write_document
 from codegen.hfsm.document import Automaton, Document
-from codegen.hfsm.formats.dialects import Dialect, dialect_of
+from codegen.hfsm.formats.reader import Dialect, dialect_of
 from codegen.hfsm.formats.xml_tree import XmlElement
 from codegen.hfsm.scxml import is_scxml, parse_scxml
 

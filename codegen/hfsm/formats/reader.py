@@ -1,28 +1,77 @@
 """Read an automaton document in any of its dialects into the model.
 
-The reader reports what keeps the file from being understood; whether a component can be generated from it is
-for `codegen.hfsm.checks` to say.
+All dialects share two roots, so that only what stands below it tells: automata of 2013 are written in
+Spanish, later ones have ids as attributes, and VisualStates has had nested states since 2017. The reader
+reports what keeps the file from being understood; whether a component can be generated from it is for
+`codegen.hfsm.checks` to say.
 """
 
 from __future__ import annotations
 
+import ast
 import re
+from collections.abc import Mapping
 from dataclasses import replace
+from enum import StrEnum
+from itertools import count
 from pathlib import Path
 from typing import Final
 
-from ...diagnostics import Diagnostics, Location
+from ...diagnostics import Diagnostics, Location, Note
 from ..code.language import CPP, language_of
+from ..code.pieces import change_code
 from ..code.reader import first_foreign
-from ..document import Comment, Document, Text
-from .dialects import ROOT_TAGS, Dialect, dialect_of, editor_of, reader_of
-from .old import adapt_old_document
-from .xml_tree import parse_xml, read_bytes
+from ..code.trees import parse_piece
+from ..document import Automaton, Comment, Document, Text, Transition
+from .native import NativeReader
+from .spanish import SpanishReader
+from .visualstates import VisualStatesReader
+from .xml_tree import XmlElement, parse_xml, read_bytes
 
-__all__ = ["looks_like_document", "parse_document", "read_document"]
+__all__ = ["Dialect", "dialect_of", "looks_like_document", "parse_document", "read_document"]
 
+_ROOT_TAGS: Final = ("VisualHFSM", "VisualStates")
 _HEAD: Final = 4096
 _ROOT: Final = re.compile(rb"<(VisualHFSM|VisualStates)\b")
+_ENTITIES: Final = {"&lt;": "<", "&gt;": ">", "&quot;": '"', "&amp;": "&"}
+_NAMES: Final = frozenset(name.strip("&;") for name in _ENTITIES)
+_ENTITY: Final = re.compile("|".join(_ENTITIES))
+_SPANISH: Final = frozenset(
+    ("idSub", "idPadre", "Estado", "tiempoIteracion", "Librerias", "variables_aux", "funciones_aux")
+)
+_VISUALSTATES: Final = frozenset(("state", "global_namespace", "functions", "variables", "configs"))
+
+
+class Dialect(StrEnum):
+    """In which way a document is written."""
+
+    NATIVE = "native"
+    SPANISH = "Spanish (2013)"
+    VISUALSTATES = "VisualStates (2017)"
+
+
+def dialect_of(root: XmlElement) -> Dialect:
+    """Return the dialect of a document by what stands below its root."""
+    automata = [element for element in root.elements() if element.tag == "SubAutomata"]
+    if automata:
+        spanish = any(
+            "id" not in automaton.attributes
+            and any(element.tag in _SPANISH for element in automaton.elements())
+            for automaton in automata
+        )
+        return Dialect.SPANISH if spanish else Dialect.NATIVE
+    if any(element.tag in _VISUALSTATES for element in root.elements()):
+        return Dialect.VISUALSTATES
+    if any(element.tag == "nombreEsquema" for element in root.elements()):
+        return Dialect.SPANISH
+    return Dialect.NATIVE
+
+
+_READERS: Final[Mapping[Dialect, type[NativeReader | SpanishReader | VisualStatesReader]]] = {
+    Dialect.NATIVE: NativeReader,
+    Dialect.SPANISH: SpanishReader,
+    Dialect.VISUALSTATES: VisualStatesReader,
+}
 
 
 def looks_like_document(file: Path) -> bool:
@@ -60,24 +109,90 @@ def parse_document(
     if tree is None:
         return None
     root, comments = tree
-    if root.tag not in ROOT_TAGS:
+    if root.tag not in _ROOT_TAGS:
         place = Location(path, root.line, root.column, len(root.tag) + 1)
         message = f"`{root.tag}` is not the root of a document: it is `VisualHFSM`"
         diagnostics.error("E504", message, place)
         return None
-    reader = reader_of(root, path, diagnostics, remarks)
+    dialect = dialect_of(root)
+    reader = _READERS[dialect](path, diagnostics, remarks)
     document = reader.document(root)
     if reader.failed:
         return None
     reader.tell_remarks()
     document = replace(document, comments=tuple(Comment(text) for text in comments))
-    if not document.is_old and (editor := editor_of(root)):
+    if not document.is_old and (editor := _editor_of(root)):
         document = replace(document, dialect=Text(editor))
     if document.is_old:
-        document = adapt_old_document(document, path, diagnostics)
-    if dialect_of(root) is not Dialect.NATIVE and language_of(document) == CPP:
+        document = _adapt_old_document(document, path, diagnostics)
+    if dialect is not Dialect.NATIVE and language_of(document) == CPP:
         document = replace(document, language=Text(CPP))
         if (piece := first_foreign(document, path)) is not None:
             message = "most of the code looks like C++: it is kept as C++, and does not run here"
             diagnostics.note("N502", message, piece.place)
     return document
+
+
+def _editor_of(root: XmlElement) -> str:
+    """Return which editor of old wrote a document that does not say it, or an empty text for none.
+
+    The format of today is VisualHFSM's of 2017. Its editor wrote everything on one line; ours never does.
+    """
+    match dialect_of(root):
+        case Dialect.VISUALSTATES:
+            return "VisualStates"
+        case Dialect.SPANISH:
+            return "VisualHFSM"
+    automaton = next((element for element in root.elements() if element.tag == "SubAutomata"), None)
+    inside = None if automaton is None else next(automaton.elements(), None)
+    is_one_line = automaton and inside and root.line == automaton.line == inside.line
+    return "VisualHFSM" if is_one_line else ""
+
+
+def _adapt_old_document(document: Document, path: Path, diagnostics: Diagnostics) -> Document:
+    """Return a document of old as one that runs here, after a warning about each change."""
+    document = _number_transitions(document, path, diagnostics)
+    return _unescape_code(document, path, diagnostics)
+
+
+def _number_transitions(document: Document, path: Path, diagnostics: Diagnostics) -> Document:
+    """Give the transitions of an automaton different ids: the generators of old never read them."""
+
+    def renumbered(automaton: Automaton) -> Automaton:
+        free = (number for number in count(1) if all(each.id != number for each in automaton.transitions))
+        first: dict[int, Transition] = {}
+        found: list[Transition] = []
+        for transition in automaton.transitions:
+            known = first.setdefault(transition.id, transition)
+            number = transition.id
+            if known is not transition or number == 0:
+                number = next(free)
+                reason = "is not at least 1" if known is transition else "is that of another"
+                message = f"the id {transition.id} of a transition {reason}: it is given {number}"
+                place = Location(path, transition.line, max(1, transition.column))
+                note = Note("the other is here", Location(path, known.line, max(1, known.column)))
+                diagnostics.warning("W508", message, place, [] if known is transition else [note])
+            found.append(replace(transition, id=number))
+        return replace(automaton, transitions=tuple(found))
+
+    return replace(document, automata=tuple(map(renumbered, document.automata)))
+
+
+def _unescape_code(document: Document, path: Path, diagnostics: Diagnostics) -> Document:
+    """Undo what VisualStates escaped twice on saving, where it is not part of the code's texts."""
+
+    def unescaped(text: Text) -> Text:
+        code = text.text
+        tree = parse_piece(code) if _ENTITY.search(code) is not None else None
+        names = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)} if tree else set()
+        if _ENTITY.search(code) is None or (tree is not None and names.isdisjoint(_NAMES)):
+            return text
+        while _ENTITY.search(code) is not None:  # each time that it was opened and saved
+            code = _ENTITY.sub(lambda found: _ENTITIES[found[0]], code)
+        if parse_piece(code) is None:
+            return text
+        message = "`<` and `>` were escaped twice when the document was saved: that is undone"
+        diagnostics.warning("W509", message, Location(path, text.line, max(1, text.column)))
+        return replace(text, text=code)
+
+    return change_code(document, unescaped)

@@ -10,7 +10,7 @@ from decimal import Decimal
 from typing import Final
 
 from ..code.trees import parse_python
-from ..formats.xml_text import is_writable
+from ..formats.writer import is_writable
 
 __all__ = [
     "NEVER",

@@ -17,8 +17,7 @@ from codegen.diagnostics import Diagnostics, Location
 
 from ..code.pieces import is_foreign
 from ..document import NO_CHILD, Automaton, Comment, Document, Node, Parameter, State, Text, Transition
-from ..formats.writer import write_document
-from ..formats.xml_text import INDENT, attributes_text, escaped
+from ..formats.writer import INDENT, attributes_text, escaped, write_document
 from .vocabulary import (
     NEVER,
     OWN_NAMESPACE,

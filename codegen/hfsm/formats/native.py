@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Final
 
-from ...document import (
+from ..document import (
     DEFAULT_PERIOD,
     NO_CHILD,
     Argument,
@@ -22,9 +22,8 @@ from ...document import (
     State,
     Transition,
 )
-from ..xml_tree import XmlElement
-from .elements import ElementReader
-from .parts import NOTHING, Parts, node_fields, own_text, text_of
+from .elements import NOTHING, ElementReader, Parts, node_fields, own_text, text_of
+from .xml_tree import XmlElement
 
 __all__ = [
     "AUTOMATON_TAGS",

@@ -10,15 +10,16 @@ from __future__ import annotations
 import ast
 import re
 from collections import defaultdict
-from collections.abc import Callable, Iterable
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import count
 from pathlib import Path
 from typing import Final
 
 from codegen.diagnostics import Diagnostics
 
-from ...code.trees import parse_piece
-from ...document import (
+from ..code.trees import parse_piece
+from ..document import (
     DEFAULT_PERIOD,
     NO_CHILD,
     Automaton,
@@ -26,16 +27,16 @@ from ...document import (
     Document,
     Element,
     Extra,
+    Interface,
+    Library,
+    Parameter,
     State,
     Text,
     Transition,
 )
-from ..xml_tree import XmlComment, XmlElement
-from .elements import ElementReader
-from .native import DOCUMENT_TAGS, STATE_TAGS, TRANSITION_TAGS
-from .parts import NOTHING, Parts, kept_element, node_fields, text_of
-from .visualstates_config import read_interfaces, read_libraries, read_parameters
-from .visualstates_levels import Level, levels_of, states_in
+from .elements import MAX_ID, NOTHING, ElementReader, Parts, kept_element, node_fields, own_text, text_of
+from .native import DOCUMENT_TAGS, INTERFACE_TAGS, STATE_TAGS, TRANSITION_TAGS
+from .xml_tree import XmlComment, XmlElement
 
 __all__ = ["PSEUDO_STATE", "VisualStatesReader"]
 
@@ -71,7 +72,7 @@ class VisualStatesReader(ElementReader):
         self._moved: set[XmlElement] = set()
         """Functions and variables that stand in an automaton, and nowhere else."""
         self._functions: set[str] = set()
-        self._renamed: defaultdict[XmlElement | Level, dict[str, str]] = defaultdict(dict)
+        self._renamed: defaultdict[XmlElement | _Level, dict[str, str]] = defaultdict(dict)
         """The new names of functions, for the code of a level and for that of one state."""
 
     def document(self, root: XmlElement) -> Document:
@@ -83,7 +84,7 @@ class VisualStatesReader(ElementReader):
             containers=("config", "configs", "libraries", "global_namespace"),
             taken=DOCUMENT_TAGS,
         )
-        levels, self._ids = levels_of(self, parts.all("state"))
+        levels, self._ids = _levels_of(self, parts.all("state"))
         self._owned = {level.owner: level.id for level in levels if level.owner is not None}
         for level in levels:
             for state in (*level.states, level.owner):
@@ -100,8 +101,8 @@ class VisualStatesReader(ElementReader):
         )
         automata = tuple(self._automaton(level, outgoing[level], code[level], parts) for level in levels)
         owners = [self._namespaces[level.owner] for level in levels if level.owner is not None]
-        libraries, libraries_extras = read_libraries(self, parts.first("libraries"))
-        interfaces, config_extras = read_interfaces(self, parts.first("config"), parts.first("configs"))
+        libraries, libraries_extras = _read_libraries(self, parts.first("libraries"))
+        interfaces, config_extras = _read_interfaces(self, parts.first("config"), parts.first("configs"))
         fields = node_fields(
             root, parts, native={**_DOCUMENT, "configs": "" if parts.first("config") else "config"}
         )
@@ -109,7 +110,7 @@ class VisualStatesReader(ElementReader):
         if levels[0].owner is not None:
             fields["extras"] += (self._pseudo_state(levels[0].owner),)
         return Document(
-            parameters=read_parameters(self, [shared, *owners]),
+            parameters=_read_parameters(self, [shared, *owners]),
             automata=automata,
             libraries=libraries,
             interfaces=interfaces,
@@ -132,7 +133,7 @@ class VisualStatesReader(ElementReader):
         """Return what a namespace holds; what is unknown in it is kept with it."""
         return NOTHING if element is None else self.parts(element, leaves=_CODE, containers=("parameters",))
 
-    def _code_of(self, level: Level, shared: tuple[Parts, ...]) -> tuple[Text, ...]:
+    def _code_of(self, level: _Level, shared: tuple[Parts, ...]) -> tuple[Text, ...]:
         """Return the functions and the variables of an automaton; the root has the `shared` ones, too."""
         around = list(shared) if level.is_root else []
         if level.owner is not None:
@@ -144,7 +145,9 @@ class VisualStatesReader(ElementReader):
             self._rename_functions(parts.first("functions"), level, state)
         return tuple(self._code(tag, level, around, inside) for tag in _CODE)
 
-    def _rename_functions(self, element: XmlElement | None, level: Level, scope: XmlElement | Level) -> None:
+    def _rename_functions(
+        self, element: XmlElement | None, level: _Level, scope: XmlElement | _Level
+    ) -> None:
         """Find new names for functions whose names are taken: each namespace had its own.
 
         `scope` is the level, or the one state whose functions they are.
@@ -153,7 +156,7 @@ class VisualStatesReader(ElementReader):
         if element is None or tree is None:
             return
         names = {each.name for each in tree.body if isinstance(each, ast.FunctionDef)}
-        suffix = f"{level.id}" if isinstance(scope, Level) else f"{level.id}_{self._ids[scope]}"
+        suffix = f"{level.id}" if isinstance(scope, _Level) else f"{level.id}_{self._ids[scope]}"
         taken = sorted(names & self._functions)
         if taken:
             self._renamed[scope] |= {name: f"{name}_{suffix}" for name in taken}
@@ -162,7 +165,7 @@ class VisualStatesReader(ElementReader):
             self.warn(element, "W509", message)
         self._functions |= names
 
-    def _with_new_names(self, text: Text, *scopes: XmlElement | Level | None) -> Text:
+    def _with_new_names(self, text: Text, *scopes: XmlElement | _Level | None) -> Text:
         """Return code in which functions of some scopes have their new names."""
         for scope in scopes:
             for old, new in self._renamed.get(scope, {}).items() if scope is not None else ():
@@ -174,7 +177,7 @@ class VisualStatesReader(ElementReader):
 
     def _automaton(
         self,
-        level: Level,
+        level: _Level,
         transitions: list[tuple[XmlElement, XmlElement]],
         code: tuple[Text, ...],
         root: Parts,
@@ -200,7 +203,7 @@ class VisualStatesReader(ElementReader):
         )
 
     def _code(
-        self, tag: str, level: Level, around: Iterable[Parts], inside: Iterable[tuple[XmlElement, Parts]]
+        self, tag: str, level: _Level, around: Iterable[Parts], inside: Iterable[tuple[XmlElement, Parts]]
     ) -> Text:
         """Return the functions or variables of an automaton: those of the states around and inside it.
 
@@ -217,7 +220,9 @@ class VisualStatesReader(ElementReader):
         joined = "".join(text if text.endswith("\n") else f"{text}\n" for text in texts[:-1])
         return Text(joined + texts[-1], pieces[0].text_line, pieces[0].text_column)
 
-    def _state(self, element: XmlElement, level: Level, period: Text, comments: tuple[Comment, ...]) -> State:
+    def _state(
+        self, element: XmlElement, level: _Level, period: Text, comments: tuple[Comment, ...]
+    ) -> State:
         parts = self._parts[element]
         owned = self._owned.get(element, NO_CHILD)
         fields = node_fields(element, parts, "id", "initial", comments=comments, native=_STATE)
@@ -244,20 +249,20 @@ class VisualStatesReader(ElementReader):
             **fields,
         )
 
-    def _outgoing(self, levels: list[Level]) -> dict[Level, list[tuple[XmlElement, XmlElement]]]:
+    def _outgoing(self, levels: list[_Level]) -> dict[_Level, list[tuple[XmlElement, XmlElement]]]:
         """Return the transitions of each automaton, each with the state in which it stands.
 
         They stand in the state that they leave; one that stands around that is found, too.
         """
         owned = {level.owner: level for level in levels}
-        found: dict[Level, list[tuple[XmlElement, XmlElement]]] = {level: [] for level in levels}
+        found: dict[_Level, list[tuple[XmlElement, XmlElement]]] = {level: [] for level in levels}
         if levels[0].owner is not None:
             outermost = levels[0].owner
             found[levels[0]] += [(each, outermost) for each in self._parts[outermost].all("transition")]
         for level in levels:
             own = {self._ids[state] for state in level.states}
             for state in level.states:
-                below = {self._ids[inner] for inner in states_in(state)}
+                below = {self._ids[inner] for inner in _states_in(state)}
                 for each in self._parts[state].all("transition"):
                     origin = self._origin(each, state)
                     home = owned[state] if origin in below - own else level
@@ -272,7 +277,7 @@ class VisualStatesReader(ElementReader):
         digits = written.text.strip()
         return int(digits) if digits.isascii() and digits.isdigit() and len(digits) <= 10 else -1
 
-    def _transition(self, element: XmlElement, state: XmlElement, level: Level) -> Transition:
+    def _transition(self, element: XmlElement, state: XmlElement, level: _Level) -> Transition:
         tags = {each.tag: each.text.strip() for each in element.elements()}
         written = tags.get("type") or ("0" if "time" in tags else "1")
         kind = _TRIGGERS.get(written, written)
@@ -345,3 +350,171 @@ def _without(element: XmlElement, left_out: Callable[[XmlElement], bool]) -> tup
             kept += [*comments, kept_element(child)]
         comments.clear()
     return (*kept, *comments)
+
+
+@dataclass(frozen=True, slots=True)
+class _Level:
+    """The states of one automaton, and the state around them that owns it."""
+
+    id: int
+    father: int
+    owner: XmlElement | None
+    states: tuple[XmlElement, ...]
+
+    @property
+    def is_root(self) -> bool:
+        """Whether nothing stands around it but what stands for the component."""
+        return self.father == NO_CHILD
+
+
+def _levels_of(
+    reader: ElementReader, outermost: Sequence[XmlElement]
+) -> tuple[list[_Level], dict[XmlElement, int]]:
+    """Return the automata, the root first and each before those below it, and the ids of all states.
+
+    An automaton's id is that of the state that owns it and one, so that it does not change with what is
+    drawn elsewhere; where two states have one id, the second automaton gets a free one.
+    """
+    owner = outermost[0] if len(outermost) == 1 else None
+    if len(outermost) > 1:
+        message = "there are several outermost states: they are taken for those of the root"
+        reader.warn(outermost[1], "W505", message)
+    top = tuple(outermost) if owner is None else _states_in(owner)
+    every = [state for outer in top for state in _with_states_below(outer)]
+    ids = reader.ids(every, lambda state: state.attributes.get("id"))
+    used: set[int] = set()
+
+    def number(wanted: int) -> int:
+        is_free = wanted not in used and wanted <= MAX_ID
+        found = wanted if is_free else next(n for n in count(1) if n not in used)
+        used.add(found)
+        return found
+
+    around = 0 if owner is None else reader.optional_id(owner, "id", owner.attributes.get("id"))
+    levels = [_Level(number(around + 1), NO_CHILD, owner, top)]
+    # What an automaton has below it follows in the list, which grows while it is walked.
+    for level in levels:
+        for state in level.states:
+            inside = _states_in(state)
+            if inside:
+                levels.append(_Level(number(ids[state] + 1), level.id, state, inside))
+    return levels, ids
+
+
+def _states_in(element: XmlElement) -> tuple[XmlElement, ...]:
+    """Return the states that stand directly inside an element."""
+    return tuple(each for each in element.elements() if each.tag == "state")
+
+
+def _with_states_below(state: XmlElement) -> Iterator[XmlElement]:
+    yield state
+    for inner in _states_in(state):
+        yield from _with_states_below(inner)
+
+
+_INTERFACE: Final = {
+    "name": "nameinterface",
+    "proxyName": "nameproxy",
+    "proxyname": "nameproxy",
+    "ip": "ip",
+    "port": "port",
+    "interfaceName": "interface",
+    "interface": "interface",
+}
+_PARAMETER_TYPES: Final = {
+    "Boolean": "bool",
+    "Integer": "int",
+    "Float": "float",
+    "String": "str",
+    "Character": "str",
+}
+
+
+def _read_interfaces(
+    reader: ElementReader, config: XmlElement | None, oldest: XmlElement | None
+) -> tuple[tuple[Interface, ...], tuple[Extra, ...]]:
+    """Return the interfaces of a component, and what else its configuration says.
+
+    `config` holds a list of interfaces, or what ROS needs to know; `oldest` is the list of August 2017.
+    """
+    inside = NOTHING if config is None else reader.parts(
+        config, containers=("interfaces",), taken=("iceinterface",)
+    )  # fmt: skip
+    listed = inside.first("interfaces")
+    newer = NOTHING if listed is None else reader.parts(listed, ("interface",), taken=("iceinterface",))
+    older = NOTHING if oldest is None else reader.parts(oldest, ("config",), taken=("iceinterface",))
+    found = [_interface(reader, each, newer.comments_before(each)) for each in newer.all("interface")]
+    found += [_interface(reader, each, older.comments_before(each)) for each in older.all("config")]
+    extras = inside.lost_details({"interfaces": ""}) + inside.extras + newer.extras + older.extras
+    return tuple(found), extras
+
+
+def _interface(reader: ElementReader, element: XmlElement, comments: tuple[Comment, ...]) -> Interface:
+    parts = reader.parts(element, leaves=_INTERFACE, taken=INTERFACE_TAGS)
+    proxy = parts.first("proxyName") or parts.first("proxyname")
+    ip, port = parts.first("ip"), parts.first("port")
+    return Interface(
+        name=text_of(parts.first("name")).text,
+        proxy=None if proxy is None else proxy.text,
+        ip=None if ip is None else ip.text,
+        port=None if port is None else port.text,
+        type=text_of(parts.first("interfaceName") or parts.first("interface")).text,
+        **node_fields(element, parts, comments=comments, native=_INTERFACE),
+    )
+
+
+def _read_libraries(
+    reader: ElementReader, container: XmlElement | None
+) -> tuple[tuple[Library, ...], tuple[Extra, ...]]:
+    """Return the libraries of a component, and what else stands among them."""
+    parts = NOTHING if container is None else reader.parts(container, nodes=("library", "lib"))
+    elements = sorted(parts.all("library") + parts.all("lib"), key=lambda each: (each.line, each.column))
+    libraries = tuple(
+        Library(
+            name=text_of(each),
+            **node_fields(each, own_text(each, "lib"), comments=parts.comments_before(each)),
+        )
+        for each in elements
+    )
+    return libraries, parts.extras
+
+
+def _read_parameters(reader: ElementReader, namespaces: Iterable[Parts]) -> tuple[Parameter, ...]:
+    """Return the parameters of all namespaces; those that cannot be ours are told."""
+    found: dict[str, Parameter] = {}
+    for namespace in namespaces:
+        for container in namespace.all("parameters"):
+            for element in container.elements():
+                parameter = _parameter(element) if element.tag == "param" else None
+                if parameter is None or parameter.name in found:
+                    name = element.attributes.get("name", "")
+                    reader.remark(element, f"the parameter `{name}` is kept, and not used")
+                else:
+                    found[parameter.name] = parameter
+    return tuple(found.values())
+
+
+def _parameter(element: XmlElement) -> Parameter | None:
+    """Return a parameter of the component, or None when its name or its type are none of Python."""
+    name = element.attributes.get("name", "").strip()
+    kind = _PARAMETER_TYPES.get(element.attributes.get("type", ""))
+    if kind is None or not name.isidentifier():
+        return None
+    inside = {each.tag: each for each in element.elements()}
+    value = text_of(inside.get("value"))
+    return Parameter(
+        name=name,
+        type=Text(kind, element.line, element.column),
+        default=Text(_literal(kind, value.text), value.line, value.column),
+        description=text_of(inside.get("description")),
+        line=element.line,
+        column=element.column,
+    )
+
+
+def _literal(kind: str, value: str) -> str:
+    if kind == "str":
+        return repr(value)
+    if kind == "bool":
+        return {"true": "True", "false": "False"}.get(value.strip().lower(), value)
+    return value.strip()

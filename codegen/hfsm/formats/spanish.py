@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from ...document import (
+from ..document import (
     DEFAULT_PERIOD,
     NO_CHILD,
     Automaton,
@@ -19,10 +19,9 @@ from ...document import (
     Text,
     Transition,
 )
-from ..xml_tree import XmlElement
-from .elements import ElementReader
+from .elements import NOTHING, ElementReader, Parts, node_fields, text_of
 from .native import AUTOMATON_TAGS, DOCUMENT_TAGS, STATE_TAGS, TRANSITION_TAGS
-from .parts import NOTHING, Parts, node_fields, text_of
+from .xml_tree import XmlElement
 
 __all__ = ["SpanishReader"]
 
