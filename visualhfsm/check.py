@@ -47,7 +47,7 @@ def check(
 ) -> None:
     """Check documents before they run: structure, code, and what automata can do.
 
-    Everything is told that generation would tell; nothing is generated and no
+    Everything is reported that generation would report; nothing is generated and no
     code is run. The model checker takes conditions for true or false as they
     come, and proves properties or shows how they are violated.
     """

@@ -143,6 +143,6 @@ async def complete(work: Coroutine[object, object, R]) -> R:
 
 
 def retrieve(future: asyncio.Future[R]) -> None:
-    """Mark an exception as seen: whoever still waits gets it, and nobody else has to."""
+    """Mark an exception as seen: a caller that still waits gets it."""
     if not future.cancelled():
         future.exception()

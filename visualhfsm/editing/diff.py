@@ -40,7 +40,7 @@ KEYS: Final[dict[str, Callable[[Any], Hashable]]] = {
     "interfaces": lambda interface: interface.name,
     "arguments": lambda argument: (argument.name, argument.child),
 }
-"""For each field that holds elements by what they are told apart."""
+"""The key by which elements are matched, for each field that holds some."""
 
 _PARTS: Final[dict[tuple[type[Node], str], str]] = {
     (Document, "on_error"): "onError",
@@ -80,7 +80,7 @@ class Difference(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit
 def diff_documents(before: Document, after: Document) -> list[Difference]:
     """Return what differs between two versions, in the order of the later one, which is `after`.
 
-    Automata, states and transitions are told by their ids, other things by their names.
+    Automata, states and transitions are matched by their ids, other things by their names.
     """
     return list(_nodes(before, after, Place(kind="document")))
 
@@ -148,7 +148,7 @@ def _position(node: Node) -> str:
 
 
 def keyed(name: str, items: Sequence[_NodeT]) -> dict[Hashable, _NodeT]:
-    """Return the elements of a field by their keys; of several with one key each has one of its own."""
+    """Return the elements of a field by their keys; equal keys are numbered."""
     seen: Counter[Hashable] = Counter()
     found: dict[Hashable, _NodeT] = {}
     for item in items:

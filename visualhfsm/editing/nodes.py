@@ -137,7 +137,7 @@ def _with_text(leaf: Leaf, text: str) -> Leaf:
 
 
 def swapped(items: tuple[_T, ...], old: _T, new: _T) -> tuple[_T, ...]:
-    """Return items with one of them, told by its identity, in exchange for another."""
+    """Return items with one of them, compared by identity, replaced by another."""
     return items if old is new else tuple(new if item is old else item for item in items)
 
 
@@ -163,7 +163,7 @@ def _only(found: Sequence[_T], what: str) -> _T:
         raise EditError(f"Cannot change {what}", "it is not there", "it may have been deleted meanwhile")
     if len(found) > 1:
         why = f"{len(found)} have this number"
-        raise EditError(f"Cannot change {what}", why, "give each a number of its own with `Repair numbers`")
+        raise EditError(f"Cannot change {what}", why, "give each another number with `Repair numbers`")
     return found[0]
 
 

@@ -34,9 +34,9 @@ __all__ = [
 ]
 
 _MOST: Final = 1000
-"""Problems that are told; who has more has one, and repeats it."""
+"""Problems that are reported; more are usually one that is repeated."""
 _MOST_STEPS: Final = 2000
-"""Steps of a counterexample that are told as such; longer ones are read in the notes."""
+"""Steps of a counterexample that are sent; longer ones are in the notes."""
 _VIOLATED: Final = "E610"
 _NO_STATE: Final = "E513"
 _UNTITLED: Final = "untitled.xml"
@@ -111,8 +111,8 @@ def find_problems_in_text(
     locator = Locator(document or Document())
     importers = dict(_importers(document, file)) if document is not None else {}
     order = {"error": 0, "warning": 1, "note": 2}
-    told = (each for each in diagnostics if each.code != _NO_STATE or not _is_blank(document))
-    found = sorted(told, key=lambda each: order[each.severity])[:_MOST]
+    reported = (each for each in diagnostics if each.code != _NO_STATE or not _is_blank(document))
+    found = sorted(reported, key=lambda each: order[each.severity])[:_MOST]
     return [_with_steps(_problem(each, file, locator, importers), report) for each in found]
 
 

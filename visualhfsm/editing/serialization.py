@@ -43,7 +43,7 @@ MAX_SIZE: Final = 12 << 20
 """Bytes of the largest document that can be saved: fewer than the reader takes in size and in elements."""
 NATIVE: Final[str] = Dialect.NATIVE.value
 _LEVELS: Final = 2
-"""Levels below the root that tell the dialects apart."""
+"""Levels below the root by which dialects are distinguished."""
 _SCXML: Final = ".scxml"
 _HEAD: Final = 4096  # bytes in which the root of a file begins
 

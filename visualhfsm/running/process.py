@@ -40,14 +40,14 @@ class Lines:
 
 
 class ChildProcess(asyncio.SubprocessProtocol):
-    """A command in a session of its own, which ends when this process does, however that happens.
+    """A command in another session, which ends when this process does, however that happens.
 
-    `told` gets its output on the event loop. Signals reach the process alone, so that it can end what it has
-    started itself; what is left of its group when it has ended is killed.
+    `report` gets its output on the event loop. Signals reach the process alone, so that it can end what it
+    has started itself; what is left of its group when it has ended is killed.
     """
 
-    def __init__(self, told: Callable[[Lines], None]) -> None:
-        self._told = told
+    def __init__(self, report: Callable[[Lines], None]) -> None:
+        self._report = report
         self._transport: asyncio.SubprocessTransport | None = None
         self._rests: dict[Stream, bytes] = {"out": b"", "err": b""}
         self._pending: list[tuple[Stream, bytes]] = []
@@ -129,7 +129,7 @@ class ChildProcess(asyncio.SubprocessProtocol):
         assert code is not None
         return code
 
-    # What the event loop tells.
+    # Called by the event loop.
 
     def pipe_data_received(self, fd: int, data: bytes) -> None:
         """Take what was written."""
@@ -170,7 +170,7 @@ class ChildProcess(asyncio.SubprocessProtocol):
             lines = tuple((name, text) for name, line in self._pending for text in _pieces(line))
             dropped = self._dropped + max(0, len(lines) - _MOST_LINES)
             self._pending, self._dropped = [], 0
-            self._told(Lines(lines[-_MOST_LINES:], dropped))
+            self._report(Lines(lines[-_MOST_LINES:], dropped))
 
 
 def _pieces(line: bytes) -> Iterator[str]:

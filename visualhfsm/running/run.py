@@ -152,7 +152,7 @@ class Run:
 
 
 def _describe_exit(code: int, *, stopped: bool) -> str:
-    """Say in words how a component ended; `stopped` when it was told to."""
+    """Say in words how a component ended; `stopped` when that was requested."""
     if code == 0 or (stopped and code in (_INTERRUPTED, _TERMINATED)):
         return "it was stopped" if stopped else "it has ended by itself"
     if code > 0:
@@ -166,7 +166,7 @@ class _Directory:
     """Where the component of one document is generated, again after each change.
 
     The component of a document that is saved is written beside it, as `codegen` does. One that has never been
-    saved, or holds changes that its file lacks, is generated from a copy in a directory of its own, which
+    saved, or holds changes that its file lacks, is generated from a copy in a temporary directory, which
     `close` deletes; its component goes there, too, unless a component beside the file is to be renewed.
     """
 

@@ -64,7 +64,7 @@ class RunningComponents:
     async def locate(self, source: Source, text: str, automaton: int = 0, state: int = 0) -> object:
         """Return the place and the line of the code of which a line of a log or of a report speaks, or None.
 
-        A report tells the `automaton` and the `state`, which tell pieces apart that share a line.
+        A report has the `automaton` and the `state`, which distinguish pieces that share a line.
         It may be that of a component that runs elsewhere, of the file that the document has.
         """
         run = self._runs.get(source.tab)

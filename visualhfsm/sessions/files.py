@@ -82,7 +82,7 @@ def write_file(path: Path, content: bytes) -> FileVersion:
         temporary.replace(target)
     except (OSError, ValueError) as error:
         if temporary is not None:
-            with suppress(OSError):  # it may never have been made; the first failure is the one to tell
+            with suppress(OSError):  # it may never have been made; the first failure is reported
                 temporary.unlink(missing_ok=True)
         hint = f"nothing was written: check the permissions of {path.parent} and the space on the disk"
         raise EditError(f"Cannot save {path.name}", _reason(error), hint) from error

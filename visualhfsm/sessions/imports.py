@@ -1,4 +1,4 @@
-"""Move an automaton to a document of its own, and bring back one that is imported."""
+"""Move an automaton to another document, and bring back one that is imported."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ def _file_of(document: Document, automaton: int) -> str:
 def imported_views(document: Document, path: Path) -> list[dict[str, Any]]:
     """Return the content of all automata that are imported, each before those below it.
 
-    They have the ids that a component of the document, whose file is `path`, gives them. Each tells the file,
+    They have the ids that a component of the document, whose file is `path`, gives them. Each has the file,
     relative to the document, and the automaton of it that it comes from. What cannot be had is left out.
     """
     own = {automaton.id: automaton for automaton in document.automata}

@@ -1,7 +1,7 @@
 """Bring together two versions of a document that began as the same one.
 
 What only one side changed is taken from it; of a text, such as a piece of code, it is line by line. Where
-both changed the same, mine stays, and the conflict is told. New things of theirs that happen to have the
+both changed the same, mine stays, and the conflict is reported. New things of theirs that happen to have the
 number of a new one of mine get another.
 """
 
@@ -126,17 +126,17 @@ class _Merger:
             elif own is not None and other is not None:
                 found[key] = own
                 if own != other:
-                    self._tell(at, "both added one of this name: mine stays", own)
+                    self._report(at, "both added one of this name: mine stays", own)
             elif own is not None:
                 if former is None or own != former:
                     found[key] = own
                 if former is not None and own != former:
-                    self._tell(at, "changed here and deleted there: it stays", own)
+                    self._report(at, "changed here and deleted there: it stays", own)
             elif other is not None:
                 if former is None or other != former:
                     found[key] = other
                 if former is not None and other != former:
-                    self._tell(at, "deleted here and changed there: it stays", other)
+                    self._report(at, "deleted here and changed there: it stays", other)
         order = _merged_sequence(tuple(old), tuple(here), tuple(there), keep=set(found))
         return tuple(found[key] for key in order)
 
@@ -160,7 +160,7 @@ class _Merger:
             transitions = self._whole_transitions(automaton, dangling)
             automata.append(replace(automaton, states=states, transitions=transitions))
         merged = replace(document, automata=tuple(automata))
-        self._tell_of_lost(merged, mine, theirs)
+        self._report_lost(merged, mine, theirs)
         return merged
 
     def _without_lost(
@@ -174,7 +174,7 @@ class _Merger:
         if not lost:
             return state
         place = Place(kind="state", automaton=automaton.id, id=state.id)
-        self._tell(place, "an automaton of it was deleted on the other side", state)
+        self._report(place, "an automaton of it was deleted on the other side", state)
         return replace(state, children=tuple(child for child in state.children if child not in lost))
 
     def _whole_transitions(
@@ -187,10 +187,10 @@ class _Merger:
                 kept.append(each)
             else:
                 place = Place(kind="automaton", automaton=automaton.id)
-                self._tell(place, "a transition went with a state that was deleted on the other side", each)
+                self._report(place, "a transition went with a state that was deleted on the other side", each)
         return tuple(kept)
 
-    def _tell_of_lost(self, merged: Document, mine: Document, theirs: Document) -> None:
+    def _report_lost(self, merged: Document, mine: Document, theirs: Document) -> None:
         owned = owners(merged)
         before = {*_lost(mine), *_lost(theirs)}
         for automaton in merged.automata:
@@ -199,7 +199,7 @@ class _Merger:
                 message = "changed on one side, and its state deleted on the other: no state owns it"
                 self.conflicts.append(Conflict(place=place, message=message))
 
-    def _tell(self, place: Place, message: str, node: Node) -> None:
+    def _report(self, place: Place, message: str, node: Node) -> None:
         self.conflicts.append(Conflict(place=place, message=message, mine=shown(getattr(node, "name", ""))))
 
 

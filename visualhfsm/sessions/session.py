@@ -58,7 +58,7 @@ class DocumentSession:
     """An open document with undo, redo, file and journal. All calls come from one thread.
 
     `revision` counts changes. `dialect` is the format of the file that it was opened from: in one that is not
-    the native one it is never saved over that file unless it is told to.
+    the native one it is saved over that file only with `overwrite`.
     """
 
     def __init__(
@@ -312,7 +312,7 @@ class DocumentSession:
 
     def _apply(self, command: Command, name: str, *, merge: bool, size: int) -> None:
         document = command.apply(self.document)
-        if document == self.document:  # what they share is told by its identity
+        if document == self.document:  # cheap: what they share is identical
             return
         bound = self._size_bound + _GROWTH + _ESCAPED * size
         if bound > MAX_SIZE:
@@ -357,7 +357,7 @@ class DocumentSession:
         try:
             content, version = read_file(self.path)
             held = parse_file(content, self.path)
-        except EditError:  # it is told when it is saved
+        except EditError:  # it is reported when it is saved
             return
         if held == self.document:
             self._saved, self._version = self.document, version

@@ -79,7 +79,7 @@ class UndoStack:
         return key is not None and key == self._key and recent and bool(self._past)
 
     def add(self, name: str, document: Document, key: Hashable | None, *, merge: bool) -> None:
-        """Make a document the present one, as a step of its own or as part of the last one."""
+        """Make a document the present one, as a separate step or as part of the last one."""
         if not merge:
             self._past.append(_Step(name, self.document))
         self._future.clear()
@@ -88,7 +88,7 @@ class UndoStack:
         self._changed_at = self._clock()
 
     def seal(self) -> None:
-        """Let the next change be a step of its own, as it is after undoing and redoing."""
+        """Make the next change a separate step, as it is after undoing and redoing."""
         self._key = None
 
     def undo(self) -> str | None:

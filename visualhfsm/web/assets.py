@@ -105,7 +105,7 @@ class Assets:
         kind = _TYPES.get(suffix) or mimetypes.guess_type(name)[0] or "application/octet-stream"
         headers = {
             "cache-control": "private, max-age=31536000, immutable" if current else "no-cache",
-            # Should a file of ours, such as an SVG, be opened as a page of its own.
+            # In case a file of ours, such as an SVG, is opened as a page.
             "content-security-policy": "default-src 'none'; frame-ancestors 'none'",
         }
         return _answer(request, file.plain, file.packed, kind, headers)

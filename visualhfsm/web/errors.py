@@ -1,4 +1,4 @@
-"""Why a request was not done, as the page is told."""
+"""Errors of requests, and how they are reported to the page."""
 
 from __future__ import annotations
 

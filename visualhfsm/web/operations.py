@@ -29,7 +29,7 @@ from .workspace import Workspace
 __all__ = ["CODE_HELP", "CONCURRENT", "LARGEST_UPLOAD", "Operations", "Upload", "is_emergency_stop"]
 
 CODE_HELP = p.Complete | p.Explain | p.Interfaces | p.Lint | p.Signature
-"""Requests that come by themselves while somebody types."""
+"""Requests that the page sends while a person types."""
 
 _Reading = p.Diff | p.Export | p.Imported | p.ListFiles | p.Locate | p.Search
 _Running = p.Attach | p.Control | p.Detach | p.Generate | p.Recording | p.Run | p.SendRecording | p.StopRun

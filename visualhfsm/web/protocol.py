@@ -145,7 +145,7 @@ class Paste(TabEdit):
 
 
 class Seal(TabEdit):
-    """Let the next command be a step of its own, such as when a field has lost the focus."""
+    """Make the next command a separate step, such as when a field has lost the focus."""
 
 
 class Search(_Request):
@@ -193,7 +193,7 @@ class Inline(TabEdit):
 class Locate(_Request):
     """Ask which line of which piece of code a line of a log, or of an error's report, speaks of.
 
-    A report tells its `automaton` and `state`, too, which tell pieces apart that share a line.
+    A report also has its `automaton` and `state`, which distinguish pieces that share a line.
     """
 
     tab: TabId
@@ -465,8 +465,8 @@ class Problems(Push):
 class Outside(Push):
     """What another program did to the file of a document.
 
-    `reloaded`: the document had no changes of its own, and is now as the file, which can be undone. `changed`
-    and `deleted`: the person is to say what shall be. `same`: it is over.
+    `reloaded`: the document had no unsaved changes, and is now as the file, which can be undone. `changed`
+    and `deleted`: the person has to choose. `same`: the file is as it was.
     """
 
     tab: int

@@ -40,7 +40,7 @@ def patch(old: Version, new: Version) -> msgspec.Raw | None:
 
     `document`: its own fields, if one changed; `automata`: those that are new; `parts`: what changed in
     those that were there, see `_part`; `removed`: ids; `order`: all ids in their order, if that changed.
-    None when automata cannot be told apart by their ids.
+    None when ids of automata are not unique.
     """
     former = {automaton.id: automaton for automaton in old.document.automata}
     now = {automaton.id: automaton for automaton in new.document.automata}
@@ -71,7 +71,7 @@ def patch(old: Version, new: Version) -> msgspec.Raw | None:
 
 
 def _part(old: Automaton, new: Automaton) -> dict[str, Any] | None:
-    """Return what changed in an automaton; None when its items cannot be told apart by their ids.
+    """Return what changed in an automaton; None when ids of its items are not unique.
 
     `fields`: those of the automaton itself that changed; `states` and `transitions`: what changed in these.
     """

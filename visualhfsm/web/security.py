@@ -64,12 +64,12 @@ class Credentials:
     """The secrets of one run of the server.
 
     The `token` stands in the printed address. The browser shows it once and holds the value of the cookie
-    from then on, which is a secret of its own: scripts cannot read it and other sites do not send it.
+    from then on, which is another secret: scripts cannot read it and other sites do not send it.
     """
 
     def __init__(self, port: int) -> None:
         self.token = secrets.token_urlsafe(32)
-        self.cookie_name = f"visualhfsm-{port}"  # cookies do not tell ports apart
+        self.cookie_name = f"visualhfsm-{port}"  # cookies are the same for all ports
         self._cookie = secrets.token_urlsafe(32)
         self._launch_tokens: set[str] = set()
 
@@ -92,7 +92,7 @@ class Credentials:
         return any(name == self.cookie_name and _same(value, self._cookie) for name, _, value in pairs)
 
     def set_cookie(self, response: RedirectResponse) -> None:
-        """Let a response hand out the cookie."""
+        """Set the cookie in a response."""
         response.set_cookie(self.cookie_name, self._cookie, httponly=True, samesite="strict", path="/")
 
 

@@ -35,7 +35,7 @@ LOOPBACK: Final = "127.0.0.1"
 
 _CLOSE_LIMIT: Final = 3  # s that answers under way may take at the end
 _PING_INTERVAL: Final = 20.0  # s
-_DISPLAYS: Final = ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")  # variables that tell of a browser
+_DISPLAYS: Final = ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")  # one of them is set where there is a browser
 
 _logger = logging.getLogger(__name__)
 

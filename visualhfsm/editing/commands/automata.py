@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
 from dataclasses import replace
 from typing import Literal
 
@@ -125,6 +124,7 @@ class ReorderAutomaton(Command, frozen=True, kw_only=True):
 class SetPeriod(Command, frozen=True, kw_only=True):
     """Set the milliseconds between the cycles of an automaton, as they were typed."""
 
+    typed = ("period",)
     automaton: Id
     period: str
 
@@ -136,14 +136,11 @@ class SetPeriod(Command, frozen=True, kw_only=True):
     def title(self, document: Document) -> str:
         return f"Set the period to {self.period.strip()[:20]} ms"
 
-    @property
-    def merge_key(self) -> Hashable:
-        return type(self), self.automaton
-
 
 class SetAutomatonCode(Command, frozen=True, kw_only=True):
     """Set the variables or the functions of an automaton."""
 
+    typed = ("text",)
     automaton: Id
     part: Literal["variables", "functions"]
     text: str
@@ -156,10 +153,6 @@ class SetAutomatonCode(Command, frozen=True, kw_only=True):
     def title(self, document: Document) -> str:
         return f"Edit the {self.part}"
 
-    @property
-    def merge_key(self) -> Hashable:
-        return type(self), self.automaton, self.part
-
 
 class SetImport(Command, frozen=True, kw_only=True):
     """Let the content of an empty automaton come from another file, or from none when `file` is blank.
@@ -167,6 +160,7 @@ class SetImport(Command, frozen=True, kw_only=True):
     `source` is the automaton in that file, 0 for its root.
     """
 
+    typed = ("file", "source")
     automaton: Id
     file: str
     source: Id = NO_CHILD
@@ -180,7 +174,7 @@ class SetImport(Command, frozen=True, kw_only=True):
                 why = "it is the root"
                 raise EditError("Cannot import this automaton", why, "import into an automaton of a state")
             if automaton.states or automaton.transitions or automaton.inputs:
-                why = "it has states, transitions or inputs of its own"
+                why = "it has states, transitions or inputs"
                 raise EditError("Cannot import this automaton", why, "import into an empty one")
             file = checked(self.file, "the name of the file")
             if automaton.imported is None:
@@ -194,10 +188,6 @@ class SetImport(Command, frozen=True, kw_only=True):
 
     def title(self, document: Document) -> str:
         return f"Import {self.file.strip()[:40]}" if self.file.strip() else "Import nothing"
-
-    @property
-    def merge_key(self) -> Hashable:
-        return type(self), self.automaton
 
 
 class ExtractAutomaton(Command, frozen=True, kw_only=True):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Hashable
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 import msgspec
 
@@ -36,6 +36,9 @@ class Command(
     In JSON its `command` is the name of its class with a small first letter, and its fields are in camelCase.
     """
 
+    typed: ClassVar[tuple[str, ...]] = ()
+    """The fields that change while a person types: commands that differ in nothing else make one step."""
+
     def apply(self, document: Document) -> Document:
         """Return the changed document, and the same one when there is nothing to change.
 
@@ -50,4 +53,6 @@ class Command(
     @property
     def merge_key(self) -> Hashable | None:
         """What consecutive commands have in common that make one step, such as typing; None for none."""
-        return None
+        if not self.typed:
+            return None
+        return type(self), *(getattr(self, name) for name in self.__struct_fields__ if name not in self.typed)

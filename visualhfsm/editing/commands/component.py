@@ -70,6 +70,7 @@ _FIELDS: Final[dict[str, tuple[str, str]]] = {
 class SetComponentText(Command, frozen=True, kw_only=True):
     """Set what a component is for, its language, or what follows an error or a refused command."""
 
+    typed = ("text",)
     part: Literal["description", "onError", "onRefused", "language"]
     text: str
 
@@ -78,10 +79,6 @@ class SetComponentText(Command, frozen=True, kw_only=True):
 
     def title(self, document: Document) -> str:
         return f"Set the {_FIELDS[self.part][1]}"
-
-    @property
-    def merge_key(self) -> Hashable:
-        return type(self), self.part
 
 
 class _EntryCommand(Command, frozen=True, kw_only=True):

@@ -43,8 +43,8 @@ class GroupStates(Command, frozen=True, kw_only=True):
 
     Transitions among them go along, and those that lead in or out lead to or from the new state. The new
     automaton begins in the initial state if that is one of them, else where the first transition leads in,
-    and anew at each entry: that is nearest to what the states did before. Variables that nothing else uses go
-    along, too.
+    and restarts at each entry: that is nearest to what the states did before. Variables that nothing else
+    uses go along, too.
     """
 
     automaton: Id

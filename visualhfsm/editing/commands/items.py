@@ -218,12 +218,14 @@ def _placed(placement: Placement, automaton: Automaton) -> Automaton:
         if number not in handles:
             find_transition(automaton, number)
     shifts = {number: (x - states[number].x, y - states[number].y) for number, x, y in placement.states}
-    turns = {number: (x - handles[number].x, y - handles[number].y) for number, x, y in placement.transitions}
-    automaton = moved(automaton, shifts, turns)
+    handle_shifts = {
+        number: (x - handles[number].x, y - handles[number].y) for number, x, y in placement.transitions
+    }
+    automaton = moved(automaton, shifts, handle_shifts)
     moved_ends = frozenset(
         transition.id
         for transition in automaton.transitions
-        if transition.id not in turns
+        if transition.id not in handle_shifts
         and not shifts.keys().isdisjoint((transition.origin, transition.destination))
     )
     return with_default_handles(automaton, moved_ends)

@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
 from dataclasses import replace
 from typing import Final, Literal
 
@@ -86,6 +85,7 @@ class _StateCommand(Command, frozen=True, kw_only=True):
 class RenameState(_StateCommand, frozen=True, kw_only=True):
     """Give a state another name."""
 
+    typed = ("name",)
     name: str
 
     def change(self, state: State) -> State:
@@ -94,14 +94,11 @@ class RenameState(_StateCommand, frozen=True, kw_only=True):
     def title(self, document: Document) -> str:
         return f"Rename {self.label(document)}"
 
-    @property
-    def merge_key(self) -> Hashable:
-        return type(self), self.automaton, self.state
-
 
 class SetStateCode(_StateCommand, frozen=True, kw_only=True):
     """Set the code that runs at the entry, in every cycle or at the exit of a state."""
 
+    typed = ("text",)
     part: Literal["entry", "code", "exit"]
     text: str
 
@@ -111,10 +108,6 @@ class SetStateCode(_StateCommand, frozen=True, kw_only=True):
     def title(self, document: Document) -> str:
         what = self.part if self.part == "code" else f"{self.part} code"
         return f"Edit the {what} of {self.label(document)}"
-
-    @property
-    def merge_key(self) -> Hashable:
-        return type(self), self.automaton, self.state, self.part
 
 
 class MarkInitial(_StateCommand, frozen=True, kw_only=True):
@@ -159,6 +152,7 @@ class SetHistory(_StateCommand, frozen=True, kw_only=True):
 class SetArgument(_StateCommand, frozen=True, kw_only=True):
     """Set what a state hands to an input of one of its automata; `child` 0 is the one that has the input."""
 
+    typed = ("value",)
     name: str
     value: str
     child: Id = NO_CHILD
@@ -181,10 +175,6 @@ class SetArgument(_StateCommand, frozen=True, kw_only=True):
 
     def title(self, document: Document) -> str:
         return f"Set the argument {self.name[:30]} of {self.label(document)}"
-
-    @property
-    def merge_key(self) -> Hashable:
-        return type(self), self.automaton, self.state, self.name, self.child
 
 
 class RemoveArgument(_StateCommand, frozen=True, kw_only=True):

@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
 from dataclasses import replace
 from typing import Literal
 
@@ -93,6 +92,7 @@ class _TransitionCommand(Command, frozen=True, kw_only=True):
 class RenameTransition(_TransitionCommand, frozen=True, kw_only=True):
     """Give a transition another name."""
 
+    typed = ("name",)
     name: str
 
     def change(self, transition: Transition) -> Transition:
@@ -101,13 +101,9 @@ class RenameTransition(_TransitionCommand, frozen=True, kw_only=True):
     def title(self, document: Document) -> str:
         return f"Rename {self.label(document)}"
 
-    @property
-    def merge_key(self) -> Hashable:
-        return type(self), self.automaton, self.transition
-
 
 class RetargetTransition(_TransitionCommand, frozen=True, kw_only=True):
-    """Let a transition leave or enter another state; its handle goes where it stands by itself."""
+    """Make a transition leave or enter another state; its handle moves to its default place."""
 
     origin: Id | None = None
     destination: Id | None = None
@@ -170,6 +166,7 @@ class SetTransitionType(_TransitionCommand, frozen=True, kw_only=True):
 class SetTransitionCode(_TransitionCommand, frozen=True, kw_only=True):
     """Set what a transition fires by, its guard, or the code that runs when it fires."""
 
+    typed = ("text",)
     part: Literal["trigger", "guard", "fired"]
     text: str
 
@@ -180,14 +177,11 @@ class SetTransitionCode(_TransitionCommand, frozen=True, kw_only=True):
         what = "code" if self.part == "fired" else self.part
         return f"Edit the {what} of {self.label(document)}"
 
-    @property
-    def merge_key(self) -> Hashable:
-        return type(self), self.automaton, self.transition, self.part
-
 
 class SetPriority(_TransitionCommand, frozen=True, kw_only=True):
     """Set the priority of a transition as it was typed: a number from 1, or nothing."""
 
+    typed = ("priority",)
     priority: str
 
     def change(self, transition: Transition) -> Transition:
@@ -195,10 +189,6 @@ class SetPriority(_TransitionCommand, frozen=True, kw_only=True):
 
     def title(self, document: Document) -> str:
         return f"Set the priority of {self.label(document)}"
-
-    @property
-    def merge_key(self) -> Hashable:
-        return type(self), self.automaton, self.transition
 
 
 class ReorderTransition(_TransitionCommand, frozen=True, kw_only=True):
@@ -224,10 +214,10 @@ class ReorderTransition(_TransitionCommand, frozen=True, kw_only=True):
                     for each in automaton.transitions
                 )
             else:
-                turns = iter(order)
+                ordered = iter(order)
                 moving = {id(each) for each in order}
                 transitions = tuple(
-                    next(turns) if id(each) in moving else each for each in automaton.transitions
+                    next(ordered) if id(each) in moving else each for each in automaton.transitions
                 )
             return changed(automaton, transitions=transitions)
 
