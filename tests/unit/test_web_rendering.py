@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from codegen.hfsm.document import Automaton, Document, State, Text, Transition
 from tests.support.editor import patched
-from visualhfsm.web.rendering import Version, full, patch
+from visualhfsm.web.window import Version, full, patch
 
 codes = st.builds(Text, st.text(max_size=5))
 states = st.builds(

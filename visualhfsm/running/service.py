@@ -1,34 +1,53 @@
-"""Run the components of the editor's tabs."""
+"""Run the components of the editor's tabs: generate, start, stop and restart them."""
 
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Sequence
+import contextlib
+import shutil
+import signal
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Final, Literal
 
-from codegen.hfsm import component_path
+from codegen.diagnostics import Diagnostics
+from codegen.hfsm import component_path, extension_path, write_document
+from codegen.hfsm.document import Document
+from visualhfsm.child import child_environment
 from visualhfsm.errors import VisualHfsmError
-from visualhfsm.services import Publish, ServiceError, Source, complete
+from visualhfsm.generate import generate_component
+from visualhfsm.services import Output, OutputLine, Publish, RunPush, ServiceError, Source, complete
 from zenoh_ice import Settings
 
-from .origins import read_origins
-from .run import Run
+from .origins import Origins, read_origins
+from .process import ChildProcess, Lines
 
 __all__ = ["RunningComponents"]
 
-_CLOSE_PATIENCE = (3.0, 2.0)
+_Status = Literal["generating", "starting", "running", "stopping", "ended"]
+
+_PATIENCE: Final = (5.0, 3.0)
+"""Seconds from SIGINT, at which a component stops the robot, to SIGTERM, and from there to SIGKILL."""
+
+_INTERRUPTED: Final = 130
+_TERMINATED: Final = 143
+_UNTITLED: Final = "untitled"
+_CLOSE_PATIENCE: Final = (3.0, 2.0)
 
 
 class RunningComponents:
     """At most one child process for each tab. All methods raise ServiceError.
 
-    What was begun is done to its end, also when the window that asked for it goes
-    away meanwhile.
+    What was begun is done to its end, also when the window that asked for it goes away.
     """
 
     def __init__(self, publish: Publish, settings: Settings | None = None) -> None:
         self._publish = publish
         self._environment = settings.environment() if settings else {}
-        self._runs: dict[int, Run] = {}
+        self._runs: dict[int, _Run] = {}
 
     async def generate(self, source: Source) -> object:
         """Write the component beside its document, or where the tab's component runs; return its path."""
@@ -80,5 +99,203 @@ class RunningComponents:
         runs, self._runs = list(self._runs.values()), {}
         await asyncio.gather(*(run.close(_CLOSE_PATIENCE) for run in runs))
 
-    def _run_of(self, tab: int) -> Run:
-        return self._runs.setdefault(tab, Run(tab, self._publish, self._environment))
+    def _run_of(self, tab: int) -> _Run:
+        return self._runs.setdefault(tab, _Run(tab, self._publish, self._environment))
+
+
+@dataclass(frozen=True, slots=True)
+class _Generated:
+    """A component that was written: its file, and where its lines come from."""
+
+    component: Path
+    origins: Origins | None
+
+
+class _Run:
+    """The component of the document of a tab as a child process, which can be restarted any number of times.
+
+    Its output and its changes are published on the event loop. It ends with `close`, on every way out.
+    """
+
+    def __init__(self, tab: int, publish: Publish, environment: Mapping[str, str]) -> None:
+        self._tab = tab
+        self._publish = publish
+        self._environment = environment
+        self._directory = _Directory()
+        self._generated: _Generated | None = None
+        self._child: ChildProcess | None = None
+        self._watch: asyncio.Task[None] | None = None
+        self._stopping = False
+        self._busy = asyncio.Lock()
+
+    @property
+    def is_running(self) -> bool:
+        """Whether the process is there."""
+        return self._watch is not None and not self._watch.done()
+
+    @property
+    def origins(self) -> Origins | None:
+        """Where the lines of the component that runs come from; None while none does."""
+        return self._generated.origins if self._generated and self.is_running else None
+
+    async def generate(self, source: Source) -> _Generated:
+        """Write the component, for a start or for a reload of the one that runs. Raises VisualHfsmError.
+
+        The component of a document that has a file is written beside it, unless one runs elsewhere.
+        """
+        async with self._busy:
+            return await self._generate(source, beside=True)
+
+    async def start(self, source: Source, arguments: Sequence[str] = ()) -> None:
+        """Generate the component and start it; one that runs is stopped first. Raises VisualHfsmError."""
+        async with self._busy:
+            await self._stop(_PATIENCE)
+            self._directory.close()
+            self._report("generating")
+            try:
+                generated = await self._generate(source)
+                self._report("starting")
+                await self._launch([sys.executable, str(generated.component), *arguments])
+            except BaseException as error:
+                message = str(error) if isinstance(error, VisualHfsmError) else "it could not be started"
+                self._report("ended", None, message)
+                raise
+            self._report("running")
+
+    async def stop(self, patience: Sequence[float] = _PATIENCE) -> None:
+        """End the process; nothing happens when there is none."""
+        async with self._busy:
+            await self._stop(patience)
+
+    async def close(self, patience: Sequence[float] = _PATIENCE) -> None:
+        """End the process, and delete what was generated aside."""
+        try:
+            await self.stop(patience)
+        finally:
+            if self._child is not None:
+                self._child.kill()
+            self._directory.close()
+
+    async def _generate(self, source: Source, *, beside: bool = False) -> _Generated:
+        self._generated = await asyncio.to_thread(self._directory.generate, source, beside=beside)
+        return self._generated
+
+    async def _launch(self, command: Sequence[str]) -> None:
+        child = ChildProcess(self._take)
+        try:
+            await child.start(command, {**child_environment(), **self._environment})
+        except OSError as error:
+            raise VisualHfsmError(f"the component cannot be started: {error.strerror or error}") from error
+        self._child = child
+        self._stopping = False
+        self._watch = asyncio.create_task(self._follow(child))
+
+    async def _stop(self, patience: Sequence[float]) -> None:
+        if self._child is None or self._watch is None or self._watch.done():
+            return
+        self._stopping = True
+        self._report("stopping")
+        await self._child.stop(patience)
+        await self._watch
+
+    async def _follow(self, child: ChildProcess) -> None:
+        code = await child.wait()
+        message = _describe_exit(code, stopped=self._stopping)
+        self._report("ended", code, message)
+
+    def _report(self, status: _Status, exit_code: int | None = None, message: str = "") -> None:
+        self._publish(RunPush(tab=self._tab, status=status, exit_code=exit_code, message=message))
+
+    def _take(self, written: Lines) -> None:
+        lines = [self._line(stream, text) for stream, text in written.lines]
+        self._publish(Output(tab=self._tab, lines=lines, dropped=written.dropped))
+
+    def _line(self, stream: Literal["out", "err"], text: str) -> OutputLine:
+        origins = self._generated.origins if self._generated else None
+        origin = origins.find(text) if origins else None
+        if origin is None:
+            return OutputLine(text=text, stream=stream)
+        return OutputLine(text=text, stream=stream, place=origin.place, line=origin.line)
+
+
+def _describe_exit(code: int, *, stopped: bool) -> str:
+    """Say in words how a component ended; `stopped` when that was requested."""
+    if code == 0 or (stopped and code in (_INTERRUPTED, _TERMINATED)):
+        return "it was stopped" if stopped else "it has ended by itself"
+    if code > 0:
+        hint = {1: " after an error", 2: ": its command line is wrong", _INTERRUPTED: " by Ctrl-C"}
+        return f"it ended with exit code {code}{hint.get(code, '')}"
+    name = signal.Signals(-code).name if -code in signal.valid_signals() else f"signal {-code}"
+    return f"it was ended by {name}"
+
+
+class _Directory:
+    """Where the component of one document is generated, again after each change.
+
+    The component of a document that is saved is written beside it, as `codegen` does. One that has never been
+    saved, or holds changes that its file lacks, is generated from a copy in a temporary directory, which
+    `close` deletes; its component goes there, too, unless a component beside the file is to be renewed.
+    """
+
+    def __init__(self) -> None:
+        self._aside: TemporaryDirectory[str] | None = None
+        self._target: Path | None = None
+
+    def generate(self, source: Source, *, beside: bool = False) -> _Generated:
+        """Write the component. Raises VisualHfsmError, which names the first error and counts the others.
+
+        Without a file the component is called after the title, if that can be the name of a module. `beside`
+        writes it beside the file also when that lacks the changes. Once written somewhere it stays there:
+        that is where a running component looks for its new self.
+        """
+        diagnostics = Diagnostics()
+        path = source.path
+        include: tuple[Path, ...] = ()
+        if path is not None and not source.dirty:
+            file = path
+        else:
+            file = self._copy(source.document, path.name if path else f"{_module_name(source.title)}.xml")
+            include = (path.parent,) if path else ()
+        target = self._target or (path.parent if beside and path else file.parent)
+        if path is not None and self._aside is not None and target == Path(self._aside.name):
+            _copy_extension(path, file)
+        component = generate_component(file, target, diagnostics, include)
+        if component is None:
+            raise VisualHfsmError(_summary(diagnostics))
+        self._target = target
+        return _Generated(component, read_origins(file, component))
+
+    def close(self) -> None:
+        """Delete what stands aside."""
+        aside, self._aside, self._target = self._aside, None, None
+        if aside is not None:
+            aside.cleanup()
+
+    def _copy(self, document: Document, name: str) -> Path:
+        try:
+            if self._aside is None:
+                self._aside = TemporaryDirectory(prefix="visualhfsm-", ignore_cleanup_errors=True)
+            source = Path(self._aside.name) / name
+            source.write_text(write_document(document), encoding="utf-8")
+        except OSError as error:
+            raise VisualHfsmError(f"nothing was generated: {error.strerror}: {error.filename}") from error
+        return source
+
+
+def _module_name(title: str) -> str:
+    return title if title.isascii() and title.isidentifier() else _UNTITLED
+
+
+def _copy_extension(path: Path, copy: Path) -> None:
+    """Copy what was written by hand beside a document to its copy, where it is looked for."""
+    with contextlib.suppress(FileNotFoundError):
+        shutil.copyfile(
+            extension_path(component_path(path, None)), extension_path(component_path(copy, None))
+        )
+
+
+def _summary(diagnostics: Diagnostics) -> str:
+    errors = diagnostics.errors
+    first = errors[0]
+    more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
+    return f"nothing was generated: {first.message}{more}"

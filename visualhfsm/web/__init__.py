@@ -11,7 +11,6 @@
 | `connection`, `window` | one websocket: what comes in, what goes out |
 | `operations`, `documents` | what each request does |
 | `workspace`, `tab` | the open documents, which every window sees; their limits |
-| `rendering` | documents as JSON, of which only what changed is sent |
 | `checking` | checks in the background |
 | `services` | which packages run components, follow them, and help with code |
 

@@ -442,7 +442,7 @@ class Closed(Push):
 class DocumentPush(Push, tag="document"):
     """A document, whole in `full` or what of it changed in `patch`; the names of steps come latest first.
 
-    `visualhfsm.web.rendering` says what is in them.
+    `full` and `patch` of `visualhfsm.web.window` say what is in them.
     """
 
     tab: int
