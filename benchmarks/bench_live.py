@@ -86,11 +86,11 @@ class Measurement:
                 self.delays.append(now - float(automaton.variables["changed"]))
 
 
-async def follow(endpoint: str, *, scene: bool) -> tuple[Measurement, float]:
+async def follow(endpoint: str, *, poses: bool) -> tuple[Measurement, float]:
     """Follow the component; return what was measured and the share of a core that it took."""
     measurement = Measurement()
     service = Monitoring(measurement.publish, Settings(connect=(endpoint,), clock="wall"))
-    task = asyncio.create_task(watch_scene(service)) if scene else None
+    task = asyncio.create_task(watch_poses(service)) if poses else None
     try:
         async with asyncio.timeout(20):
             while True:
@@ -113,11 +113,11 @@ async def follow(endpoint: str, *, scene: bool) -> tuple[Measurement, float]:
         await service.close()
 
 
-async def watch_scene(service: Monitoring) -> None:
+async def watch_poses(service: Monitoring) -> None:
     """Look at the robot in 3D and at both cameras, as a page with all of its panels does."""
 
     async def drain(name: str) -> None:
-        async for _ in service.camera(name) if name else service.scene():
+        async for _ in service.camera(name) if name else service.poses():
             pass
 
     await asyncio.sleep(1)
@@ -138,11 +138,11 @@ def main() -> None:
             ComponentProcess(command, environment),
         ):
             server.wait_for("ready")
-            for scene in (False, True):
-                measurement, share = asyncio.run(follow(endpoint, scene=scene))
+            for poses in (False, True):
+                measurement, share = asyncio.run(follow(endpoint, poses=poses))
                 delays = sorted(1000 * delay for delay in measurement.delays)
                 late = delays[int(0.95 * len(delays))]
-                panels, most = (", 3D and two cameras", "") if scene else ("", f" (at most {SHARE:.0%})")
+                panels, most = (", 3D and two cameras", "") if poses else ("", f" (at most {SHARE:.0%})")
                 print(
                     f"{AUTOMATA} automata{panels}: {share:.1%} of a core{most}, "
                     f"{len(measurement.sizes) / SECONDS:.0f} snapshots/s of "

@@ -458,33 +458,33 @@ def test_cameras_are_shown_as_jpeg_to_several_windows(robot: ServedRobot) -> Non
     on_page(robot, go)
 
 
-def test_the_scene_begins_with_the_body_and_goes_on_with_poses(robot: ServedRobot) -> None:
+def test_the_poses_begin_with_the_body_and_go_on(robot: ServedRobot) -> None:
     async def go(opened: Page) -> None:
-        scene = opened.service.scene()
-        described = json.loads(await anext(scene))
+        stream = opened.service.poses()
+        described = json.loads(await anext(stream))
         order = described["order"]
         assert order[0] == "torso"
         assert order[-2:] == ["BallRed", "BallGreen"]
-        async for frame in scene:
-            poses = np.frombuffer(frame, "<f4").reshape(len(order), 7)
-            if not np.isnan(poses).any():
+        async for frame in stream:
+            numbers = np.frombuffer(frame, "<f4").reshape(len(order), 7)
+            if not np.isnan(numbers).any():
                 break
-        assert np.linalg.norm(poses[:, 3:], axis=1) == pytest.approx(np.ones(len(order)), abs=1e-5)
-        assert 0.2 < poses[0, 2] < 0.4
-        assert np.hypot(*poses[-1, :2]) == pytest.approx(1.0, abs=0.01)
-        await scene.aclose()
+        assert np.linalg.norm(numbers[:, 3:], axis=1) == pytest.approx(np.ones(len(order)), abs=1e-5)
+        assert 0.2 < numbers[0, 2] < 0.4
+        assert np.hypot(*numbers[-1, :2]) == pytest.approx(1.0, abs=0.01)
+        await stream.aclose()
 
     on_page(robot, go)
 
 
 @pytest.mark.sim
-def test_the_scene_is_as_a_simulation_tells_it() -> None:
+def test_the_poses_are_as_a_simulation_tells_it() -> None:
     from naoserver_sim.robot import SimulatedRobot
 
     async def go(opened: Page) -> None:
-        scene = opened.service.scene()
-        order = json.loads(await anext(scene))["order"]
-        async for frame in scene:
+        stream = opened.service.poses()
+        order = json.loads(await anext(stream))["order"]
+        async for frame in stream:
             numbers = np.frombuffer(frame, "<f4").reshape(len(order), 7)
             if not np.isnan(numbers).any() and numbers[0, 0] > 0.5:
                 break
@@ -493,7 +493,7 @@ def test_the_scene_is_as_a_simulation_tells_it() -> None:
         feet = (poses["l_foot"][:2] + poses["r_foot"][:2]) / 2
         assert feet == pytest.approx((1.0, 0.5), abs=0.05)
         assert poses["BallRed"][:3] == pytest.approx((2.0, -1.0, 0.7), abs=0.01)
-        await scene.aclose()
+        await stream.aclose()
 
     with served(SimulatedRobot(skin=False)) as robot:
         stage = robot.robot.stage

@@ -100,12 +100,12 @@ def test_a_token_opens_no_websocket(running: Editor) -> None:
     assert _upgrade(running, path=f"/ws?token={token}") == 403
 
 
-@pytest.mark.parametrize("path", ["/ws", "/camera/top", "/scene"])
+@pytest.mark.parametrize("path", ["/ws", "/camera/top", "/poses"])
 def test_the_page_opens_websockets(running: Editor, path: str) -> None:
     assert _upgrade(running, path=path) == 101
 
 
-@pytest.mark.parametrize("path", ["/ws", "/camera/top", "/scene"])
+@pytest.mark.parametrize("path", ["/ws", "/camera/top", "/poses"])
 @pytest.mark.parametrize(
     "origin",
     [

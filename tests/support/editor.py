@@ -65,9 +65,9 @@ class NoService:
         raise ServiceError(f"{name} is not available")
         yield
 
-    async def scene(self) -> AsyncGenerator[bytes, None]:
+    async def poses(self) -> AsyncGenerator[bytes, None]:
         """Refuse."""
-        raise ServiceError("the scene is not available")
+        raise ServiceError("the poses are not available")
         yield
 
     async def forget(self, tab: int) -> None:

@@ -7,20 +7,22 @@ import contextlib
 import io
 import logging
 from collections.abc import AsyncGenerator
-from typing import Final
+from typing import Final, cast
 
 from interfaces.jderobot import CameraPrx, ImageData
 from visualhfsm.errors import MissingPackageError, VisualHfsmError
 from visualhfsm.monitoring.automata import printable
 from visualhfsm.monitoring.realm import has_interface
-from zenoh_ice import Communicator, Sample
+from zenoh_ice import Communicator, Sample, ZenohIceError
 
-__all__ = ["Camera", "Cameras", "encode_jpeg"]
+__all__ = ["Cameras", "encode_jpeg"]
 
 QUALITY: Final = 80
 """Of 1 to 95; an image of 320 x 240 takes about 12 kB."""
 _LARGEST: Final = 4096
 """Most pixels of a side."""
+_PATIENCE: Final = 1.0
+"""Seconds without an image after which it is looked again whether the camera is there."""
 
 _logger = logging.getLogger(__name__)
 
@@ -31,7 +33,7 @@ class Cameras:
     def __init__(self, communicator: Communicator, quality: int = QUALITY) -> None:
         self._communicator = communicator
         self._quality = quality
-        self._open: dict[str, Camera] = {}
+        self._encoded: dict[str, tuple[tuple[int, float], asyncio.Task[bytes]]] = {}
 
     async def frames(self, name: str) -> AsyncGenerator[bytes, None]:
         """Yield the newest image of a camera whenever there is a newer one; the older ones are skipped.
@@ -41,75 +43,25 @@ class Cameras:
         if not has_interface(self._communicator, name, CameraPrx.ice_interface.type_id):
             raise VisualHfsmError(f"there is no camera {printable(name)[:100]}")
         _require_pillow()
-        camera = self._open.get(name)
-        if camera is None:
-            camera = self._open[name] = Camera(self._communicator, name, self._quality)
-        camera.viewers += 1
-        try:
-            sequence = 0
-            while True:
-                sequence, jpeg = await camera.next(sequence)
-                yield jpeg
-        finally:
-            camera.viewers -= 1
-            if camera.viewers == 0:
-                self._open.pop(name, None)
-                await asyncio.to_thread(camera.close)
-
-    def close(self) -> None:
-        """Stop listening to all of them."""
-        for camera in self._open.values():
-            camera.close()
-        self._open.clear()
-
-
-class Camera:
-    """One camera that somebody looks at."""
-
-    def __init__(self, communicator: Communicator, name: str, quality: int) -> None:
-        self.viewers = 0
-        self._name = name
-        self._quality = quality
-        self._loop = asyncio.get_running_loop()
-        self._arrived = asyncio.Event()
-        self._newest: ImageData | None = None
-        self._number = 0
-        self._encoded = (0, b"")
-        self._encoding = asyncio.Lock()
-        self._proxy = CameraPrx.uncheckedCast(communicator.stringToProxy(name))
-        self._subscription = self._proxy.getImageData.subscribe(self._on_image)
-
-    async def next(self, after: int) -> tuple[int, bytes]:
-        """Wait for an image newer than number `after`; return its number and its JPEG."""
+        stream = CameraPrx.uncheckedCast(self._communicator.stringToProxy(name)).getImageData
         while True:
-            while self._number <= after:
-                await self._arrived.wait()
-            async with self._encoding:
-                number, image = self._number, self._newest
-                assert image is not None, "there is one when there is a number"
-                if self._encoded[0] == number:
-                    return self._encoded
-                try:
-                    self._encoded = number, await asyncio.to_thread(encode_jpeg, image, self._quality)
-                except VisualHfsmError as error:
-                    _logger.warning("%s: %s", self._name, error)
-                    after = number
-                else:
-                    return self._encoded
+            try:
+                samples = cast("AsyncGenerator[Sample[ImageData]]", aiter(stream.samples(timeout=_PATIENCE)))
+                async with contextlib.aclosing(samples):  # listening ends when nobody looks
+                    async for sample in samples:
+                        try:
+                            yield await self._encode(name, sample)
+                        except VisualHfsmError as error:
+                            _logger.warning("%s: %s", name, error)
+            except ZenohIceError:  # it is gone, or sends nothing: it may come back
+                await asyncio.sleep(_PATIENCE)
 
-    def close(self) -> None:
-        """Stop listening."""
-        self._subscription.close()
-
-    def _on_image(self, sample: Sample[ImageData]) -> None:
-        with contextlib.suppress(RuntimeError):  # the loop has ended
-            self._loop.call_soon_threadsafe(self._take, sample.value)
-
-    def _take(self, image: ImageData) -> None:
-        self._newest = image
-        self._number += 1
-        arrived, self._arrived = self._arrived, asyncio.Event()
-        arrived.set()
+    async def _encode(self, name: str, sample: Sample[ImageData]) -> bytes:
+        which = sample.sequence, sample.wall_time
+        if name not in self._encoded or self._encoded[name][0] != which:
+            work = asyncio.to_thread(encode_jpeg, sample.value, self._quality)
+            self._encoded[name] = which, asyncio.create_task(work)
+        return await asyncio.shield(self._encoded[name][1])
 
 
 def encode_jpeg(image: ImageData, quality: int = QUALITY) -> bytes:

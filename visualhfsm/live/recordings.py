@@ -52,7 +52,7 @@ _PATIENCE: Final = 12.0
 _LONGEST_TEXT: Final = 120
 _MOST_ERRORS: Final = 20
 _MOST_AUTOMATA: Final = 10_000
-_MOST_MARKS: Final = 100
+_MOST_MARKS: Final = 128
 _MARK_SHOWN: Final = 500_000_000
 """Nanoseconds for which a mark is shown, as by a running component."""
 _KINDS: Final = {
@@ -67,7 +67,7 @@ _OF_AUTOMATA: Final = (Cycle, Failure, Firing, Guard, Timers, Variables)
 class RecordedRun:
     """A run that was recorded; `document` is the text of its document, empty when it does not hold it.
 
-    `complete` tells whether all of it was read: a long recording takes too long.
+    `complete` says whether all of it was read: a long recording takes too long.
     """
 
     name: str
@@ -97,7 +97,7 @@ def open_recording(path: Path) -> RecordedRun:
         raise VisualHfsmError(str(error)) from error
     run.finish()
     if run.log.newest is None:
-        raise VisualHfsmError(f"the recording {path.name} tells of no state of {recording.name}")
+        raise VisualHfsmError(f"the recording {path.name} holds no state of {recording.name}")
     return RecordedRun(recording.name, run.structure, run.log, file, text, complete)
 
 
@@ -208,7 +208,7 @@ class _Run:
                 self._errors = [*self._errors, report][-_MOST_ERRORS:]
 
     def _timers(self, snapshot: AutomatonSnapshot, remaining: dict[str, float]) -> dict[int, float]:
-        """Return the seconds that are left by transition; a recording tells them by its name."""
+        """Return the seconds that are left by transition; a recording has them by its name."""
         automata = (each for each in self.structure.automata if each.id == snapshot.id)
         return {
             transition.id: remaining[name]
@@ -259,7 +259,7 @@ def structure_of(document: Document, name: str, file: str) -> ComponentStructure
 
 
 def add_state(structure: ComponentStructure, automaton: int, title: str, state: int, name: str) -> None:
-    """Add a state that a recording tells of and its document does not, as of what it imports."""
+    """Add a state that a recording has and its document does not, as of what it imports."""
     found = next((each for each in structure.automata if each.id == automaton), None)
     if found is None:
         found = AutomatonStructure(

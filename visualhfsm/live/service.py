@@ -1,4 +1,4 @@
-"""Follow and steer the components and the robot of a realm: what the server asks for and is told."""
+"""Follow and steer the components and the robot of a realm: what the page asks for and gets."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from zenoh_ice import Communicator, Settings, ZenohIceError, initialize
 from zenoh_ice.transport import Target
 
 from .cameras import Cameras
-from .control import control, decode_action, reset_robot, stop_robot
+from .control import control, reset_robot, stop_robot
 from .poses import PoseStream
 from .recordings import RecordedRun, open_recording
 
@@ -35,7 +35,7 @@ _PERIOD: Final = 0.1
 _RECORDING: Final = "recording:"
 _MOST_RECORDINGS: Final = 4
 _STOP_LIMIT: Final = 2.0
-"""Seconds in which a component that is told to stop is waited for before the robot is stopped again."""
+"""Seconds in which a component that is asked to stop is waited for before the robot is stopped again."""
 
 _logger = logging.getLogger(__name__)
 
@@ -120,10 +120,9 @@ class Monitoring:
                     return await asyncio.to_thread(
                         log.series, asked.names, asked.start, asked.end, asked.points
                     )
-            found = decode_action(action, arguments)
             follower = self._follower(component)
             try:
-                return await control(follower.monitor, found)
+                return await control(follower.monitor, action, arguments)
             finally:
                 follower.forget_breakpoints()
         except msgspec.ValidationError as error:
@@ -162,7 +161,7 @@ class Monitoring:
         except VisualHfsmError as error:
             raise ServiceError(str(error)) from error
 
-    async def scene(self) -> AsyncGenerator[bytes, None]:
+    async def poses(self) -> AsyncGenerator[bytes, None]:
         """Yield first the robot's geometry as JSON, then poses whenever they have changed."""
         async with contextlib.aclosing(self._poses.frames()) as frames:
             async for frame in frames:
@@ -178,7 +177,6 @@ class Monitoring:
         for follower in self._followers.values():
             follower.close()
         self._followers.clear()
-        self._cameras.close()
         self._communicator.destroy()
 
     async def _keep(self) -> None:
@@ -254,7 +252,7 @@ class Monitoring:
     async def _stop_component(self, follower: Follower) -> str:
         """Let a component end, and wait until it has; return what went wrong."""
         try:
-            await control(follower.monitor, decode_action("stop", {}))
+            await control(follower.monitor, "stop", {})
         except VisualHfsmError as error:
             return str(error)
         deadline = asyncio.get_running_loop().time() + _STOP_LIMIT

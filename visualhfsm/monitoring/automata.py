@@ -24,14 +24,14 @@ _DEEPEST: Final = 64
 _LONGEST_LOG: Final = 5_000
 """Changes of state and spans kept."""
 _MOST_AUTOMATA: Final = 10_000
-"""Automata that are told apart in a log; of more, those that are gone are forgotten."""
+"""Automata that a log distinguishes; of more, those that are gone are forgotten."""
 _LONGEST_NUMBER: Final = 40
 _TRUTHS: Final = {"True": 1.0, "False": 0.0}
 
 
 @dataclass(frozen=True, slots=True)
 class StateRow:
-    """A state in the tree; `last` tells of each owner above and of itself whether it is the last sibling."""
+    """A state in the tree; `last` says of each owner above and of itself whether it is the last sibling."""
 
     automaton: AutomatonStructure
     state: StateStructure
@@ -259,7 +259,7 @@ class StateLog:
         if span is not None and (span.state, span.ghost) == (automaton.state, automaton.ghost):
             span.end = now
             return False
-        # When a state was entered is told exactly; when a ghost came alive, only by the next snapshot.
+        # The time of an entry is exact; that of a ghost that came alive is known from the next snapshot.
         start = automaton.enteredAt if self._before < automaton.enteredAt <= now else now
         if span is not None:
             span.end = start

@@ -5,6 +5,7 @@ All of it takes bounded memory: of what does not fit the oldest goes.
 
 from __future__ import annotations
 
+import array
 import bisect
 import itertools
 import math
@@ -31,8 +32,6 @@ _INTERVAL: Final = 0.05
 _FASTEST: Final = 1
 CAPACITY: Final = 18_000
 """Rows of numbers kept: half an hour at 10 a second."""
-_FIRST: Final = 1024
-"""Rows for which there is room at first; it doubles when it is full."""
 MOST_COLUMNS: Final = 1000
 """Numbers kept; what comes later is left out. With all rows they take 72 MB."""
 _LONGEST: Final = 1e9
@@ -42,6 +41,8 @@ _LATEST: Final = 1e11
 _MOST_AUTOMATA: Final = 10_000
 _MOST_MARKS: Final = 128
 _LONGEST_LABEL: Final = 60
+
+_NAN: Final = (math.nan,)
 
 _encoder = msgspec.json.Encoder()
 
@@ -189,7 +190,7 @@ _MARK: Final = "mark."
 def is_sound(snapshot: ComponentSnapshot) -> bool:
     """Return whether a snapshot can be one: of times in a run, and of not too many automata.
 
-    What is kept of a run is found by its times; whoever is in the realm may send anything.
+    What is kept of a run is found by its times; any process in the realm may send anything.
     """
     return (
         0.0 <= snapshot.time <= _LONGEST
@@ -243,33 +244,25 @@ class SeriesTable:
     """Numbers by name over time; a number that is missing at a moment is NaN. Not thread safe."""
 
     def __init__(self, capacity: int = CAPACITY) -> None:
-        self._capacity = capacity
-        self._room = min(_FIRST, capacity)
-        self._times: NDArray[np.float64] = np.full(self._room, np.nan)
-        self._columns: dict[str, NDArray[np.float32]] = {}
-        self._written = 0
+        self._rows: deque[tuple[float, array.array[float]]] = deque(maxlen=capacity)
+        self._places: dict[str, int] = {}
+        """The place of each number in a row; rows from before it came are shorter."""
 
     @property
     def names(self) -> list[str]:
         """The names of the numbers, sorted."""
-        return sorted(self._columns)
+        return sorted(self._places)
 
     def add(self, time: float, numbers: Mapping[str, float]) -> None:
         """Append a row at a time in s that is not before the last."""
-        if self._written == self._room < self._capacity:
-            self._grow()
-        row = self._written % self._room
-        self._times[row] = time
-        for column in self._columns.values():
-            column[row] = np.nan
+        for name in numbers.keys() - self._places.keys():
+            if len(self._places) < MOST_COLUMNS:
+                self._places[name] = len(self._places)
+        row = array.array("f", _NAN) * len(self._places)
         for name, value in numbers.items():
-            found = self._columns.get(name)
-            if found is None:
-                if len(self._columns) >= MOST_COLUMNS:
-                    continue
-                found = self._columns[name] = np.full(self._room, np.nan, np.float32)
-            found[row] = value
-        self._written += 1
+            if (place := self._places.get(name)) is not None:
+                row[place] = value
+        self._rows.append((time, row))
 
     def read(
         self, names: Sequence[str], start: float, end: float, points: int
@@ -279,31 +272,20 @@ class SeriesTable:
         Of more rows than `points`, at least 2, those stay at which a number is lowest or highest within its
         share of the time: no peak is lost.
         """
-        order = self._order()
-        times = self._times[order]
-        inside = order[np.searchsorted(times, start) : np.searchsorted(times, end, side="right")]
-        columns = {name: self._columns[name][inside] for name in names if name in self._columns}
-        kept = _thinned(list(columns.values()), len(inside), max(2, points))
+        inside = [row for row in self._rows if start <= row[0] <= end]
+        columns = {
+            name: np.array([row[place] if place < len(row) else math.nan for _, row in inside])
+            for name in names
+            if (place := self._places.get(name)) is not None
+        }
+        kept = _thinned(list(columns.values()), len(inside), max(2, points)).tolist()
         return (
-            self._times[inside][kept].tolist(),
+            [inside[number][0] for number in kept],
             {name: _without_nan(column[kept]) for name, column in columns.items()},
         )
 
-    def _order(self) -> NDArray[np.intp]:
-        """Return the rows from the oldest to the newest."""
-        count = min(self._written, self._room)
-        return (np.arange(self._written - count, self._written) % self._room).astype(np.intp)
 
-    def _grow(self) -> None:
-        room = min(2 * self._room, self._capacity)
-        extra = room - self._room
-        self._times = np.concatenate([self._times, np.full(extra, np.nan)])
-        for name, column in self._columns.items():
-            self._columns[name] = np.concatenate([column, np.full(extra, np.nan, np.float32)])
-        self._room = room
-
-
-def _thinned(columns: Sequence[NDArray[np.float32]], count: int, points: int) -> NDArray[np.intp]:
+def _thinned(columns: Sequence[NDArray[np.float64]], count: int, points: int) -> NDArray[np.intp]:
     """Return the rows that stay, in order."""
     if count <= points or not columns:
         step = max(1, -(-count // points))
@@ -319,5 +301,5 @@ def _thinned(columns: Sequence[NDArray[np.float32]], count: int, points: int) ->
     return np.array(sorted(kept), dtype=np.intp)
 
 
-def _without_nan(values: NDArray[np.float32]) -> list[float | None]:
+def _without_nan(values: NDArray[np.float64]) -> list[float | None]:
     return [None if value != value else value for value in values.tolist()]  # noqa: PLR0124 - NaN

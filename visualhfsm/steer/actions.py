@@ -168,7 +168,7 @@ def run_steps(target: Target, automaton: str, count: int) -> None:
 
 
 def set_variables(target: Target, assignments: Sequence[tuple[str, str]], automaton: str) -> None:
-    """Set variables by name; all that can be known to be wrong is told before the first is set."""
+    """Set variables by name; all that can be known to be wrong is reported before the first is set."""
     snapshot = target.monitor.getSnapshot()
     found = [(_owner(target, snapshot, name, automaton), name, _json(value)) for name, value in assignments]
     for owner, name, text in found:

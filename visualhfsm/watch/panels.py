@@ -108,7 +108,7 @@ def _line(
 def _progress(automata: Automata, snapshot: AutomatonSnapshot, now: float, width: int) -> Text:
     """Draw the timer that fires next as a shrinking bar.
 
-    Without one tell the time spent in the state, and the events that it waits for.
+    Without one, say how long it has been in the state, and which events it waits for.
     """
     timers = sorted(snapshot.timers, key=lambda timer: timer.remaining)
     if snapshot.finished:

@@ -45,8 +45,8 @@ def make_app(workspace: Workspace, credentials: Credentials, hosts: Iterable[str
     async def camera(websocket: WebSocket) -> None:
         await _send_frames(websocket, lambda: live.camera(websocket.path_params["name"]))
 
-    async def scene(websocket: WebSocket) -> None:
-        await _send_frames(websocket, live.scene)
+    async def poses(websocket: WebSocket) -> None:
+        await _send_frames(websocket, live.poses)
 
     app = Starlette(
         routes=[
@@ -54,7 +54,7 @@ def make_app(workspace: Workspace, credentials: Credentials, hosts: Iterable[str
             Route("/static/{version}/{path:path}", assets.file),
             WebSocketRoute("/ws", talk),
             WebSocketRoute("/camera/{name}", camera),
-            WebSocketRoute("/scene", scene),
+            WebSocketRoute("/poses", poses),
         ]
     )
     return Guard(app, credentials, hosts)

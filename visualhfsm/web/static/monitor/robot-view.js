@@ -36,7 +36,7 @@ class RobotView extends MonitorElement {
       this.frames = {close() {}};
       return;
     }
-    this.frames = receiveFrames("/scene", {
+    this.frames = receiveFrames("/poses", {
       draw: async (frame, isFirst) => {
         if (!this.scene) return;
         if (isFirst) {
