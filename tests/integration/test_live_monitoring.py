@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import io
 import json
+import time
 from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
 from contextlib import asynccontextmanager, contextmanager
 from dataclasses import dataclass
@@ -20,13 +21,13 @@ from PIL import Image
 from hfsm_runtime import Component
 from hfsm_runtime.debugger.monitor import Monitor
 from hfsm_runtime.runtime import Runtime
-from interfaces.hfsm import ComponentStatus
+from interfaces.hfsm import ComponentStatus, ComponentStructure
 from interfaces.jderobot import CommandRefusedException
 from interfaces.nao import PoseHeadPrx
 from naoserver.fake import FakeRobot
 from tests.conftest import Pair
 from tests.support.calculator_servant import CalculatorI
-from tests.support.component import snapshot
+from tests.support.component import MonitorStub, dance_and_follow, snapshot
 from tests.support.documents import compile_to, document, load, state, sub, transition
 from tests.support.limits import CALL_LIMIT, LIMIT
 from tests.support.pushes import Pushes
@@ -36,7 +37,7 @@ from visualhfsm.monitoring.follower import Follower, LiveStructure, Silence
 from visualhfsm.monitoring.robot import RobotMonitor, RobotState
 from visualhfsm.monitoring.run_log import LiveSnapshot
 from visualhfsm.services import Components, ServiceError, Snapshot, Stale, Structure
-from zenoh_ice import Sample, Settings, WallClock, initialize
+from zenoh_ice import Current, Sample, Settings, WallClock, initialize
 
 PARAMETERS = "<parameters><parameter><name>speed</name><type>float</type><default>0.3</default></parameter></parameters>"
 
@@ -342,6 +343,38 @@ def test_the_last_word_of_a_component_that_is_gone_does_not_bring_it_back(pair: 
         False,
         True,
     ]
+
+
+def test_of_many_automata_fewer_snapshots_are_passed_on(pair: Pair) -> None:
+    monitor, published = Crowd(), []
+    pair.adapter.add(monitor, "Hfsm.crowd")
+    robot: Any = SimpleNamespace(read=RobotState, cameras=list)
+    follower = Follower(pair.client, "crowd", robot, published.append)
+    try:
+        while follower.structure is None:
+            follower.update()
+            time.sleep(0.01)
+        began, before = time.monotonic(), len(published)
+        for number in range(100):
+            monitor.getSnapshotPublisher.publish(msgspec.structs.replace(snapshot(1.0), time=number / 10))
+            time.sleep(0.01)
+        eventually(lambda: follower.log.newest is not None and follower.log.newest.component.time == 9.9)
+        passed = time.monotonic() - began
+    finally:
+        follower.close()
+    # 200 automata: at most 2,000 of them a second are passed on.
+    assert 2 <= len(published) - before <= 10 * passed + 2
+
+
+class Crowd(MonitorStub):
+    """A component of 200 automata."""
+
+    def getStructure(self, current: Current) -> ComponentStructure:
+        structure = dance_and_follow()
+        structure.automata = [
+            msgspec.structs.replace(structure.automata[0], id=number + 1) for number in range(200)
+        ]
+        return structure
 
 
 def test_a_component_is_stopped(robot: ServedRobot, running: Walker) -> None:

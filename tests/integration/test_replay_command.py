@@ -30,7 +30,7 @@ HEAD = (
     "<iceinterface><nameinterface>head</nameinterface><nameproxy>Head</nameproxy>"
     "<interface>PoseHead</interface></iceinterface>"
 )
-TURN = "pose = self.head.setSpeed(0.4, 0.0)\nlooks += 1"
+TURN = "pose = self.head.setSpeed(0.4, 0.0)\nlooks += 1\nself.mark('Camera', looks, 7, 'look')"
 TURNING = document(
     sub(
         1,

@@ -110,8 +110,8 @@ class Follower:
         present = self.identity in self._communicator.identities()
         with self._order:
             self._set_silent(not present or self.age > _SILENT)
-        if self._silent:
-            return
+        if self._silent and (self._log.newest is None or self.age > _SILENT):
+            return  # one without a token of presence is heard all the same
         if self._is_outdated():
             self._restarted = False
             self._polled_structure.forget()
