@@ -346,7 +346,8 @@ def test_the_last_word_of_a_component_that_is_gone_does_not_bring_it_back(pair: 
 
 
 def test_of_many_automata_fewer_snapshots_are_passed_on(pair: Pair) -> None:
-    monitor, published = Crowd(), []
+    monitor = Crowd()
+    published: list[object] = []
     pair.adapter.add(monitor, "Hfsm.crowd")
     robot: Any = SimpleNamespace(read=RobotState, cameras=list)
     follower = Follower(pair.client, "crowd", robot, published.append)

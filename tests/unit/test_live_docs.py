@@ -17,7 +17,7 @@ def test_every_action_has_its_row_with_its_arguments() -> None:
             names, arguments = line.split("|")[1:3]
             rows |= dict.fromkeys(re.findall(r"`(\w+)`", names), arguments)
     assert "pause" in ACTIONS
-    for action, arguments in ACTIONS.items():
+    for action, taken in ACTIONS.items():
         assert action in rows
-        for field in arguments.__struct_fields__:
+        for field in taken.__struct_fields__:
             assert f"`{field}`" in rows[action], f"{action} takes {field}"
