@@ -20,8 +20,7 @@ SECTIONS = {section.title.partition(":")[0]: section for section in sections_of(
 
 
 def test_every_code_has_an_entry_and_every_entry_a_code() -> None:
-    converters = (ROOT / "visualhfsm" / name for name in ("conversion.py", "python2.py"))
-    paths = [*(ROOT / "codegen" / "hfsm").rglob("*.py"), *converters]
+    paths = [*(ROOT / "codegen" / "hfsm").rglob("*.py"), ROOT / "visualhfsm" / "conversion.py"]
     sources = (path.read_text("utf-8") for path in paths)
     codes = {code for source in sources for code in re.findall(r'"([EWN]5\d\d)"', source)}
     assert set(SECTIONS) == codes

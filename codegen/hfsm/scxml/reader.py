@@ -155,13 +155,16 @@ class _ChartReader:
         known = {str(place): each.id for place, each in enumerate(self._native, 1)}
         _give_numbers(self._chart.automata, known)
         for automaton in self._chart.automata:
-            ids = {
-                f"{place}.{number}": state.id
-                for place, each in enumerate(self._native, 1)
-                if str(place) == automaton.ref
-                for number, state in enumerate(each.states, 1)
-            }
+            original = self._original(automaton)
+            states = () if original is None else original.states
+            ids = {f"{automaton.ref}.{place}": each.id for place, each in enumerate(states, 1)}
             _give_numbers(automaton.states, ids)
+
+    def _original(self, automaton: ChartAutomaton) -> Automaton | None:
+        """Return the automaton of the native document to which one refers."""
+        ref = automaton.ref
+        is_place = ref.isascii() and ref.isdigit() and len(ref) < 10 and 0 < int(ref) <= len(self._native)
+        return self._native[int(ref) - 1] if is_place else None
 
     def _automaton(self, automaton: ChartAutomaton) -> Automaton:
         element = automaton.element
@@ -206,14 +209,12 @@ class _ChartReader:
         )
 
     def _transitions(self, automaton: ChartAutomaton, states: Sequence[State]) -> Iterator[Transition]:
-        known = {
-            f"{place}.{number}": each.id
-            for place, original in enumerate(self._native, 1)
-            if str(place) == automaton.ref
-            for number, each in enumerate(original.transitions, 1)
-        }
+        original = self._original(automaton)
+        native = () if original is None else original.transitions
+        known = {f"{automaton.ref}.{place}": each.id for place, each in enumerate(native, 1)}
         used: set[int] = set()
-        free = (number for number in count(1) if number not in known.values() and number not in used)
+        taken = set(known.values())
+        free = (number for number in count(1) if number not in taken and number not in used)
         places = dict(zip(automaton.states, states, strict=True))
         for state in automaton.states:
             for edge in state.edges:
@@ -322,7 +323,8 @@ class _ChartReader:
 def _give_numbers(items: Sequence[ChartAutomaton] | Sequence[ChartState], known: Mapping[str, int]) -> None:
     """Give all a number: the one that is known of their reference, but none twice."""
     used: set[int] = set()
-    free = (number for number in count(1) if number not in known.values() and number not in used)
+    taken = set(known.values())
+    free = (number for number in count(1) if number not in taken and number not in used)
     for item in items:
         number = known.get(item.ref)
         item.number = next(free) if number is None or number in used else number

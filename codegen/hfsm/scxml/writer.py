@@ -37,6 +37,7 @@ _MAX_DEPTH: Final = 24
 
 _DATAMODELS: Final = {"c++": "cplusplus"}
 _ASSIGNMENT: Final = re.compile(r"([A-Za-z_][A-Za-z_0-9]*) = (\S.*)")
+_DOT: Final = re.compile(r"\.")
 _Attributes = Sequence[tuple[str, str]]
 
 
@@ -109,15 +110,17 @@ class _Writer:
         """The ids of the file."""
         self.misfits: list[tuple[Node, str, str]] = []
         """What has no place in SCXML, its name, and why."""
-        self._placed: list[_Automaton] = []
+        self._places = {id(each): place for place, each in enumerate(document.automata, 1)}
+        self._by_id = {each.id: each for each in reversed(document.automata)}
+        self._placed: dict[int, _Automaton] = {}
+        self._placed_ids: set[int] = set()
         self.root: _Automaton | None = None
         root = next((each for each in document.automata if each.father == NO_CHILD), None)
         reasons: dict[int, str] = {}
         if root is not None:
             self.root = self._place(root, 1, reasons)
-        placed = {id(each.automaton) for each in self._placed}
         for automaton in document.automata:
-            if id(automaton) not in placed:
+            if id(automaton) not in self._placed:
                 reason = reasons.get(id(automaton), "no state with a place in SCXML owns it")
                 self.misfits.append((automaton, f"automaton {automaton.id}", reason))
         self._name_parts()
@@ -126,9 +129,10 @@ class _Writer:
     # Where the parts stand, and what they are called.
 
     def _place(self, automaton: Automaton, depth: int, reasons: dict[int, str]) -> _Automaton:
-        index = next(place for place, each in enumerate(self._document.automata, 1) if each is automaton)
+        index = self._places[id(automaton)]
         placed = _Automaton(automaton, str(index))
-        self._placed.append(placed)
+        self._placed[id(automaton)] = placed
+        self._placed_ids.add(automaton.id)
         refs = {}
         for place, transition in enumerate(automaton.transitions, 1):
             refs[id(transition)] = f"{index}.{place}"
@@ -149,11 +153,10 @@ class _Writer:
         self, automaton: Automaton, state: State, depth: int, reasons: dict[int, str]
     ) -> Iterator[_Automaton]:
         for number in state.children:
-            child = self._document.automaton(number)
-            placed = [each.automaton for each in self._placed]
-            if child is None or any(each is child for each in placed) or child.father != automaton.id:
+            child = self._by_id.get(number)
+            if child is None or id(child) in self._placed or child.father != automaton.id:
                 continue
-            if any(each.id == child.id for each in placed):
+            if child.id in self._placed_ids:
                 reasons[id(child)] = "another automaton has its id"
             elif state.final:
                 reasons[id(child)] = "a final state has nothing inside it in SCXML"
@@ -163,10 +166,10 @@ class _Writer:
                 yield self._place(child, depth + 1, reasons)
 
     def _name_parts(self) -> None:
-        for automaton in self._placed:
+        for automaton in self._placed.values():
             for state in automaton.states.values():
                 state.id = self._new_id(state.state.name)
-        for automaton in self._placed:
+        for automaton in self._placed.values():
             for state in automaton.states.values():
                 inside = state.automata
                 if len(inside) > 1:
@@ -187,11 +190,13 @@ class _Writer:
 
     def _encoded_events(self) -> dict[str, str]:
         """Return the names of events in SCXML, where `ball` matches `ball.red`, too."""
-        transitions = [each for automaton in self._placed for each in automaton.automaton.transitions]
+        transitions = [
+            each for automaton in self._placed.values() for each in automaton.automaton.transitions
+        ]
         used = {each.trigger.text for each in transitions if each.type == "event"}
         known = used | {event.name for event in self._document.events}
         return {
-            name: encode_event(name, dots=any(name.startswith(f"{other}.") for other in known))
+            name: encode_event(name, dots=any(name[: dot.start()] in known for dot in _DOT.finditer(name)))
             for name in used
         }
 
