@@ -21,7 +21,7 @@ def generate_component(
     `output` is the directory of the file, by default that of the document. Raises VisualHfsmError when the
     file cannot be written.
     """
-    files = compile_document(document, output, diagnostics, include, with_properties=True)
+    files = compile_document(document, output, diagnostics, include, with_model=True)
     if files is None:
         return None
     try:

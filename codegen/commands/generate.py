@@ -151,7 +151,7 @@ def _run(job: _Job) -> _Result:
 
         for path in job.documents:
             made = compile_document(
-                path, job.document_output, result.diagnostics, job.include, with_properties=True
+                path, job.document_output, result.diagnostics, job.include, with_model=True
             )
             result.generated += made or []
     return result

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+from dataclasses import dataclass
 from pathlib import Path
 
 from ..diagnostics import Diagnostics, Location, Note
@@ -10,7 +11,16 @@ from .code.names import camel_case, component_name, identifier
 from .code.trees import parse_python
 from .program import ExtensionProgram
 
-__all__ = ["extension_path", "find_extension", "has_extension"]
+__all__ = ["Extension", "extension_path", "find_extension", "read_extension"]
+
+
+@dataclass(frozen=True, slots=True)
+class Extension:
+    """The attributes that the extension of a component has; `is_open` when it may have others, too."""
+
+    attributes: frozenset[str] = frozenset()
+    is_open: bool = False
+    exists: bool = False
 
 
 def extension_path(component: Path) -> Path:
@@ -18,12 +28,34 @@ def extension_path(component: Path) -> Path:
     return component.with_name(f"{component.stem}_ext.py")
 
 
-def has_extension(document: Path) -> bool:
-    """Return whether there is hand-written code for the component of the document at a path."""
+def read_extension(document: Path) -> Extension:
+    """Return the extension that lies beside a document, or an empty one when there is no such file."""
+    if not document.name:
+        return Extension()
+    path = extension_path(document.with_stem(identifier(document.stem, "component")))
     try:
-        return extension_path(document.with_stem(identifier(document.stem, "component"))).is_file()
-    except (OSError, ValueError):
-        return False
+        tree = parse_python(path.read_bytes())
+    except FileNotFoundError:
+        return Extension()
+    except (OSError, SyntaxError, ValueError, RecursionError, MemoryError):  # reported where it is loaded
+        return Extension(is_open=True, exists=True)
+    attributes: set[str] = set()
+    is_open = False
+    for node in tree.body:
+        if not isinstance(node, ast.ClassDef):
+            continue
+        is_open |= any(not isinstance(base, ast.Name) or base.id != "Component" for base in node.bases)
+        for inner in ast.walk(node):
+            match inner:
+                case ast.FunctionDef(name="__getattr__" | "__getattribute__"):
+                    is_open = True
+                case ast.FunctionDef(name=name) | ast.ClassDef(name=name):
+                    attributes.add(name)
+                case ast.Name(id=name, ctx=ast.Store()):
+                    attributes.add(name)
+                case ast.Attribute(attr=name, ctx=ast.Store()):
+                    attributes.add(name)
+    return Extension(frozenset(attributes), is_open, exists=True)
 
 
 def find_extension(document: Path, component: Path, diagnostics: Diagnostics) -> ExtensionProgram | None:

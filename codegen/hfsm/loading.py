@@ -9,6 +9,7 @@ from typing import Final
 
 from ..diagnostics import Diagnostics, Location, Severity
 from ..files import GeneratedFile
+from .analysis import Analysis, analyze
 from .code.names import identifier
 from .document import Document
 from .extension import find_extension
@@ -26,9 +27,10 @@ _HEAD: Final = 4000
 
 @dataclass(frozen=True, slots=True)
 class LoadedDocument:
-    """A document with its imports resolved, the interfaces that it may name, and its component's text."""
+    """A document with its imports resolved and its code analyzed, and the text of its component."""
 
     document: Document
+    analysis: Analysis
     interfaces: KnownInterfaces
     component: str
 
@@ -39,20 +41,21 @@ def compile_document(
     diagnostics: Diagnostics,
     include: Sequence[Path] = (),
     *,
-    with_properties: bool = False,
+    with_model: bool = False,
 ) -> list[GeneratedFile] | None:
     """Return the component of a document as a file, or None after errors were reported.
 
     `output` is the directory of the file, by default that of the document. `include` are directories with
-    packages of proxies beside the package `interfaces`. `with_properties` makes an error of each property
-    that is seen at once to be violated. Errors and warnings are reported, without notes. Nothing is written.
+    packages of proxies beside the package `interfaces`. `with_model` reports what is seen at once never to
+    happen, and makes an error of each property that is seen at once to be violated. Errors and warnings are
+    reported, without notes. Nothing is written.
     """
     found = Diagnostics()
     loaded = load_document(path, output, found, include)
-    if loaded is not None and with_properties and loaded.document.properties:
+    if loaded is not None and with_model:
         from .checking import report_violations  # the model checker takes its time to load
 
-        report_violations(loaded.document, path, found)
+        report_violations(loaded, path, found)
     diagnostics.add_all(found, leave_out=[Severity.NOTE])
     if loaded is None or found.has_errors:
         return None
@@ -92,14 +95,15 @@ def load_document(
         return None
     extension = find_extension(path, component_path(path, output), diagnostics)
     interfaces = find_interfaces(include)
-    program = understand(document, path, interfaces, diagnostics, extension)
+    analysis = analyze(document, path)
+    program = understand(document, path, interfaces, diagnostics, extension, analysis=analysis)
     if program is None or len(diagnostics.errors) > errors:
         return None
     component = generate(program)
     check_component(program, component, path, diagnostics)
     if len(diagnostics.errors) > errors:
         return None
-    return LoadedDocument(document, interfaces, component)
+    return LoadedDocument(document, analysis, interfaces, component)
 
 
 def component_path(document: Path, output: Path | None) -> Path:

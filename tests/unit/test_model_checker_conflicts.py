@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from codegen.diagnostics import Diagnostics
-from codegen.hfsm.document import Document, Interface, Text
-from codegen.hfsm.model_checker import Command, Commands, Conflict, check_model, is_command, read_operations
+from codegen.hfsm.analysis import analyze
+from codegen.hfsm.document import Argument, Document, Interface, Parameter, Text, Transition
+from codegen.hfsm.model_checker import (
+    Command,
+    Commands,
+    Conflict,
+    check_model,
+    is_command,
+    read_operations,
+    report_model,
+)
 from tests.support.model_documents import PATH, Player, after, automaton, document, play, state, when
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -20,9 +30,10 @@ LOOK = "self.Head.setPose(0.0, 0.0, 0.2)"
 
 
 def commanded(code: str, functions: str = "", variables: str = "") -> set[tuple[str, str]]:
-    doc = document(automaton(1, [state(1)], functions=Text(functions)), interfaces=(HEAD, LEFT, RIGHT))
-    commands = Commands(doc, read_operations(SCHEMAS, Diagnostics()))
-    found = commands.of(Text(code), commands.aliases(Text(variables)))
+    root = automaton(1, [state(1, code=code)], functions=Text(functions), variables=Text(variables))
+    doc = document(root, interfaces=(HEAD, LEFT, RIGHT))
+    commands = Commands(analyze(doc, PATH), read_operations(SCHEMAS, Diagnostics()))
+    found = commands.of(doc.automata[0].states[0].code)
     return {(command.identity, command.operation) for command in found}
 
 
@@ -40,6 +51,16 @@ def loop(self):
 
 def read(self):
     return self.Head.getPose()
+
+def nod(self, who):
+    who.setSpeed(0.1, 0.0)
+
+class Holder:
+    def __init__(self, component):
+        self.component = component
+
+    def move(self):
+        self.component.Head.stop()
 """
 
 
@@ -63,10 +84,90 @@ def read(self):
             {("LeftShoulderMotors", "setPose3DMotorsData"), ("RightShoulderMotors", "setPose3DMotorsData")},
         ),
         ("def (", set()),
+        ("head = self.Head\nturn = head.setSpeed\nturn(0.1, 0.0)", {("Head", "setSpeed")}),
+        ("self.Head.setPose.begin(0, 0, 1)", {("Head", "setPose")}),
+        ("self.nod(self.Head)", {("Head", "setSpeed")}),
+        ("me = self\nself.nod(who=me.Head)", {("Head", "setSpeed")}),
+        ("me = self\nme.Head.stop()", {("Head", "stop")}),
+        ("self.mine = self.Head\nself.mine.stop()", {("Head", "stop")}),
+        ("threading.Thread(target=self.loop).start()", {("Head", "stop")}),
+        (
+            "for arm in (self.LeftMotors, self.RightMotors):\n    arm.setPose3DMotorsData(None)",
+            set(),  # the one or the other
+        ),
     ],
 )
 def test_what_code_commands(code: str, expected: set[tuple[str, str]]) -> None:
     assert commanded(code, MOVE, "alias = self.Head") == expected
+
+
+@pytest.mark.parametrize(
+    ("first", "certain"),
+    [
+        ("head = self.Head\nhead.setSpeed(0.1, 0.0)", True),
+        ("self.nod(self.Head)", True),
+        ("self.mine.stop()", True),
+        ("(self.Head if x else self.LeftMotors).stop()", False),
+        ("for each in (self.Head, self.LeftMotors):\n    each.stop()", False),
+    ],
+)
+def test_a_proxy_by_another_name_is_commanded_too(first: str, certain: bool) -> None:
+    (found,) = conflicts(siblings(first, LOOK))
+    assert found.certain is certain
+
+
+@pytest.mark.parametrize("guard", ["self.Head.setSpeed(0.1, 0.0)", "self.nod(self.Head) or True"])
+@pytest.mark.parametrize("kind", ["condition", "time"])
+def test_a_guard_may_command_as_code_does(guard: str, kind: str) -> None:
+    way = when(guard, 1, 1) if kind == "condition" else after(200, 1, 1, guard=guard)
+    (found,) = conflicts(siblings("", LOOK, way))
+    assert found.first.piece == "guard"
+    assert found.certain
+
+
+@pytest.mark.parametrize(
+    "code",
+    [
+        "self.Holder(self).move()",
+        "helpers = [self.Head]\nhelpers[0].stop()",
+        "def tell(head):\n    head.stop()\ntell(self.Head)",
+        "(lambda head: head.stop())(self.Head)",
+        'getattr(self, random.choice(["Head", "LeftMotors"])).stop()',
+        'side = "Left"\nside = pick()\ngetattr(self, f"{side}Motors").stop()',
+        'text = ""\nwhile True:\n    text = text + "a"\n    getattr(self, text).stop()',
+        "self.nod(*[self.Head])",
+        "return self.Head",
+    ],
+)
+def test_code_that_cannot_be_followed_leaves_conflicts_undecided_and_is_shown(code: str) -> None:
+    doc = siblings(code, LOOK)
+    report = check_model(doc, PATH)
+    assert report.conflicts == ()
+    assert not report.complete
+    diagnostics = Diagnostics()
+    report_model(report, diagnostics)
+    assert "this code may command any servant: what depends on it is undecided" in {
+        found.message for found in diagnostics if found.code == "N606"
+    }
+
+
+@pytest.mark.parametrize(
+    "code",
+    ["print(self.Head)", "ready = self.Head is not None", "self.read()", "self.count = len(str(self))"],
+)
+def test_code_that_gives_a_proxy_to_nobody_leaves_nothing_undecided(code: str) -> None:
+    report = check_model(siblings(code, LOOK), PATH)
+    assert report.conflicts == ()
+    assert report.complete
+
+
+def test_a_proxy_that_is_handed_to_an_automaton_is_commanded_there() -> None:
+    handed = Argument(name="head", child=2, value=Text("self.Head"))
+    first = automaton(2, [state(1, code="head.stop()")], father=1, inputs=(Parameter(name="head"),))
+    second = automaton(3, [state(1, code=LOOK)], father=1)
+    root = automaton(1, [replace(state(1, children=[2, 3]), arguments=(handed,))])
+    (found,) = conflicts(document(root, first, second, interfaces=(HEAD,)))
+    assert found.certain
 
 
 @pytest.mark.parametrize(
@@ -95,6 +196,18 @@ def test_operations_of_a_base_are_those_of_the_interface() -> None:
 
 def conflicts(doc: Document, limit: int = 100_000) -> list[Conflict]:
     return list(check_model(doc, PATH, limit=limit).conflicts)
+
+
+def siblings(first: str, second: str, *ways: Transition) -> Document:
+    """Return two automata of one state each below one state."""
+    below = [
+        automaton(2, [state(1, code=first)], ways, father=1),
+        automaton(3, [state(1, code=second)], father=1),
+    ]
+    root = automaton(
+        1, [state(1, children=[2, 3])], functions=Text(MOVE), variables=Text("self.mine = self.Head")
+    )
+    return document(root, *below, interfaces=(HEAD, LEFT, RIGHT))
 
 
 def test_two_automata_of_one_state_each_conflict_where_nothing_ever_changes() -> None:

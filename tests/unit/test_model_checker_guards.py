@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import ast
 from itertools import combinations, product
 
 import pytest
@@ -10,6 +11,13 @@ from codegen.hfsm.model_checker.guards import Conjunction, conjunction, satisfy
 
 atoms = st.sampled_from("abcd")
 clauses = st.dictionaries(atoms, st.booleans(), max_size=3).map(lambda needs: tuple(needs.items()))
+
+
+def _tree(text: str) -> ast.expr | None:
+    try:
+        return ast.parse(text.strip(), mode="eval").body
+    except SyntaxError:
+        return None
 
 
 def holds(clause: Conjunction, values: dict[str, bool]) -> bool:
@@ -81,10 +89,9 @@ def test_guards_that_are_too_entangled_count_as_possible() -> None:
     ],
 )
 def test_a_guard_is_a_conjunction_of_atoms(text: str, needs: Conjunction | None) -> None:
-    assert conjunction(text, "here") == needs
+    assert conjunction(_tree(text), text.strip(), "here") == needs
 
 
 def test_a_guard_that_changes_each_time_it_is_asked_is_an_atom_of_its_own() -> None:
-    assert conjunction("random.random() < 0.5", "random.random() < 0.5 [3]", is_steady=False) == (
-        ("random.random() < 0.5 [3]", True),
-    )
+    text = "random.random() < 0.5"
+    assert conjunction(_tree(text), text, f"{text} [3]", is_steady=False) == ((f"{text} [3]", True),)

@@ -262,7 +262,7 @@ def test_properties_are_told_at_their_places() -> None:
     assert stated_ is not None
     diagnostics = Diagnostics()
     report_model(check_model(replace(blink(), properties=stated_.properties), PATH), diagnostics)
-    error, violated = diagnostics
+    error, violated = diagnostics.errors
     assert (error.code, error.location.line, error.location.column, error.location.length) == (
         "E613",
         7,
@@ -304,13 +304,14 @@ def test_what_never_happens_is_told_once() -> None:
             [after(300, 1, 2, id=1), after(500, 1, 3, id=2), after(100, 3, 4, id=3), after(100, 2, 1)],
         )
     )
-    assert told(doc) == [
-        (
-            Severity.WARNING,
-            "W601",
-            "the state `s3` is never entered: no transition that leads to it can fire",
-        ),
-        (Severity.WARNING, "W602", "transition 2 can never fire: another always fires before it"),
+    diagnostics = Diagnostics()
+    report_model(check_model(doc, PATH), diagnostics)
+    (found,) = diagnostics
+    assert (found.severity, found.code) == (Severity.WARNING, "W517")
+    assert found.message == "transition 2 can never fire: another always fires before it"
+    assert [note.message for note in found.notes] == [
+        "transition 1 fires first",
+        "the state `s3` is never entered",
     ]
 
 

@@ -7,13 +7,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Final
 
 from ...diagnostics import Location, Note, did_you_mean
-from ..document import Document
+from ..analysis import COMPONENT_ALIASES, Access, Analysis, Piece
 from ..known_interfaces import KnownInterface, KnownInterfaces
-from .accesses import ALIASES, Access, defined_names, sets_attributes_by_name
 from .component import COMPONENT_ATTRIBUTES
-from .extension import Extension
 from .operations import STREAM, Operation, operations_of
-from .pieces import Piece
 from .report import Report
 
 __all__ = ["check_attributes"]
@@ -21,33 +18,24 @@ __all__ = ["check_attributes"]
 _OF_EVERY_PROXY: Final = frozenset({"checkedCast", "uncheckedCast"})
 
 
-def check_attributes(
-    document: Document,
-    known: KnownInterfaces,
-    extension: Extension,
-    *,
-    pieces: Sequence[Piece],
-    found: Sequence[Access],
-    report: Report,
-) -> None:
-    """Check every use of `self`; `pieces` is all code of the document and `found` its uses of `self`."""
-    functions = frozenset[str]().union(*(defined_names(piece) for piece in pieces if piece.is_functions))
+def check_attributes(analysis: Analysis, known: KnownInterfaces, report: Report) -> None:
+    """Check every use of `self`."""
+    document, found = analysis.document, analysis.accesses
     assigned = {access.name for access in found if access.is_stored}
+    given = assigned | analysis.defined | analysis.extension.attributes
     proxies: dict[str, KnownInterface] = {}
     for interface in document.interfaces:
         candidates = known.find(interface.type)
-        if len(candidates) == 1 and interface.name not in assigned | functions | extension.attributes:
+        if len(candidates) == 1 and interface.name not in given:
             proxies.setdefault(interface.name, candidates[0])
     for alias, name in document.proxy_aliases.items():
-        if name in proxies and alias not in assigned | functions | extension.attributes:
+        if name in proxies and alias not in given:
             proxies.setdefault(alias, proxies[name])
-    if not extension.is_open and not any(sets_attributes_by_name(piece) for piece in pieces):
+    if not analysis.extension.is_open and not any(map(_sets_attributes_by_name, analysis.pieces)):
         names = {
             *COMPONENT_ATTRIBUTES,
-            *ALIASES,
-            *assigned,
-            *functions,
-            *extension.attributes,
+            *COMPONENT_ALIASES,
+            *given,
             *(interface.name for interface in document.interfaces),
             *document.proxy_aliases,
             *(["lock"] if document.is_old else []),
@@ -55,6 +43,17 @@ def check_attributes(
         }
         _check_known(found, names, known, report)
     _check_calls(found, proxies, report)
+
+
+def _sets_attributes_by_name(piece: Piece) -> bool:
+    """Return whether code may give the component attributes whose names do not stand in it."""
+    for node in ast.walk(piece.tree):
+        match node:
+            case ast.Name(id="setattr" | "vars") | ast.Attribute(attr="__dict__" | "__setattr__"):
+                return True
+            case ast.FunctionDef(name="__getattr__" | "__getattribute__"):
+                return True
+    return False
 
 
 def _check_known(found: Iterable[Access], names: set[str], known: KnownInterfaces, report: Report) -> None:

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from typing import Final
 
 from ...diagnostics import Note
+from ..analysis import Analysis, Piece, imported_names
 from ..code.trees import own_nodes
-from .accesses import Access, defined_names
 from .constants import milliseconds, seconds, truth
-from .pieces import AutomatonCode, Piece
 from .report import Report
 
 __all__ = ["check_blocking"]
@@ -34,45 +33,36 @@ _EXITS: Final = frozenset({"exit", "os._exit", "quit", "sys.exit"})
 _ENDLESS: Final = "this loop has no way out"
 
 
-def check_blocking(
-    codes: Sequence[AutomatonCode],
-    functions: Sequence[Piece],
-    found: Sequence[Access],
-    modules: Mapping[str, str],
-    report: Report,
-) -> None:
-    """Check the code of all automata and the functions that it calls.
-
-    `modules` says what the names of libraries stand for: `np` for `numpy`, `sleep` for `time.sleep`.
-    """
-    own = frozenset[str]().union(*(defined_names(piece) for piece in functions))
-    sleeps = _SLEEPS - {f"self.{name}" for name in own}
+def check_blocking(analysis: Analysis, report: Report) -> None:
+    """Check the code of all automata and the functions that it calls."""
+    modules = analysis.libraries
+    sleeps = _SLEEPS - {f"self.{name}" for name in analysis.defined}
     calls: dict[Piece | str, set[str]] = {}
-    for access in found:
+    for access in analysis.accesses:
         calls.setdefault(access.function or access.piece, set()).add(access.name)
     shortest: dict[str, float] = {}
-    for code in codes:
+    for code in analysis.automata:
         period = milliseconds(code.automaton.iteration_time)
         if period is None:
             continue
         for piece in code.running():
             for node, message in _blocking(piece.tree, "self", modules, period, sleeps):
-                _tell(piece, node, message, period, report)
+                _report(piece, node, message, period, report)
             for name in _called(calls.get(piece, ()), calls):
                 shortest[name] = min(period, shortest.get(name, period))
         if code.variables is not None:
             for node, message in _blocking(code.variables.tree, "self", modules, None, sleeps):
-                _tell(code.variables, node, message, None, report)
-    for piece in functions:
+                _report(code.variables, node, message, None, report)
+    for piece in analysis.functions:
         for function in piece.tree.body:
             if isinstance(function, ast.FunctionDef) and function.name in shortest:
                 period = shortest[function.name]
                 self_name = function.args.args[0].arg if function.args.args else ""
                 for node, message in _blocking(function, self_name, modules, period, sleeps):
-                    _tell(piece, node, message, period, report)
+                    _report(piece, node, message, period, report)
 
 
-def _tell(
+def _report(
     piece: Piece, node: ast.expr | ast.stmt, message: str, period: float | None, report: Report
 ) -> None:
     if period is None:
@@ -166,13 +156,3 @@ def _imports(tree: ast.AST) -> dict[str, str]:
         if isinstance(node, ast.Import | ast.ImportFrom):
             found.update(imported_names(node))
     return found
-
-
-def imported_names(node: ast.Import | ast.ImportFrom) -> dict[str, str]:
-    """Return the names that an import binds, with what each stands for."""
-    if isinstance(node, ast.ImportFrom):
-        return {alias.asname or alias.name: f"{node.module}.{alias.name}" for alias in node.names}
-    return {
-        alias.asname or alias.name.split(".")[0]: alias.name if alias.asname else alias.name.split(".")[0]
-        for alias in node.names
-    }

@@ -7,39 +7,31 @@ from __future__ import annotations
 
 import ast
 from collections import Counter
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from ...diagnostics import Location, did_you_mean
-from ..code.sends import sends_of
-from ..document import Automaton, Document, Text
-from .accesses import Access
+from ..analysis import Access, Analysis, Piece
+from ..document import Automaton
+from ..sends import sends_of, unclear_sends
 from .labels import transition_label
-from .pieces import AutomatonCode, Piece
 from .report import Report
 
 __all__ = ["check_events"]
 
 
-def check_events(
-    document: Document,
-    codes: Iterable[AutomatonCode],
-    pieces: Collection[Piece],
-    found: Collection[Access],
-    report: Report,
-    *,
-    is_complete: bool,
-) -> None:
+def check_events(analysis: Analysis, report: Report) -> None:
     """Compare the events that are awaited, sent and declared.
 
-    `pieces` are all code, `codes` that of the automata by where it stands, and `found` is every use of `self`
-    in it. What it sends by other names for the component counts, too; when it `is_complete`, nothing more is
-    sent.
+    What code sends by other names for the component counts, too.
     """
-    sent = _sent(found)
-    names = {piece: sends_of(Text("\n".join(piece.code.lines))).names for piece in pieces}
+    document = analysis.document
+    has_own_send = "send" in analysis.defined  # what that sends is its own affair
+    sent = {} if has_own_send else _sent(analysis.accesses)
+    names = {piece: sends_of(piece.tree).names for piece in analysis.pieces}
     otherwise = set[str]().union(*names.values())
-    senders = _Senders(document, codes, names, found)
+    senders = _Senders(analysis, names)
+    is_complete = analysis.is_complete and not has_own_send and not unclear_sends(analysis)
     declared = {event.name.strip(): report.place(event) for event in document.events}
     awaited: set[str] = set()
     for automaton in document.automata:
@@ -74,31 +66,26 @@ class _Place:
 class _Senders:
     """The pieces of code that send events, and whether they can while an automaton is active."""
 
-    def __init__(
-        self,
-        document: Document,
-        codes: Iterable[AutomatonCode],
-        names: Mapping[Piece, frozenset[str]],
-        found: Iterable[Access],
-    ) -> None:
-        self._document = document
+    def __init__(self, analysis: Analysis, names: Mapping[Piece, frozenset[str]]) -> None:
+        self._document = analysis.document
         self._by_name: dict[str, list[Piece]] = {}
         for piece, sent in names.items():
             for event in sent:
                 self._by_name.setdefault(event, []).append(piece)
         self._places: dict[Piece, _Place] = {}
-        for code in codes:
-            transitions = code.automaton.transitions
-            stays = [*code.code.items(), *((transitions[n].origin, p) for n, p in code.conditions.items())]
-            changes = [*code.entry.items(), *code.exit.items()]
+        for code in analysis.automata:
+            stays, changes = [*code.code.items()], [*code.entry.items(), *code.exit.items()]
             changes += [(state, piece) for state, pieces in code.arguments.items() for piece in pieces]
-            changes += [(transitions[number].origin, piece) for number, piece in code.fired.items()]
+            for transition in code.automaton.transitions:
+                condition, fired = code.condition_of(transition), code.fired_by(transition)
+                stays += [] if condition is None else [(transition.origin, condition)]
+                changes += [] if fired is None else [(transition.origin, fired)]
             for is_stay, places in ((True, stays), (False, changes)):
                 for state, piece in places:
                     self._places[piece] = _Place(code.automaton, state, is_stay)
         self._direct = Counter(
             (access.piece, name.value)
-            for access in found
+            for access in analysis.accesses
             if access.path == ("send",)
             and access.call is not None
             and isinstance(name := _name(access.call), ast.Constant)

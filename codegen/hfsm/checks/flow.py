@@ -12,10 +12,10 @@ import ast
 from collections.abc import Iterator
 
 from ...diagnostics import Note
+from ..analysis import AutomatonCode, Piece
 from ..document import State, Transition
 from .assignments import Assignments, assignments_of
 from .graph import Graph
-from .pieces import AutomatonCode, Piece
 from .report import Report
 
 __all__ = ["check_flow"]
@@ -23,8 +23,9 @@ __all__ = ["check_flow"]
 _Names = frozenset[str]
 
 
-def check_flow(graph: Graph, code: AutomatonCode, report: Report) -> None:
+def check_flow(code: AutomatonCode, report: Report) -> None:
     """Check one automaton."""
+    graph = Graph(code.automaton)
     if graph.sound and graph.initial is not None and not code.broken:
         _Flow(graph, code, report).check()
 
@@ -114,7 +115,8 @@ class _Flow:
 
     def _prepared(self, transition: Transition) -> _Names:
         """Return the names that are assigned wherever a variable is set that the condition asks."""
-        condition = self._code.condition(transition)
+        piece = self._code.condition_of(transition)
+        condition = None if piece is None else piece.expression
         if condition is None:
             return frozenset()
         asked = {node.id for node in ast.walk(condition) if isinstance(node, ast.Name)}

@@ -16,9 +16,8 @@ from pyflakes import messages
 from pyflakes.checker import Checker
 
 from ...diagnostics import did_you_mean
-from ..code.text import without_warnings
+from ..analysis import Piece
 from ..code.trees import parse_python
-from .pieces import Piece
 from .report import Report
 
 __all__ = ["check_names"]
@@ -84,16 +83,13 @@ def _messages(piece: Piece, known: Collection[str]) -> tuple[messages.Message, .
     # Pyflakes takes its time for each name that it is told, and an automaton may share thousands.
     names = frozenset(_names_in(piece).intersection(known))
     head = _FUNCTIONS if piece.is_functions else _WITH_EVENT if piece.has_event else _PLAIN
-    lines = ("(", *piece.code.lines, ")") if piece.header else piece.code.lines
-    return _messages_of(lines, head, names)
+    return _messages_of(piece.tree, head, names)
 
 
 @lru_cache(maxsize=2048)
-def _messages_of(lines: tuple[str, ...], head: str, names: frozenset[str]) -> tuple[messages.Message, ...]:
+def _messages_of(tree: ast.Module, head: str, names: frozenset[str]) -> tuple[messages.Message, ...]:
     """Return what pyflakes says; an editor asks again for all pieces whenever one of them has changed."""
-    with without_warnings():
-        body = parse_python("\n".join(lines)).body
-    checker = Checker(_as_module(body, head), builtins=names)
+    checker = Checker(_as_module(tree.body, head), builtins=names)
     found = sorted(checker.messages, key=lambda message: (message.lineno, message.col))
     return tuple(each for each in found if isinstance(each, (messages.UndefinedName, *_DOUBTFUL)))
 

@@ -6,9 +6,9 @@ import ast
 from collections.abc import Collection, Iterator
 from typing import Final
 
+from ..analysis import AutomatonCode, Piece
 from ..code.names import RESERVED
 from ..code.trees import own_nodes
-from .pieces import AutomatonCode, Piece
 from .report import Report
 
 __all__ = ["check_start", "check_variables"]
@@ -23,7 +23,7 @@ def check_variables(code: AutomatonCode, report: Report) -> None:
         return
     read = set(RESERVED)  # who assigns one of these is told when the component is generated
     for piece in code.sharing():
-        read.update(_reads(piece))
+        read.update(piece.reads)
     if not read.isdisjoint(_READERS):
         return
     for declared in code.automaton.inputs:
@@ -49,17 +49,6 @@ def check_start(code: AutomatonCode, own: Collection[str], report: Report) -> No
             case ast.Call(func=ast.Attribute(ast.Name("self"), "send" | "sleep" as name)) if name not in own:
                 message = f"`self.{name}` is for entry code: no automaton runs when variables are set"
                 report.error("E520", message, code.variables.place(node))
-
-
-def _reads(piece: Piece) -> Iterator[str]:
-    for node in ast.walk(piece.tree):
-        match node:
-            case ast.Name(id=name, ctx=ast.Load() | ast.Del()):
-                yield name
-            case ast.AugAssign(target=ast.Name(id=name)):
-                yield name  # a counter, which the monitor shows
-            case ast.Global(names=names):
-                yield from names
 
 
 def _plain_targets(piece: Piece) -> Iterator[ast.Name]:

@@ -128,12 +128,18 @@ def _string_lines(lines: tuple[str, ...], *, indented: bool) -> frozenset[int]:
     return frozenset(fixed)
 
 
+@lru_cache(maxsize=4096)
+def _parsed(source: str) -> ast.Module:
+    """Return the tree of a text, which everybody shares: an editor asks again for all code at each change."""
+    with without_warnings():
+        return parse_python(source)
+
+
 def parse(code: Code, lines: Sequence[str], header: int = 0) -> ast.Module:
     """Return the tree of the code in `lines`, which begin with `header` lines of ours."""
     source = "\n".join(lines)
     try:
-        with without_warnings():
-            tree = parse_python(source)
+        tree = _parsed(source)
     except (SyntaxError, ValueError) as error:
         line, column = getattr(error, "lineno", None) or 1, getattr(error, "offset", None) or 1
         reason = error.msg if isinstance(error, SyntaxError) else str(error)

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from ...diagnostics import Diagnostics, Location
+from ..analysis import Analysis
 from ..checks import ON_ERROR, ON_REFUSED, check
 from ..code.literals import literal, printable
 from ..code.names import OLD_MODULES, camel_case, component_name, reserved_names
@@ -34,13 +35,16 @@ def understand(
     interfaces: KnownInterfaces,
     diagnostics: Diagnostics,
     extension: ExtensionProgram | None = None,
+    *,
+    analysis: Analysis | None = None,
 ) -> Program | None:
     """Return the program of a document, or None when something in it was reported as an error.
 
-    What the document imports has been resolved. `extension` is the hand-written base of the component.
+    What the document imports has been resolved. `extension` is the hand-written base of the
+    component, `analysis` that of the document, where it has been made.
     """
     errors = len(diagnostics.errors)
-    check(document, path, interfaces, diagnostics)
+    check(document, path, interfaces, diagnostics, analysis)
     piece = first_foreign(document, path)
     if piece is not None:
         report_foreign(piece, document.language.text.strip()[:20], diagnostics)

@@ -7,15 +7,15 @@ behavior of several together, `exploration` searches it, and `checker` asks the 
 
 from __future__ import annotations
 
-from .actuators import Command, Commands, is_command, read_operations
 from .checker import DEFAULT_LIMIT, QUICK_LIMIT, ModelReport, check_model
+from .commands import Command, Commands, is_command, read_operations
 from .conflicts import Conflict, Use
 from .counterexample import Counterexample, Step, StepKind
 from .deadlock import Deadlock
 from .expressions import ExpressionError
 from .properties import PropertyResult, Verdict
 from .reachability import Reachability, StateResult, TransitionResult, WhyNever
-from .reporting import report_model, report_properties
+from .reporting import report_impossible, report_model, report_properties
 
 __all__ = [
     "DEFAULT_LIMIT",
@@ -39,6 +39,7 @@ __all__ = [
     "check_model",
     "is_command",
     "read_operations",
+    "report_impossible",
     "report_model",
     "report_properties",
 ]

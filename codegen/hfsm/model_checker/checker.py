@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import Final, TypeVar
 
 from ...diagnostics import Note
+from ..analysis import Analysis
 from ..document import Document
-from .actuators import Commands, Operations
+from .commands import Commands, Operations
 from .conflicts import Conflict, Use, find_conflicts, uses_of
 from .deadlock import Deadlock, find_deadlocks
 from .events import Events, events_of
@@ -60,23 +61,23 @@ def check_model(
     path: Path,
     *,
     operations: Operations | None = None,
-    commands: Commands | None = None,
     limit: int = DEFAULT_LIMIT,
+    analysis: Analysis | None = None,
 ) -> ModelReport:
     """Check the automata of a document, whose imports are resolved, whatever values their guards have.
 
-    `operations` tells which operations of the interfaces command something, by default their names do;
-    `commands` which the code uses, by default what it says. `limit` is how much work may be spent, in
-    automata that are looked at in configurations. What it leaves undecided is reported as such.
+    `operations` tells which operations of the interfaces command something, by default their names do.
+    `limit` is how much work may be spent, in automata that are looked at in configurations. What it leaves
+    undecided is reported as such. `analysis` is that of the document, where it has been made.
     """
-    model = read_model(document, path)
+    model = read_model(document, path, analysis=analysis)
     events = events_of(model)
-    uses = uses_of(model, commands or Commands(document, operations or {}))
+    uses = uses_of(model, Commands(model.analysis, operations))
     doubtful = (*model.doubtful, *events.places)
     if not doubtful:
         return _check(model, events, uses, Budget(limit))
     report = _check(model, events, uses, Budget(limit // 2))
-    trusting = read_model(document, path, trusting=True)
+    trusting = read_model(document, path, analysis=model.analysis, trusting=True)
     likely = _check(trusting, events.certain, uses, Budget(limit // 2))
     return _agreed(report, likely, doubtful)
 
@@ -88,7 +89,7 @@ def _check(model: Model, events: Events, uses: list[list[Use]], budget: Budget) 
     reached = find_reachable(model, fireability, share)
     budget.give_back(share)
     share = budget.share(limit // 4)
-    conflicts = find_conflicts(model, uses, fireability, reached, share)
+    conflicts, unclear = find_conflicts(model, uses, fireability, reached, share)
     budget.give_back(share)
     properties: list[PropertyResult] = []
     stated = model.document.properties
@@ -98,15 +99,17 @@ def _check(model: Model, events: Events, uses: list[list[Use]], budget: Budget) 
         budget.give_back(share)
     return ModelReport(
         model=model,
-        states=tuple(state_results(model, reached)),
+        states=tuple(state_results(model, fireability, reached)),
         transitions=tuple(transition_results(model, fireability, reached)),
         conflicts=tuple(conflicts),
         deadlocks=tuple(find_deadlocks(model, fireability)),
         properties=tuple(properties),
         work=budget.spent,
         complete=not reached.unknown
+        and not unclear
         and all(conflict.certain for conflict in conflicts)
         and all(result.verdict is not Verdict.UNDECIDED for result in properties),
+        doubtful=tuple(unclear),
     )
 
 
@@ -131,7 +134,7 @@ def _agreed(report: ModelReport, likely: ModelReport, doubtful: tuple[Note, ...]
         agreed,
         work=report.work + likely.work,
         complete=report.complete and likely.complete and not undecided,
-        doubtful=doubtful if undecided else (),
+        doubtful=(*report.doubtful, *(doubtful if undecided else ())),
     )
 
 

@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import combinations
+from typing import Final
 
-from .actuators import Command, Commands
+from ...diagnostics import Location, Note
+from ..document import Text
+from .commands import Command, Commands
 from .cones import cone_of
 from .counterexample import Counterexample, counterexample
 from .exploration import Budget
@@ -22,16 +25,19 @@ __all__ = ["Conflict", "Use", "find_conflicts", "uses_of"]
 
 @dataclass(frozen=True, slots=True)
 class Use:
-    """That an automaton commands a servant while it is in a state.
+    """That an automaton commands a servant while it is in a state; one that is not `certain` may.
 
-    `piece` says in which code: `code`, `entry`, `exit`, or `transition` with its id.
+    `piece` says in which code: `code`, `entry`, `exit`, `argument`, or `guard` or `transition` with its
+    index; `place` is where that stands. What code that cannot be followed commands is `ANYTHING`.
     """
 
     automaton: int
     state: int
     command: Command
     piece: str
+    place: Location
     transition: int | None = None
+    certain: bool = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,53 +55,84 @@ class Conflict:
     counterexample: Counterexample | None = None
 
 
+ANYTHING: Final = Command("", "", "")
+
+
 def uses_of(model: Model, commands: Commands) -> list[list[Use]]:
     """Return what each automaton commands, state by state."""
-    return [list(_uses(automaton, commands)) for automaton in model.automata]
+    return [list(_uses(model, automaton, commands)) for automaton in model.automata]
 
 
-def _uses(automaton: AutomatonModel, commands: Commands) -> Iterator[Use]:
-    aliases = commands.aliases(automaton.source.variables)
+def _uses(model: Model, automaton: AutomatonModel, commands: Commands) -> Iterator[Use]:
     for state in automaton.states:
         source = state.source
-        for piece, text in (("code", source.code), ("entry", source.entry), ("exit", source.exit)):
-            if piece == "code" and source.final:
-                continue
-            for command in sorted(commands.of(text, aliases), key=repr):
-                yield Use(automaton.index, state.index, command, piece)
+        texts: list[tuple[str, Text, int | None]] = [
+            ("entry", source.entry, None),
+            ("exit", source.exit, None),
+        ]
+        texts += [] if source.final else [("code", source.code, None)]
+        texts += [("argument", argument.value, None) for argument in source.arguments]
         for transition in state.outgoing:
-            for command in sorted(commands.of(transition.source.code, aliases), key=repr):
-                yield Use(automaton.index, state.index, command, "transition", transition.index)
+            item = transition.source
+            guard = item.trigger if item.type == "condition" else item.guard
+            texts += [("guard", guard, transition.index), ("transition", item.code, transition.index)]
+        for piece, text, number in texts:
+            path = (source if number is None else automaton.source.transitions[number]).path or model.path
+            place = Location(path, max(1, text.line), max(1, text.column))
+            certain = commands.of(text)
+            for command in sorted(certain, key=repr):
+                yield Use(automaton.index, state.index, command, piece, place, number)
+            for command in sorted(commands.possible(text) - certain, key=repr):
+                yield Use(automaton.index, state.index, command, piece, place, number, certain=False)
+            unclear = commands.unclear(text)
+            if unclear is not None:
+                yield Use(automaton.index, state.index, ANYTHING, piece, unclear, number, certain=False)
 
 
 def find_conflicts(
     model: Model, uses: list[list[Use]], fireability: Fireability, reached: Reached, budget: Budget
-) -> list[Conflict]:
-    """Return the pairs of automata that command one servant side by side, each pair and servant once."""
+) -> tuple[list[Conflict], list[Note]]:
+    """Return the pairs of automata that command one servant side by side, each pair and servant once.
+
+    The notes show code that cannot be followed, and because of which there may be others.
+    """
     finder = _Finder(model, fireability, reached)
-    by_servant: list[dict[str, list[Use]]] = []
-    for of_one in uses:
-        by_servant.append({})
-        for use in of_one:
-            if _is_possible(use, fireability):
-                by_servant[-1].setdefault(use.command.identity, []).append(use)
-    pairs = [
-        (of_one[servant], of_other[servant])
-        for of_one, of_other in combinations(by_servant, 2)
-        for servant in sorted(of_one.keys() & of_other.keys())
-    ]
+    possible = [[use for use in of_one if _is_possible(use, fireability)] for of_one in uses]
+    pairs: list[tuple[list[Use], list[Use]]] = []
+    unclear: list[tuple[list[Use], list[Use]]] = []
+    for of_one, of_other in combinations(possible, 2):
+        for servant in sorted({use.command.identity for use in of_one if use.command is not ANYTHING}):
+            first, second = _of_servant(of_one, servant), _of_servant(of_other, servant)
+            if second:
+                pairs.append((first, second))
+        for one, other in ((of_one, of_other), (of_other, of_one)):
+            anything = _of_servant(one, ANYTHING.identity)
+            if anything and other:
+                unclear.append((anything, other) if one is of_one else (other, anything))
     conflicts: list[Conflict] = []
-    for done, (first, second) in enumerate(pairs):
-        share = budget.share(budget.left // (len(pairs) - done))
+    notes: dict[Location, Note] = {}
+    for done, (first, second) in enumerate([*pairs, *unclear]):
+        share = budget.share(budget.left // (len(pairs) + len(unclear) - done))
         conflict = finder.conflict(first, second, share)
         budget.give_back(share)
-        if conflict is not None:
+        if conflict is None:
+            continue
+        if done < len(pairs):
             conflicts.append(conflict)
-    return conflicts
+            continue
+        for use in (first[0], second[0]):
+            if use.command is ANYTHING:
+                notes.setdefault(use.place, Note("this code may command any servant", use.place))
+    return conflicts, list(notes.values())
+
+
+def _of_servant(uses: list[Use], identity: str) -> list[Use]:
+    """Return the uses of a servant, those that are certain first."""
+    return sorted((use for use in uses if use.command.identity == identity), key=lambda use: not use.certain)
 
 
 def _is_possible(use: Use, fireability: Fireability) -> bool:
-    if use.transition is not None and use.transition not in fireability.transitions[use.automaton]:
+    if use.piece == "transition" and use.transition not in fireability.transitions[use.automaton]:
         return False
     return use.state in fireability.states[use.automaton]
 
@@ -119,13 +156,14 @@ class _Finder:
         return None
 
     def _nested(self, above: list[Use], below: list[Use]) -> Conflict | None:
-        # only the code of the state above runs again and again: its entry and exit have their own time
-        above = [use for use in above if use.piece == "code"]
+        # of the state above only code and guards run again and again: its entry and exit have their own time
+        above = [use for use in above if use.piece in ("code", "guard")]
         index = below[0].automaton
         seen = [use for use in below if use.state in self._reached.states[index]]
         if not above or not (seen or index in self._reached.unknown):
             return None
-        return Conflict(above[0], (seen or below)[0], nested=True, certain=bool(seen))
+        one, other = above[0], (seen or below)[0]
+        return Conflict(one, other, nested=True, certain=bool(seen) and one.certain and other.certain)
 
     def _side_by_side(self, first: list[Use], second: list[Use], budget: Budget) -> Conflict | None:
         cone = cone_of(self._model, [first[0].automaton, second[0].automaton], self._fireability)
@@ -151,10 +189,12 @@ class _Finder:
             return None if certain else Conflict(first[0], second[0], nested=False, certain=False)
         one, other = system.position[a], system.position[b]
         last = run.moves[-1].configuration if run.moves else run.start
+        found, found_too = of_one[last[one][0]], of_other[last[other][0]]
         return Conflict(
-            of_one[last[one][0]],
-            of_other[last[other][0]],
+            found,
+            found_too,
             nested=False,
+            certain=found.certain and found_too.certain,
             counterexample=counterexample(self._model, system, run),
         )
 

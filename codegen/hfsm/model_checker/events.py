@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from ...diagnostics import Note
+from ..analysis import Analysis
 from ..code.pieces import is_foreign
-from ..code.sends import sends_of, unclear_sends
 from ..document import Text
+from ..sends import sends_of, unclear_sends
 from .model import AutomatonModel, Model
 
 __all__ = ["Events", "events_of"]
@@ -24,6 +25,7 @@ class Events:
     all: frozenset[str]
     outside: frozenset[str]
     unclear: frozenset[str] = frozenset()
+    analysis: Analysis = field(kw_only=True, repr=False, compare=False)
     places: tuple[Note, ...] = ()
     """Where the code is that cannot be followed."""
 
@@ -56,8 +58,14 @@ class Events:
                 )
         return frozenset(sent)
 
-    def _sent(self, *pieces: Text) -> frozenset[str]:
-        return frozenset[str]().union(*(sends_of(piece).names for piece in pieces))
+    def _sent(self, *texts: Text) -> frozenset[str]:
+        return _names(self.analysis, texts)
+
+
+def _names(analysis: Analysis, texts: Iterable[Text]) -> frozenset[str]:
+    """Return the events that code certainly sends."""
+    pieces = map(analysis.piece, texts)
+    return frozenset[str]().union(*(sends_of(piece.tree).names for piece in pieces if piece is not None))
 
 
 def events_of(model: Model) -> Events:
@@ -74,11 +82,12 @@ def events_of(model: Model) -> Events:
         if transition.event
     )
     declared = frozenset(event.name.strip() for event in document.events)
+    analysis = model.analysis
     if is_foreign(document):
-        return Events(waited_for, waited_for | declared)
+        return Events(waited_for, waited_for | declared, analysis=analysis)
     always = [text for automaton in document.automata for text in (automaton.functions, automaton.variables)]
     always += [functions.text for functions in document.functions]
-    outside = declared.union(*(sends_of(text).names for text in always))
-    places = tuple(unclear_sends(document, model.path)) if waited_for - outside else ()
+    outside = declared | _names(analysis, always)
+    places = tuple(unclear_sends(analysis)) if waited_for - outside else ()
     unclear = waited_for - outside if places else frozenset()
-    return Events(waited_for, outside | unclear, unclear, places)
+    return Events(waited_for, outside | unclear, unclear, analysis=analysis, places=places)

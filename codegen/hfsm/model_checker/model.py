@@ -11,11 +11,11 @@ from pathlib import Path
 from typing import Final
 
 from ...diagnostics import Location, Note
+from ..analysis import Analysis, analyze
 from ..checks import delay as transition_time
-from ..code.answers import Answer, Answers
+from ..code.pieces import is_foreign
 from ..document import DEFAULT_PERIOD, Automaton, Document, State, Text, Transition
-from ..extension import has_extension
-from .guards import Conjunction, conjunction
+from .guards import Answer, Answers, Conjunction, conjunction
 
 __all__ = ["AutomatonModel", "Model", "StateModel", "TransitionModel", "nanoseconds", "read_model"]
 
@@ -80,6 +80,7 @@ class Model:
     document: Document
     path: Path
     automata: tuple[AutomatonModel, ...]
+    analysis: Analysis = field(repr=False, compare=False)
     doubtful: tuple[Note, ...] = ()
     """The guards that read like others, and perhaps answer otherwise."""
     _labels: dict[int, str] = field(default_factory=dict, init=False, repr=False, compare=False)
@@ -117,23 +118,27 @@ class Model:
         return self._labels[automaton]
 
 
-def read_model(document: Document, path: Path, *, trusting: bool = False) -> Model:
+def read_model(
+    document: Document, path: Path, *, analysis: Analysis | None = None, trusting: bool = False
+) -> Model:
     """Return the model of a document; what the structural checks find wrong is read as generation does.
 
     The first initial state counts, or the first state where there is none; a child that does not exist and a
     transition between states that do not are left out; so is an automaton without a root above it.
 
     Guards of the same text that cannot be followed may differ within one cycle. A `trusting` model takes them
-    for the same, unless they surely are not.
+    for the same, unless they surely are not. `analysis` is that of the document, where it has been made.
     """
-    reader = _Reader(document, path, trusting)
-    return Model(document, path, tuple(reader.automata), tuple(reader.doubtful))
+    analysis = analysis or analyze(document, path)
+    reader = _Reader(analysis, trusting)
+    return Model(document, path, tuple(reader.automata), analysis, tuple(reader.doubtful))
 
 
 class _Reader:
-    def __init__(self, document: Document, path: Path, trusting: bool) -> None:
-        self._document, self._path, self._trusting = document, path, trusting
-        self._python = not document.language.text.strip() or "python" in document.language.text.lower()
+    def __init__(self, analysis: Analysis, trusting: bool) -> None:
+        document = analysis.document
+        self._analysis, self._trusting = analysis, trusting
+        self._python = not is_foreign(document)
         self.doubtful: list[Note] = []
         self._sources: dict[int, Automaton] = {}
         for source in document.automata:
@@ -195,7 +200,7 @@ class _Reader:
     ) -> TransitionModel:
         delay, event, kind = 0, "", source.type
         needs: Conjunction | None = ()
-        guard = source.guard.text
+        guard = source.guard
         if kind == "time":
             is_time = transition_time(source.trigger) is not None
             time = (nanoseconds(source.trigger) or 1) if is_time else None  # 0 is the next cycle
@@ -204,8 +209,8 @@ class _Reader:
             event = source.trigger.text.strip()
             needs = ((f"event {event}", True),) if event else None
         elif kind != "finished":
-            guard = source.trigger.text or " "
-        if needs is not None and (guard.strip() or kind == "condition"):
+            guard = source.trigger
+        if needs is not None and (not guard.is_blank or kind == "condition"):
             more = self._guard(guard, number, event, is_steady=is_steady)
             needs = None if more is None else needs + more
         return TransitionModel(
@@ -217,21 +222,24 @@ class _Reader:
             event=event,
             finished=kind == "finished",
             needs=needs,
-            guarded=bool(guard.strip()),
+            guarded=not guard.is_blank,
         )
 
-    def _guard(self, text: str, number: int, event: str, *, is_steady: bool = True) -> Conjunction | None:
-        unique = f"{text.strip()} [{number}]"
-        needs: Conjunction | None = ((text.strip() or unique, True),)
-        if self._python:
-            needs = conjunction(text, unique, is_steady=is_steady)
+    def _guard(self, guard: Text, number: int, event: str, *, is_steady: bool = True) -> Conjunction | None:
+        text = guard.text.strip()
+        unique = f"{text} [{number}]"
+        needs: Conjunction | None = ((text or unique, True),)
+        if self._python and text:
+            piece = self._analysis.piece(guard)
+            tree = None if piece is None else piece.expression
+            needs = conjunction(tree, text, unique, is_steady=is_steady)
         if needs is None or not event:
             return needs
         return tuple((f"{atom} [{event}]", value) for atom, value in needs)
 
     @cached_property
     def _answers(self) -> Answers:
-        return Answers(self._document, has_extension=has_extension(self._path))
+        return Answers(self._analysis)
 
     def _separated(
         self, source: Automaton, outgoing: list[TransitionModel], states: Mapping[int, int]
@@ -254,7 +262,8 @@ class _Reader:
                 continue
             if answer is Answer.UNKNOWN:
                 text = item.trigger if item.type == "condition" else item.guard
-                place = Location(item.path or self._path, text.line or item.line, max(1, text.column))
+                path = item.path or self._analysis.path
+                place = Location(path, text.line or item.line, max(1, text.column))
                 self.doubtful.append(Note("this guard may answer otherwise when it is asked again", place))
             if answer is Answer.OTHER or not self._trusting:
                 yield self._transition(model.index, item, states, is_steady=False)

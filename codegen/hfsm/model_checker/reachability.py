@@ -124,7 +124,7 @@ class _Finder:
         return explore(system, visit, budget)
 
 
-def state_results(model: Model, reached: Reached) -> list[StateResult]:
+def state_results(model: Model, fireability: Fireability, reached: Reached) -> list[StateResult]:
     """Return what is known of every state."""
     results = []
     for automaton in model.automata:
@@ -133,7 +133,7 @@ def state_results(model: Model, reached: Reached) -> list[StateResult]:
             why = WhyNever.NONE
             if state.index in reached.states[automaton.index]:
                 verdict = Reachability.POSSIBLE
-            elif automaton.index in reached.unknown:
+            elif automaton.index in reached.unknown and state.index in fireability.states[automaton.index]:
                 verdict = Reachability.UNDECIDED
             else:
                 verdict = Reachability.IMPOSSIBLE
@@ -191,7 +191,7 @@ def _why_transition(
     automaton: AutomatonModel, state: StateModel, place: int, fireability: Fireability, reached: Reached
 ) -> tuple[WhyNever, tuple[int, ...]]:
     transition = state.outgoing[place]
-    if state.index not in reached.states[automaton.index]:
+    if state.final or state.index not in reached.states[automaton.index]:
         return WhyNever.ORIGIN, ()
     if transition.needs is None:
         return WhyNever.GUARD, ()
@@ -199,8 +199,6 @@ def _why_transition(
         return WhyNever.EVENT, ()
     if transition.finished and not (state.children and fireability.finishing.issuperset(state.children)):
         return WhyNever.CHILDREN, ()
-    if state.final:
-        return WhyNever.ORIGIN, ()
     cut_short = transition.index in fireability.cut_short[automaton.index]
     if cut_short or fireability.may_fire(automaton.index, transition):
         return WhyNever.ANCESTORS, ()

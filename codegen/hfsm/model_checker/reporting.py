@@ -2,50 +2,52 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
 from pathlib import Path
 from typing import Final
 
 from ...diagnostics import Diagnostics, Location, Note
+from ..checks.labels import state_label, transition_label
 from ..document import Property, State, Text, Transition
 from .checker import ModelReport
 from .conflicts import Conflict, Use
-from .model import AutomatonModel
+from .model import AutomatonModel, TransitionModel
 from .properties import PropertyResult, Verdict
 from .reachability import Reachability, StateResult, TransitionResult, WhyNever
 
-__all__ = ["STRUCTURAL", "report_model", "report_properties"]
-
-STRUCTURAL: Final = frozenset({WhyNever.GRAPH, WhyNever.GUARD, WhyNever.EVENT})
-"""What the structural checks tell already."""
+__all__ = ["report_impossible", "report_model", "report_properties"]
 
 _SHOWN_STEPS: Final = 12
 
 
-def report_model(
-    report: ModelReport, diagnostics: Diagnostics, *, leave_out: Collection[WhyNever] = STRUCTURAL
-) -> None:
-    """Report what was found; what is impossible for a reason in `leave_out` is told elsewhere.
-
-    A violated property is an error, one that stays undecided a warning.
-    """
+def report_model(report: ModelReport, diagnostics: Diagnostics) -> None:
+    """Report what was found. A violated property is an error, one that stays undecided a warning."""
     reporter = _Reporter(report, diagnostics)
-    skipped = {*leave_out, WhyNever.ORIGIN}  # the cause is told, not each consequence
-    for transition in report.transitions:
-        if transition.reachability is Reachability.IMPOSSIBLE and transition.why not in skipped:
-            reporter.transition(transition)
-    for state in report.states:
-        if state.reachability is Reachability.IMPOSSIBLE and state.why not in skipped:
-            reporter.state(state)
+    report_impossible(report, diagnostics)
     for conflict in report.conflicts:
         reporter.conflict(conflict)
+    explained = reporter.without_way_out() | reporter.without_chance()
     for deadlock in report.deadlocks:
-        reporter.deadlock(deadlock.state, deadlock.paths)
+        if (0, deadlock.state) not in explained:
+            reporter.deadlock(deadlock.state, deadlock.paths)
     for found in report.doubtful:
         assert found.location is not None
         message = f"{found.message}: what depends on it is undecided"
         diagnostics.note("N606", message, found.location)
     report_properties(report, diagnostics)
+
+
+def report_impossible(report: ModelReport, diagnostics: Diagnostics) -> None:
+    """Report the states that no transitions lead to, and the transitions that can never fire.
+
+    Of what follows from them nothing is said, nor of events that nothing sends: that the checks report.
+    """
+    reporter = _Reporter(report, diagnostics)
+    for state in report.states:
+        if state.why is WhyNever.GRAPH:
+            reporter.state(state)
+    for transition in report.transitions:
+        if transition.why not in (WhyNever.NONE, WhyNever.ORIGIN, WhyNever.EVENT):
+            reporter.transition(transition)
 
 
 def report_properties(report: ModelReport, diagnostics: Diagnostics, *, with_undecided: bool = True) -> None:
@@ -62,33 +64,100 @@ class _Reporter:
         self._model = report.model
         self._diagnostics = diagnostics
 
-    def transition(self, result: TransitionResult) -> None:
-        automaton = self._model.by_id[result.automaton].source
-        transition = next(item for item in automaton.transitions if item.id == result.transition)
-        notes = [
-            Note(f"{_name(other)} fires first", self._place(other))
-            for other in automaton.transitions
-            if other.id in result.earlier
-        ]
-        why = {
-            WhyNever.GRAPH: "its origin is never entered",
-            WhyNever.GUARD: "its guard is always false",
-            WhyNever.EVENT: f"nothing sends the event `{transition.trigger.text.strip()[:40]}`",
-            WhyNever.CHILDREN: "the automata below never finish",
-            WhyNever.EARLIER: "another always fires before it",
-            WhyNever.ANCESTORS: "timers here and above leave no time for it",
-        }[result.why]
-        message = f"{_name(transition)} can never fire: {why}"
-        self._diagnostics.warning("W602", message, self._place(transition), notes)
-
     def state(self, result: StateResult) -> None:
         model = self._model.by_id[result.automaton]
-        state = next(item for item in model.states if item.source.id == result.state)
-        path = self._model.state_path(model.index, state.index)
-        place = self._place(state.source)
-        self._diagnostics.warning(
-            "W601", f"the state `{path}` is never entered: no transition that leads to it can fire", place
+        state = next(item.source for item in model.states if item.source.id == result.state)
+        initial = model.states[model.initial].source
+        message = f"no transitions lead from {state_label(initial)} to {state_label(state)}"
+        self._diagnostics.warning("W514", message, self._place(state))
+
+    def transition(self, result: TransitionResult) -> None:
+        model = self._model.by_id[result.automaton]
+        transition = next(item for item in model.transitions if item.source.id == result.transition)
+        source = transition.source
+        code, why, place = "W516", "", self._text_location(source, source.trigger)
+        notes: list[Note] = []
+        if result.why is WhyNever.GUARD:
+            is_condition = source.type == "condition"
+            why = f"its {'condition' if is_condition else 'guard'} is always false"
+            place = self._text_location(source, source.trigger if is_condition else source.guard)
+        elif result.why is WhyNever.CHILDREN:
+            code, place = "W518", self._place(source)
+            why, notes = self._endless(model, transition)
+        elif result.why is WhyNever.ANCESTORS:
+            code, why = "W517", "the states above are left before there is time for it"
+        else:
+            earlier = [item for item in model.transitions if item.source.id in result.earlier]
+            code = "W517" if any(_is_timed_out(model, transition, each) for each in earlier) else "W516"
+            why = "another always fires before it"
+            notes = [
+                Note(f"{transition_label(other.source)} fires first", self._trigger_place(other.source))
+                for other in earlier
+            ]
+        target = model.states[transition.target]
+        if self._is_never_entered(result.automaton, target.source.id):
+            path = self._model.state_path(model.index, target.index)
+            notes.append(Note(f"the state `{path}` is never entered", self._place(target.source)))
+        self._diagnostics.warning(code, f"{transition_label(source)} can never fire: {why}", place, notes)
+
+    def _endless(self, model: AutomatonModel, transition: TransitionModel) -> tuple[str, list[Note]]:
+        """Return why the automata below a state never finish, and which of them."""
+        state = model.states[transition.origin]
+        below = [self._model.automata[child] for child in state.children]
+        finishing = {item.automaton for item in self._report.states if self._is_possible_end(item)}
+        endless = next((child.source for child in below if child.source.id not in finishing), None)
+        if endless is None:
+            return f"{state_label(state.source)} owns no automaton", []
+        place = Location(endless.path or self._model.path, endless.line, max(1, endless.column))
+        note = Note("none of its states that can be reached is final", place)
+        return f"automaton {endless.id} never finishes", [note]
+
+    def _is_possible_end(self, result: StateResult) -> bool:
+        state = self._model.by_id[result.automaton].source.state(result.state)
+        possible = result.reachability is not Reachability.IMPOSSIBLE
+        return state is not None and state.final and possible
+
+    def _is_never_entered(self, automaton: int, state: int) -> bool:
+        return any(
+            (item.automaton, item.state, item.reachability) == (automaton, state, Reachability.IMPOSSIBLE)
+            for item in self._report.states
         )
+
+    def without_way_out(self) -> set[tuple[int, int]]:
+        """Report the states that no transition leads away from; return their automata and ids."""
+        found: set[tuple[int, int]] = set()
+        possible = {
+            (item.automaton, item.state)
+            for item in self._report.states
+            if item.reachability is not Reachability.IMPOSSIBLE
+        }
+        for model in self._model.automata:
+            for state in model.states:
+                leaves = any(each.target != state.index for each in state.outgoing)
+                entered = (model.source.id, state.source.id) in possible
+                alone = sum(1 for each in model.states if (model.source.id, each.source.id) in possible) < 2
+                if state.final or leaves or alone or not entered:
+                    continue
+                found.add((model.index, state.source.id))
+                label = state_label(state.source)
+                message = f"no transition leads away from {label}: the automaton stays there"
+                note = Note("mark the state as final if the automaton has finished there")
+                self._diagnostics.note("N515", message, self._place(state.source), [note])
+        return found
+
+    def without_chance(self) -> set[tuple[int, int]]:
+        """Return the automata and ids of states that a transition leaves which can never fire."""
+        impossible = {
+            (item.automaton, item.transition)
+            for item in self._report.transitions
+            if item.reachability is Reachability.IMPOSSIBLE
+        }
+        return {
+            (model.index, transition.source.origin)
+            for model in self._model.automata
+            for transition in model.transitions
+            if (model.source.id, transition.source.id) in impossible
+        }
 
     def conflict(self, conflict: Conflict) -> None:
         first, second = conflict.first, conflict.second
@@ -96,12 +165,12 @@ class _Reporter:
         may = "command" if conflict.certain else "may command"
         where = f"`{self._path(first)}` and `{self._path(second)}` both {may} `{servant}`"
         how = "one runs below the other" if conflict.nested else "they run side by side"
-        notes = [Note(f"`{second.command.operation}` is called here", self._place_of(second))]
+        notes = [Note(f"`{second.command.operation}` is called here", second.place)]
         if conflict.counterexample is not None and conflict.counterexample.steps:
             notes.append(Note(f"this is how both come to run:\n{conflict.counterexample}"))
         tell = self._diagnostics.warning if conflict.certain else self._diagnostics.note
         code = "W603" if conflict.certain else "N603"
-        tell(code, f"{where}, and {how}", self._place_of(first), notes)
+        tell(code, f"{where}, and {how}", first.place, notes)
 
     def deadlock(self, id: int, paths: tuple[str, ...]) -> None:
         root = self._model.automata[0]
@@ -148,19 +217,13 @@ class _Reporter:
     def _path(self, use: Use) -> str:
         return self._model.state_path(use.automaton, use.state)
 
-    def _place_of(self, use: Use) -> Location:
-        automaton: AutomatonModel = self._model.automata[use.automaton]
-        state = automaton.states[use.state].source
-        if use.transition is not None:
-            transition = next(item for item in automaton.transitions if item.index == use.transition)
-            return self._text_location(transition.source, transition.source.code)
-        text = {"code": state.code, "entry": state.entry, "exit": state.exit}[use.piece]
-        return self._text_location(state, text)
-
     def _text_location(self, item: State | Transition, text: Text) -> Location:
         if not text.line:
             return self._place(item)
         return Location(item.path or self._model.path, text.line, max(1, text.column))
+
+    def _trigger_place(self, transition: Transition) -> Location:
+        return self._text_location(transition, transition.trigger)
 
     def _place(self, item: State | Transition) -> Location:
         return Location(item.path or self._model.path, item.line, max(1, item.column))
@@ -171,9 +234,12 @@ class _Reporter:
         return Location(path, line, max(1, column))
 
 
-def _name(transition: Transition) -> str:
-    name = transition.name.strip()
-    return f"transition `{name}`" if name else f"transition {transition.id}"
+def _is_timed_out(model: AutomatonModel, transition: TransitionModel, other: TransitionModel) -> bool:
+    """Return whether another fires first because of its time, and not because it is tried first."""
+    if not transition.delay or transition.delay == other.delay:
+        return False
+    outgoing = model.states[transition.origin].outgoing
+    return bool(other.delay) or outgoing.index(other) > outgoing.index(transition)
 
 
 def _shortened(text: str) -> str:

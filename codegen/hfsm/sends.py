@@ -3,21 +3,14 @@
 from __future__ import annotations
 
 import ast
-import re
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cache
-from pathlib import Path
+from functools import lru_cache
 from typing import Final
 
-from ...diagnostics import Location, Note
-from ..document import Document, Text
-from ..extension import has_extension
-from .pieces import pieces_of
-from .python import analyze_library
-from .text import CodeError
-from .trees import parse_piece
+from ..diagnostics import Location, Note
+from .analysis import Analysis
 
 __all__ = ["Sends", "sends_of", "unclear_sends"]
 
@@ -26,9 +19,6 @@ _BY_NAME: Final = frozenset({"getattr", "attrgetter", "methodcaller", "__getattr
 """What reads an attribute whose name is an argument."""
 _ANYTHING: Final = frozenset({"eval", "exec", "vars", "getmembers"})
 _ANY_ATTRIBUTE: Final = frozenset({"__dict__", "__getattribute__", "__getattr__"})
-_WORDS: Final = re.compile(
-    r"\b(_hfsm_send|__import__|import_module|" + "|".join(_BY_NAME | _ANYTHING | _ANY_ATTRIBUTE) + r")\b|send"
-)
 _LOADERS: Final = frozenset({"__import__", "import_module"})
 _KNOWN_LIBRARIES: Final = sys.stdlib_module_names | {
     "cv2",
@@ -54,57 +44,31 @@ class Sends:
     hands_over: bool = False
 
 
-def unclear_sends(document: Document, path: Path) -> Iterator[Note]:
-    """Yield the places of code of a document, which lies at `path`, that may send any event."""
-    if has_extension(path):
-        yield Note("hand-written code beside the document may send any event", Location(path))
-    pieces = [(each.text, each.path) for each in pieces_of(document, path)]
-    pieces += [(functions.text, functions.path or path) for functions in document.functions]
-    unknown = _has_unknown_library(document, (text.text for text, _ in pieces))
-    for text, file in pieces:
-        sends = sends_of(text)
+def unclear_sends(analysis: Analysis) -> list[Note]:
+    """Return the places of code of a document that may send any event."""
+    found = []
+    if analysis.extension.exists:
+        place = Location(analysis.path)
+        found.append(Note("hand-written code beside the document may send any event", place))
+    modules = {module.split(".")[0] for module in analysis.modules}
+    unknown = not modules <= _KNOWN_LIBRARIES
+    for text, path, piece in analysis.by_text.values():
+        sends = _BROKEN if piece is None else sends_of(piece.tree)
         if sends.unclear is not None or (unknown and sends.hands_over):
-            line = text.line + (sends.unclear or 1) - 1
-            column = text.column if line == text.line else 1
-            yield Note("this code may send any event", Location(file, max(1, line), max(1, column)))
+            line = (sends.unclear or 1) - (0 if piece is None else piece.header)
+            place = Location(path, max(1, text.line), max(1, text.column))
+            if piece is not None and line > 1:
+                place = Location(path, max(1, piece.code.line + line - 1))
+            found.append(Note("this code may send any event", place))
+    return found
 
 
-def _has_unknown_library(document: Document, texts: Iterable[str]) -> bool:
-    """Return whether a document uses a library that may send events when it is given the component."""
-    statements = []
-    for library in document.libraries:
-        if library.is_module and not library.name.is_blank:
-            try:
-                statements.append(analyze_library(library.name)[0])
-            except CodeError:  # told when the component is generated
-                return True
-    for source in (*statements, *(text for text in texts if "import" in text)):
-        tree = parse_piece(source)
-        for node in ast.walk(tree) if tree else ():
-            match node:
-                case ast.Import(names=names) if any(_is_unknown(alias.name) for alias in names):
-                    return True
-                case ast.ImportFrom(module=module) if _is_unknown(module or ""):
-                    return True
-    return False
+_BROKEN: Final = Sends(unclear=1)
 
 
-def _is_unknown(module: str) -> bool:
-    return module.split(".", maxsplit=1)[0] not in _KNOWN_LIBRARIES
-
-
-def sends_of(text: Text) -> Sends:
+@lru_cache(maxsize=4096)
+def sends_of(tree: ast.Module) -> Sends:
     """Return which events a piece of Python sends."""
-    return _sends(text.text)
-
-
-@cache
-def _sends(source: str) -> Sends:
-    if not _WORDS.search(source) and not re.search(r"\b(self\b(?!\s*\.)|def\b)", source):
-        return Sends()
-    tree = parse_piece(source)
-    if tree is None:
-        return Sends(unclear=1)
     names: set[str] = set()
     lines: list[int] = []
     understood: set[ast.AST] = set()
