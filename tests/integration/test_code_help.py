@@ -58,22 +58,22 @@ class Typing:
 
     async def options(self, place: Place, text: str) -> list[dict[str, Any]]:
         code, line, column = _at_cursor(text)
-        found = await self.helper.complete(self.source, place, code, line, column)
-        return list(found["options"])
+        found = await self.helper.ask("complete", self.source, place, code, line=line, column=column)
+        return list(found["options"]) if found else []
 
     async def labels(self, place: Place, text: str) -> list[str]:
         return [option["label"] for option in await self.options(place, text)]
 
     async def signature(self, place: Place, text: str) -> Any:
         code, line, column = _at_cursor(text)
-        return await self.helper.signature(self.source, place, code, line, column)
+        return await self.helper.ask("signature", self.source, place, code, line=line, column=column)
 
     async def explanation(self, place: Place, text: str) -> Any:
         code, line, column = _at_cursor(text)
-        return await self.helper.explain(self.source, place, code, line, column)
+        return await self.helper.ask("explain", self.source, place, code, line=line, column=column)
 
     async def problems(self, place: Place, code: str) -> list[tuple[str, int, int]]:
-        found = await self.helper.lint(self.source, place, code)
+        found = await self.helper.ask("lint", self.source, place, code)
         return [(each["code"], each["line"], each["column"]) for each in found]
 
 
@@ -295,7 +295,7 @@ def test_of_many_questions_only_the_newest_is_asked(typing: Type) -> None:
 def test_a_question_that_is_out_of_date_ends_at_once(typing: Type) -> None:
     async def go(person: Typing) -> None:
         def ask() -> asyncio.Task[Any]:
-            return asyncio.create_task(person.helper.lint(person.source, WALK, "steps += 1\n" * 2000))
+            return asyncio.create_task(person.helper.ask("lint", person.source, WALK, "steps += 1\n" * 2000))
 
         asked = [ask() for _ in range(8)]
         ended, _ = await asyncio.wait(asked[1:-1], timeout=LIMIT, return_when=asyncio.ALL_COMPLETED)

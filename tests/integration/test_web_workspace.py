@@ -455,7 +455,9 @@ class FakeLive(NoService):
 
 
 class FakeCodeHelp(NoService):
-    async def complete(self, source: Source, place: Place, code: str, line: int, column: int) -> object:
+    async def ask(
+        self, wanted: str, source: Source, place: Place, code: str, *, line: int, column: int
+    ) -> object:
         return {"path": None if source.path is None else source.path.name, "place": place, "code": code}
 
 
@@ -543,7 +545,7 @@ def test_what_takes_too_long_or_fails_is_answered(served: Editor) -> None:
 def test_code_help_gets_the_document_as_it_is(served: Editor) -> None:
     place = {"kind": "state", "automaton": 1, "id": 2, "part": "code"}
     with served.window() as window:
-        found = window.ask("complete", tab=1, place=place, code="self.", line=1, column=5)
+        found = window.ask("codeHelp", wanted="complete", tab=1, place=place, code="self.", line=1, column=5)
     assert found == {"path": "robot.xml", "place": place, "code": "self."}
 
 

@@ -34,7 +34,7 @@ _LARGEST: Final = 200_000
 
 
 class CodeHelper:
-    """Implements `visualhfsm.web.services.CodeHelp` with two processes, so that no check delays completion.
+    """Answers questions about code in two processes, so that no check delays completion.
 
     Of several questions of a kind that come while one is being answered only the newest waits; the others get
     nothing, at once.
@@ -49,22 +49,32 @@ class CodeHelper:
         self._warm: set[LineProcess] = set()
         self._context: tuple[Document, Place, str] | None = None
 
-    async def complete(self, source: Source, place: Place, code: str, line: int, column: int) -> Any:  # noqa: ANN401
-        """Return what could follow, best first."""
-        found = await self._ask("complete", source, place, code, (line, column))
-        return found or {"typed": 0, "options": []}
+    async def ask(
+        self, wanted: Wanted, source: Source, place: Place, code: str, *, line: int = 1, column: int = 0
+    ) -> Any:  # noqa: ANN401
+        """Return what is `wanted` of a piece of code; `line` counts from 1, `column` from 0.
 
-    async def explain(self, source: Source, place: Place, code: str, line: int, column: int) -> Any:  # noqa: ANN401
-        """Return what the name at a position stands for, None when there is nothing to say."""
-        return await self._ask("explain", source, place, code, (line, column))
-
-    async def signature(self, source: Source, place: Place, code: str, line: int, column: int) -> Any:  # noqa: ANN401
-        """Return the parameters of the call around the cursor, None outside of calls."""
-        return await self._ask("signature", source, place, code, (line, column))
-
-    async def lint(self, source: Source, place: Place, code: str) -> Any:  # noqa: ANN401
-        """Return what is wrong with a piece of code as it is being typed, None when it was not looked at."""
-        return await self._ask("lint", source, place, code)
+        `complete`: what could follow, best first; `explain`: what the name at the position stands for;
+        `signature`: the parameters of the call around it; `lint`: what is wrong with the code. None when
+        there is nothing to say, or a newer question came meanwhile. Raises ServiceError.
+        """
+        if len(code) > _LARGEST:
+            return None
+        try:
+            if wanted == "lint":
+                document = written(_with_code(_around(source.document, place), place, code))
+            else:
+                document = self._context_of(source.document, place)
+        except VisualHfsmError as error:
+            raise ServiceError(str(error)) from error
+        path = source.path or Path.cwd() / _UNTITLED
+        desk = self._desks[wanted]
+        if not await desk.enter():
+            return None
+        try:
+            return await self._answer(Question(wanted, document, str(path), place, code, line, column))
+        finally:
+            desk.leave()
 
     async def interfaces(self) -> Any:  # noqa: ANN401
         """Return the interfaces that a document may declare, with operations and documentation."""
@@ -80,27 +90,6 @@ class CodeHelper:
     def _close(self) -> None:
         self._reading.close()
         self._checking.close()
-
-    async def _ask(
-        self, wanted: Wanted, source: Source, place: Place, code: str, at: tuple[int, int] = (1, 0)
-    ) -> Any:  # noqa: ANN401
-        if len(code) > _LARGEST:
-            return None
-        try:
-            if wanted == "lint":
-                document = written(_with_code(_around(source.document, place), place, code))
-            else:
-                document = self._context_of(source.document, place)
-        except VisualHfsmError as error:
-            raise ServiceError(str(error)) from error
-        path = source.path or Path.cwd() / _UNTITLED
-        desk = self._desks[wanted]
-        if not await desk.enter():
-            return None
-        try:
-            return await self._answer(Question(wanted, document, str(path), place, code, *at))
-        finally:
-            desk.leave()
 
     async def _answer(self, question: Question) -> Any:  # noqa: ANN401
         process = self._checking if question.wanted == "lint" else self._reading

@@ -28,7 +28,7 @@ from .workspace import Workspace
 
 __all__ = ["CODE_HELP", "CONCURRENT", "LARGEST_UPLOAD", "Operations", "Upload", "is_emergency_stop"]
 
-CODE_HELP = p.Complete | p.Explain | p.Interfaces | p.Lint | p.Signature
+CODE_HELP = p.CodeHelp | p.Interfaces
 """Requests that the page sends while a person types."""
 
 _Reading = p.Diff | p.Export | p.Imported | p.ListFiles | p.Locate | p.Search
@@ -67,8 +67,13 @@ class Operations:
                 return _outcome(await self._workspace.tab(tab).edit(lambda session: session.do(command)))
             case p.TabEdit():
                 return await self._edit(request)
-            case p.Complete() | p.Explain() | p.Interfaces() | p.Lint() | p.Signature():
-                return await self._help(request)
+            case p.CodeHelp(tab=tab, wanted=wanted, place=place, code=code, line=line, column=column):
+                source = self._workspace.tab(tab).source
+                return await self._workspace.services.code_help.ask(
+                    wanted, source, place, code, line=line, column=column
+                )
+            case p.Interfaces():
+                return await self._workspace.services.code_help.interfaces()
             case _ if isinstance(request, _Reading):
                 return await self._read(request)
             case _ if isinstance(request, _Running):
@@ -113,23 +118,6 @@ class Operations:
                         lambda session: session.do(inline(session.document, automaton, session.path))
                     )
                 )
-        raise NotImplementedError(type(request).__name__)
-
-    async def _help(self, request: p.CodeRequest | p.Interfaces) -> object:
-        """Help who types code."""
-        code_help = self._workspace.services.code_help
-        if isinstance(request, p.Interfaces):
-            return await code_help.interfaces()
-        source = self._workspace.tab(request.tab).source
-        match request:
-            case p.Lint(place=place, code=code):
-                return await code_help.lint(source, place, code)
-            case p.Complete(place=place, code=code, line=line, column=column):
-                return await code_help.complete(source, place, code, line, column)
-            case p.Explain(place=place, code=code, line=line, column=column):
-                return await code_help.explain(source, place, code, line, column)
-            case p.Signature(place=place, code=code, line=line, column=column):
-                return await code_help.signature(source, place, code, line, column)
         raise NotImplementedError(type(request).__name__)
 
     async def _read(self, request: _Reading) -> object:

@@ -202,35 +202,19 @@ class Locate(_Request):
     state: ElementId = 0
 
 
-class CodeRequest(_Request):
-    """A question about a piece of code, as it is being typed."""
+class CodeHelp(_Request):
+    """Ask about a piece of code, as it is being typed; `line` counts from 1, `column` from 0.
 
+    `complete`: what could follow; `explain`: what the name at the position stands for; `signature`: the
+    parameters of the call around it; `lint`: what is wrong with the code, wherever the position is.
+    """
+
+    wanted: Literal["complete", "explain", "signature", "lint"]
     tab: TabId
     place: Place
     code: Code
-
-
-class _CursorRequest(CodeRequest):
-    """A question about a position in it; `line` from 1, `column` from 0."""
-
-    line: Position
-    column: Position
-
-
-class Complete(_CursorRequest):
-    """Ask for what could follow in a piece of code."""
-
-
-class Explain(_CursorRequest):
-    """Ask what the name at a position stands for."""
-
-
-class Signature(_CursorRequest):
-    """Ask for the parameters of the call that the cursor stands in."""
-
-
-class Lint(CodeRequest):
-    """Check a piece of code as it is being typed."""
+    line: Position = 1
+    column: Position = 0
 
 
 class Interfaces(_Request):
@@ -322,10 +306,7 @@ Request = (
     | Extract
     | Inline
     | Locate
-    | Complete
-    | Explain
-    | Signature
-    | Lint
+    | CodeHelp
     | Interfaces
     | Generate
     | Run

@@ -21,7 +21,7 @@
 const FIRST_RETRY = 250; // ms
 const LAST_RETRY = 5000;
 /** Requests that have nothing to do with what was typed before. */
-const ASIDE = new Set(["hello", "complete", "explain", "signature", "lint", "interfaces", "listFiles"]);
+const ASIDE = new Set(["hello", "codeHelp", "interfaces", "listFiles"]);
 
 /** An answer of the server that says why something was not done. */
 class RequestError extends Error {

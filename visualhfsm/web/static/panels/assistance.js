@@ -37,13 +37,11 @@ class Help {
   }
 
   /** Ask about a position in the code; null when there is no answer: help is never worth an error message. */
-  async ask(op, state, position) {
-    if (state.doc.length > LARGEST) return null;
-    const at = state.doc.lineAt(position);
+  async ask(wanted, {doc}, position = 0) {
+    if (doc.length > LARGEST) return null;
+    const at = doc.lineAt(position);
     try {
-      return await store.request(op, {
-        tab: this.tab, place: this.place, code: state.doc.toString(), line: at.number, column: position - at.from,
-      });
+      return await store.request("codeHelp", {wanted, tab: this.tab, place: this.place, code: doc.toString(), line: at.number, column: position - at.from});
     } catch {
       return null;
     }
@@ -65,7 +63,7 @@ class Help {
    */
   async lint(view, problems) {
     const {doc} = view.state;
-    if (this.#linted?.doc !== doc) this.#linted = {doc, found: await this.#asked(doc)};
+    if (this.#linted?.doc !== doc) this.#linted = {doc, found: await this.ask("lint", view.state)};
     const {found} = this.#linted;
     const {items, current} = problems();
     // What was said of a former text is better than nothing, and worse than what is said of this one.
@@ -76,15 +74,6 @@ class Help {
   }
 
   #linted = null;
-
-  async #asked(doc) {
-    if (doc.length > LARGEST) return null;
-    try {
-      return await store.request("lint", {tab: this.tab, place: this.place, code: doc.toString()});
-    } catch {
-      return null;
-    }
-  }
 
   async hover(view, position) {
     const word = view.state.wordAt(position);
