@@ -25,6 +25,8 @@ STATES: Final = ("state", "parallel", "final")
 """The elements that are states."""
 
 _DONE: Final = "done.state."
+_RETURN: Final = "200"
+"""Milliseconds in a state that waits before it returns: two cycles, in which the one above has left."""
 _QUOTED: Final = re.compile(r"""\s*(['"])([^'"\\]*)\1\s*""")
 
 
@@ -120,8 +122,8 @@ class Chart:
         self._wanted: dict[ChartAutomaton, list[tuple[ChartState, XmlElement]]] = defaultdict(list)
         """The states in which an automaton is to begin, with the elements that want it."""
         self._entered: set[ChartAutomaton] = set()
-        self._leaving: dict[tuple[ChartAutomaton, ChartState, str], tuple[ChartState, str]] = {}
-        """States in which an automaton waits for one above to leave, each with the event that it sends."""
+        self._leaving: dict[tuple[ChartAutomaton, ChartState, str], dict[ChartState | None, ChartState]] = {}
+        """States in which an automaton waits for one above to leave, by the state to which they return."""
         self._late: list[tuple[ChartState, _Edge]] = []
         """Edges that come behind all others of their states."""
         top = ChartAutomaton(root, ref=self._ref(root, "automaton"))
@@ -346,28 +348,31 @@ class Chart:
         inner = state.automaton
         assert inner.owner is not None, "what is not the root has an owner"
         element, destination = edge.source, edge.destination
-        key = (inner, destination, name)
-        if key not in self._leaving:
-            event = f"leave {inner.owner.name} for {name}"
-            end = _DONE + inner.owner.element.attributes.get("id", "")
-            transitions = everywhere(self._root, "transition")
-            awaits_end = any(end in each.attributes.get("event", "").split() for each in transitions)
-            waits = ChartState(element, inner, event, is_final=not awaits_end)
-            inner.states.append(waits)
-            self._leaving[key] = (waits, event)
+        around = list(inner.owner.way_up())
+        resumes = any(each.history is not None for each in around[: around.index(origin) + 1])
+        event = f"leave {inner.owner.name} for {name}"
+        if (inner, destination, name) not in self._leaving:
             # First, since in SCXML what is inside comes first.
             origin.edges.insert(0, _Edge(element, destination, "event", event))
             message = f"it leaves `{origin.name[:60]}` from inside: here through the state `{event[:60]}`"
             takes = "which takes a cycle: events that come before it meet the state that is left"
             self._findings.note("N561", element, f"{message} and an event, {takes}")
-        waits, event = self._leaving[key]
-        edge.destination = waits
+        waiting = self._leaving.setdefault((inner, destination, name), {})
+        left = state if resumes else None
+        if left not in waiting:
+            end = _DONE + inner.owner.element.attributes.get("id", "")
+            transitions = everywhere(self._root, "transition")
+            awaits_end = any(end in each.attributes.get("event", "").split() for each in transitions)
+            waits = ChartState(element, inner, event, is_final=not awaits_end and not resumes)
+            if resumes:
+                # Where the state around goes on later, this one does so where it was left.
+                waits.name += f" from {state.name}"
+                waits.edges.append(_Edge(element, state, "time", _RETURN))
+            inner.states.append(waits)
+            waiting[left] = waits
+        edge.destination = waiting[left]
         code = "\n".join(filter(None, (edge.code.text, f"self.send({event!r})")))
         edge.code = replace(edge.code, text=code)
-        around = list(inner.owner.way_up())
-        if any(each.history is not None for each in around[: around.index(origin) + 1]):
-            message = f"what is inside `{inner.owner.name[:60]}` does not go on here where it was left"
-            self._findings.approximate(element, message)
 
     def _check_histories(self, element: XmlElement, goals: Sequence[_Goal], destination: ChartState) -> None:
         for goal in goals:
