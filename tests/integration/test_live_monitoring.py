@@ -156,7 +156,7 @@ def test_components_come_and_go(robot: ServedRobot, component: Component) -> Non
 def test_a_component_that_does_not_run_is_not_followed(robot: ServedRobot, running: Walker) -> None:
     async def go(opened: Page) -> None:
         await opened.attach()
-        with pytest.raises(ServiceError, match="no component walkr runs; did you mean walker"):
+        with pytest.raises(ServiceError, match=r"no component walkr runs in realm .*; did you mean walker"):
             await opened.service.attach("walkr")
         with pytest.raises(ServiceError, match="not followed"):
             await opened.service.control("walkr", "pause", {})

@@ -159,11 +159,11 @@ def test_instead_of_a_component_that_is_not_there_those_that_run_are_named(robot
     with component(robot.endpoint, robot.realm, "present"):
         for patience in ("1", "20"):
             code, output = run(watch(robot, "absent", "--wait", patience))
-            if "there is present" in output:
+            if "did you mean present" in output:
                 break
     assert code == 1
     assert "no component absent runs" in output
-    assert "there is present" in output
+    assert "did you mean present" in output
 
 
 def test_without_a_server_the_command_names_the_endpoint_and_how_to_start_one() -> None:

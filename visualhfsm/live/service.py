@@ -17,7 +17,7 @@ from msgspec import Meta
 from visualhfsm.errors import VisualHfsmError
 from visualhfsm.monitoring.automata import printable
 from visualhfsm.monitoring.follower import Follower, LiveStructure, News, Silence
-from visualhfsm.monitoring.realm import components, did_you_mean
+from visualhfsm.monitoring.realm import components, missing_component
 from visualhfsm.monitoring.robot import RobotMonitor
 from visualhfsm.monitoring.run_log import LiveSnapshot, RunLog
 from visualhfsm.services import Components, Publish, ServiceError, Snapshot, Stale, Structure
@@ -78,7 +78,8 @@ class Monitoring:
         """Follow a component; return its structure and timeline as far as they are known."""
         follower = self._followers.get(component)
         if follower is None:
-            self._require(component)
+            if (missing := missing_component(self._communicator, component)) is not None:
+                raise ServiceError(str(missing))
             follower = self._followers[component] = Follower(
                 self._communicator, component, self._robot, self._publisher(component)
             )
@@ -206,12 +207,6 @@ class Monitoring:
                     self._publish(Stale(component=component, since=since))
 
         return publish
-
-    def _require(self, component: str) -> None:
-        running = components(self._communicator)
-        if component not in running:
-            hint = did_you_mean(component, running)
-            raise ServiceError(f"no component {printable(component)[:100]} runs{hint}")
 
     def _follower(self, component: str) -> Follower:
         follower = self._followers.get(component)

@@ -24,6 +24,7 @@ __all__ = [
     "did_you_mean",
     "find_component",
     "has_interface",
+    "missing_component",
 ]
 
 MONITOR_PREFIX: Final = "Hfsm."
@@ -69,6 +70,20 @@ def components(communicator: Communicator) -> list[str]:
     identities = communicator.identities()
     names = (name.removeprefix(MONITOR_PREFIX) for name in identities if name.startswith(MONITOR_PREFIX))
     return [printable(name) for name in names]
+
+
+def missing_component(communicator: Communicator, name: str, wait: float = 0.0) -> VisualHfsmError | None:
+    """Return the error for a component that is not known to run, or None for one that is.
+
+    It names those that run, for which it waits at most `wait` s.
+    """
+    deadline = time.monotonic() + wait
+    while not (found := components(communicator)) and time.monotonic() < deadline:
+        time.sleep(_PERIOD)
+    if name in found:
+        return None
+    hint = did_you_mean(name, found) if found else f"; start it, such as: python {printable(name)[:100]}.py"
+    return VisualHfsmError(f"no component {printable(name)[:100]} runs in realm {communicator.realm}{hint}")
 
 
 def has_interface(communicator: Communicator, identity: str, type_id: str) -> bool:

@@ -31,9 +31,9 @@ from interfaces.hfsm import (
 from visualhfsm.errors import VisualHfsmError
 from visualhfsm.generate import generate_component
 from visualhfsm.monitoring.automata import Automata, printable
-from visualhfsm.monitoring.realm import MONITOR_PREFIX, RELOAD_PATIENCE, components, did_you_mean
+from visualhfsm.monitoring.realm import MONITOR_PREFIX, RELOAD_PATIENCE, did_you_mean, missing_component
 from visualhfsm.steer.addresses import Address, Addresses
-from zenoh_ice import Communicator, ObjectNotExistException, Settings, TimeoutException, initialize
+from zenoh_ice import ObjectNotExistException, Settings, TimeoutException, initialize
 
 __all__ = [
     "Target",
@@ -92,7 +92,7 @@ def steered(settings: Settings, name: str) -> Iterator[Target]:
         try:
             monitor = HfsmMonitorPrx.checkedCast(communicator.stringToProxy(identity))
         except ObjectNotExistException as error:
-            raise VisualHfsmError(_absent(communicator, name)) from error
+            raise missing_component(communicator, name, _SETTLING) or error from error
         try:
             yield Target(name, monitor, monitor.getStructure())
         except (NoSuchElement, InvalidValue) as error:
@@ -101,14 +101,6 @@ def steered(settings: Settings, name: str) -> Iterator[Target]:
             raise VisualHfsmError(
                 f"not reloaded, {name} runs on as it was: {printable(error.reason)}"
             ) from error
-
-
-def _absent(communicator: Communicator, name: str) -> str:
-    deadline = time.monotonic() + _SETTLING
-    while not (found := components(communicator)) and time.monotonic() < deadline:
-        time.sleep(_PERIOD)
-    hint = did_you_mean(name, found) if found else f"; start it, such as: python {printable(name)}.py"
-    return f"no component {printable(name)} runs in realm {communicator.realm}{hint}"
 
 
 def show_states(target: Target, *, as_json: bool = False) -> None:

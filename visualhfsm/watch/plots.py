@@ -29,8 +29,6 @@ _ROOM_FOR_LETTER: Final = 0.013
 """Share of the width of a plot that a letter takes."""
 _SHORTEST_BAR: Final = 0.02
 """Seconds that a bar is drawn long at least, so that it is seen."""
-_GAP: Final = 0.6
-"""Seconds without a mark after which its line is broken."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,23 +61,18 @@ _NAMED_COLORS: Final = {"red": "#d64541", "green": "#3d9a50", "blue": "#3f7fd0",
 
 def marks(contents: ReportContents, theme: Theme) -> bytes:
     """Plot how far marks are from the image's center along both axes, with the middle third shaded."""
-    width, height = contents.image_size
-    found = contents.log.marked(contents.camera)
+    labels = list(contents.log.marked(contents.camera))
     with _axes(2, 2.0, theme) as (figure, axes):
-        for number, (axis, extent, name) in enumerate(
-            zip(axes, (width, height), ("right", "down"), strict=True)
-        ):
+        for axis, extent, name, end in zip(axes, contents.image_size, ("right", "down"), "uv", strict=True):
             axis.axhspan(-extent / 6, extent / 6, color=theme.series[2], alpha=0.13, linewidth=0)
             axis.axhline(0, color=theme.grid, linewidth=0.8)
             axis.set_ylim(-extent / 2, extent / 2)
             axis.set_yticks([-extent / 2, -extent / 6, 0, extent / 6, extent / 2])
             axis.yaxis.set_major_formatter("{x:.0f}")
             axis.set_ylabel(f"{name} (px)")
-            for (label, points), color in zip(found.items(), cycle(theme.series), strict=False):
-                times, values = _broken([(point[0], point[1 + number]) for point in points])
-                shifted = [value - (extent - 1) / 2 for value in values]
-                axis.plot(times, shifted, color=_named_color(label) or color, linewidth=1.3, label=label)
-        _draw_legend(axes[0], theme, len(found))
+            lines = {label: f"mark.{contents.camera}/{label}.{end}" for label in labels}
+            _draw_lines(axis, contents.log, lines, theme, zero=(extent - 1) / 2)
+        _draw_legend(axes[0], theme, len(labels))
         _limit_time(axes, contents.log)
         return _png(figure)
 
@@ -131,7 +124,7 @@ def server(contents: ReportContents, theme: Theme) -> bytes:
             (axes[1], "images/s", f"images.{contents.camera}", 1.0),
             (axes[2], "torso\ntilt (°)", "robot.torsoTilt", math.degrees(1.0)),
         ):
-            largest = _draw_lines(axis, contents.log, {label: name}, theme, scale)
+            largest = _draw_lines(axis, contents.log, {label: name}, theme, scale=scale)
             axis.set_ylabel(label)
             axis.set_ylim(0, largest * 1.25 or 1.0)
         _limit_time(axes, contents.log)
@@ -182,14 +175,16 @@ def _widen(axis: Axes, span: float) -> None:
     axis.set_ylim(lower - missing / 2, upper + missing / 2)
 
 
-def _draw_lines(axis: Axes, log: RunLog, lines: dict[str, str], theme: Theme, scale: float = 1.0) -> float:
-    """Draw numbers of the log by label, multiplied by `scale`; return the largest, 1 when there is none."""
+def _draw_lines(
+    axis: Axes, log: RunLog, lines: dict[str, str], theme: Theme, *, scale: float = 1.0, zero: float = 0.0
+) -> float:
+    """Draw numbers of the log by label, less `zero` and times `scale`; return the largest, 1 without any."""
     series = log.series(list(lines.values()))
     drawn = []
-    for (label, name), color in zip(lines.items(), theme.series, strict=False):
+    for (label, name), color in zip(lines.items(), cycle(theme.series), strict=False):
         values = series["values"].get(name, [None] * len(series["times"]))
-        numbers = [math.nan if value is None else scale * value for value in values]
-        axis.plot(series["times"], numbers, color=color, linewidth=1.3, label=label)
+        numbers = [math.nan if value is None else scale * (value - zero) for value in values]
+        axis.plot(series["times"], numbers, color=_named_color(label) or color, linewidth=1.3, label=label)
         drawn += [number for number in numbers if not math.isnan(number)]
     return max(drawn, default=1.0)
 
@@ -207,19 +202,6 @@ def _draw_legend(axis: Axes, theme: Theme, columns: int) -> None:
     )
     for text in legend.get_texts():
         text.set_parse_math(False)  # a label may hold dollar signs
-
-
-def _broken(points: Sequence[tuple[float, float]]) -> tuple[list[float], list[float]]:
-    """Return times and values with a gap where nothing was marked for a while."""
-    times: list[float] = []
-    values: list[float] = []
-    for time, value in points:
-        if times and time - times[-1] > _GAP:
-            times.append(time)
-            values.append(math.nan)
-        times.append(time)
-        values.append(value)
-    return times, values
 
 
 def _spans_by_state(log: RunLog, automaton: int) -> dict[tuple[int, bool], list[Span]]:

@@ -20,7 +20,7 @@ from rich.live import Live
 
 from interfaces.hfsm import HfsmMonitorPrx
 from visualhfsm.errors import VisualHfsmError
-from visualhfsm.monitoring.realm import MONITOR_PREFIX, components
+from visualhfsm.monitoring.realm import MONITOR_PREFIX, components, missing_component
 from visualhfsm.watch.report import ReportContents, check_packages, check_place, summary_table, write_report
 from visualhfsm.watch.telemetry import Telemetry, WatchState
 from visualhfsm.watch.view import View, status_line
@@ -92,14 +92,10 @@ def _follow(
 
 def _explain_absence(communicator: Communicator, options: WatchOptions) -> None:
     """Raise the reason for which a component did not appear."""
-    identity = f"{MONITOR_PREFIX}{options.component}"
-    others = components(communicator)
-    if others and options.component not in others:
-        raise VisualHfsmError(
-            f"no component {options.component} runs in realm {communicator.realm}; "
-            f"there is {', '.join(others)}"
-        )
-    HfsmMonitorPrx.checkedCast(communicator.stringToProxy(identity))
+    missing = missing_component(communicator, options.component)
+    if missing is not None and components(communicator):
+        raise missing
+    HfsmMonitorPrx.checkedCast(communicator.stringToProxy(f"{MONITOR_PREFIX}{options.component}"))
     raise VisualHfsmError(f"{options.component} is there but sent nothing within {options.wait:g} s")
 
 
