@@ -18,6 +18,7 @@ from codegen.hfsm import read_document, write_document
 from codegen.hfsm.code.pieces import change_code, is_foreign, pieces_of
 from codegen.hfsm.code.python2 import bound_names, fix_python2, python2_mark
 from codegen.hfsm.code.trees import parse_piece
+from codegen.hfsm.codes import Code
 from codegen.hfsm.document import Document, Library, Text
 from codegen.hfsm.scxml import is_scxml, read_scxml, write_scxml
 
@@ -47,7 +48,8 @@ def convert_document(
     if document is None:
         return ""
     if is_foreign(document):
-        if not any(each.code == "N502" for each in diagnostics):  # an old dialect: its reader has reported it
+        # the reader of an old dialect has reported it
+        if not any(each.code == Code.KEPT_LANGUAGE for each in diagnostics):
             _tell_of_language(document, source, diagnostics)
     else:
         document = convert_python2(document, source, diagnostics, fixes=fixes_python2)
@@ -78,7 +80,7 @@ def _tell_of_language(document: Document, source: Path, diagnostics: Diagnostics
     language = document.language.text.strip()
     first = next(pieces_of(document, source), None)
     place = Location(source) if first is None else first.place
-    diagnostics.note("N502", f"the code is {language}: it is kept, and does not run here", place)
+    diagnostics.note(Code.KEPT_LANGUAGE, f"the code is {language}: it is kept, and does not run here", place)
 
 
 READERS: Final[Mapping[str, Reader]] = {".xml": _read_xml, ".scxml": _read_scxml}
@@ -130,7 +132,7 @@ class _Python2Converter:
                 before = text.text[: mark.start()].split("\n")
                 note = Note(self._missing or "more than this is wrong with the code: fix it by hand")
                 place = self._place(text, len(before), len(before[-1]))
-                self._diagnostics.warning("W506", f"Python 2: `{mark[0].strip()}`", place, [note])
+                self._diagnostics.warning(Code.PYTHON2, f"Python 2: `{mark[0].strip()}`", place, [note])
             return text
         if fixed == text.text:
             return text
@@ -140,10 +142,10 @@ class _Python2Converter:
                 place = self._place(text, line, _first_difference(old, new))
                 message = f"`{old.strip()[:60]}` is `{new.strip()[:60]}` in Python 3"
                 if self._fixes:
-                    self._diagnostics.note("N503", f"fixed: {message}", place, notes)
+                    self._diagnostics.note(Code.PYTHON2_FIXED, f"fixed: {message}", place, notes)
                 else:
                     how = Note("`visualhfsm convert --fix-python2` fixes it")
-                    self._diagnostics.warning("W506", f"Python 2: {message}", place, [how, *notes])
+                    self._diagnostics.warning(Code.PYTHON2, f"Python 2: {message}", place, [how, *notes])
                 notes = []
         return replace(text, text=fixed) if self._fixes else text
 

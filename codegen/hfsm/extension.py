@@ -9,6 +9,7 @@ from pathlib import Path
 from ..diagnostics import Diagnostics, Location, Note
 from .code.names import camel_case, component_name, identifier
 from .code.trees import parse_python
+from .codes import Code
 from .program import ExtensionProgram
 
 __all__ = ["Extension", "extension_path", "find_extension", "read_extension"]
@@ -69,7 +70,9 @@ def find_extension(document: Path, component: Path, diagnostics: Diagnostics) ->
     except FileNotFoundError:
         return None
     except OSError as error:
-        diagnostics.error("E541", f"cannot be read: {error.strerror or error}", Location(path))
+        diagnostics.error(
+            Code.EXTENSION_WITHOUT_CLASS, f"cannot be read: {error.strerror or error}", Location(path)
+        )
         return None
     diagnostics.add_source(path, content.decode("utf-8", errors="replace"))
     try:
@@ -77,11 +80,13 @@ def find_extension(document: Path, component: Path, diagnostics: Diagnostics) ->
     except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
         place = Location(path, getattr(error, "lineno", None) or 1, getattr(error, "offset", None) or 1)
         reason = error.msg if isinstance(error, SyntaxError) else str(error)
-        diagnostics.error("E541", f"not valid Python: {reason}", place)
+        diagnostics.error(Code.EXTENSION_WITHOUT_CLASS, f"not valid Python: {reason}", place)
         return None
     wanted = f"{camel_case(component_name(document.stem))}Extension"
     if any(isinstance(node, ast.ClassDef) and node.name == wanted for node in tree.body):
         return ExtensionProgram(path.stem, wanted)
     message = f"there is no class `{wanted}`, which extends the component of {document.name}"
-    diagnostics.error("E541", message, Location(path, 1), [Note("write it, or rename the file")])
+    diagnostics.error(
+        Code.EXTENSION_WITHOUT_CLASS, message, Location(path, 1), [Note("write it, or rename the file")]
+    )
     return None

@@ -20,6 +20,7 @@ from .code.python import analyze_library
 from .code.reader import first_foreign, report_foreign
 from .code.text import CodeError
 from .code.trees import parse_python
+from .codes import Code
 from .document import (
     NO_CHILD,
     Automaton,
@@ -91,7 +92,9 @@ class _Resolver:
             if part is None:
                 automata.append(stub)
             elif len(automata) + len(part.automata) > _MAX_AUTOMATA:
-                self._error("E552", f"more than {_MAX_AUTOMATA} automata in all", _place(stub, path))
+                self._error(
+                    Code.IMPORT_WITHOUT_END, f"more than {_MAX_AUTOMATA} automata in all", _place(stub, path)
+                )
                 break
             else:
                 automata += _graft(part.automata, stub, ids)
@@ -106,7 +109,12 @@ class _Resolver:
         place = _place(imported, path)
         if stub.states or stub.transitions or stub.inputs:
             message = f"automaton {stub.id} is imported, and has states, transitions or inputs of its own"
-            self._error("E554", message, place, Note("what belongs to it stands in the imported file"))
+            self._error(
+                Code.IMPORT_OF_WRONG_KIND,
+                message,
+                place,
+                Note("what belongs to it stands in the imported file"),
+            )
             return None
         file = self._find(imported, path, place)
         if file is None or not self._may_follow(file, place, stack):
@@ -117,7 +125,7 @@ class _Resolver:
         top = document.automaton(imported.automaton) if imported.automaton != NO_CHILD else document.root
         if top is None:
             wanted = f"no automaton {imported.automaton}" if imported.automaton else "not one root"
-            self._error("E554", f"`{_shown(imported)}` has {wanted}", place)
+            self._error(Code.IMPORT_OF_WRONG_KIND, f"`{_shown(imported)}` has {wanted}", place)
             return None
         return _Part(document, tuple(_with_all_below(top, document)))
 
@@ -125,10 +133,18 @@ class _Resolver:
         """Return the path of an imported file, or None after an error."""
         name = imported.file.text.strip()
         if not name:
-            self._error("E551", "the import names no file: write one, relative to this document", place)
+            self._error(
+                Code.IMPORT_OUTSIDE_DIRECTORY,
+                "the import names no file: write one, relative to this document",
+                place,
+            )
             return None
         if PurePosixPath(name).is_absolute() or PureWindowsPath(name).drive or "\0" in name:
-            self._error("E551", f"`{_shown(imported)}` is no path relative to this document", place)
+            self._error(
+                Code.IMPORT_OUTSIDE_DIRECTORY,
+                f"`{_shown(imported)}` is no path relative to this document",
+                place,
+            )
             return None
         searched = (path.parent, *self._directories[1:])
         found = [file for file in (Path(os.path.normpath(at / name)) for at in searched) if file.is_file()]
@@ -138,10 +154,20 @@ class _Resolver:
                 return file
         if found:
             message = f"`{_shown(imported)}` lies outside the directory of the document"
-            self._error("E551", message, place, Note("allow the directory that it lies in with -I"))
+            self._error(
+                Code.IMPORT_OUTSIDE_DIRECTORY,
+                message,
+                place,
+                Note("allow the directory that it lies in with -I"),
+            )
         else:
             where = ", ".join(str(directory) for directory in searched)
-            self._error("E550", f"`{_shown(imported)}` is not there", place, Note(f"searched in {where}"))
+            self._error(
+                Code.IMPORT_NOT_FOUND,
+                f"`{_shown(imported)}` is not there",
+                place,
+                Note(f"searched in {where}"),
+            )
         return None
 
     def _may_follow(self, file: Path, place: Location, stack: tuple[_Stacked, ...]) -> bool:
@@ -150,10 +176,12 @@ class _Resolver:
             first = files.index(file.resolve())
             circle = " -> ".join(f"`{file.name}`" for file in (*files[first:], file))
             notes = [Note("imported here", stacked.place) for stacked in stack[first:] if stacked.place]
-            self._error("E552", f"the files import one another: {circle}", place, *notes)
+            self._error(Code.IMPORT_WITHOUT_END, f"the files import one another: {circle}", place, *notes)
             return False
         if len(stack) > _MAX_DEPTH:
-            self._error("E552", f"more than {_MAX_DEPTH} files import one another in a row", place)
+            self._error(
+                Code.IMPORT_WITHOUT_END, f"more than {_MAX_DEPTH} files import one another in a row", place
+            )
             return False
         return True
 
@@ -350,7 +378,9 @@ class _Merger:
         return (*own, *new)
 
     def _conflict(self, message: str, place: Location, other: Location) -> None:
-        self._diagnostics.error("E553", message, place, [Note("the other one is here", other)])
+        self._diagnostics.error(
+            Code.CONTRADICTING_IMPORTS, message, place, [Note("the other one is here", other)]
+        )
 
     def _place(self, item: Interface | Parameter | Event | Library) -> Location:
         return Location(item.path or self._path, item.line, max(1, item.column))

@@ -11,6 +11,7 @@ from ..diagnostics import Diagnostics, Location, Severity
 from ..files import GeneratedFile
 from .analysis import Analysis, analyze
 from .code.names import identifier
+from .codes import Code
 from .document import Document
 from .extension import find_extension
 from .formats.reader import read_document
@@ -63,10 +64,12 @@ def compile_document(
     try:
         if target.is_file() and not _is_generated(target):
             message = f"{target.name} was not made by codegen: move it away, or rename the document"
-            diagnostics.error("E540", message, Location(path))
+            diagnostics.error(Code.FILE_IN_THE_WAY, message, Location(path))
             return None
     except OSError as error:
-        diagnostics.error("E500", f"{target} cannot be read: {error.strerror or error}", Location(path))
+        diagnostics.error(
+            Code.UNREADABLE_FILE, f"{target} cannot be read: {error.strerror or error}", Location(path)
+        )
         return None
     return [GeneratedFile(target, loaded.component)]
 

@@ -16,6 +16,7 @@ import msgspec
 from codegen.diagnostics import Diagnostic, Diagnostics
 from codegen.hfsm import parse_document
 from codegen.hfsm.checking import check_document
+from codegen.hfsm.codes import Code
 from codegen.hfsm.document import Document
 from codegen.hfsm.model_checker import DEFAULT_LIMIT, Counterexample, ModelReport
 from visualhfsm.child import LineProcess, NoAnswerError, answer_lines
@@ -37,8 +38,8 @@ _MOST: Final = 1000
 """Problems that are reported; more are usually one that is repeated."""
 _MOST_STEPS: Final = 2000
 """Steps of a counterexample that are sent; longer ones are in the notes."""
-_VIOLATED: Final = "E610"
-_NO_STATE: Final = "E513"
+_VIOLATED: Final = Code.VIOLATED_PROPERTY
+_NO_STATE: Final = Code.NO_STATE
 _UNTITLED: Final = "untitled.xml"
 _PATIENCE: Final = 20.0
 """Seconds that a check may take, and another time without the model checker."""

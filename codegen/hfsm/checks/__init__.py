@@ -14,19 +14,21 @@ from ..code.names import RESERVED
 from ..code.pieces import is_foreign
 from ..document import Document
 from ..known_interfaces import KnownInterfaces
-from .arguments import check_arguments
-from .assignments import assignments_of
-from .attributes import check_attributes
-from .automata import check_automaton
 from .blocking import check_blocking
-from .component import COMPONENT_ATTRIBUTES, ON_ERROR, ON_REFUSED, check_component, check_file_name
 from .constants import delay, milliseconds, truth
 from .events import check_events
-from .flow import check_flow
-from .names import check_names
+from .flow import assignments_of, check_flow
+from .interfaces import (
+    COMPONENT_ATTRIBUTES,
+    ON_ERROR,
+    ON_REFUSED,
+    check_attributes,
+    check_component,
+    check_file_name,
+)
+from .names import check_names, check_start, check_variables
 from .report import Report
-from .tree import check_tree
-from .variables import check_start, check_variables
+from .structure import check_arguments, check_automaton, check_tree
 
 __all__ = ["COMPONENT_ATTRIBUTES", "ON_ERROR", "ON_REFUSED", "check", "delay", "milliseconds", "truth"]
 

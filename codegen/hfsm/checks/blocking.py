@@ -9,6 +9,7 @@ from typing import Final
 from ...diagnostics import Note
 from ..analysis import Analysis, Piece, imported_names
 from ..code.trees import own_nodes
+from ..codes import Code
 from .constants import milliseconds, seconds, truth
 from .report import Report
 
@@ -70,7 +71,7 @@ def _report(
     else:
         who = "a cycle that calls the function" if piece.is_functions else "the cycle"
         note = Note(f"{who} has {period:g} ms; wait with a timed transition instead, or look in each cycle")
-    report.warning("W523", message, piece.place(node), [note])
+    report.warning(Code.BLOCKING_CALL, message, piece.place(node), [note])
 
 
 def _called(names: Iterable[str], calls: Mapping[Piece | str, set[str]]) -> set[str]:

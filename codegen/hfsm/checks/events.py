@@ -12,10 +12,10 @@ from dataclasses import dataclass
 
 from ...diagnostics import Location, did_you_mean
 from ..analysis import Access, Analysis, Piece
+from ..codes import Code
 from ..document import Automaton
 from ..sends import sends_of, unclear_sends
-from .labels import transition_label
-from .report import Report
+from .report import Report, transition_label
 
 __all__ = ["check_events"]
 
@@ -44,14 +44,16 @@ def check_events(analysis: Analysis, report: Report) -> None:
             if is_complete and name not in {*sent, *otherwise, *declared}:
                 message = f"{who} waits for the event `{name}`, which nothing sends or declares"
                 known = did_you_mean(name, {*sent, *declared})
-                report.warning("W526", message, report.place(transition, transition.trigger), known)
+                report.warning(
+                    Code.UNSENT_EVENT, message, report.place(transition, transition.trigger), known
+                )
             elif is_complete and name not in declared and not senders.reach(name, automaton):
                 message = f"the event `{name}` is sent only while the automaton of {who} is a ghost"
-                report.warning("W526", message, report.place(transition, transition.trigger))
+                report.warning(Code.UNSENT_EVENT, message, report.place(transition, transition.trigger))
     for name, place in {**sent, **declared}.items():
         if name not in awaited:
             message = f"no transition waits for the event `{name}`"
-            report.warning("W527", message, place, did_you_mean(name, awaited))
+            report.warning(Code.UNAWAITED_EVENT, message, place, did_you_mean(name, awaited))
 
 
 @dataclass(frozen=True)

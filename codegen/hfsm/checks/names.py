@@ -1,4 +1,4 @@
-"""Find names that nothing defines, and expressions that cannot mean what they say, with pyflakes.
+"""Find names that nothing defines, variables that nothing reads, and expressions that are never meant.
 
 Pyflakes knows Python's scopes and builtins. Each piece of code is given to it as the function that it becomes
 in the component, with the names that it shares as if they were builtins.
@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import ast
 import builtins
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 from functools import lru_cache
 from typing import Final
 
@@ -16,11 +16,13 @@ from pyflakes import messages
 from pyflakes.checker import Checker
 
 from ...diagnostics import did_you_mean
-from ..analysis import Piece
-from ..code.trees import parse_python
+from ..analysis import AutomatonCode, Piece
+from ..code.names import RESERVED
+from ..code.trees import own_nodes, parse_python
+from ..codes import Code
 from .report import Report
 
-__all__ = ["check_names"]
+__all__ = ["check_names", "check_start", "check_variables"]
 
 _DOUBTFUL: Final = (
     messages.AssertTuple,
@@ -60,14 +62,14 @@ def check_names(piece: Piece, known: Collection[str], report: Report) -> None:
         place = piece.place(_Position(message.lineno, message.col))
         if not isinstance(message, messages.UndefinedName):
             text = message.message % message.message_args
-            report.warning("W525", text[:1].lower() + text[1:], place)
+            report.warning(Code.DOUBTFUL_CODE, text[:1].lower() + text[1:], place)
             continue
         name = str(message.message_args[0])
         if name not in told:
             told.add(name)
             place = piece.place(_Position(message.lineno, message.col), len(name))
             notes = did_you_mean(name, {*known, *_BUILTINS})
-            report.warning("W520", f"nothing defines `{name}`", place, notes)
+            report.warning(Code.UNDEFINED_NAME, f"nothing defines `{name}`", place, notes)
 
 
 class _Position(ast.expr):
@@ -112,3 +114,51 @@ def _as_module(body: list[ast.stmt], head: str) -> ast.Module:
     assert isinstance(whole, ast.ClassDef | ast.FunctionDef)
     whole.body = body or whole.body
     return module
+
+
+_READERS: Final = frozenset({"dir", "eval", "exec", "locals", "vars"})
+"""Builtins that may read any variable."""
+
+
+def check_variables(code: AutomatonCode, report: Report) -> None:
+    """Check the variables and inputs of one automaton; a name that begins with _ is meant to be unused."""
+    if code.broken:
+        return
+    read = set(RESERVED)  # who assigns one of these is told when the component is generated
+    for piece in code.sharing():
+        read.update(piece.reads)
+    if not read.isdisjoint(_READERS):
+        return
+    for declared in code.automaton.inputs:
+        name = declared.name.strip()
+        if name not in read and not name.startswith("_"):
+            report.warning(Code.UNREAD_VARIABLE, f"nothing reads the input `{name}`", report.place(declared))
+    told: set[str] = set()
+    for piece in code.sharing():
+        for target in _plain_targets(piece):
+            name = target.id
+            if name not in read and name not in told and not name.startswith("_"):
+                told.add(name)
+                message = f"nothing reads the variable `{name}`"
+                report.warning(Code.UNREAD_VARIABLE, message, piece.place(target, len(name)))
+
+
+def check_start(code: AutomatonCode, own: Collection[str], report: Report) -> None:
+    """Report events and waits in the variables; `own` are the attributes that the document itself defines."""
+    if code.variables is None:
+        return
+    for node in own_nodes(code.variables.tree):
+        match node:
+            case ast.Call(func=ast.Attribute(ast.Name("self"), "send" | "sleep" as name)) if name not in own:
+                message = f"`self.{name}` is for entry code: no automaton runs when variables are set"
+                report.error(Code.BAD_CODE, message, code.variables.place(node))
+
+
+def _plain_targets(piece: Piece) -> Iterator[ast.Name]:
+    """Yield what is assigned by itself; parts of a tuple and loop variables may be there for their place."""
+    for node in own_nodes(piece.tree):
+        match node:
+            case ast.Assign(targets=targets):
+                yield from (target for target in targets if isinstance(target, ast.Name))
+            case ast.AnnAssign(target=ast.Name() as target):
+                yield target

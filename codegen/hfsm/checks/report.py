@@ -1,4 +1,4 @@
-"""Say where in which file something is wrong."""
+"""Say where in which file something is wrong, and how messages call states and transitions."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Protocol
 
 from ...diagnostics import Diagnostics, Location, Note
-from ..document import Text
+from ..document import State, Text, Transition
 
-__all__ = ["Node", "Report"]
+__all__ = ["Node", "Report", "state_label", "transition_label"]
 
 
 class Node(Protocol):
@@ -58,3 +58,14 @@ class Report:
     def first(self, node: Node) -> Note:
         """Return a note that shows the first of two."""
         return Note("the first is here", self.place(node))
+
+
+def state_label(state: State) -> str:
+    """Return how messages call a state."""
+    return f"`{state.name.strip()}`" if state.name.strip() else f"state {state.id}"
+
+
+def transition_label(transition: Transition) -> str:
+    """Return how messages call a transition."""
+    name = transition.name.strip()
+    return f"transition `{name}`" if name else f"transition {transition.id}"

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from ...diagnostics import Diagnostics, Location, Note
+from ..codes import Code
 from ..document import Document, Text
 from .language import looks_like_cpp
 from .pieces import Piece, is_foreign, pieces_of
@@ -33,7 +34,7 @@ def first_foreign(document: Document, path: Path) -> Piece | None:
 def report_foreign(piece: Piece, language: str, diagnostics: Diagnostics, *notes: Note) -> None:
     """Report that a document is in another language, by the first piece of it."""
     message = f"{language} in {piece.what}: it is kept, but only Python runs here"
-    diagnostics.error("E525", message, piece.place, notes)
+    diagnostics.error(Code.FOREIGN_LANGUAGE, message, piece.place, notes)
 
 
 class CodeReader:
@@ -58,7 +59,7 @@ class CodeReader:
             place = Location(piece.path, error.line, max(1, error.column))
             code = piece.text.text
             notes = _notes_about(code) if parse_piece(code) is None else []
-            self._diagnostics.error("E520", str(error), place, notes)
+            self._diagnostics.error(Code.BAD_CODE, str(error), place, notes)
 
 
 def _notes_about(code: str) -> list[Note]:

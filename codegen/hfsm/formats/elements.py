@@ -14,6 +14,7 @@ from typing import Final, TypedDict
 
 from codegen.diagnostics import Diagnostics, Location, Note
 
+from ..codes import Code
 from ..document import Comment, Element, Extra, Leaf, Text
 from .xml_tree import XmlComment, XmlElement
 
@@ -203,7 +204,9 @@ class ElementReader:
         extras: list[Extra] = []
         pending: list[Comment] = []
         if element.text.strip():
-            self.warn(element, "W501", f"text of its own in `{element.tag}` is not kept on saving")
+            self.warn(
+                element, Code.LOST_ON_SAVING, f"text of its own in `{element.tag}` is not kept on saving"
+            )
         for child in element.children:
             if isinstance(child, XmlComment):
                 pending.append(Comment(child.text))
@@ -233,9 +236,14 @@ class ElementReader:
             return False
         first = Note("the first is here", self.place(known[child.tag][0]))
         if self.strict:
-            self.error(child, "E507", f"a second `{child.tag}`", first)
+            self.error(child, Code.REPEATED_ELEMENT, f"a second `{child.tag}`", first)
         else:
-            self.warn(child, "W504", f"a second `{child.tag}` is kept, and the first counts", first)
+            self.warn(
+                child,
+                Code.OLD_REPEATED_ELEMENT,
+                f"a second `{child.tag}` is kept, and the first counts",
+                first,
+            )
         return True
 
     def _details(self, child: XmlElement, comments: tuple[Comment, ...], *, content: bool) -> Leaf:
@@ -269,13 +277,15 @@ class ElementReader:
             if element not in found:
                 found[element] = next(free)
             if expected and not (given(element) or "").strip():
-                self.warn(element, "W502", f"`{element.tag}` has no id: it is given {found[element]}")
+                self.warn(
+                    element, Code.MISSING_ID, f"`{element.tag}` has no id: it is given {found[element]}"
+                )
         return found
 
     def reference(self, parent: XmlElement, element: XmlElement | None, name: str) -> int:
         """Return the id that an element refers to; 0, with a warning, when nothing is said."""
         if element is None or not element.text.strip():
-            self.warn(element or parent, "W502", f"`{parent.tag}` does not say its `{name}`")
+            self.warn(element or parent, Code.MISSING_ID, f"`{parent.tag}` does not say its `{name}`")
             return 0
         return self.parse_id(element, name, element.text)
 
@@ -288,7 +298,9 @@ class ElementReader:
         digits = value.strip()
         if digits.isascii() and digits.isdigit() and len(digits) <= 10 and int(digits) <= MAX_ID:
             return int(digits)
-        self.error(element, "E506", f"`{name}` is a number from 0 to {MAX_ID}, not `{value[:40]}`")
+        self.error(
+            element, Code.MALFORMED_ELEMENT, f"`{name}` is a number from 0 to {MAX_ID}, not `{value[:40]}`"
+        )
         return 0
 
     def number(self, element: XmlElement | None) -> float:
@@ -304,9 +316,9 @@ class ElementReader:
             number = _finite(text.replace(",", "."))
             if number is not None:
                 message = f"`{name}` is written with a comma: `{text.strip()[:40]}` is taken for {number}"
-                self.warn(element, "W503", message)
+                self.warn(element, Code.COMMA_IN_NUMBER, message)
         if number is None:
-            self.error(element, "E506", f"`{name}` is a number of pixels, not `{text[:40]}`")
+            self.error(element, Code.MALFORMED_ELEMENT, f"`{name}` is a number of pixels, not `{text[:40]}`")
             return 0.0
         return number
 
@@ -314,7 +326,7 @@ class ElementReader:
         """Return whether a text says true; blank and None are false."""
         value = (text or "").strip().lower()
         if value not in ("true", "false", "1", "0", ""):
-            self.error(element, "E506", f"`{name}` is `true` or `false`, not `{value[:40]}`")
+            self.error(element, Code.MALFORMED_ELEMENT, f"`{name}` is `true` or `false`, not `{value[:40]}`")
         return value in ("true", "1")
 
     def place(self, element: XmlElement) -> Location:
@@ -343,7 +355,7 @@ class ElementReader:
             listed = ", ".join(map(str, lines[:_MOST_LINES]))
             more = f" and {len(lines) - _MOST_LINES} more" if len(lines) > _MOST_LINES else ""
             where = f"also in line{'s' if len(lines) > 1 else ''} {listed}{more}"
-            self.remarks.note("N501", message, self.place(first), [Note(where)] if lines else [])
+            self.remarks.note(Code.KEPT_UNUSED, message, self.place(first), [Note(where)] if lines else [])
 
 
 def _finite(text: str) -> float | None:

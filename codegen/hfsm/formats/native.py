@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Final
 
+from ..codes import Code
 from ..document import (
     DEFAULT_PERIOD,
     NO_CHILD,
@@ -151,7 +152,7 @@ class NativeReader(ElementReader):
         for each in parts.all("child"):
             if each.attributes or each.children or parts.comments_before(each):
                 what = "attributes of `child`, and comments before and inside it, are not kept on saving"
-                self.warn(each, "W501", what)
+                self.warn(each, Code.LOST_ON_SAVING, what)
         first = parts.first("idSubautomataSon")
         found = [] if first is None else [self.optional_id(first, first.tag, first.text)]
         found += [self.optional_id(each, each.tag, each.text) for each in parts.all("child")]
@@ -182,7 +183,9 @@ class NativeReader(ElementReader):
         if "type" in trigger.attributes:
             return trigger.attributes["type"]
         kind = "time" if trigger.text.strip().isdecimal() else "condition"
-        self.warn(trigger, "W507", f"`trans` has no `type`: its text is taken for a {kind}")
+        self.warn(
+            trigger, Code.TRIGGER_WITHOUT_TYPE, f"`trans` has no `type`: its text is taken for a {kind}"
+        )
         return kind
 
     def _argument(self, element: XmlElement, comments: tuple[Comment, ...]) -> Argument:
@@ -255,5 +258,5 @@ class NativeReader(ElementReader):
 
     def _attribute(self, element: XmlElement, name: str) -> str:
         if name not in element.attributes:
-            self.error(element, "E506", f"`{element.tag}` needs the attribute `{name}`")
+            self.error(element, Code.MALFORMED_ELEMENT, f"`{element.tag}` needs the attribute `{name}`")
         return element.attributes.get(name, "")

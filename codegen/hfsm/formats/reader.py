@@ -22,6 +22,7 @@ from ..code.language import CPP, language_of
 from ..code.pieces import change_code
 from ..code.reader import first_foreign
 from ..code.trees import parse_piece
+from ..codes import Code
 from ..document import Automaton, Comment, Document, Text, Transition
 from .native import NativeReader
 from .spanish import SpanishReader
@@ -112,7 +113,7 @@ def parse_document(
     if root.tag not in _ROOT_TAGS:
         place = Location(path, root.line, root.column, len(root.tag) + 1)
         message = f"`{root.tag}` is not the root of a document: it is `VisualHFSM`"
-        diagnostics.error("E504", message, place)
+        diagnostics.error(Code.NOT_A_DOCUMENT, message, place)
         return None
     dialect = dialect_of(root)
     reader = _READERS[dialect](path, diagnostics, remarks)
@@ -129,7 +130,7 @@ def parse_document(
         document = replace(document, language=Text(CPP))
         if (piece := first_foreign(document, path)) is not None:
             message = "most of the code looks like C++: it is kept as C++, and does not run here"
-            diagnostics.note("N502", message, piece.place)
+            diagnostics.note(Code.KEPT_LANGUAGE, message, piece.place)
     return document
 
 
@@ -171,7 +172,9 @@ def _number_transitions(document: Document, path: Path, diagnostics: Diagnostics
                 message = f"the id {transition.id} of a transition {reason}: it is given {number}"
                 place = Location(path, transition.line, max(1, transition.column))
                 note = Note("the other is here", Location(path, known.line, max(1, known.column)))
-                diagnostics.warning("W508", message, place, [] if known is transition else [note])
+                diagnostics.warning(
+                    Code.OLD_REPEATED_ID, message, place, [] if known is transition else [note]
+                )
             found.append(replace(transition, id=number))
         return replace(automaton, transitions=tuple(found))
 
@@ -192,7 +195,7 @@ def _unescape_code(document: Document, path: Path, diagnostics: Diagnostics) -> 
         if parse_piece(code) is None:
             return text
         message = "`<` and `>` were escaped twice when the document was saved: that is undone"
-        diagnostics.warning("W509", message, Location(path, text.line, max(1, text.column)))
+        diagnostics.warning(Code.OLD_CODE_CHANGED, message, Location(path, text.line, max(1, text.column)))
         return replace(text, text=code)
 
     return change_code(document, unescaped)

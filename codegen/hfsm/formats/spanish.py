@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from typing import Final
 
+from ..codes import Code
 from ..document import (
     DEFAULT_PERIOD,
     NO_CHILD,
@@ -105,7 +106,9 @@ class SpanishReader(ElementReader):
             return self.parse_id(written, "idPadre", written.text)
         if owner != NO_CHILD:
             self.warn(
-                element, "W502", f"`SubAutomata` has no `idPadre`: a state of automaton {owner} owns it"
+                element,
+                Code.MISSING_ID,
+                f"`SubAutomata` has no `idPadre`: a state of automaton {owner} owns it",
             )
         return owner
 

@@ -19,6 +19,7 @@ from typing import Final
 from codegen.diagnostics import Diagnostics
 
 from ..code.trees import parse_piece
+from ..codes import Code
 from ..document import (
     DEFAULT_PERIOD,
     NO_CHILD,
@@ -162,7 +163,7 @@ class VisualStatesReader(ElementReader):
             self._renamed[scope] |= {name: f"{name}_{suffix}" for name in taken}
             listed = ", ".join(f"`{name}`" for name in taken)
             message = f"another namespace has {listed}, too: here the names end with `_{suffix}`"
-            self.warn(element, "W509", message)
+            self.warn(element, Code.OLD_CODE_CHANGED, message)
         self._functions |= names
 
     def _with_new_names(self, text: Text, *scopes: XmlElement | _Level | None) -> Text:
@@ -378,7 +379,7 @@ def _levels_of(
     owner = outermost[0] if len(outermost) == 1 else None
     if len(outermost) > 1:
         message = "there are several outermost states: they are taken for those of the root"
-        reader.warn(outermost[1], "W505", message)
+        reader.warn(outermost[1], Code.SEVERAL_OUTERMOST_STATES, message)
     top = tuple(outermost) if owner is None else _states_in(owner)
     every = [state for outer in top for state in _with_states_below(outer)]
     ids = reader.ids(every, lambda state: state.attributes.get("id"))

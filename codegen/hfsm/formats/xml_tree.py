@@ -15,6 +15,7 @@ from defusedxml.common import DefusedXmlException
 from defusedxml.expatreader import DefusedExpatParser
 
 from ...diagnostics import Diagnostics, Location
+from ..codes import Code
 
 __all__ = ["MAX_SIZE", "XmlComment", "XmlElement", "parse_xml", "read_bytes"]
 
@@ -69,14 +70,16 @@ def read_bytes(path: Path, diagnostics: Diagnostics) -> bytes | None:
         with path.open("rb") as file:
             return file.read(MAX_SIZE + 1)
     except OSError as error:
-        diagnostics.error("E500", f"cannot be read: {error.strerror or error}", Location(path))
+        diagnostics.error(Code.UNREADABLE_FILE, f"cannot be read: {error.strerror or error}", Location(path))
         return None
 
 
 def parse_xml(content: bytes, path: Path, diagnostics: Diagnostics) -> tuple[XmlElement, list[str]] | None:
     """Return the root element and the comments before it, or None after an error was reported."""
     if len(content) > MAX_SIZE:
-        diagnostics.error("E501", f"the file is larger than {MAX_SIZE >> 20} MiB", Location(path))
+        diagnostics.error(
+            Code.FILE_TOO_LARGE, f"the file is larger than {MAX_SIZE >> 20} MiB", Location(path)
+        )
         return None
     diagnostics.add_source(path, content.decode("utf-8", errors="replace"))
     parser = _PositionedParser()
@@ -89,21 +92,21 @@ def parse_xml(content: bytes, path: Path, diagnostics: Diagnostics) -> tuple[Xml
         parser.parse(source)
     except SAXParseException as error:
         place = Location(path, error.getLineNumber() or 1, (error.getColumnNumber() or 0) + 1)
-        diagnostics.error("E502", f"malformed XML: {builder.problem(error.getMessage())}", place)
+        diagnostics.error(Code.MALFORMED_XML, f"malformed XML: {builder.problem(error.getMessage())}", place)
         return None
     except DefusedXmlException as error:
         what = f"{type(error).__name__}: a document type or an entity of its own has no place in a document"
         line, column = builder.position()
-        diagnostics.error("E503", what, Location(path, line, column))
+        diagnostics.error(Code.DOCUMENT_TYPE, what, Location(path, line, column))
         return None
     except (_LimitExceededError, LookupError, ValueError) as error:  # an encoding that expat does not know
         line, column = builder.position()
-        diagnostics.error("E502", f"unreadable XML: {error}", Location(path, line, column))
+        diagnostics.error(Code.MALFORMED_XML, f"unreadable XML: {error}", Location(path, line, column))
         return None
     assert builder.root is not None, "expat refuses a document without a root element"
     for line, column in builder.instructions:
         message = "a processing instruction is not kept on saving"
-        diagnostics.warning("W501", message, Location(path, line, column))
+        diagnostics.warning(Code.LOST_ON_SAVING, message, Location(path, line, column))
     return builder.root, builder.comments
 
 

@@ -7,6 +7,7 @@ from typing import Final
 
 from ...diagnostics import Diagnostics, Location, Note
 from ..checks import COMPONENT_ATTRIBUTES
+from ..codes import Code
 from ..document import Document, Interface, Parameter
 
 __all__ = ["STANDARD_OPTIONS", "Attributes"]
@@ -34,10 +35,12 @@ class Attributes:
         for name, place in places.items():
             if name == "automaton" or name.startswith("_hfsm"):
                 message = f"`self.{name}` belongs to every component: rename the function"
-                self._diagnostics.error("E523", message, place)
+                self._diagnostics.error(Code.FUNCTION_NAME_TAKEN, message, place)
             elif name in self._functions:
                 first = Note("the first is here", self._functions[name])
-                self._diagnostics.error("E523", f"a second function is called `{name}`", place, [first])
+                self._diagnostics.error(
+                    Code.FUNCTION_NAME_TAKEN, f"a second function is called `{name}`", place, [first]
+                )
             self._functions.setdefault(name, place)
 
     def check_interfaces(self, document: Document, place: Location) -> None:
@@ -46,7 +49,9 @@ class Attributes:
             if interface.name in self._functions:
                 note = Note("the function is here", self._functions[interface.name])
                 message = f"`{interface.name}` is both an interface and a function"
-                self._diagnostics.error("E523", message, _place_of(interface, place), [note])
+                self._diagnostics.error(
+                    Code.FUNCTION_NAME_TAKEN, message, _place_of(interface, place), [note]
+                )
 
     def check_parameters(self, document: Document, place: Location) -> None:
         """Report parameters whose name is none, or taken; `place` is that of the document."""
@@ -76,7 +81,7 @@ class Attributes:
             else:
                 problem = ""
             if problem:
-                self._diagnostics.error("E526", problem, _place_of(parameter, place), notes)
+                self._diagnostics.error(Code.BAD_PARAMETER, problem, _place_of(parameter, place), notes)
             first.setdefault(name, parameter)
 
 

@@ -15,6 +15,7 @@ from ..code.python import analyze_block, analyze_condition, analyze_expression, 
 from ..code.reader import CodeReader
 from ..code.text import Code
 from ..code.values import INPUT_TYPES, ValueTextError, parse_value
+from ..codes import Code as DocumentCode
 from ..document import NO_CHILD, Argument, Automaton, Parameter, State, Text, Transition
 from ..program import ArgumentProgram, AutomatonProgram, InputProgram, StateProgram, TransitionProgram
 
@@ -78,7 +79,7 @@ class AutomatonAnalysis:
         for piece in (*program.pieces(), *((variables,) if variables else ())):
             for name in sorted(self._reserved & piece.bound):
                 message = f"`{name}` is a name that the component needs: choose another"
-                self._error("E521", message, piece.line, 1)
+                self._error(DocumentCode.RESERVED_NAME, message, piece.line, 1)
         shared = {item.name for item in inputs}.union(*(piece.bound for piece in program.pieces()))
         for name, line in (global_names(variables) if variables else {}).items():
             if name in shared:
@@ -86,7 +87,7 @@ class AutomatonAnalysis:
                     f"`global {name}` makes `{name}` a name of the whole file, and other code of the "
                     "automaton assigns its own: strike it here, or say it there, too"
                 )
-                self._error("E520", message, line, 1)
+                self._error(DocumentCode.BAD_CODE, message, line, 1)
         return program
 
     def _states(self) -> Iterator[StateProgram]:
@@ -113,7 +114,7 @@ class AutomatonAnalysis:
         guard: Code | None = None
         if kind == "condition" and transition.trigger.is_blank:
             message = f"{label} has no condition: it never fires"
-            self._diagnostics.warning("W532", message, self._place(transition))
+            self._diagnostics.warning(DocumentCode.NO_CONDITION, message, self._place(transition))
             guard = replace(_NEVER, line=transition.trigger.line)
         elif kind == "condition":
             guard = self._read(analyze_condition, f"the condition of {label}", transition.trigger)
@@ -152,7 +153,7 @@ class AutomatonAnalysis:
                 if not problem and default is None and owner is None:
                     problem = f"the input `{name}` needs a default: nothing owns this automaton"
             if problem:
-                self._error("E527", problem, item.line, item.column, notes)
+                self._error(DocumentCode.BAD_INPUT, problem, item.line, item.column, notes)
             first.setdefault(name, item)
             yield InputProgram(name, type_name, default)
 
@@ -168,7 +169,7 @@ class AutomatonAnalysis:
             if key in given:
                 note = Note("the first is here", self._place(given[key]))
                 message = f"{label} hands over `{argument.name}` twice"
-                self._error("E527", message, argument.line, argument.column, [note])
+                self._error(DocumentCode.BAD_INPUT, message, argument.line, argument.column, [note])
             given.setdefault(key, argument)
             if value is not None:
                 yield ArgumentProgram(child, argument.name, value)
@@ -176,7 +177,7 @@ class AutomatonAnalysis:
             if item.default.is_blank and (child, item.name) not in given:
                 note = Note("the input is here", self._place(item))
                 message = f"{label} has to hand over `{item.name}` to automaton {child}: it has no default"
-                self._error("E527", message, state.line, state.column, [note])
+                self._error(DocumentCode.BAD_INPUT, message, state.line, state.column, [note])
 
     def _target(self, state: State, argument: Argument, label: str) -> int | None:
         """Return the automaton that an argument is meant for, or None after an error."""
@@ -197,7 +198,7 @@ class AutomatonAnalysis:
         else:
             message = f"{label} does not own automaton {argument.child}"
         near = did_you_mean(named, [item.name for _, item in self._inputs_below(state)])
-        self._error("E527", message, argument.line, argument.column, near)
+        self._error(DocumentCode.BAD_INPUT, message, argument.line, argument.column, near)
         return None
 
     def _inputs_below(self, state: State) -> Iterator[tuple[int, Parameter]]:

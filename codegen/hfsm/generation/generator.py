@@ -16,6 +16,7 @@ from ..checks import ON_REFUSED
 from ..code.literals import docstring, quoted
 from ..code.names import camel_case, identifier, unique
 from ..code.text import FUTURE, Code, CodeError, compile_source
+from ..codes import Code as DocumentCode
 from ..known_interfaces import KnownInterface
 from ..program import AutomatonProgram, Program
 from .automaton_writer import ANNOTATIONS, AutomatonWriter, marker, piece
@@ -56,7 +57,7 @@ def check_component(program: Program, text: str, path: Path, diagnostics: Diagno
     try:
         compile_source(text, Code(lines, line=1))
     except CodeError as error:
-        diagnostics.error("E520", str(error), _place(program, lines, error, path))
+        diagnostics.error(DocumentCode.BAD_CODE, str(error), _place(program, lines, error, path))
 
 
 def _place(program: Program, lines: Sequence[str], wrong: CodeError, path: Path) -> Location:

@@ -13,6 +13,7 @@ from ..code.names import OLD_MODULES, camel_case, component_name, reserved_names
 from ..code.python import analyze_library, analyze_methods
 from ..code.reader import CodeReader, first_foreign, report_foreign
 from ..code.values import PARAMETER_TYPES, ValueTextError, parse_value
+from ..codes import Code
 from ..document import Automaton, Document, Parameter, State, Text
 from ..known_interfaces import KnownInterfaces
 from ..program import (
@@ -108,7 +109,7 @@ class _Understanding:
             for name in sorted(self._reserved & names):
                 message = f"`{name}` is a name that the component needs: choose another"
                 place = Location(library.path or self._path, library.name.line)
-                self._diagnostics.error("E521", message, place)
+                self._diagnostics.error(Code.RESERVED_NAME, message, place)
             statements[statement] = None
         return tuple(statements)
 
@@ -156,7 +157,7 @@ class _Understanding:
                 message = f"the parameter `{parameter.name}`: {error}"
                 line, column = _wrong_part(parameter)
                 where = Location(parameter.path or self._path, line, max(1, column))
-                self._diagnostics.error("E526", message, where)
+                self._diagnostics.error(Code.BAD_PARAMETER, message, where)
             else:
                 yield ParameterProgram(parameter.name, default, " ".join(parameter.description.text.split()))
 

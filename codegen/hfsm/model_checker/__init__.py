@@ -1,7 +1,8 @@
 """Check what automata can do, whatever their guards say: reachability, conflicts, deadlocks and properties.
 
-`model` reads a document, `fireability` looks at each automaton alone, `transition_system` is the exact
-behavior of several together, `exploration` searches it, and `checker` asks the questions.
+`model` reads a document with its `guards`, `fireability` looks at each automaton alone, `transition_system`
+is the exact behavior of several together, `exploration` searches it, and `checker` asks the questions: of
+`reachability`, of `conflicts` between `commands`, of `properties`. `reporting` says what was found.
 `docs/model-checker.md` is for users.
 """
 
@@ -11,10 +12,9 @@ from .checker import DEFAULT_LIMIT, QUICK_LIMIT, ModelReport, check_model
 from .commands import Command, Commands, is_command, read_operations
 from .conflicts import Conflict, Use
 from .counterexample import Counterexample, Step, StepKind
-from .deadlock import Deadlock
 from .expressions import ExpressionError
 from .properties import PropertyResult, Verdict
-from .reachability import Reachability, StateResult, TransitionResult, WhyNever
+from .reachability import Deadlock, Reachability, StateResult, TransitionResult, WhyNever
 from .reporting import report_impossible, report_model, report_properties
 
 __all__ = [

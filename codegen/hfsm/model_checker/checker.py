@@ -11,16 +11,16 @@ from ..analysis import Analysis
 from ..document import Document
 from .commands import Commands, Operations
 from .conflicts import Conflict, Use, find_conflicts, uses_of
-from .deadlock import Deadlock, find_deadlocks
-from .events import Events, events_of
 from .exploration import Budget
-from .fireability import analyze
+from .fireability import Events, analyze, events_of
 from .model import Model, read_model
 from .properties import PropertyResult, Verdict, check_property
 from .reachability import (
+    Deadlock,
     Reachability,
     StateResult,
     TransitionResult,
+    find_deadlocks,
     find_reachable,
     state_results,
     transition_results,

@@ -18,6 +18,7 @@ from typing import Final, NamedTuple
 
 from ...diagnostics import Diagnostics, Location, Note
 from ..analysis import Analysis, AutomatonCode
+from ..codes import Code
 from ..document import NO_CHILD, Text
 
 __all__ = ["Command", "Commands", "Operations", "is_command", "read_operations"]
@@ -79,7 +80,10 @@ def read_operations(schemas: Iterable[Path], diagnostics: Diagnostics) -> dict[s
         if problem:
             note = Note("the model checker needs it: undo a broken merge, or generate the package again")
             diagnostics.error(
-                "E605", f"the description of package `{path.parent.name}` {problem}", place, [note]
+                Code.BAD_DESCRIPTION,
+                f"the description of package `{path.parent.name}` {problem}",
+                place,
+                [note],
             )
     return {name: _with_bases(name, own, bases, 0) for name in own}
 

@@ -10,14 +10,12 @@ from typing import Final
 from ...diagnostics import Location, Note
 from ..document import Text
 from .commands import Command, Commands
-from .cones import cone_of
 from .counterexample import Counterexample, counterexample
-from .exploration import Budget
+from .exploration import Budget, cone_of, search
 from .expressions import Holds
 from .fireability import Fireability
 from .model import AutomatonModel, Model
 from .reachability import Reached
-from .search import search
 from .transition_system import ACTIVE, FINISHED
 
 __all__ = ["Conflict", "Use", "find_conflicts", "uses_of"]

@@ -19,7 +19,7 @@ from ..analysis import Analysis, imported_names
 from ..checks import truth
 from ..document import Automaton, Text, Transition
 
-__all__ = ["Answer", "Answers", "Assignment", "Conjunction", "conjunction", "satisfy"]
+__all__ = ["Answer", "Answers", "Conjunction", "conjunction", "satisfy"]
 
 Conjunction = tuple[tuple[str, bool], ...]
 """Atoms with the values that they need; the empty one always holds."""

@@ -1,19 +1,26 @@
-"""Which states can be entered and which transitions can fire, with all timers and all that stands above."""
+"""Which states can be entered and which transitions can fire, and where everything ends unfinished."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import StrEnum
 
-from .cones import cone_of
-from .exploration import Budget, explore
+from .exploration import Budget, cone_of, explore, system_of
 from .fireability import Fireability
 from .guards import satisfy
 from .model import AutomatonModel, Model, StateModel, TransitionModel
-from .search import system_of
 from .transition_system import ACTIVE, Choice, Configuration
 
-__all__ = ["Reachability", "StateResult", "TransitionResult", "WhyNever", "find_reachable"]
+__all__ = [
+    "Deadlock",
+    "Reachability",
+    "StateResult",
+    "TransitionResult",
+    "WhyNever",
+    "find_deadlocks",
+    "find_reachable",
+]
 
 
 class Reachability(StrEnum):
@@ -223,3 +230,60 @@ def _always_earlier(
         if not other.finished and satisfy(transition.needs or (), [other.needs or ()]) is None
     ]
     return tuple(other.source.id for other in (alone[:1] or others))
+
+
+@dataclass(frozen=True, slots=True)
+class Deadlock:
+    """A state of the root that nothing leaves, by its id, with states below in which nothing changes either.
+
+    `paths` are the paths of the states that are current then.
+    """
+
+    state: int
+    paths: tuple[str, ...]
+
+
+def find_deadlocks(model: Model, fireability: Fireability) -> list[Deadlock]:
+    """Return the states of the root in which everything may come to rest, none if it has a final state.
+
+    Automata that have final states of their own are meant to end.
+    """
+    if not model.automata or 0 not in fireability.exact:
+        return []
+    root = model.automata[0]
+    if any(state.final for state in root.states) or len(root.states) < 2:
+        return []
+    found = []
+    for state in sorted(fireability.stuck[0]):
+        paths = _rest(model, 0, state, fireability)
+        if paths is not None:
+            found.append(Deadlock(root.states[state].source.id, tuple(paths)))
+    return found
+
+
+def _rest(model: Model, automaton: int, state: int, fireability: Fireability) -> list[str] | None:
+    """Return where all below a state may come to rest, or None when something always goes on."""
+    children = model.automata[automaton].states[state].children
+    if not children:
+        return [model.state_path(automaton, state)]
+    paths: list[str] = []
+    for child in children:
+        below = next(_rests(model, child, fireability), None)
+        if below is None:
+            return None
+        paths += below
+    return paths
+
+
+def _rests(model: Model, automaton: int, fireability: Fireability) -> Iterator[list[str]]:
+    if automaton not in fireability.exact:
+        return
+    for state in model.automata[automaton].states:
+        if state.index not in fireability.states[automaton]:
+            continue
+        if state.final:
+            yield [model.state_path(automaton, state.index)]
+        elif state.index in fireability.stuck[automaton]:
+            paths = _rest(model, automaton, state.index, fireability)
+            if paths is not None:
+                yield paths

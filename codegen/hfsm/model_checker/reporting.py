@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import Final
 
 from ...diagnostics import Diagnostics, Location, Note
-from ..checks.labels import state_label, transition_label
+from ..checks.report import state_label, transition_label
+from ..codes import Code
 from ..document import Property, State, Text, Transition
 from .checker import ModelReport
 from .conflicts import Conflict, Use
@@ -32,7 +33,7 @@ def report_model(report: ModelReport, diagnostics: Diagnostics) -> None:
     for found in report.doubtful:
         assert found.location is not None
         message = f"{found.message}: what depends on it is undecided"
-        diagnostics.note("N606", message, found.location)
+        diagnostics.note(Code.UNCLEAR_CODE, message, found.location)
     report_properties(report, diagnostics)
 
 
@@ -69,26 +70,30 @@ class _Reporter:
         state = next(item.source for item in model.states if item.source.id == result.state)
         initial = model.states[model.initial].source
         message = f"no transitions lead from {state_label(initial)} to {state_label(state)}"
-        self._diagnostics.warning("W514", message, self._place(state))
+        self._diagnostics.warning(Code.NEVER_ENTERED, message, self._place(state))
 
     def transition(self, result: TransitionResult) -> None:
         model = self._model.by_id[result.automaton]
         transition = next(item for item in model.transitions if item.source.id == result.transition)
         source = transition.source
-        code, why, place = "W516", "", self._text_location(source, source.trigger)
+        code, why, place = Code.NEVER_FIRES, "", self._text_location(source, source.trigger)
         notes: list[Note] = []
         if result.why is WhyNever.GUARD:
             is_condition = source.type == "condition"
             why = f"its {'condition' if is_condition else 'guard'} is always false"
             place = self._text_location(source, source.trigger if is_condition else source.guard)
         elif result.why is WhyNever.CHILDREN:
-            code, place = "W518", self._place(source)
+            code, place = Code.NEVER_FINISHES, self._place(source)
             why, notes = self._endless(model, transition)
         elif result.why is WhyNever.ANCESTORS:
-            code, why = "W517", "the states above are left before there is time for it"
+            code, why = Code.NO_TIME_TO_FIRE, "the states above are left before there is time for it"
         else:
             earlier = [item for item in model.transitions if item.source.id in result.earlier]
-            code = "W517" if any(_is_timed_out(model, transition, each) for each in earlier) else "W516"
+            code = (
+                Code.NO_TIME_TO_FIRE
+                if any(_is_timed_out(model, transition, each) for each in earlier)
+                else Code.NEVER_FIRES
+            )
             why = "another always fires before it"
             notes = [
                 Note(f"{transition_label(other.source)} fires first", self._trigger_place(other.source))
@@ -142,7 +147,7 @@ class _Reporter:
                 label = state_label(state.source)
                 message = f"no transition leads away from {label}: the automaton stays there"
                 note = Note("mark the state as final if the automaton has finished there")
-                self._diagnostics.note("N515", message, self._place(state.source), [note])
+                self._diagnostics.note(Code.NEVER_LEFT, message, self._place(state.source), [note])
         return found
 
     def without_chance(self) -> set[tuple[int, int]]:
@@ -169,7 +174,7 @@ class _Reporter:
         if conflict.counterexample is not None and conflict.counterexample.steps:
             notes.append(Note(f"this is how both come to run:\n{conflict.counterexample}"))
         tell = self._diagnostics.warning if conflict.certain else self._diagnostics.note
-        code = "W603" if conflict.certain else "N603"
+        code = Code.CONFLICT if conflict.certain else Code.POSSIBLE_CONFLICT
         tell(code, f"{where}, and {how}", first.place, notes)
 
     def deadlock(self, id: int, paths: tuple[str, ...]) -> None:
@@ -177,7 +182,7 @@ class _Reporter:
         state = next(item.source for item in root.states if item.source.id == id)
         listed = ", ".join(f"`{path}`" for path in paths)
         self._diagnostics.note(
-            "N604",
+            Code.DEADLOCK,
             f"nothing ever changes any more in {listed}, which is no final state",
             self._place(state),
         )
@@ -193,18 +198,22 @@ class _Reporter:
             within = f" within {stated.within.text.strip()} ms" if not stated.within.is_blank else ""
             message = f"{name} is violated: {stated.kind.strip()} {expression[:200]}{within}"
             notes = [Note(f"by these steps:\n{_shortened(str(result.counterexample))}")]
-            self._diagnostics.error("E610", message, self._text_place(stated, stated.expression), notes)
+            self._diagnostics.error(
+                Code.VIOLATED_PROPERTY, message, self._text_place(stated, stated.expression), notes
+            )
         elif result.verdict is Verdict.UNDECIDED:
             found = f"explored {result.explored} configurations up to {result.until_ms / 1000:g} s"
             message = f"{name} is undecided ({found})"
             notes = list(self._report.doubtful)
-            self._diagnostics.warning("W611", message, self._text_place(stated, stated.expression), notes)
+            self._diagnostics.warning(
+                Code.UNDECIDED_PROPERTY, message, self._text_place(stated, stated.expression), notes
+            )
 
     def _invalid(self, result: PropertyResult, name: str) -> None:
         stated = result.property
         if result.error is None:
             self._diagnostics.error(
-                "E612", f"{name}: {result.problem}", self._text_place(stated, stated.within)
+                Code.BAD_PROPERTY, f"{name}: {result.problem}", self._text_place(stated, stated.within)
             )
             return
         error = result.error
@@ -212,7 +221,7 @@ class _Reporter:
             self._text_place(stated, stated.expression), stated.expression, error.offset, error.length
         )
         notes = [Note(hint) for hint in error.hints]
-        self._diagnostics.error("E613", f"{name}: {error.message}", place, notes)
+        self._diagnostics.error(Code.BAD_EXPRESSION, f"{name}: {error.message}", place, notes)
 
     def _path(self, use: Use) -> str:
         return self._model.state_path(use.automaton, use.state)

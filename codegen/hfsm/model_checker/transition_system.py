@@ -16,17 +16,7 @@ from .fireability import Fireability
 from .guards import Conjunction, satisfy
 from .model import Model, TransitionModel
 
-__all__ = [
-    "ACTIVE",
-    "BEGUN",
-    "FINISHED",
-    "OWED",
-    "Choice",
-    "Configuration",
-    "Local",
-    "Node",
-    "TransitionSystem",
-]
+__all__ = ["ACTIVE", "BEGUN", "FINISHED", "Choice", "Configuration", "Local", "Node", "TransitionSystem"]
 
 ACTIVE: Final = 1
 FINISHED: Final = 2

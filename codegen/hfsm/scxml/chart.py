@@ -14,6 +14,7 @@ from typing import Final
 
 from codegen.diagnostics import did_you_mean
 
+from ..codes import Code
 from ..document import Comment, Text
 from ..formats.xml_tree import XmlComment, XmlElement
 from .content import CodeReader, Findings, everywhere, inside
@@ -244,7 +245,7 @@ class Chart:
         self.timer_elements.update(cancels)
         if not cancels:
             message = "the timer ends here when the state is left; in SCXML, without `cancel`, it goes on"
-            self._findings.note("N561", send, message)
+            self._findings.note(Code.SCXML_OTHER_SHAPE, send, message)
 
     # Transitions.
 
@@ -341,7 +342,7 @@ class Chart:
             edge = _Edge(element, destination, trigger.type, trigger.text, trigger.guard, code)
             self._late += [(each, replace(edge)) for each in inner.states if not each.is_final]
         message = f"it leads inside `{state.name[:60]}` without leaving it: here every state inside has it"
-        self._findings.note("N561", element, message)
+        self._findings.note(Code.SCXML_OTHER_SHAPE, element, message)
 
     def _leave(self, state: ChartState, origin: ChartState, name: str, edge: _Edge) -> None:
         """Lead an edge into a state that waits while an event makes the one around leave."""
@@ -356,7 +357,7 @@ class Chart:
             origin.edges.insert(0, _Edge(element, destination, "event", event))
             message = f"it leaves `{origin.name[:60]}` from inside: here through the state `{event[:60]}`"
             takes = "which takes a cycle: events that come before it meet the state that is left"
-            self._findings.note("N561", element, f"{message} and an event, {takes}")
+            self._findings.note(Code.SCXML_OTHER_SHAPE, element, f"{message} and an event, {takes}")
         waiting = self._leaving.setdefault((inner, destination, name), {})
         left = state if resumes else None
         if left not in waiting:

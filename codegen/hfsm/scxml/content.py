@@ -12,6 +12,7 @@ from typing import Final
 
 from codegen.diagnostics import Diagnostics, Location, Note
 
+from ..codes import Code
 from ..document import Text
 from ..formats.xml_tree import XmlElement
 from .vocabulary import (
@@ -102,15 +103,15 @@ class Findings:
     def invalid(self, element: XmlElement, message: str, notes: Iterable[Note] = ()) -> None:
         """Report what makes the file no SCXML."""
         self.failed = True
-        self._diagnostics.error("E561", message, self._place(element), notes)
+        self._diagnostics.error(Code.INVALID_SCXML, message, self._place(element), notes)
 
     def lost(self, element: XmlElement, message: str) -> None:
         """Report what is not carried."""
-        self._diagnostics.warning("W561", message, self._place(element))
+        self._diagnostics.warning(Code.SCXML_NOT_CARRIED, message, self._place(element))
 
     def approximate(self, element: XmlElement, message: str) -> None:
         """Report what is carried, but means something else in some cases."""
-        self._diagnostics.warning("W562", message, self._place(element))
+        self._diagnostics.warning(Code.SCXML_NOT_THE_SAME, message, self._place(element))
 
     def note(self, code: str, element: XmlElement, message: str) -> None:
         """Report what is carried in another shape (N561), of others (N562), or not in Python (N502)."""
@@ -246,7 +247,7 @@ class CodeReader:
             message = (
                 f"`{first}` is {self._name}: it is kept, and does not run before it is written in Python"
             )
-            self._findings.note("N502", element, message)
+            self._findings.note(Code.KEPT_LANGUAGE, element, message)
         elif not self._has_own and (name := _SYSTEM_NAMES.search(text)) is not None:
             self._findings.lost(element, f"`{name[0]}` does not exist here: the code stops with a NameError")
 

@@ -15,6 +15,7 @@ from typing import Final
 
 from codegen.diagnostics import Diagnostics
 
+from ..codes import Code
 from ..document import (
     NO_CHILD,
     Automaton,
@@ -294,7 +295,7 @@ class _ChartReader:
                 if child.tag.startswith(OTHER):
                     if local not in others:
                         message = f"`{name[:60]}` belongs to another program and is not carried"
-                        self._findings.note("N562", child, message)
+                        self._findings.note(Code.SCXML_FOREIGN, child, message)
                     others.add(local)
                 elif child.tag.startswith(f"{OWN_PREFIX}:"):
                     continue

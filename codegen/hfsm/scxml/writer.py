@@ -16,6 +16,7 @@ from typing import Final
 from codegen.diagnostics import Diagnostics, Location
 
 from ..code.pieces import is_foreign
+from ..codes import Code
 from ..document import NO_CHILD, Automaton, Comment, Document, Node, Parameter, State, Text, Transition
 from ..formats.writer import INDENT, attributes_text, escaped, write_document
 from .vocabulary import (
@@ -85,13 +86,13 @@ def write_scxml(document: Document, path: Path, diagnostics: Diagnostics) -> str
         first_lines.setdefault(kind, line)
     for kind, line in first_lines.items():
         message = f"SCXML has no word for {kind}: it is kept, and other programs do not see it"
-        diagnostics.note("N560", message, Location(path, line))
+        diagnostics.note(Code.SCXML_NO_WORD, message, Location(path, line))
     for node, name, reason in writer.misfits:
         message = f"{name} has no place in SCXML, and other programs do not see it: {reason}"
-        diagnostics.warning("W560", message, Location(path, node.line, max(1, node.column)))
+        diagnostics.warning(Code.SCXML_NO_PLACE, message, Location(path, node.line, max(1, node.column)))
     if writer.root is None or not writer.root.states:
         message = "there is no state, of which SCXML wants one: other programs may refuse the file"
-        diagnostics.warning("W560", message, Location(path))
+        diagnostics.warning(Code.SCXML_NO_PLACE, message, Location(path))
     return text
 
 

@@ -1,0 +1,275 @@
+"""Check the tree of automata, and each state, transition and argument by itself."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterable, Sequence
+from typing import Final, Protocol
+
+from ...diagnostics import Note
+from ..code.values import INPUT_TYPES, ValueTextError, parse_value
+from ..codes import Code
+from ..document import NO_CHILD, Argument, Automaton, Document, Parameter, State, Transition
+from .constants import delay, milliseconds
+from .report import Node, Report, state_label, transition_label
+
+__all__ = ["check_arguments", "check_automaton", "check_tree"]
+
+_MAX_DEPTH: Final = 64
+"""Automata above one another: far more than a person draws, far less than Python's stack."""
+
+
+class _Numbered(Node, Protocol):
+    @property
+    def id(self) -> int: ...
+
+
+def check_tree(document: Document, report: Report) -> None:
+    """Check that there is one root, and that every other automaton is owned by a state of its father."""
+    roots = [automaton for automaton in document.automata if automaton.father == NO_CHILD]
+    if not roots:
+        what = "there is no automaton" if not document.automata else "no automaton is the root"
+        report.error(
+            Code.NOT_ONE_ROOT, f'{what}: one `SubAutomata` has `idFather="0"`', report.place(document)
+        )
+    for second in roots[1:]:
+        message = f"automaton {second.id} is a second root"
+        report.error(Code.NOT_ONE_ROOT, message, report.place(second), [report.first(roots[0])])
+    check_unique_ids(document.automata, "automaton", report)
+    automata: dict[int, Automaton] = {}
+    for automaton in document.automata:
+        automata.setdefault(automaton.id, automaton)
+    owned = _check_owners(document, automata, report)
+    for automaton in document.automata:
+        if automaton.father != NO_CHILD and automaton.id not in owned:
+            report.error(Code.NOT_A_TREE, f"no state owns automaton {automaton.id}", report.place(automaton))
+        else:
+            _check_ancestors(automaton, automata, report)
+
+
+def check_unique_ids(items: Sequence[_Numbered], kind: str, report: Report) -> None:
+    """Check that ids are at least 1 and that no two of `items` share one."""
+    first: dict[int, _Numbered] = {}
+    for item in items:
+        if item.id == 0:
+            report.error(Code.REPEATED_ID, f"the id of a {kind} is at least 1", report.place(item))
+        elif item.id in first:
+            message = f"a second {kind} has the id {item.id}"
+            report.error(Code.REPEATED_ID, message, report.place(item), [report.first(first[item.id])])
+        first.setdefault(item.id, item)
+
+
+def _check_owners(document: Document, automata: dict[int, Automaton], report: Report) -> Iterable[int]:
+    """Return the ids of the automata that a state owns."""
+    owners: dict[int, State] = {}
+    for automaton, state in document.states():
+        for number in state.children:
+            child = automata.get(number)
+            if child is None:
+                message = f"{state_label(state)} owns automaton {number}, which does not exist"
+                note = Note("the state runs as one without an automaton")
+                report.warning(Code.MISSING_AUTOMATON, message, report.place(state), [note])
+            elif number in owners:
+                first = [report.first(owners[number])]
+                report.error(
+                    Code.NOT_A_TREE, f"automaton {number} already has an owner", report.place(state), first
+                )
+            else:
+                owners[number] = state
+                if child.father != automaton.id:
+                    message = f"automaton {number} says that its father is {child.father}"
+                    note = Note(f"but a state of automaton {automaton.id} owns it", report.place(state))
+                    report.error(Code.NOT_A_TREE, message, report.place(child), [note])
+    return owners
+
+
+def _check_ancestors(automaton: Automaton, automata: dict[int, Automaton], report: Report) -> None:
+    above: set[int] = set()
+    current = automata.get(automaton.father)
+    while current is not None and current.id not in above:  # a ring above it is told of its own members
+        if current is automaton:
+            message = f"automaton {automaton.id} is its own ancestor"
+            report.error(Code.NOT_A_TREE, message, report.place(automaton))
+            return
+        above.add(current.id)
+        if len(above) == _MAX_DEPTH:
+            message = f"automaton {automaton.id} is nested deeper than {_MAX_DEPTH}"
+            report.error(Code.NOT_A_TREE, message, report.place(automaton))
+            return
+        current = automata.get(current.father)
+
+
+TRIGGERS: Final = ("time", "condition", "event", "finished")
+"""What a transition may wait for."""
+
+HISTORIES: Final = ("resume", "restart")
+"""What may become of a state's automata when it is entered again; the first is the default."""
+
+
+def check_automaton(automaton: Automaton, report: Report) -> None:
+    """Check one automaton, but not how its states hang together."""
+    if not automaton.states:
+        report.error(Code.NO_STATE, f"automaton {automaton.id} has no state", report.place(automaton))
+    else:
+        _check_initial_state(automaton, report)
+    check_unique_ids(automaton.states, "state", report)
+    check_unique_ids(automaton.transitions, "transition", report)
+    _check_names(automaton, report)
+    if milliseconds(automaton.iteration_time) is None:
+        written = automaton.iteration_time.text.strip()[:40]
+        message = f"`iteration_time` is a positive number of milliseconds, not `{written}`"
+        report.error(Code.BAD_PERIOD, message, report.place(automaton, automaton.iteration_time))
+    for state in automaton.states:
+        _check_state(automaton, state, report)
+    states = {state.id for state in automaton.states}
+    for transition in automaton.transitions:
+        _check_transition(automaton, transition, states, report)
+
+
+def _check_initial_state(automaton: Automaton, report: Report) -> None:
+    initial = [state for state in automaton.states if state.initial]
+    if not initial:
+        message = f"automaton {automaton.id} has no initial state"
+        first = automaton.states[0]
+        note = Note(
+            f'it begins in the first, {state_label(first)}: say so with `initial="true"`', report.place(first)
+        )
+        report.warning(Code.NOT_ONE_INITIAL_STATE, message, report.place(automaton), [note])
+    for second in initial[1:]:
+        message = f"{state_label(second)} is a second initial state of automaton {automaton.id}"
+        note = Note(f"it begins in the first, {state_label(initial[0])}", report.place(initial[0]))
+        report.warning(Code.NOT_ONE_INITIAL_STATE, message, report.place(second), [note])
+
+
+def _check_names(automaton: Automaton, report: Report) -> None:
+    first: dict[str, State] = {}
+    for state in automaton.states:
+        name = state.name.strip()
+        if not name:
+            report.warning(Code.STATE_WITHOUT_NAME, f"state {state.id} has no name", report.place(state))
+        elif name in first:
+            message = f"a second state is called `{name}` in automaton {automaton.id}"
+            report.warning(
+                Code.REPEATED_STATE_NAME, message, report.place(state), [report.first(first[name])]
+            )
+        else:
+            first[name] = state
+
+
+def _check_state(automaton: Automaton, state: State, report: Report) -> None:
+    history = state.history.text.strip()
+    if history not in ("", *HISTORIES):
+        message = f"`history` is {' or '.join(f'`{known}`' for known in HISTORIES)}, not `{history[:40]}`"
+        report.error(Code.BAD_HISTORY, message, report.place(state, state.history))
+    if not state.final:
+        return
+    outgoing = automaton.outgoing(state.id)
+    left = [
+        *(["an automaton"] if state.children else []),
+        *(["code"] if not state.code.is_blank else []),
+        *(["exit code"] if not state.exit.is_blank else []),
+        *([transition_label(outgoing[0])] if outgoing else []),
+    ]
+    if left:
+        what = f"{', '.join(left[:-1])} and {left[-1]}" if len(left) > 1 else left[0]
+        message = f"{state_label(state)} is final, and {what} of it will never run"
+        note = Note("an automaton that enters a final state has finished: of the state only `entry` runs")
+        report.warning(Code.CODE_IN_FINAL_STATE, message, report.place(state), [note])
+
+
+def _check_transition(automaton: Automaton, transition: Transition, states: set[int], report: Report) -> None:
+    name = transition_label(transition)
+    for end, state in (("leaves", transition.origin), ("enters", transition.destination)):
+        if state not in states:
+            message = f"{name} {end} state {state}, which automaton {automaton.id} does not have"
+            report.error(Code.TRANSITION_WITHOUT_END, message, report.place(transition))
+    trigger = report.place(transition, transition.trigger)
+    if transition.type == "time":
+        _check_time(transition, report)
+    elif transition.type == "event":
+        if transition.trigger.is_blank:
+            report.error(Code.BAD_TRIGGER, f"{name} names no event", report.place(transition))
+    elif transition.type not in TRIGGERS:
+        *others, last = (f'"{known}"' for known in TRIGGERS)
+        message = f"{name} has the type `{transition.type[:40]}`: it is {', '.join(others)} or {last}"
+        report.error(Code.BAD_TRIGGER, message, trigger)
+    if transition.type == "condition" and not transition.guard.is_blank:
+        message = f"{name} fires by a condition, which has no guard"
+        note = Note("write both into the condition, joined by `and`, or delete the guard")
+        report.error(Code.BAD_TRIGGER, message, report.place(transition, transition.guard), [note])
+    _check_priority(automaton, transition, report)
+
+
+def _check_time(transition: Transition, report: Report) -> None:
+    name = transition_label(transition)
+    place = report.place(transition, transition.trigger)
+    if delay(transition.trigger) is None:
+        written = transition.trigger.text.strip()[:40]
+        message = f"the time of {name} is a positive number of milliseconds, not `{written}`"
+        report.error(Code.BAD_TRIGGER, message, place)
+    elif milliseconds(transition.trigger) is None:
+        note = Note("write a condition that is `True`, if no time is meant")
+        report.warning(Code.NO_TIME, f"{name} waits for no time: it fires in the next cycle", place, [note])
+
+
+def _check_priority(automaton: Automaton, transition: Transition, report: Report) -> None:
+    priority = transition.priority
+    if priority.is_blank:
+        return
+    number = _number(transition)
+    if number is None:
+        written = priority.text.strip()[:40]
+        message = f"the priority of {transition_label(transition)} is a whole number from 1, not `{written}`"
+        report.error(Code.BAD_PRIORITY, message, report.place(transition, priority))
+        return
+    for other in automaton.transitions:
+        if other is transition:
+            return
+        if other.origin == transition.origin and _number(other) == number:
+            who = f"{transition_label(transition)} has priority {number}"
+            message = f"{who}, as {transition_label(other)} out of the same state"
+            note = Note(
+                "of two equal priorities the first in the document counts",
+                report.place(other, other.priority),
+            )
+            report.warning(Code.EQUAL_PRIORITIES, message, report.place(transition, priority), [note])
+            return
+
+
+def _number(transition: Transition) -> int | None:
+    digits = transition.priority.text.strip()
+    usable = digits.isascii() and digits.isdigit() and len(digits) < 10
+    return int(digits) if usable and int(digits) else None
+
+
+def check_arguments(document: Document, report: Report) -> None:
+    """Check that literals are of the type of their input; other values are checked when handed over."""
+    for _, state in document.states():
+        for argument in state.arguments:
+            declared = _input_of(document, state, argument)
+            if declared is not None:
+                _check_literal(argument, declared, report)
+
+
+def _input_of(document: Document, state: State, argument: Argument) -> Parameter | None:
+    """Return the input that an argument is for; what has none is told when the component is generated."""
+    numbers = state.children if argument.child == NO_CHILD else (argument.child,)
+    children = [child for number in numbers if (child := document.automaton(number)) is not None]
+    found = [item for child in children for item in child.inputs if item.name == argument.name]
+    return found[0] if len(found) == 1 else None
+
+
+def _check_literal(argument: Argument, declared: Parameter, report: Report) -> None:
+    type_name = declared.type.text.strip()
+    if type_name not in INPUT_TYPES:
+        return
+    try:
+        ast.literal_eval(argument.value.text.strip())
+    except (ValueError, TypeError, SyntaxError, MemoryError, RecursionError):
+        return  # an expression
+    try:
+        parse_value(type_name, argument.value)
+    except ValueTextError as error:
+        message = f"the input `{declared.name}` is handed a wrong value: {error}"
+        note = Note("the input is here", report.place(declared))
+        report.error(Code.BAD_ARGUMENT, message, report.place(argument, argument.value), [note])
