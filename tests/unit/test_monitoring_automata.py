@@ -48,7 +48,7 @@ def test_the_events_that_a_state_waits_for_are_known():
         transition_structure(3, "", 1, 2, event="\x1b[2J"),
         transition_structure(4, "", 2, 1, event="found"),
     ]
-    assert Automata(structure).awaited(3, 1) == ["lost", "\N{REPLACEMENT CHARACTER}[2J"]
+    assert Automata(structure).awaited(3, 1) == ["lost", " [2J"]
     assert Automata(structure).awaited(9, 1) == []
 
 

@@ -11,9 +11,9 @@ from typing import Final, cast
 
 from interfaces.jderobot import CameraPrx, ImageData
 from visualhfsm.errors import MissingPackageError, VisualHfsmError
-from visualhfsm.monitoring.automata import printable
 from visualhfsm.monitoring.realm import has_interface
 from zenoh_ice import Communicator, Sample, ZenohIceError
+from zenoh_ice.text import printable
 
 __all__ = ["Cameras", "encode_jpeg"]
 

@@ -24,9 +24,9 @@ from interfaces.hfsm import (
 from interfaces.jderobot import MotorsPrx
 from interfaces.nao import JointsPrx, PoseHeadPrx, SafetyPrx
 from visualhfsm.errors import VisualHfsmError
-from visualhfsm.monitoring.automata import printable
 from visualhfsm.monitoring.realm import RELOAD_PATIENCE
 from zenoh_ice import Communicator, ObjectPrx, ZenohIceError
+from zenoh_ice.text import printable
 
 __all__ = ["ACTIONS", "StopReport", "control", "reset_robot", "stop_robot"]
 

@@ -15,13 +15,13 @@ import msgspec
 from msgspec import Meta
 
 from visualhfsm.errors import VisualHfsmError
-from visualhfsm.monitoring.automata import printable
 from visualhfsm.monitoring.follower import Follower, LiveStructure, News, Silence
 from visualhfsm.monitoring.realm import components, missing_component
 from visualhfsm.monitoring.robot import RobotMonitor
 from visualhfsm.monitoring.run_log import LiveSnapshot, RunLog
 from visualhfsm.services import Components, Publish, ServiceError, Snapshot, Stale, Structure
 from zenoh_ice import Communicator, Settings, ZenohIceError, initialize
+from zenoh_ice.text import printable
 from zenoh_ice.transport import Target
 
 from .cameras import Cameras

@@ -16,8 +16,9 @@ from interfaces.hfsm import (
     StateStructure,
     TransitionStructure,
 )
+from zenoh_ice.text import printable
 
-__all__ = ["Automata", "Change", "Span", "StateLog", "StateRow", "by_id", "number_in", "printable"]
+__all__ = ["Automata", "Change", "Span", "StateLog", "StateRow", "by_id", "number_in"]
 
 _DEEPEST: Final = 64
 """Levels of automata that are shown; codegen makes no more."""
@@ -156,13 +157,6 @@ class Automata:
             return
         for child in below:
             yield from self._paths_below(child, states, path, visited)
-
-
-def printable(text: str) -> str:
-    """Replace what is no visible character: a terminal would obey it, a line break would break the view."""
-    return "".join(
-        character if character.isprintable() else "\N{REPLACEMENT CHARACTER}" for character in text
-    )
 
 
 def _clean(structure: ComponentStructure) -> None:

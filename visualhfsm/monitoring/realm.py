@@ -11,8 +11,8 @@ from concurrent.futures import Future
 from typing import Final, Generic, TypeVar
 
 from visualhfsm.errors import VisualHfsmError
-from visualhfsm.monitoring.automata import printable
 from zenoh_ice import Communicator, MarshalException, Sample, ZenohIceError
+from zenoh_ice.text import printable
 from zenoh_ice.transport import Target
 
 __all__ = [

@@ -9,9 +9,9 @@ import msgspec
 
 from interfaces.jderobot import CameraPrx
 from interfaces.nao import HealthPrx, HealthReport, JointLimits, JointsPrx, PoseHeadPrx, SafetyPrx
-from visualhfsm.monitoring.automata import printable
 from visualhfsm.monitoring.realm import Newest, PolledValue, has_interface
 from zenoh_ice import Communicator
+from zenoh_ice.text import printable
 
 __all__ = ["STALE", "RobotFacts", "RobotMonitor", "RobotState"]
 

@@ -20,8 +20,8 @@ from codegen.diagnostics import Diagnostics
 from hfsm_recording.outcome import Begin, Difference, Divergence, Line, Outcome, Progress, Side, Step
 from hfsm_recording.reader import RecordingError, RecordingFile
 from visualhfsm.errors import VisualHfsmError
-from visualhfsm.monitoring.automata import printable
 from zenoh_ice.command import finite, stop_on_signals
+from zenoh_ice.text import printable
 
 from .process import replay_in_process
 

@@ -30,10 +30,11 @@ from interfaces.hfsm import (
 )
 from visualhfsm.errors import VisualHfsmError
 from visualhfsm.generate import generate_component
-from visualhfsm.monitoring.automata import Automata, printable
+from visualhfsm.monitoring.automata import Automata
 from visualhfsm.monitoring.realm import MONITOR_PREFIX, RELOAD_PATIENCE, did_you_mean, missing_component
 from visualhfsm.steer.addresses import Address, Addresses
 from zenoh_ice import ObjectNotExistException, Settings, TimeoutException, initialize
+from zenoh_ice.text import printable
 
 __all__ = [
     "Target",

@@ -15,8 +15,8 @@ from typing import Final
 
 from interfaces.hfsm import AutomatonStructure, ComponentStructure, TransitionStructure
 from visualhfsm.errors import VisualHfsmError
-from visualhfsm.monitoring.automata import printable
 from visualhfsm.monitoring.realm import did_you_mean
+from zenoh_ice.text import printable
 
 __all__ = ["Address", "Addresses"]
 

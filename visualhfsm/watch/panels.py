@@ -9,9 +9,10 @@ from rich.cells import cell_len
 from rich.text import Text
 
 from interfaces.hfsm import AutomatonSnapshot, ComponentSnapshot, Mark
-from visualhfsm.monitoring.automata import Automata, StateRow, by_id, printable
+from visualhfsm.monitoring.automata import Automata, StateRow, by_id
 from visualhfsm.monitoring.robot import STALE
 from visualhfsm.watch.telemetry import WatchState
+from zenoh_ice.text import printable
 
 __all__ = ["ARM_JOINTS", "camera_lines", "from_center", "legend", "robot_lines", "tree_lines"]
 

@@ -20,9 +20,10 @@ from rich.table import Table
 from rich.text import Text
 
 from visualhfsm.errors import MissingPackageError, VisualHfsmError
-from visualhfsm.monitoring.automata import Automata, printable
+from visualhfsm.monitoring.automata import Automata
 from visualhfsm.monitoring.run_log import RunLog
 from visualhfsm.watch.telemetry import CAMERA, IMAGE_SIZE, Picture, picture_png
+from zenoh_ice.text import printable
 
 __all__ = [
     "SETTLING",

@@ -13,10 +13,11 @@ from rich.text import Text
 
 from interfaces.hfsm import ComponentStatus, TransitionStructure
 from interfaces.nao import Severity
-from visualhfsm.monitoring.automata import by_id, printable
+from visualhfsm.monitoring.automata import by_id
 from visualhfsm.monitoring.robot import STALE
 from visualhfsm.watch.panels import camera_lines, from_center, legend, robot_lines, tree_lines
 from visualhfsm.watch.telemetry import WatchState
+from zenoh_ice.text import printable
 
 __all__ = ["View", "status_line"]
 
