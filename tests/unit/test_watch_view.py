@@ -132,6 +132,10 @@ def test_without_a_mark_the_picture_says_so():
     assert any("nothing marked" in line for line in draw(lost))
 
 
+def test_the_marks_of_a_component_that_is_lost_are_gone():
+    assert any("nothing marked" in line for line in draw(replace(watched(), snapshot_age=1.4)))
+
+
 def test_marks_of_another_camera_are_not_shown_on_this_one():
     shown = watched()
     assert shown.snapshot is not None

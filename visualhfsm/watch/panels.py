@@ -188,8 +188,8 @@ def _view_finder(marks: Sequence[Mark], image_size: tuple[int, int], width: int,
     for mark in marks:
         if not (math.isfinite(mark.u) and math.isfinite(mark.v)):
             continue
-        column = int(min(max(mark.u / image_size[0], 0.0), 1.0) * (columns - 1))
-        row = int(min(max(mark.v / image_size[1], 0.0), 1.0) * (rows - 1))
+        column = min(max(int(mark.u / image_size[0] * columns), 0), columns - 1)
+        row = min(max(int(mark.v / image_size[1] * rows), 0), rows - 1)
         cells[row][column] = "●"
         styles[row, column] = f"bold {_color(mark.label)}"
     framed = [Text("┌" + "─" * columns + "┐", _FAINT)]

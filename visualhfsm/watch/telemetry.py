@@ -53,8 +53,10 @@ class WatchState:
 
     @property
     def marks(self) -> Sequence[Mark]:
-        """What the component marks on the picture of the camera."""
-        return [mark for mark in self.snapshot.marks if mark.camera == self.camera] if self.snapshot else ()
+        """What the component marks on the picture of the camera; nothing once it is lost."""
+        if self.snapshot is None or self.snapshot_age > STALE:
+            return ()
+        return [mark for mark in self.snapshot.marks if mark.camera == self.camera]
 
     @property
     def trouble(self) -> str:
