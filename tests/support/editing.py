@@ -32,9 +32,7 @@ NAMES = ("", "go", "wait", "wait 2", "<b>", "a\nb", "\x1b")
 
 
 _GROWING = frozenset(("AddAutomaton", "AddEntry", "AddState", "AddTransition", "PasteStates"))
-_SHRINKING = frozenset(
-    ("DeleteAutomaton", "DeleteItems", "ExtractAutomaton", "FillAutomaton", "ReplaceDocument")
-)
+_SHRINKING = frozenset(("DeleteItems", "ExtractAutomaton", "FillAutomaton", "ReplaceDocument"))
 
 
 def tree() -> Document:

@@ -24,8 +24,6 @@ from visualhfsm.editing.commands import COMMANDS, Command, decode_command, encod
 from visualhfsm.editing.commands.automata import (
     AddAutomaton,
     AddRoot,
-    DeleteAutomaton,
-    ReorderAutomaton,
     RepairNumbers,
     SetAutomatonCode,
     SetImport,
@@ -229,20 +227,10 @@ def test_deleting_in_a_tree_that_bites_its_tail_keeps_what_is_above() -> None:
     assert [each.id for each in DeleteItems(automaton=2, states=(1,)).apply(document).automata] == [1, 2]
 
 
-def test_an_automaton_is_deleted_with_its_arguments_and_all_below() -> None:
-    document = SetArgument(automaton=1, state=2, name="n", value="1", child=2).apply(tree())
-    document = DeleteAutomaton(automaton=2).apply(document)
-    assert [each.id for each in document.automata] == [1, 3]
-    assert (state(document, 2).children, state(document, 2).arguments) == ((3,), ())
-    with pytest.raises(EditError, match="Cannot delete the root"):
-        DeleteAutomaton(automaton=1).apply(document)
-
-
-def test_a_state_gets_further_automata_and_they_change_places() -> None:
+def test_a_state_gets_further_automata() -> None:
     document = AddAutomaton(automaton=1, state=2).apply(tree())
     assert state(document, 2).children == (2, 3, 5)
     assert automaton(document, 5) == Automaton(id=5, father=1)
-    assert state(ReorderAutomaton(automaton=5, index=0).apply(document), 2).children == (5, 2, 3)
 
 
 def test_moving_takes_handles_along() -> None:

@@ -14,7 +14,7 @@ from codegen.hfsm import write_document
 from codegen.hfsm.document import Document, Text
 from tests.support.editing import choose_command, large_document, tree
 from visualhfsm.editing.commands import Command
-from visualhfsm.editing.commands.automata import AddAutomaton, DeleteAutomaton
+from visualhfsm.editing.commands.automata import AddAutomaton
 from visualhfsm.editing.commands.component import AddEntry, ChangeEntry, RemoveEntry
 from visualhfsm.editing.commands.items import DeleteItems, MoveItems
 from visualhfsm.editing.commands.states import AddState, MarkInitial, RenameState, SetStateCode
@@ -23,6 +23,7 @@ from visualhfsm.editing.diff import diff_documents
 from visualhfsm.editing.errors import EditError
 from visualhfsm.editing.places import search
 from visualhfsm.editing.serialization import parse
+from visualhfsm.editing.subtrees import without_automata
 from visualhfsm.sessions.merge import Merged, merge_documents, merge_lines
 
 
@@ -70,8 +71,7 @@ def test_a_diff_tells_what_was_added_removed_changed_and_moved() -> None:
 
 def test_a_diff_tells_of_automata_data_and_order() -> None:
     after = done(
-        tree(),
-        DeleteAutomaton(automaton=3),
+        without_automata(tree(), {3}),
         AddEntry(list="parameters", fields={"name": "speed"}),
         AddTransition(automaton=1, origin=1, destination=2),
     )

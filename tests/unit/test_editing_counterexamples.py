@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from visualhfsm.editing.places import Place
-from visualhfsm.editing.problems import StepView, find_problems_in_text
+from visualhfsm.editing.problems import StepView, find_problems
 
 DOCUMENT = """<?xml version="1.0" encoding="UTF-8"?>
 <VisualHFSM>
@@ -21,7 +21,7 @@ DOCUMENT = """<?xml version="1.0" encoding="UTF-8"?>
 
 
 def test_a_violated_property_has_the_steps_that_violate_it() -> None:
-    (problem,) = find_problems_in_text(DOCUMENT, None)
+    (problem,) = find_problems(DOCUMENT, None)
     assert problem.place == Place(kind="document", part="properties", index=1, name="expression")
     assert problem.counterexample is not None
     *_, last = (step for step in problem.counterexample.steps if step.kind == "fires")
@@ -31,7 +31,7 @@ def test_a_violated_property_has_the_steps_that_violate_it() -> None:
 
 
 def test_other_problems_have_no_steps() -> None:
-    problems = find_problems_in_text(DOCUMENT.replace("<final>true</final>", ""), None)
+    problems = find_problems(DOCUMENT.replace("<final>true</final>", ""), None)
     codes = {problem.code: problem.counterexample is not None for problem in problems}
     assert codes.pop("E610") is True
     assert codes

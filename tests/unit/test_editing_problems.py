@@ -47,13 +47,13 @@ def clean() -> Document:
 
 
 def test_a_document_in_order_has_no_problems() -> None:
-    assert find_problems(clean(), None) == []
+    assert find_problems(written(clean()), None) == []
 
 
 def test_a_document_in_which_nothing_is_drawn_yet_has_no_problems() -> None:
     blank = Document(automata=(Automaton(id=1),))
-    assert find_problems(blank, None) == []
-    assert only(find_problems(AddAutomaton(automaton=1, state=2).apply(tree()), None), "E513").place
+    assert find_problems(written(blank), None) == []
+    assert only(find_problems(written(AddAutomaton(automaton=1, state=2).apply(tree())), None), "E513").place
 
 
 @pytest.mark.parametrize("part", ["entry", "code", "exit"])
@@ -61,7 +61,7 @@ def test_an_error_in_code_has_its_line_and_column_in_that_code(part: Any) -> Non
     document = SetStateCode(automaton=1, state=2, part=part, text="a = 1\nif a < 2:\n    b = = 1").apply(
         clean()
     )
-    problem = only(find_problems(document, None), "E520")
+    problem = only(find_problems(written(document), None), "E520")
     assert problem.severity == "error"
     assert problem.place == Place(kind="state", automaton=1, id=2, part=part)
     assert (problem.line, problem.column) == (3, 9)
@@ -69,16 +69,16 @@ def test_an_error_in_code_has_its_line_and_column_in_that_code(part: Any) -> Non
 
 def test_the_first_line_counts_from_its_own_start() -> None:
     document = SetStateCode(automaton=1, state=1, part="code", text="a < = 1").apply(clean())
-    problem = only(find_problems(document, None), "E520")
+    problem = only(find_problems(written(document), None), "E520")
     assert (problem.line, problem.column) == (1, 5)
 
 
 def test_problems_of_transitions_automata_and_lists_have_their_places() -> None:
     document = SetTransitionCode(automaton=1, transition=2, part="trigger", text="soon").apply(clean())
-    problems = find_problems(document, None)
+    problems = find_problems(written(document), None)
     assert problems[0].place == Place(kind="transition", automaton=1, id=2, part="trigger")
     document = Document(automata=clean().automata, libraries=(Library(name=Text("a b c")),))
-    (problem,) = find_problems(document, None)
+    (problem,) = find_problems(written(document), None)
     assert problem.place == Place(kind="document", part="libraries", name="name")
 
 
@@ -116,7 +116,7 @@ def test_a_problem_in_an_imported_file_leads_to_who_imports_it(tmp_path: Path) -
         Automaton(id=1, states=(State(id=1, name="a", initial=True, children=(2,)),)),
         Automaton(id=2, father=1, imported=Import(file=Text("bad.xml"))),
     )
-    problem = only(find_problems(Document(automata=automata), tmp_path / "main.xml"), "E520")
+    problem = only(find_problems(written(Document(automata=automata)), tmp_path / "main.xml"), "E520")
     assert problem.place == Place(kind="automaton", automaton=2, part="import")
     assert problem.file == str(tmp_path / "bad.xml")
 
@@ -124,7 +124,7 @@ def test_a_problem_in_an_imported_file_leads_to_who_imports_it(tmp_path: Path) -
 def test_a_document_that_was_never_saved_is_checked_as_it_is(tmp_path: Path) -> None:
     file = tmp_path / "a.xml"
     file.write_text("old")
-    assert find_problems(clean(), file) == []
+    assert find_problems(written(clean()), file) == []
     assert file.read_text() == "old"
 
 
@@ -137,7 +137,7 @@ def checks():
 
 def test_a_process_beside_finds_the_same(checks: CheckProcess) -> None:
     document = SetStateCode(automaton=1, state=2, part="code", text="undefined_name + 1").apply(clean())
-    assert checks.find_problems(document, None) == find_problems(document, None) != []
+    assert checks.find_problems(document, None) == find_problems(written(document), None) != []
     assert checks.find_problems(clean(), None) == []
 
 

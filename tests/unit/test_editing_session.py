@@ -72,7 +72,7 @@ def test_steps_have_names_and_are_undone_and_done_again(session: DocumentSession
         session.redo()
 
 
-def test_typing_is_one_step_until_one_pauses_or_leaves(session: DocumentSession, time: Time) -> None:
+def test_typing_is_one_step_until_one_pauses(session: DocumentSession, time: Time) -> None:
     for text in ("x", "x =", "x = 1"):
         session.do(code(text))
         time.now += 1.9
@@ -80,7 +80,7 @@ def test_typing_is_one_step_until_one_pauses_or_leaves(session: DocumentSession,
     time.now += 2.1
     session.do(code("x = 2"))
     assert len(session.undo_names) == 2
-    session.seal()
+    time.now += 2.1
     session.do(code("x = 3"))
     assert len(session.undo_names) == 3
     session.undo()
@@ -90,6 +90,13 @@ def test_typing_is_one_step_until_one_pauses_or_leaves(session: DocumentSession,
     session.undo()
     session.undo()
     assert not session.dirty
+
+
+def test_typing_after_saving_is_another_step(session: DocumentSession) -> None:
+    session.do(code("x"))
+    session.save()
+    session.do(code("x = 1"))
+    assert len(session.undo_names) == 2
 
 
 def test_moves_of_the_same_things_are_one_step(session: DocumentSession) -> None:
@@ -358,7 +365,6 @@ def test_a_journal_that_was_cut_off_gives_what_it_has(path: Path, tmp_path: Path
     session = DocumentSession.open(path, journals=tmp_path / "journals")
     for name in ("a", "b"):
         session.do(rename(name))
-        session.seal()
     session.abandon()
     (file,) = (tmp_path / "journals").iterdir()
     file.write_bytes(file.read_bytes()[:-20])

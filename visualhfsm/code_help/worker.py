@@ -15,7 +15,7 @@ from codegen.hfsm.document import Document
 from codegen.hfsm.known_interfaces import KnownInterfaces, find_interfaces
 from visualhfsm.child import answer_lines
 from visualhfsm.editing.places import Place
-from visualhfsm.editing.problems import Problem, find_problems_in_text
+from visualhfsm.editing.problems import Problem, find_problems
 
 from .completion import complete, explain, signature
 from .module import Synthetic, synthesize
@@ -85,7 +85,7 @@ def _answer(question: Question) -> Any:  # noqa: ANN401 - one of several
 
 def lint(document: str, path: Path, place: Place) -> list[Problem]:
     """Return what is wrong with the piece of code at a place."""
-    problems = find_problems_in_text(document, path, limit=0)
+    problems = find_problems(document, path, limit=0)
     return [found for found in problems if found.place == place][:_MOST_PROBLEMS]
 
 

@@ -31,7 +31,6 @@ __all__ = [
     "Problem",
     "StepView",
     "find_problems",
-    "find_problems_in_text",
 ]
 
 _MOST: Final = 1000
@@ -85,24 +84,12 @@ class Problem(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_de
 
 
 def find_problems(
-    document: Document,
-    path: Path | None,
-    include: Sequence[Path] = (),
-    *,
-    limit: int = DEFAULT_LIMIT,
-) -> list[Problem]:
-    """Return what is wrong in a document, by severity; `path` is its file, if it has one.
-
-    The model checker looks at `limit` configurations. It may take seconds: `CheckProcess` does it beside.
-    Raises EditError when the document cannot be written.
-    """
-    return find_problems_in_text(written(document), path, include, limit=limit)
-
-
-def find_problems_in_text(
     text: str, path: Path | None, include: Sequence[Path] = (), *, limit: int = DEFAULT_LIMIT
 ) -> list[Problem]:
-    """Return what is wrong in the text of a document; the rest is as for `find_problems`."""
+    """Return what is wrong in the text of a document, by severity; `path` is its file, if it has one.
+
+    The model checker looks at `limit` configurations. It may take seconds: `CheckProcess` does it beside.
+    """
     file = path or Path.cwd() / _UNTITLED
     diagnostics = Diagnostics()
     document = parse_document(text, file, diagnostics)
@@ -239,7 +226,7 @@ def _unchecked(what: str) -> Problem:
 
 def _answer(line: bytes) -> bytes:
     question = msgspec.json.decode(line, type=_Question)
-    problems = find_problems_in_text(
+    problems = find_problems(
         question.text,
         None if question.path is None else Path(question.path),
         [Path(directory) for directory in question.include],

@@ -215,10 +215,6 @@ class DocumentSession:
         """Do steps again that were undone last, as many as there are. Raises EditError when there is none."""
         return self._move(self._steps.redo, Redone(), "redo", steps)
 
-    def seal(self) -> None:
-        """Let the next change be a step of its own, such as when a field has lost the focus."""
-        self._steps.seal()
-
     def cut(self, automaton: int, states: tuple[int, ...]) -> tuple[str, Change]:
         """Return states as text for the clipboard, and delete them. Raises EditError."""
         text = copy_states(self.document, automaton, states)

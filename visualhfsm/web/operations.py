@@ -89,9 +89,6 @@ class Operations:
                 return _outcome(await tab.edit(lambda session: session.undo(steps)))
             case p.Redo(steps=steps):
                 return _outcome(await tab.edit(lambda session: session.redo(steps)))
-            case p.Seal():
-                await tab.edit(lambda session: session.seal())
-                return None
             case p.Copy(automaton=automaton, states=states):
                 text = await tab.edit(lambda session: copy_states(session.document, automaton, states))
                 workspace.keep_copied(text, len(states))

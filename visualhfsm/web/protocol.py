@@ -144,10 +144,6 @@ class Paste(TabEdit):
     y: Coordinate | None = None
 
 
-class Seal(TabEdit):
-    """Make the next command a separate step, such as when a field has lost the focus."""
-
-
 class Search(_Request):
     """Search names and code, in one document or in all open ones."""
 
@@ -298,7 +294,6 @@ Request = (
     | Copy
     | Cut
     | Paste
-    | Seal
     | Search
     | Resolve
     | Diff

@@ -24,14 +24,12 @@ from ..nodes import (
     with_leaf_text,
 )
 from ..subtrees import hanging, without_automata
-from .base import Command, Id, Index
+from .base import Command, Id
 
 __all__ = [
     "AddAutomaton",
     "AddRoot",
-    "DeleteAutomaton",
     "ExtractAutomaton",
-    "ReorderAutomaton",
     "RepairNumbers",
     "SetAutomatonCode",
     "SetImport",
@@ -74,51 +72,6 @@ class AddRoot(Command, frozen=True, kw_only=True):
 
     def title(self, document: Document) -> str:
         return "Add the root"
-
-
-class DeleteAutomaton(Command, frozen=True, kw_only=True):
-    """Delete an automaton with all below it; the states that name it stay."""
-
-    automaton: Id
-
-    def apply(self, document: Document) -> Document:
-        automaton = find_automaton(document, self.automaton)
-        if automaton is document.root:
-            raise EditError(
-                "Cannot delete the root", "a document begins with it", "delete its states instead"
-            )
-        doomed = hanging(document, automaton, automaton.states)
-        return without_automata(document, doomed | {automaton.id})
-
-    def title(self, document: Document) -> str:
-        owner = document.owner(find_automaton(document, self.automaton))
-        return f"Delete the automaton of {label(owner, 'nothing')}"
-
-
-class ReorderAutomaton(Command, frozen=True, kw_only=True):
-    """Put an automaton at the place `index`, from 0, among those of the state that owns it."""
-
-    automaton: Id
-    index: Index
-
-    def apply(self, document: Document) -> Document:
-        automaton = find_automaton(document, self.automaton)
-        owner = document.owner(automaton)
-        if owner is None:
-            why = "no state owns it"
-            raise EditError("Cannot move this automaton", why, "add it to a state first")
-
-        def reorder(father: Automaton) -> Automaton:
-            order = [child for child in owner.children if child != automaton.id]
-            order.insert(self.index, automaton.id)
-            children = tuple(order)
-            return changed(father, states=swapped(father.states, owner, changed(owner, children=children)))
-
-        return with_automaton(document, automaton.father, reorder)
-
-    def title(self, document: Document) -> str:
-        owner = document.owner(find_automaton(document, self.automaton))
-        return f"Reorder the automata of {label(owner, 'nothing')}"
 
 
 class SetPeriod(Command, frozen=True, kw_only=True):
