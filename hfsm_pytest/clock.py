@@ -18,7 +18,7 @@ _POLL: Final = 10_000_000
 class TaskClock(VirtualClock):
     """A virtual clock that runs tasks at their times, in the thread that moves it on.
 
-    Whoever sleeps on it moves it on, so that nothing ever waits for another thread. Tasks of one time run in
+    A sleep on it moves it on, so that nothing ever waits for another thread. Tasks of one time run in
     the order in which they were given.
     """
 

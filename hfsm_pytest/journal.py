@@ -95,7 +95,7 @@ class Journal(Observer):
         self._write(time, run.depth, what)
 
     def changed(self, now: int, run: Run, kind: ChangeKind) -> None:
-        """Write down a change that no transition of the automaton itself told of."""
+        """Write down a change that no transition of the automaton itself reported."""
         if kind is ChangeKind.ENTERED and self._firing is run:
             self._firing = None  # `fired` has written it down
         else:

@@ -119,8 +119,8 @@ def pytest_runtest_makereport(
     """Show the timelines of its behaviors with a test that fails."""
     report = yield
     if report.when == "call" and report.failed and call.excinfo is not None:
-        told = str(call.excinfo.value)
+        message = str(call.excinfo.value)
         for behavior in item.stash.get(_BEHAVIORS, []):
-            if behavior.timeline not in told:
+            if behavior.timeline not in message:
                 report.sections.append(("behavior", behavior.timeline))
     return report

@@ -15,7 +15,7 @@ import msgspec
 from msgspec import Meta
 
 METADATA: Final = "visualhfsm.component"
-"""The name of the metadata that tell of the component."""
+"""The name of the metadata about the component."""
 
 SOURCES: Final = ("document", "component", "extension", "import")
 """The attachments, as `document/follow_ball.xml`: the document, and the Python that ran."""
@@ -28,7 +28,7 @@ class Message(msgspec.Struct, frozen=True, omit_defaults=True):
 
 
 class OfAutomaton(Message, frozen=True):
-    """The root of what tells of one automaton, by its id and its name."""
+    """The root of messages about one automaton, by its id and its name."""
 
     automaton: int
     name: Text

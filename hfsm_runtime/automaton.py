@@ -16,7 +16,7 @@ REQUIRED: Final = object()
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """Something that happened, told to every automaton that is active; `data` is None or what was sent along.
+    """Something that happened, sent to every automaton that is active; `data` is None or what was sent along.
 
     Data is what JSON knows: None, bool, int, float, str, lists, and dicts with str keys.
     """
@@ -42,8 +42,8 @@ class State:
     """A state: `code` runs once a cycle while it is the current one; it may own automata, its children.
 
     `entry` runs when the state is entered and `exit` when it is left. Then `arguments` returns the values for
-    the inputs of the children, by the id of the child and the input's name. `restart` lets the children begin
-    anew each time the state is entered, instead of going on where they were. An automaton in a `final` state
+    the inputs of the children, by the id of the child and the input's name. `restart` restarts the children
+    each time the state is entered, instead of going on where they were. An automaton in a `final` state
     has finished.
     """
 

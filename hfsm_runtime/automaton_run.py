@@ -73,7 +73,7 @@ class Run:
     waking: bool = True
     """Whether the automata below the current state have not been woken since it was entered."""
     unseen: bool = True
-    """Whether the observers have not been told yet that the current state was entered."""
+    """Whether the observers have not been notified yet that the current state was entered."""
     cut: bool = False
     """Whether the next cycle only goes on where the last one paused, with the same events."""
     code_first: bool = False
@@ -218,7 +218,7 @@ def _grow(automaton: Automaton, parent: Run | None, owner: State | None, depth: 
 
 
 def make_event(name: str, data: object = None) -> Event:
-    """Return an event with a copy of its data; raises EventError when JSON cannot tell the data."""
+    """Return an event with a copy of its data; raises EventError when JSON cannot represent the data."""
     if not isinstance(name, str) or not name:
         raise EventError(f"an event has a name, which is text, not {name!r}")
     return Event(name, _copy(data, f"the data of the event {name!r}", 0))
@@ -230,7 +230,7 @@ def _copy(value: object, where: str, depth: int) -> Any:  # noqa: ANN401 - whate
     if isinstance(value, float):
         if math.isfinite(value):
             return value
-        raise EventError(f"{where} is {value}, which JSON cannot tell")
+        raise EventError(f"{where} is {value}, which JSON cannot represent")
     if depth >= _DEEPEST:
         raise EventError(f"{where} is nested deeper than {_DEEPEST} levels")
     if isinstance(value, list | tuple):

@@ -16,7 +16,7 @@ HAND_OVER: Final = 1.0
 
 
 class CycleEnded(Exception):
-    """Raised by a supervisor to skip what is left of a cycle; no error by itself."""
+    """Raised by a supervisor to skip the rest of a cycle; it is no error."""
 
 
 class Supervisor(Protocol):
@@ -29,10 +29,10 @@ class Supervisor(Protocol):
         """Take an exception of user code; raises CycleEnded when the cycle is not to go on."""
 
     def succeeded(self, run: Run) -> None:
-        """Take notice of a cycle that went through to its end."""
+        """Handle a cycle that went through to its end."""
 
     def not_handed_over(self, run: Run, late: list[Run]) -> None:
-        """Take notice that automata below a state that `run` leaves are still in a cycle."""
+        """Handle automata below a state that `run` leaves that are still in a cycle."""
 
 
 def run_cycle(tree: Tree, run: Run, now: int, supervisor: Supervisor) -> bool:
@@ -96,7 +96,7 @@ def _run_steps(tree: Tree, run: Run, now: int, supervisor: Supervisor) -> None:
 
 
 def _pauses(tree: Tree, run: Run, transition: Transition | None) -> bool:
-    """Return whether an observer wants to pause where a state was entered; all of them are told."""
+    """Return whether an observer wants to pause where a state was entered; all of them are notified."""
     pauses = [observer.entered(run, transition) for observer in tree.observers]
     return any(pauses)
 
@@ -218,7 +218,7 @@ def _call(tree: Tree, run: Run, code: Callable[[], object], supervisor: Supervis
     """Return what a piece of user code returns, or None when it failed and the cycle is to go on."""
     try:
         return code()
-    except Exception as error:  # noqa: BLE001 - anything may come out of user code; the supervisor tells it
+    except Exception as error:  # noqa: BLE001 - anything may come out of user code; the supervisor reports it
         for observer in tree.observers:
             observer.code_failed(run, error)
         supervisor.failed(run, error)

@@ -47,7 +47,7 @@ class ComponentStoppedError(BaseException):
 
 
 class CycleCutError(BaseException):
-    """The running cycle has to end now: raised out of `self.sleep`, and told nobody.
+    """The running cycle has to end now: raised out of `self.sleep`, and not reported.
 
     Either an ancestor has left the state above, or the component pauses. It is no Exception, so that
     `except Exception` in user code lets it pass.

@@ -25,7 +25,7 @@ from .variables import assign, convert, did_you_mean
 _STOP: Final = 2.0
 """The longest wait in wall seconds for the running cycles when the component ends."""
 _GAP: Final = 0.5
-"""Wall seconds in which a moment without any cycle may come by itself, to replace the automata in."""
+"""Wall seconds to wait for a moment without any cycle, in which the automata are replaced."""
 _END: Final = 0.5
 """Wall seconds that running cycles have to end when it does not, while no other begins."""
 RETRY: Final = 1.0
@@ -37,7 +37,7 @@ class Runtime(Observer):
 
     Making it runs the variables of the document; raises what `make_automata` does. `ended` is set when the
     component is to end: by an error, by `request_stop`, by its own code, or since the root has finished.
-    `servers_present` tells whether the servants of the component's proxies can be reached, as far as is
+    `servers_present` returns whether the servants of the component's proxies can be reached, as far as is
     known.
     """
 
@@ -112,14 +112,14 @@ class Runtime(Observer):
         self._threads.start()
 
     def request_stop(self) -> None:
-        """Let no further cycle begin and tell `ended`; returns at once."""
+        """Let no further cycle begin, and set `ended`; returns at once."""
         with self.tree.lock:
             self.tree.held = True
             self.ended.set()
         self._threads.wake()
 
     def stop(self) -> None:
-        """End the automata: running cycles end, or are told as errors after 2 s."""
+        """End the automata: running cycles end, or are logged as errors after 2 s."""
         self.request_stop()
         for run in self._threads.stop(_STOP):
             self.component._hfsm_log.error(
@@ -147,7 +147,7 @@ class Runtime(Observer):
         """Go on after a refused command if commands are taken again; call it now and then.
 
         `commands_taken` is asked with the name of whom the refusal said to hold the robot, at the earliest
-        1 s after it. Commands may be refused anew, and the component pauses again.
+        1 s after it. Commands may be refused again, and the component pauses again.
         """
         refusal = self.refusal
         if refusal is None or time.monotonic() - refusal.since < RETRY or not commands_taken(refusal.holder):
@@ -219,7 +219,7 @@ class Runtime(Observer):
     def _wait_for_gap(self) -> float:
         """Wait for a moment without any cycle; return since when none could begin, by `perf_counter`.
 
-        It comes by itself, or else no cycle may begin until it does.
+        When it does not come in time, no cycle may begin until it does.
         """
         found, began = self.tree.wait_for_gap(_GAP), time.perf_counter()
         if not found:

@@ -75,18 +75,18 @@ class _Outage:
         return first
 
     def recovered(self, run: Run) -> float | None:
-        """Take notice of a cycle that went through; return how many s it was, if it is over now."""
+        """Count a cycle that went through; return how many s it was, if it is over now."""
         before, self._waiting = self._waiting, {r for r in self._waiting if r.active and r is not run}
         return time.monotonic() - self._began if before and not self._waiting else None
 
 
 class Supervision(Observer):
-    """Take errors from the cycles of one component, and answer them.
+    """Handle the errors in the cycles of one component.
 
     `on_error` and `on_refused` are the policies, by default those of the document. `halt` is called when they
     say so, and `refused` when a command was refused and the component is to pause.
 
-    While a server is away the cycles that need it are left, and tried again at their next time: the log tells
+    While a server is away the cycles that need it are left, and tried again at their next time: the log says
     once that it is gone and once that it is back. It is back when `servers_present` says so and the automata
     that missed it get through a cycle, or have become ghosts. A refusal is logged in the same way: it is over
     when those that were refused get through a cycle.
@@ -166,7 +166,7 @@ class Supervision(Observer):
             raise CycleEnded from error
 
     def succeeded(self, run: Run) -> None:
-        """Take notice of a cycle that went through to its end."""
+        """End what a cycle that went through has recovered from."""
         if self._hardware_failures:
             self._hardware_failures.pop(run, None)
         if self._refused:
@@ -181,7 +181,7 @@ class Supervision(Observer):
                     self._log.warning("the server is back after %.1f s", seconds)
 
     def not_handed_over(self, run: Run, late: list[Run]) -> None:
-        """Take notice that automata below a state that was left are still in a cycle."""
+        """Report automata below a state that was left that are still in a cycle."""
         for child in late:
             message = (
                 f"still in a cycle 1 s after {run.automaton.name} left the state {run.current.name}: "
@@ -191,7 +191,7 @@ class Supervision(Observer):
             self._log.error("%s: %s", _place(child), message)
 
     def note(self, run: Run, message: str) -> None:
-        """Take notice of something that is amiss with an automaton and is no error of its code."""
+        """Log and remember what is wrong with an automaton and is no error of its code."""
         self._record(run, "", message)
         self._log.warning("%s: %s", _place(run), message)
 
@@ -229,7 +229,7 @@ class Supervision(Observer):
                 self._logged[key] = (logged_at, repeated + 1)
                 return
             self._logged[key] = (now, 0)
-        again = f" ({repeated} times more since it was last told)" if repeated else ""
+        again = f" ({repeated} times more since it was last logged)" if repeated else ""
         trace = error and (type(error), error, part_of_component(error, self._file))
         self._log.error("%s%s", text, again, exc_info=trace)
 

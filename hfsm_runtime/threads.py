@@ -201,7 +201,7 @@ class Threads(Observer):
                 slot = slot_after(max(at, self._timeline.now() - delay), interval)
 
     def guard(self, worker: _Worker) -> None:
-        """Run an automaton and tell when its thread ends before its time."""
+        """Run an automaton, and report when its thread ends before its time."""
         self._own.worker = worker
         try:
             self.run_cycles(worker)

@@ -9,7 +9,7 @@ from zenoh_ice.clock import Clock
 
 _SECOND: Final = 1_000_000_000
 _LONGEST_WAIT: Final = 0.5
-"""The longest wait on the clock in s: a simulation that starts anew must not hold a component up."""
+"""The longest wait on the clock in s: a simulation that restarts must not hold a component up."""
 _PAUSED_WAIT: Final = 1.0
 _APART: Final = 50_000
 """ns between the wake-ups of two automata whose slots fall together: about what a cycle takes on a thread."""
@@ -18,7 +18,7 @@ _APART: Final = 50_000
 class Timeline:
     """Component time in integer ns: it stands still while the component is paused, and never runs backwards.
 
-    When the clock does, because a simulation was started anew, component time goes on from where it was.
+    When the clock does, because a simulation was restarted, component time goes on from where it was.
     """
 
     def __init__(self, clock: Clock) -> None:

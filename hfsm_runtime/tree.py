@@ -27,7 +27,7 @@ class Replaced:
 class Tree:
     """The automata of a component at run time.
 
-    `observers` are told of everything that happens to them. Raises DefinitionError.
+    `observers` are notified of everything that happens to them. Raises DefinitionError.
     """
 
     def __init__(self, root: Automaton) -> None:
@@ -52,7 +52,7 @@ class Tree:
     def begin_at(self, automaton: int, state: int) -> None:
         """Let `start` enter a state, and above it those that own its automaton, instead of the initial ones.
 
-        Each begins anew as usual when it is entered the next time. Raises UnknownElementError.
+        Each begins as usual when it is entered the next time. Raises UnknownElementError.
         """
         run = self._by_id.get(automaton)
         if run is None:
@@ -163,7 +163,7 @@ class Tree:
     def change(self, run: Run, transition: Transition, now: int) -> bool:
         """Change the state; its timers do not run and the automata below sleep until `enter`.
 
-        False, and no change, in a cycle that ends so late that the automaton is active anew.
+        False, and no change, in a cycle that ends so late that the automaton is active again.
         """
         with self.lock:
             if run.claimed != run.activations:
@@ -208,7 +208,7 @@ class Tree:
 
         `grown` are new ones, as `grow` returns them. Where one has the id of an automaton that is here, that
         one goes on, in the state of the same id, or else of the same name when only one has it; one whose
-        state is gone begins anew. What guards said is forgotten.
+        state is gone restarts. The values of guards are forgotten.
         """
         before = self._by_id
         runs = tuple(before.get(run.automaton.id, run) for run in grown)
@@ -231,7 +231,7 @@ class Tree:
                 if left is not None:
                     displaced.append((run, left))
         self.runs, self._by_id = runs, at
-        anew = {run for run, _ in displaced}
+        restarted = {run for run, _ in displaced}
         for run in runs:
             above = run.parent
             if above is None:
@@ -242,7 +242,7 @@ class Tree:
                 self._deactivate(run, now)
             elif not run.active:
                 self._begin(run, now)
-            elif run in anew:
+            elif run in restarted:
                 self._set(run, run.automaton.initial, now)
                 if not run.owed:
                     self._settle(run, now)
@@ -252,8 +252,8 @@ class Tree:
         """Activate an automaton below a state that was entered."""
         if run.active:
             return
-        anew = run.finished or (run.owner is not None and run.owner.restart)
-        if run.entered is None or anew:
+        restarts = run.finished or (run.owner is not None and run.owner.restart)
+        if run.entered is None or restarts:
             run.finished = False
             run.forced = None
             self._activate(run, now, initial=True)

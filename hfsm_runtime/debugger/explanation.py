@@ -90,10 +90,10 @@ def _asked(transition: Transition, *, value: bool, ago: float) -> str:
 
 
 def _values(run: Run, condition: str) -> str:
-    """Return what the names in a condition stand for now, as far as nothing has to be executed to tell."""
+    """Return what the names in a condition stand for now, where nothing has to be executed to know it."""
     found = values_in(condition, values_of(run.automaton), _MOST_VALUES)
-    told = [f"{name} is {short_repr(value)[:_LONGEST_VALUE]}" for name, value in found.items()]
-    return f"; now {', '.join(told)}" if told else ""
+    values = [f"{name} is {short_repr(value)[:_LONGEST_VALUE]}" for name, value in found.items()]
+    return f"; now {', '.join(values)}" if values else ""
 
 
 def _unfinished(run: Run) -> str:

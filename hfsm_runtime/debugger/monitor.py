@@ -67,39 +67,39 @@ class _Servant(hfsm.HfsmMonitor):
             self._runtime.resume()
 
     def step(self, automaton: int, current: Current) -> None:  # noqa: ARG002
-        with _told():
+        with _translated_errors():
             runs = self._runtime.tree.runs if automaton == 0 else (self._runtime.run(automaton),)
             self._breakpoints.leave(runs)
             self._runtime.step(automaton)
 
     def forceTransition(self, automaton: int, transition: int, current: Current) -> None:  # noqa: ARG002
-        with _told():
+        with _translated_errors():
             self._runtime.force(automaton, transition)
 
     def setBreakpoints(self, breakpoints: list[hfsm.Breakpoint], current: Current) -> None:  # noqa: ARG002
-        with _told():
+        with _translated_errors():
             self._breakpoints.set(breakpoints)
 
     def getBreakpoints(self, current: Current) -> list[hfsm.Breakpoint]:  # noqa: ARG002
         return self._breakpoints.all
 
     def setVariable(self, automaton: int, name: str, value: str, current: Current) -> None:  # noqa: ARG002
-        with _told():
+        with _translated_errors():
             read = _read_json(value)
             if automaton:
                 check_kind(self._runtime.run(automaton).automaton, name, read)
             self._runtime.set_variable(automaton, _checked(name), read)
 
     def sendEvent(self, name: str, data: str, current: Current) -> None:  # noqa: ARG002
-        with _told():
+        with _translated_errors():
             self._runtime.send(_checked(name), _read_json(data) if data else None)
 
     def explain(self, automaton: int, current: Current) -> hfsm.Explanation:  # noqa: ARG002
-        with _told():
+        with _translated_errors():
             return explain(self._runtime.tree, self._runtime.run(automaton), self._runtime.timeline)
 
     def reload(self, current: Current) -> hfsm.ReloadReport:  # noqa: ARG002
-        with _told():
+        with _translated_errors():
             report = self._reloading.reload()
         report.notKept += self._breakpoints.renew()
         return report
@@ -110,7 +110,7 @@ class _Servant(hfsm.HfsmMonitor):
 
 
 @contextmanager
-def _told() -> Iterator[None]:
+def _translated_errors() -> Iterator[None]:
     """Raise the exceptions of the interface for errors in a `with` block."""
     try:
         yield
@@ -178,17 +178,17 @@ class Monitor(Observer):
 
     def _publish(self) -> None:
         publisher = self._servant.getSnapshotPublisher
-        last = told = False
+        last = reported = False
         while not last:
             last = self._closing
             if publisher.listening:
                 try:
                     publisher.publish(self._servant.getSnapshot(), self._runtime.clock.now())
-                    told = False
+                    reported = False
                 except Exception:  # variables are user objects, and a watcher must not end the watching
-                    if not told:  # ten times a second would hide all else
+                    if not reported:  # ten times a second would hide all else
                         _logger.exception("snapshots cannot be published")
-                    told = True
+                    reported = True
             if not last:
                 self._changed.wait(_INTERVAL)
                 self._changed.clear()

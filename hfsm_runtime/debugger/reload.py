@@ -118,7 +118,7 @@ def first_values_of(runs: tuple[Run, ...]) -> dict[int, FirstValues]:
     for run in runs:
         first[run.automaton.id] = values = {}
         for name, value in values_of(run.automaton).items():
-            with suppress(ValueError):  # another object: whether it changes cannot be told
+            with suppress(ValueError):  # another object: whether it changes is not known
                 values[name] = plain(value)
     return first
 
@@ -165,7 +165,7 @@ class Replacement:
             code = "; its exit code did not run" if left.exit is not None else ""
             self.not_kept.append(
                 f"{_label(run)} was in the state {left.name}, which is gone, "
-                f"and begins anew in {run.automaton.initial.name}{code}"
+                f"and restarts in {run.automaton.initial.name}{code}"
             )
         return replaced
 
@@ -297,7 +297,7 @@ def components_in(module: ModuleType) -> list[type[Component]]:
 
 
 def _forget(component: type[Component]) -> None:
-    """Let go of the module that a component was loaded from anew; its code may still run."""
+    """Release the module of a component that was loaded again; its code may still run."""
     if _MARK in component.__module__:
         sys.modules.pop(component.__module__, None)
 

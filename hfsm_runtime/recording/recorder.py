@@ -214,7 +214,7 @@ class Recorder(Observer):
 
 
 class VariableWatch:
-    """Tell which variables of automata have changed since the last time."""
+    """Find the variables of automata that have changed since the last time."""
 
     def __init__(self) -> None:
         self._known: dict[int, dict[str, bytes]] = {}
@@ -271,7 +271,7 @@ def describe_error(error: BaseException) -> str:
 
 
 def topics_of(tree: Tree) -> dict[int, str]:
-    """Return a part of a topic for each automaton, by id: the names from the root down, told apart."""
+    """Return a part of a topic for each automaton, by id: the names from the root down, made unique."""
     topics: dict[int, str] = {}
     for run in tree.runs:
         above = f"{topics[run.parent.automaton.id]}/" if run.parent else ""

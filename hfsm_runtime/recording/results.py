@@ -90,14 +90,14 @@ def take_bulk(operation: Operation[..., Any], payload: bytes | Parted) -> tuple[
     if isinstance(payload, Parted):
         paths = _paths(operation.result.struct)
         for place, data in zip(payload.places, payload.large, strict=True):
-            if 0 <= place < len(paths):  # otherwise whoever decodes it is told
+            if 0 <= place < len(paths):  # otherwise decoding it fails
                 found.append((Missing(list(paths[place]), len(data), digest(data)), data))
         payload = payload.rest
     if len(payload) <= _BULK:
         return payload, found
     try:
         plain = _take_bytes(msgspec.msgpack.decode(payload), [], found)
-    except _MALFORMED:  # whoever decodes it is told
+    except _MALFORMED:  # decoding it fails, too
         return payload, found
     return msgspec.msgpack.encode(plain), found
 

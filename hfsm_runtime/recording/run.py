@@ -1,4 +1,4 @@
-"""A component whose run is recorded: the same runtime, with an ear at each door."""
+"""A component whose run is recorded: the same runtime, whose inputs and outputs are written down."""
 
 from __future__ import annotations
 
@@ -268,7 +268,7 @@ class RecordedRuntime(Runtime):
 
 
 def _json(value: object) -> str:
-    """Return a value exactly; one that JSON lacks is refused by whoever gets it, and may be null here."""
+    """Return a value exactly; one that JSON lacks is refused by its receiver, and may be null here."""
     try:
         return msgspec.json.encode(value).decode()
     except (TypeError, ValueError, RecursionError):

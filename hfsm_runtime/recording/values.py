@@ -23,7 +23,7 @@ _ADDRESS: Final = re.compile(r" at 0x[0-9a-fA-F]+")
 def readable(value: object) -> Any:  # noqa: ANN401 - JSON
     """Return a value as JSON knows it.
 
-    Numbers that JSON lacks become texts (`nan`, `inf`), bytes tell their number, structs and mappings become
+    Numbers that JSON lacks become texts (`nan`, `inf`), bytes their number, structs and mappings become
     objects, other objects their repr without addresses. After 256 elements, 8 levels, or 1024 characters
     `...` stands for the rest. The same value makes the same JSON in every process.
     """

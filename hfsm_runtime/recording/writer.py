@@ -1,4 +1,4 @@
-"""Write messages to an MCAP file on a thread of their own: whoever records never waits for the disk."""
+"""Write messages to an MCAP file on a separate thread: recording never waits for the disk."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Replay a recording in a process of its own, and tell what happens as lines of JSON.
+"""Replay a recording in a separate process, and print what happens as lines of JSON.
 
 This is what `visualhfsm replay` starts: it runs the code of documents, which the command itself never does.
 """

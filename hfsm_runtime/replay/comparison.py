@@ -80,7 +80,7 @@ class Comparison:
         self._pairs: dict[object, _Pair] = {}
         self._encoder = msgspec.json.Encoder()
         self._recorded_cycles = 0
-        self._told: set[tuple[int, str, str]] = set()
+        self._reported: set[tuple[int, str, str]] = set()
 
     @property
     def identical(self) -> bool:
@@ -101,10 +101,10 @@ class Comparison:
             number = context.removeprefix("automaton ")
             pair = self._pairs.get(int(number)) if number.isdigit() else None
             automaton, name = (pair.automaton, pair.name) if pair else (0, context)
-            self._tell(Difference(time / _SECOND, automaton, name, "call", what, recorded, replayed))
+            self._report(Difference(time / _SECOND, automaton, name, "call", what, recorded, replayed))
 
     def finish(self) -> None:
-        """Take notice that both are over: an act that only the recording has is a difference."""
+        """End the comparison: an act that only the recording has is a difference."""
         for pair in self._pairs.values():
             if pair.parted_at is None and pair.recorded.acts:
                 pair.parted_at = pair.recorded.acts[0][0]
@@ -208,7 +208,7 @@ class Comparison:
             for name in sorted(names):
                 if self._encoder.encode(mine.get(name)) != self._encoder.encode(other.get(name)):
                     values = mine.get(name), other.get(name)
-                    self._tell(Difference(at / _SECOND, pair.automaton, pair.name, kind, name, *values))
+                    self._report(Difference(at / _SECOND, pair.automaton, pair.name, kind, name, *values))
         waiting = [half.acts[0][0] for half in (pair.recorded, pair.replayed) if half.acts]
         if waiting and waiting[0] <= at:  # what one has done the other would have done by now
             pair.parted_at = waiting[0]
@@ -216,10 +216,10 @@ class Comparison:
             for old in [each for each in half.frames if each < at]:
                 del half.frames[old]
 
-    def _tell(self, found: Difference) -> None:
+    def _report(self, found: Difference) -> None:
         key = (found.automaton, found.kind, found.what)
-        if key not in self._told and len(self._told) < _MOST_DIFFERENCES:
-            self._told.add(key)
+        if key not in self._reported and len(self._reported) < _MOST_DIFFERENCES:
+            self._reported.add(key)
             self.differences.append(found)
 
 

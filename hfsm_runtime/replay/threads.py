@@ -92,7 +92,7 @@ class ReplayThread:
                 self._function()
             except ReplayEndedError:
                 pass  # either the replay is over, or the driver knows why
-            except BaseException as error:  # noqa: BLE001 - the driver tells it
+            except BaseException as error:  # noqa: BLE001 - the driver reports it
                 self.failure = error
             self._back.release()
 

@@ -206,7 +206,7 @@ def test_what_is_gone_is_told(pair: Pair, version: Version) -> None:
         assert told == [
             "variables of automaton 1 (walker) are gone: count",
             "automaton 2 (b) is gone, which was in red",
-            "automaton 1 (walker) was in the state b, which is gone, and begins anew in a",
+            "automaton 1 (walker) was in the state b, which is gone, and restarts in a",
         ]
         snapshot = until(proxy, lambda snapshot: snapshot.generation == 1)
         assert [automaton.state for automaton in snapshot.automata] == [1]

@@ -112,7 +112,7 @@ def test_an_automaton_whose_state_is_gone_begins_anew_and_it_is_told() -> None:
     new = Automaton(id=1, name="walker", states=(new.states[0], State(id=9, name="follow")))
     (told,) = reload(run, new)
     assert told == (
-        "automaton 1 (walker) was in the state dance, which is gone, and begins anew in start; "
+        "automaton 1 (walker) was in the state dance, which is gone, and restarts in start; "
         "its exit code did not run"
     )
     run.advance(0.1)
@@ -139,7 +139,7 @@ def test_two_states_of_one_name_are_not_mistaken_for_each_other() -> None:
     run = running(timed("follow", "dance"), 16.0)
     states = (State(id=5, name="rest", initial=True), State(id=6, name="dance"), State(id=7, name="dance"))
     (told,) = reload(run, Automaton(id=1, name="walker", states=states))
-    assert "begins anew in rest" in told
+    assert "restarts in rest" in told
 
 
 def test_ghosts_keep_their_state_and_their_timers() -> None:

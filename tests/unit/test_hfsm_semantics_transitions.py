@@ -308,7 +308,7 @@ def test_the_order_of_transitions_decides_between_events_and_other_transitions()
         ("go", object(), "the data of the event 'go' is a object"),
         ("go", {"a": [0, {1, 2}]}, r"the data of the event 'go'\['a'\]\[1\] is a set"),
         ("go", {1: 2}, "has the key 1: keys are text"),
-        ("go", float("nan"), "is nan, which JSON cannot tell"),
+        ("go", float("nan"), "is nan, which JSON cannot represent"),
     ],
 )
 def test_an_event_that_json_cannot_tell_is_refused(name: str, data: object, words: str) -> None:
