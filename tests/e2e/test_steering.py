@@ -57,7 +57,7 @@ def test_dance_and_follow_goes_on_in_its_edited_document(stack: ExitStack, tmp_p
     assert before.automata[0].timers[0].remaining <= 600.0
 
     path.write_text(source.replace(">600000<", ">3600000<"), encoding="utf-8")
-    assert "generation 1" in steer("reload", "dance_and_follow", str(path))
+    assert "dance_and_follow was reloaded" in steer("reload", "dance_and_follow", str(path))
     after = until(monitor, lambda snapshot: snapshot.generation == 1)
     assert dancing(after)
     assert after.automata[0].enteredAt == before.automata[0].enteredAt
