@@ -10,7 +10,7 @@ import ast
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Final
 
@@ -19,7 +19,7 @@ from .code.names import OLD_MODULES
 from .code.pieces import is_foreign
 from .code.python import analyze_library
 from .code.text import Code, CodeError, parse, split
-from .code.trees import own_nodes, parse_python
+from .code.trees import all_nodes, own_nodes, parse_python
 from .document import Automaton, Document, State, Text, Transition
 from .extension import Extension, read_extension
 
@@ -79,7 +79,7 @@ class Piece:
     def reads(self) -> frozenset[str]:
         """The names that it reads, in its own scope or in those within."""
         names: set[str] = set()
-        for node in ast.walk(self.tree):
+        for node in all_nodes(self.tree):
             match node:
                 case ast.Name(id=name, ctx=ast.Load() | ast.Del()):
                     names.add(name)
@@ -236,7 +236,7 @@ class Analysis:
     @cached_property
     def modules(self) -> frozenset[str]:
         """The modules that libraries and code import, dotted."""
-        nodes = [*self._imports, *(node for piece in self.pieces for node in ast.walk(piece.tree))]
+        nodes = [*self._imports, *(node for piece in self.pieces for node in all_nodes(piece.tree))]
         found: set[str] = set()
         for node in nodes:
             if isinstance(node, ast.Import):
@@ -367,6 +367,7 @@ def _is_expression(tree: ast.Module) -> bool:
     return False
 
 
+@lru_cache(maxsize=4096)
 def _is_too_deep(tree: ast.AST) -> bool:
     level: list[ast.AST] = [tree]
     for _ in range(_DEEPEST):

@@ -11,6 +11,7 @@ from typing import Final
 
 from ..diagnostics import Location, Note
 from .analysis import Analysis
+from .code.trees import all_nodes
 
 __all__ = ["Sends", "sends_of", "unclear_sends"]
 
@@ -72,7 +73,7 @@ def sends_of(tree: ast.Module) -> Sends:
     names: set[str] = set()
     lines: list[int] = []
     understood: set[ast.AST] = set()
-    for node in ast.walk(tree):
+    for node in all_nodes(tree):
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr in _SEND:
             understood.add(node.func)
             found, clear = _sent(node, node.func)
@@ -146,7 +147,7 @@ def _handed_over(tree: ast.AST) -> Iterator[bool]:
     """Yield for each use of the component itself whether that gives it to somebody."""
     harmless: set[ast.AST] = set()
     names = {"self"}
-    for node in ast.walk(tree):
+    for node in all_nodes(tree):
         match node:
             case ast.FunctionDef(args=ast.arguments(args=[first, *_])):
                 names.add(first.arg)
@@ -154,7 +155,7 @@ def _handed_over(tree: ast.AST) -> Iterator[bool]:
                 harmless.add(value)
             case ast.Call(func=ast.Name(id=name), args=arguments) if name in _HARMLESS:
                 harmless.update(arguments)
-    for node in ast.walk(tree):
+    for node in all_nodes(tree):
         yield isinstance(node, ast.Name) and node.id in names and node not in harmless
 
 

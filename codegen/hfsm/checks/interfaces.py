@@ -16,7 +16,7 @@ from typing import Final
 from ...diagnostics import Location, Note, did_you_mean
 from ..analysis import COMPONENT_ALIASES, Access, Analysis, Piece
 from ..code.names import identifier
-from ..code.trees import parse_python
+from ..code.trees import all_nodes, parse_python
 from ..codes import Code
 from ..document import Document, Interface
 from ..known_interfaces import KnownInterface, KnownInterfaces
@@ -263,7 +263,7 @@ def check_attributes(analysis: Analysis, known: KnownInterfaces, report: Report)
 
 def _sets_attributes_by_name(piece: Piece) -> bool:
     """Return whether code may give the component attributes whose names do not stand in it."""
-    for node in ast.walk(piece.tree):
+    for node in all_nodes(piece.tree):
         match node:
             case ast.Name(id="setattr" | "vars") | ast.Attribute(attr="__dict__" | "__setattr__"):
                 return True

@@ -18,7 +18,7 @@ from pyflakes.checker import Checker
 from ...diagnostics import did_you_mean
 from ..analysis import AutomatonCode, Piece
 from ..code.names import RESERVED
-from ..code.trees import own_nodes, parse_python
+from ..code.trees import all_nodes, own_nodes, parse_python
 from ..codes import Code
 from .report import Report
 
@@ -98,7 +98,7 @@ def _messages_of(tree: ast.Module, head: str, names: frozenset[str]) -> tuple[me
 
 def _names_in(piece: Piece) -> set[str]:
     names: set[str] = set()
-    for node in ast.walk(piece.tree):
+    for node in all_nodes(piece.tree):
         match node:
             case ast.Name(id=name):
                 names.add(name)

@@ -6,9 +6,10 @@ import ast
 import textwrap
 import threading
 from collections.abc import Iterator
+from functools import lru_cache
 from typing import Literal, overload
 
-__all__ = ["own_nodes", "parse_piece", "parse_python"]
+__all__ = ["all_nodes", "own_nodes", "parse_piece", "parse_python"]
 
 _ONE_AT_A_TIME = threading.Lock()
 # Until Python 3.13 all threads share the counter of a tree's depth: when another thread gets its turn while
@@ -27,6 +28,12 @@ def parse_python(source: str | bytes, filename: str = "<unknown>", *, mode: str 
     """Return the tree of a text. Raises what `ast.parse` raises."""
     with _ONE_AT_A_TIME:
         return ast.parse(source, filename, mode)
+
+
+@lru_cache(maxsize=8192)
+def all_nodes(tree: ast.AST) -> tuple[ast.AST, ...]:
+    """Return the nodes of a tree as `ast.walk` yields them: many ask for those of the same tree."""
+    return tuple(ast.walk(tree))
 
 
 def own_nodes(node: ast.AST) -> Iterator[ast.AST]:

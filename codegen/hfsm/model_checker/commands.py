@@ -13,11 +13,13 @@ import json
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 from typing import Final, NamedTuple
 
 from ...diagnostics import Diagnostics, Location, Note
 from ..analysis import Analysis, AutomatonCode
+from ..code.trees import all_nodes
 from ..codes import Code
 from ..document import NO_CHILD, Text
 
@@ -155,8 +157,9 @@ class Commands:
         self._known: dict[tuple[str, tuple[tuple[str, _Values], ...]], _Found] = {}
         self._names: dict[int, _Names] = {automaton.id: {} for automaton in document.automata}
         """What the variables of each automaton may stand for, by its id."""
-        self._pieces: dict[int, int] = {}
+        self._automata: dict[int, int] = {}
         """The automaton of each piece, by the ids of both."""
+        self._by_piece: dict[int, _Found] = {}
         if self._interfaces:
             self._follow_names()
 
@@ -177,9 +180,11 @@ class Commands:
         piece = self._analysis.piece(text)
         if piece is None or not self._interfaces:
             return _Found()
-        if piece.is_deep:
-            return _Found(unclear=[piece.tree])
-        return self._in_tree(piece.tree, self._names.get(self._pieces.get(id(piece), 0), {}), 0)
+        if id(piece) not in self._by_piece:
+            names = self._names.get(self._automata.get(id(piece), 0), {})
+            found = _Found(unclear=[piece.tree]) if piece.is_deep else self._in_tree(piece.tree, names, 0)
+            self._by_piece[id(piece)] = found
+        return self._by_piece[id(piece)]
 
     def _follow_names(self) -> None:
         """Find out what variables and attributes may stand for, until nothing new comes."""
@@ -188,7 +193,7 @@ class Commands:
             for code in self._analysis.automata:
                 names = self._names[code.automaton.id]
                 for piece in code.sharing():
-                    self._pieces[id(piece)] = code.automaton.id
+                    self._automata[id(piece)] = code.automaton.id
                     self._bind(piece.tree, names)
                 self._hand_over(code, names)
             for function in self._functions.values():
@@ -210,7 +215,7 @@ class Commands:
 
     def _bind(self, tree: ast.AST, names: _Names) -> None:
         """Give names and attributes what a tree assigns to them."""
-        for node in ast.walk(tree):
+        for node in all_nodes(tree):
             match node:
                 case ast.Assign(targets=targets, value=value):
                     for target in targets:
@@ -299,7 +304,7 @@ class Commands:
         found = _Found()
         followed: set[int] = set()
         """The nodes whose value goes nowhere but where it is followed."""
-        for node in ast.walk(tree):
+        for node in all_nodes(tree):
             self._mark(node, names, followed)
             match node:
                 case ast.Call(func=ast.Name(id="getattr"), args=[owner, name, *_]):
@@ -314,7 +319,7 @@ class Commands:
                             followed.add(id(function))
                 case ast.Attribute(ctx=ast.Load()):
                     self._use(node, names, found)
-        for node in ast.walk(tree):
+        for node in all_nodes(tree):
             if isinstance(node, ast.expr) and id(node) not in followed:
                 self._escape(node, names, found, depth)
         return found
@@ -408,7 +413,7 @@ class Commands:
             self._known[key] = _Found()  # a function that calls itself adds nothing
             if depth < _DEEPEST:
                 self._bind_all(function, handed)
-                self._known[key] = self._in_tree(ast.Module(function.body, []), handed, depth + 1)
+                self._known[key] = self._in_tree(_body(function), handed, depth + 1)
             else:
                 self._known[key] = _Found(unclear=[function])
         known = self._known[key]
@@ -426,6 +431,11 @@ class Commands:
         operation = method if method in known else method.removesuffix("Async")
         commands = known[operation] if operation in known else is_command(operation)
         return Command(identity, attribute, operation) if commands else None
+
+
+@lru_cache(maxsize=1024)
+def _body(function: ast.FunctionDef) -> ast.Module:
+    return ast.Module(function.body, [])
 
 
 def _add(names: _Names, name: str, values: _Values) -> None:

@@ -58,6 +58,8 @@ ANYTHING: Final = Command("", "", "")
 
 def uses_of(model: Model, commands: Commands) -> list[list[Use]]:
     """Return what each automaton commands, state by state."""
+    if len(model.automata) < 2:
+        return [[] for _ in model.automata]
     return [list(_uses(model, automaton, commands)) for automaton in model.automata]
 
 

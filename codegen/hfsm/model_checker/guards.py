@@ -17,6 +17,7 @@ from typing import Final
 
 from ..analysis import Analysis, imported_names
 from ..checks import truth
+from ..code.trees import all_nodes
 from ..document import Automaton, Text, Transition
 
 __all__ = ["Answer", "Answers", "Conjunction", "conjunction", "satisfy"]
@@ -328,7 +329,7 @@ class Answers:
     def _read(self, tree: ast.Module, automaton: int) -> None:
         """Note what code defines, assigns and uses."""
         own = {id(node) for node in tree.body} if automaton else set()
-        for node in ast.walk(tree):
+        for node in all_nodes(tree):
             match node:
                 case ast.Global(names=names) | ast.Nonlocal(names=names):
                     if isinstance(node, ast.Global) or id(node) not in own:
