@@ -271,3 +271,122 @@ def test_no_verdict_is_wrong_for_code_with_aliases_and_state(
     report, told, path = checked(coded(*guards, code=code, event=event), tmp_path)
     for seed in range(3):
         assert_agrees(report, told, run(path, seed))
+
+
+HELPERS = """
+def nod(self, who, *others):
+    who.setSpeed(0.1, 0.0)
+    for other in others:
+        other.stop()
+
+def turn(self, side):
+    getattr(self, side).setPose(0.0, 0.0, 0.5)
+
+def keep(self):
+    global kept
+    kept = self.Head
+
+def store(self, head):
+    global kept
+    kept = head
+
+def kept(self):
+    kept.stop()
+
+def toggle(self):
+    self.count = getattr(self, "count", 0) + 1
+    (self.Head if self.count % 2 else self.Neck).stop()
+
+def choose(self):
+    return self.Neck if self.sides else self.Head
+
+class Holder:
+    def __init__(self, component):
+        self.component = component
+
+    def move(self):
+        self.component.Head.stop()
+"""
+START = """
+self.mine = self.Head
+self.sides = ["Head", "Neck"]
+shared = self.Neck
+"""
+COMMANDS = [
+    "self.Head.setPose(0.0, 0.0, 0.2)", "self.Neck.stop()", "self.Head.getPose()", "head = self.Head\nhead.stop()",
+    "turn = self.Neck.setSpeed\nturn(0.1, 0.0)", "me = self\nme.Head.stop()", "self.mine.stop()", "shared.stop()",
+    "self.nod(self.Head)", "self.nod(who=self.Neck)", "self.nod(self.Head, self.Neck)", 'self.turn("Neck")',
+    "self.nod(*[self.Neck])", 'self.turn(random.choice(["Head"]))', "self.toggle()", "self.choose().stop()",
+    "self.Holder(self).move()", "(lambda head: head.stop())(self.Head)", "[each.stop() for each in (self.Head, self.Neck)]",
+    'side = "He"\nself.turn(f"{side}ad")', 'for side in self.sides:\n    getattr(self, side).stop()',
+    "{1: self.Head}[1].stop()", "functools.partial(self.Neck.stop)()", 'vars(self)["mine"].stop()',
+    "first, second = self.Head, self.Neck\nsecond.stop()", "def go(h):\n    h.stop()\ngo(self.Neck)",
+    'operator.methodcaller("stop")(self.Head)', 'operator.attrgetter("Head")(self).stop()', "",
+    'setattr(self, "late", self.Neck)\nself.late.stop()', "head = None\nhead = head or self.Head\nhead.stop()",
+    "with contextlib.nullcontext(self.Head) as head:\n    head.stop()", "self.Head.__class__.stop(self.Head)",
+    "self.keep()\nself.kept()", "self.store(head := self.Neck)\nself.kept()",
+    "for self.each in (self.Head, self.Neck):\n    self.each.stop()", "global h\nh = self.Head\nh.stop()",
+]  # fmt: skip
+
+
+class Servant:
+    """Stand for a proxy: note that it is commanded."""
+
+    def __init__(self, identity: str, commanded: set[str]) -> None:
+        self._identity, self._commanded = identity, commanded
+
+    def setPose(self, *_: object) -> None:
+        self._commanded.add(self._identity)
+
+    def stop(self) -> None:
+        self._commanded.add(self._identity)
+
+    setSpeed = setPose
+
+    def getPose(self) -> None:
+        pass
+
+
+def siblings(first: str, second: str, *, guard: bool) -> Document:
+    """Return two automata that run side by side: the code of the first may stand in a guard instead."""
+    heads = [Interface(name=name, type="PoseHead") for name in ("Head", "Neck")]
+    ways = [when(f"{first}\nreturn False", 1, 2)] if guard else []
+    states = [state(1, code="" if guard else first), *([state(2)] if guard else [])]
+    return document(
+        automaton(1, [state(1, children=[2, 3])], functions=Text(HELPERS), variables=Text(START)),
+        automaton(2, states, ways, father=1, variables=Text("shared = self.Neck")),
+        automaton(3, [state(1, code=second)], father=1, variables=Text("shared = self.Neck")),
+        interfaces=heads,
+        libraries=(*LIBRARIES, Library(name=Text("contextlib"))),
+    )
+
+
+def commanded(doc: Document, directory: Path) -> set[str]:
+    """Return the servants that the code of a document commands when it runs."""
+    path = directory / "commanded.xml"
+    path.write_text(write_document(doc), encoding="utf-8")
+    component, found = load_component(path)(), set[str]()
+    for name in ("Head", "Neck"):
+        setattr(component, name, Servant(name, found))
+    runtime.VirtualRun(component).advance(0.5)
+    return found
+
+
+@settings(
+    max_examples=examples(40),
+    deadline=None,
+    suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture],
+)
+@given(first=st.sampled_from(COMMANDS), second=st.sampled_from(COMMANDS), guard=st.booleans())
+def test_no_conflict_of_code_with_aliases_and_helpers_is_denied_or_made_up(
+    first: str, second: str, guard: bool, tmp_path: Path
+) -> None:
+    report = check_model(siblings(first, second, guard=guard), PATH)
+    of_first = commanded(siblings(first, "", guard=guard), tmp_path)
+    of_second = commanded(siblings("", second, guard=False), tmp_path)
+    found = {conflict.first.command.identity: conflict.certain for conflict in report.conflicts}
+    if report.complete:
+        assert of_first & of_second <= found.keys()
+    else:
+        assert report.doubtful or not all(found.values())
+    assert {identity for identity, certain in found.items() if certain} <= of_first & of_second

@@ -152,6 +152,14 @@ class Commands:
             for node in piece.tree.body
             if isinstance(node, ast.FunctionDef)
         }
+        self._globals = {
+            name
+            for piece in analysis.pieces
+            for node in all_nodes(piece.tree)
+            if isinstance(node, ast.Global)
+            for name in node.names
+        }
+        """Names of the whole file, which are not followed."""
         self._attributes: _Names = {}
         """What attributes may stand for that code gives to the component."""
         self._known: dict[tuple[str, tuple[tuple[str, _Values], ...]], _Found] = {}
@@ -337,7 +345,7 @@ class Commands:
     def _mark(self, node: ast.AST, names: _Names, followed: set[int]) -> None:
         """Add the parts of a node that it takes without giving them to anybody."""
         match node:
-            case ast.Attribute(value=value) | ast.Expr(value=value):
+            case ast.Attribute(value=value) | ast.Expr(value=value) | ast.FormattedValue(value=value):
                 followed.add(id(value))
             case ast.Assign(targets=targets, value=value):
                 if all(self._is_stored(target, names) for target in targets):
@@ -346,7 +354,7 @@ class Commands:
             case ast.AnnAssign(target=target, value=ast.expr() as value):
                 if self._is_stored(target, names):
                     followed.update(map(id, [value, *_alternatives(value)]))
-            case ast.NamedExpr(value=value):
+            case ast.NamedExpr(target=target, value=value) if self._is_stored(target, names):
                 followed.add(id(value))
             case ast.IfExp(test=test) | ast.If(test=test) | ast.While(test=test) | ast.Assert(test=test):
                 followed.update(map(id, [test, *_alternatives(test)]))
@@ -355,7 +363,9 @@ class Commands:
             case ast.Compare(left=left, comparators=others, ops=operators):
                 if not any(isinstance(each, ast.In | ast.NotIn) for each in operators):
                     followed.update(map(id, [left, *others]))
-            case ast.For(iter=iterable) | ast.comprehension(iter=iterable):
+            case ast.For(target=target, iter=iterable) | ast.comprehension(target=target, iter=iterable) if (
+                self._is_stored(target, names)
+            ):
                 followed.update(map(id, _elements(iterable)))
             case ast.Call(func=ast.Name(id=name), args=arguments) if name in _HARMLESS:
                 followed.update(map(id, arguments))
@@ -369,12 +379,12 @@ class Commands:
     def _is_stored(self, target: ast.expr, names: _Names) -> bool:
         """Return whether `_store` follows an assignment."""
         match target:
-            case ast.Name():
-                return True
+            case ast.Name(id=name):
+                return name not in self._globals
             case ast.Attribute(value=owner):
                 return self._values(owner, names) == {_SELF}
             case ast.Tuple(elts=targets):
-                return all(isinstance(each, ast.Name) for each in targets)
+                return all(isinstance(each, ast.Name) and self._is_stored(each, names) for each in targets)
         return False
 
     def _escape(self, node: ast.expr, names: _Names, found: _Found, depth: int) -> None:
