@@ -12,7 +12,6 @@ import logging
 import os
 import secrets
 import shutil
-import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
@@ -51,7 +50,6 @@ class Header(msgspec.Struct, frozen=True, tag="open", tag_field="entry"):
     name: str
     content: bytes
     digest: str
-    opened_at: float
     version: int = _VERSION
 
 
@@ -248,11 +246,6 @@ def find_abandoned(directory: Path) -> list[Abandoned]:
             path = None if header.path is None else Path(header.path)
             found.append(Abandoned(file, path, header.name, os.fstat(descriptor).st_mtime))
     return sorted(found, key=lambda each: each.changed_at, reverse=True)
-
-
-def make_header(path: Path | None, name: str, content: bytes, digest: str) -> Header:
-    """Return the first line of the journal of a document that is opened now."""
-    return Header(None if path is None else str(path), name, content, digest, time.time())
 
 
 def _lock(descriptor: int) -> bool:

@@ -26,7 +26,7 @@ from visualhfsm.editing.serialization import (
 )
 
 from .files import FileVersion, read_file, write_file
-from .journal import Done, Entry, Journal, Redone, Saved, Undone, journal_directory, make_header
+from .journal import Done, Entry, Header, Journal, Redone, Saved, Undone, journal_directory
 from .merge import Conflict, merge_documents
 from .undo import Change, UndoStack
 
@@ -102,7 +102,7 @@ class DocumentSession:
             dialect=dialect_of_file(content),
             version=version,
             journal=Journal(
-                journals or journal_directory(), make_header(path, path.stem, content, version.digest)
+                journals or journal_directory(), Header(str(path), path.stem, content, version.digest)
             ),
             size=len(content) * 2,
             clock=clock,
@@ -127,7 +127,7 @@ class DocumentSession:
             name=name,
             dialect=NATIVE,
             version=None,
-            journal=Journal(journals or journal_directory(), make_header(None, name, content, "")),
+            journal=Journal(journals or journal_directory(), Header(None, name, content, "")),
             size=len(content),
             clock=clock,
         )
