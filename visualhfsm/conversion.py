@@ -17,7 +17,7 @@ from codegen.diagnostics import Diagnostics, Location, Note
 from codegen.hfsm import read_document, write_document
 from codegen.hfsm.code.pieces import change_code, is_foreign, pieces_of
 from codegen.hfsm.code.python2 import bound_names, fix_python2, python2_mark
-from codegen.hfsm.code.trees import parse_piece
+from codegen.hfsm.code.text import parse_piece
 from codegen.hfsm.codes import Code
 from codegen.hfsm.document import Document, Library, Text
 from codegen.hfsm.scxml import is_scxml, read_scxml, write_scxml

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterator
-from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from pathlib import Path
@@ -18,12 +17,11 @@ from ..diagnostics import Location
 from .code.names import OLD_MODULES
 from .code.pieces import is_foreign
 from .code.python import analyze_library
-from .code.text import Code, CodeError, parse, split
-from .code.trees import all_nodes, own_nodes, parse_python
-from .document import Automaton, Document, State, Text, Transition
+from .code.text import Code, CodeError, all_nodes, own_nodes, parse, parse_python, split
+from .document import Automaton, Document, Library, State, Text, Transition
 from .extension import Extension, read_extension
 
-__all__ = ["Access", "Analysis", "AutomatonCode", "Piece", "analyze", "imported_names"]
+__all__ = ["Access", "Analysis", "AutomatonCode", "Piece", "analyze", "imported_names", "library_names"]
 
 COMPONENT_ALIASES: Final = frozenset({"globalNamespace", "interfaces", "namespace", "rosNode"})
 """What VisualStates calls the component in places; each is the component itself."""
@@ -247,15 +245,8 @@ class Analysis:
 
     @cached_property
     def _imports(self) -> list[ast.Import | ast.ImportFrom]:
-        """The imports of the libraries, without those that are none: the generator reports these."""
-        found = []
-        for library in self.document.libraries:
-            if library.is_module and not library.name.is_blank:
-                with suppress(CodeError):
-                    (node,) = parse_python(analyze_library(library.name)[0]).body
-                    assert isinstance(node, ast.Import | ast.ImportFrom)
-                    found.append(node)
-        return found
+        found = map(_library_import, self.document.libraries)
+        return [node for node in found if node is not None]
 
 
 def analyze(document: Document, path: Path) -> Analysis:
@@ -273,6 +264,24 @@ def analyze(document: Document, path: Path) -> Analysis:
         analysis.functions += [] if piece is None else [piece]
     analysis.is_complete = not any(code.broken for code in (*analysis.automata, reader.current))
     return analysis
+
+
+def library_names(library: Library) -> dict[str, str]:
+    """Return the names that a library binds, with what each stands for; none for what is not imported."""
+    node = _library_import(library)
+    return {} if node is None else imported_names(node)
+
+
+def _library_import(library: Library) -> ast.Import | ast.ImportFrom | None:
+    """Return the import of a library, None for one that is none: the generator reports it."""
+    if not library.is_module or library.name.is_blank:
+        return None
+    try:
+        (node,) = parse_python(analyze_library(library.name)[0]).body
+    except CodeError:
+        return None
+    assert isinstance(node, ast.Import | ast.ImportFrom), "that is what a library is"
+    return node
 
 
 def imported_names(node: ast.Import | ast.ImportFrom) -> dict[str, str]:

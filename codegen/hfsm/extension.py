@@ -8,7 +8,7 @@ from pathlib import Path
 
 from ..diagnostics import Diagnostics, Location, Note
 from .code.names import camel_case, component_name, identifier
-from .code.trees import parse_python
+from .code.text import parse_python
 from .codes import Code
 from .program import ExtensionProgram
 

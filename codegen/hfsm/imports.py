@@ -8,7 +8,6 @@ own do not.
 
 from __future__ import annotations
 
-import ast
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -16,10 +15,8 @@ from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Final, NamedTuple, TypeVar
 
 from ..diagnostics import Diagnostics, Location, Note
-from .code.python import analyze_library
+from .analysis import library_names
 from .code.reader import first_foreign, report_foreign
-from .code.text import CodeError
-from .code.trees import parse_python
 from .codes import Code
 from .document import (
     NO_CHILD,
@@ -363,15 +360,15 @@ class _Merger:
     def libraries(self, own: tuple[Library, ...], others: tuple[Library, ...]) -> tuple[Library, ...]:
         """Return both lists; a name that they bind to different things is reported."""
         written = {library.name.text.strip() for library in own}
-        known: dict[str, tuple[tuple[str, ...], Library]] = {}
+        known: dict[str, tuple[str, Library]] = {}
         for library in own:
-            known.update({name: (target, library) for name, target in _bindings(library)})
+            known.update({name: (target, library) for name, target in library_names(library).items()})
         new: list[Library] = []
         for library in others:
             if library.name.text.strip() in written:
                 continue
             new.append(library)
-            for name, target in _bindings(library):
+            for name, target in library_names(library).items():
                 if name in known and known[name][0] != target:
                     message = f"the library `{library.name.text.strip()}` and another one are both `{name}`"
                     self._conflict(message, self._place(library), self._place(known[name][1]))
@@ -384,20 +381,3 @@ class _Merger:
 
     def _place(self, item: Interface | Parameter | Event | Library) -> Location:
         return Location(item.path or self._path, item.line, max(1, item.column))
-
-
-def _bindings(library: Library) -> Iterator[tuple[str, tuple[str, ...]]]:
-    """Yield the names that a library binds with what each stands for; nothing for what is not imported."""
-    if not library.is_module:
-        return
-    try:
-        statement, _ = analyze_library(library.name)
-    except CodeError:
-        return  # told when the code is analyzed
-    for node in parse_python(statement).body:
-        if isinstance(node, ast.Import):
-            for alias in node.names:
-                module = alias.name if alias.asname else alias.name.split(".")[0]
-                yield alias.asname or module, (module,)
-        elif isinstance(node, ast.ImportFrom):
-            yield from ((alias.asname or alias.name, (node.module or "", alias.name)) for alias in node.names)

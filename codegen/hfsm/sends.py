@@ -11,7 +11,7 @@ from typing import Final
 
 from ..diagnostics import Location, Note
 from .analysis import Analysis
-from .code.trees import all_nodes
+from .code.text import all_nodes
 
 __all__ = ["Sends", "sends_of", "unclear_sends"]
 

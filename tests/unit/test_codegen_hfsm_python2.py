@@ -14,7 +14,7 @@ from codegen.diagnostics import Diagnostics
 from codegen.hfsm import compile_document, parse_document
 from codegen.hfsm.code.language import language_of
 from codegen.hfsm.code.python2 import fix_python2
-from codegen.hfsm.code.trees import parse_piece
+from codegen.hfsm.code.text import parse_piece
 from tests.support.documents import document, state, sub
 from visualhfsm.conversion import convert_python2
 

@@ -8,7 +8,7 @@ from typing import Final
 
 from ...diagnostics import Note
 from ..analysis import Analysis, Piece, imported_names
-from ..code.trees import own_nodes
+from ..code.text import own_nodes
 from ..codes import Code
 from .constants import milliseconds, seconds, truth
 from .report import Report

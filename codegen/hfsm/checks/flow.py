@@ -20,7 +20,7 @@ from itertools import pairwise
 
 from ...diagnostics import Note
 from ..analysis import AutomatonCode, Piece
-from ..code.trees import own_nodes
+from ..code.text import own_nodes
 from ..codes import Code
 from ..document import Automaton, State, Transition
 from .report import Report

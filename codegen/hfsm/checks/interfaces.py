@@ -16,7 +16,7 @@ from typing import Final
 from ...diagnostics import Location, Note, did_you_mean
 from ..analysis import COMPONENT_ALIASES, Access, Analysis, Piece
 from ..code.names import identifier
-from ..code.trees import all_nodes, parse_python
+from ..code.text import all_nodes, parse_python
 from ..codes import Code
 from ..document import Document, Interface
 from ..known_interfaces import KnownInterface, KnownInterfaces

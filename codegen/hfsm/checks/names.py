@@ -18,7 +18,7 @@ from pyflakes.checker import Checker
 from ...diagnostics import did_you_mean
 from ..analysis import AutomatonCode, Piece
 from ..code.names import RESERVED
-from ..code.trees import all_nodes, own_nodes, parse_python
+from ..code.text import all_nodes, own_nodes, parse_python
 from ..codes import Code
 from .report import Report
 

@@ -15,7 +15,7 @@ from typing import Final
 
 from ..document import Document
 from .python2 import fix_python2, python2_mark
-from .trees import parse_python
+from .text import parse_python
 
 __all__ = ["CPP", "PYTHON", "language_of", "looks_like_cpp"]
 

@@ -10,8 +10,18 @@ from dataclasses import replace
 from typing import Final
 
 from ..document import Text
-from .text import FUTURE, INDENT, Code, CodeError, compile_source, parse, split, without_warnings
-from .trees import own_nodes, parse_python
+from .text import (
+    FUTURE,
+    INDENT,
+    Code,
+    CodeError,
+    compile_source,
+    own_nodes,
+    parse,
+    parse_python,
+    split,
+    without_warnings,
+)
 
 __all__ = [
     "Code",

@@ -11,7 +11,7 @@ from collections.abc import Collection, Iterator
 from functools import cache
 from typing import TYPE_CHECKING, Final
 
-from .trees import parse_piece
+from .text import parse_piece
 
 if TYPE_CHECKING:
     from fissix.refactor import RefactoringTool

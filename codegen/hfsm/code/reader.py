@@ -12,8 +12,7 @@ from ..document import Document, Text
 from .language import looks_like_cpp
 from .pieces import Piece, is_foreign, pieces_of
 from .python2 import fix_python2, python2_mark
-from .text import CodeError
-from .trees import parse_piece
+from .text import CodeError, parse_piece
 
 __all__ = ["CodeReader", "first_foreign", "report_foreign"]
 

@@ -21,7 +21,7 @@ from ...diagnostics import Diagnostics, Location, Note
 from ..code.language import CPP, language_of
 from ..code.pieces import change_code
 from ..code.reader import first_foreign
-from ..code.trees import parse_piece
+from ..code.text import parse_piece
 from ..codes import Code
 from ..document import Automaton, Comment, Document, Text, Transition
 from .native import NativeReader

@@ -18,7 +18,7 @@ from typing import Final
 
 from codegen.diagnostics import Diagnostics
 
-from ..code.trees import parse_piece
+from ..code.text import parse_piece
 from ..codes import Code
 from ..document import (
     DEFAULT_PERIOD,

@@ -19,7 +19,7 @@ from typing import Final, NamedTuple
 
 from ...diagnostics import Diagnostics, Location, Note
 from ..analysis import Analysis, AutomatonCode
-from ..code.trees import all_nodes
+from ..code.text import all_nodes
 from ..codes import Code
 from ..document import NO_CHILD, Text
 

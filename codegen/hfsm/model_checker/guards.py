@@ -17,7 +17,7 @@ from typing import Final
 
 from ..analysis import Analysis, imported_names
 from ..checks import truth
-from ..code.trees import all_nodes
+from ..code.text import all_nodes
 from ..document import Automaton, Text, Transition
 
 __all__ = ["Answer", "Answers", "Conjunction", "conjunction", "satisfy"]

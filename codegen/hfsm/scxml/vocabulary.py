@@ -9,7 +9,7 @@ import warnings
 from decimal import Decimal
 from typing import Final
 
-from ..code.trees import parse_python
+from ..code.text import parse_python
 from ..formats.writer import is_writable
 
 __all__ = [

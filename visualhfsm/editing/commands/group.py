@@ -11,6 +11,7 @@ from collections.abc import Set as AbstractSet
 from dataclasses import replace
 from typing import Final, NamedTuple
 
+from codegen.hfsm.code.text import parse_python
 from codegen.hfsm.document import Automaton, Document, State, Text, Transition
 
 from ..errors import EditError
@@ -163,7 +164,7 @@ def split_variables(text: str, inside: AbstractSet[str], outside: AbstractSet[st
     `outside`, and that no other line needs, and when it needs no line that stays. What is no Python stays.
     """
     try:
-        statements = ast.parse(text).body
+        statements = parse_python(text).body
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         return text, ""
     names = [_names(each) for each in statements]
