@@ -54,7 +54,7 @@ class _Series(msgspec.Struct, forbid_unknown_fields=True):
 
 
 class Monitoring:
-    """Implements `visualhfsm.web.services.Live`. Make it on the event loop; it listens until `close`.
+    """Follows and steers components. Make it on the event loop; it listens until `close`.
 
     Besides what `control` of this package does, the page may ask `control` for these actions: `timeline`,
     `at` (a moment of the past by its component time), `series` (numbers over time), `facts` of the robot,
