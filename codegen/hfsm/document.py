@@ -58,25 +58,22 @@ class Text:
 
 @dataclass(frozen=True, slots=True)
 class Comment:
-    """An XML comment; `tail` is the text behind it, where it stands among text."""
+    """An XML comment."""
 
     text: str
-    tail: str = ""
 
 
 @dataclass(frozen=True, slots=True)
 class Element:
     """An XML element that the model does not know; it is kept and written back.
 
-    `text` is what stands before its first child, `tail` what stands behind the element itself. White space
-    by which elements are merely indented is not kept.
+    It holds a text or children, not both.
     """
 
     tag: str
     attributes: tuple[tuple[str, str], ...] = ()
     text: str = ""
     children: tuple[Extra, ...] = ()
-    tail: str = ""
 
 
 Extra = Element | Comment
@@ -85,15 +82,14 @@ Extra = Element | Comment
 
 @dataclass(frozen=True, slots=True)
 class Leaf:
-    """What an element that the model takes for a text alone has besides.
+    """What an element that the model takes for a text or a list has besides.
 
-    `comments` stand before it; `text` is what it holds before the first of its `children`.
+    `comments` stand before it; a list holds unknown `children`.
     """
 
     tag: str
     comments: tuple[Comment, ...] = ()
     attributes: tuple[tuple[str, str], ...] = ()
-    text: str = ""
     children: tuple[Extra, ...] = ()
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from hypothesis import strategies as st
 
 from codegen.hfsm.document import (
@@ -152,12 +150,6 @@ _awkward = {"comments": comments, "extras": _awkward_extras, "attributes": attri
 _code_lines = st.sampled_from(["", "x = 1", "\n  run()\n", " ", "a < b & c", "x = 1\ny = [2]", "]]>"]).map(
     Text
 )
-_mixed = st.builds(
-    lambda tag, text, tail: Leaf(tag, text=text, children=(Comment(" why ", tail),)),
-    st.sampled_from(["entry", "code", "name"]),
-    st.sampled_from(["", "run()", " "]),
-    st.sampled_from(["", "\nstop()", " "]),
-)
 _tree_states = st.builds(
     State, id=_few_ids, name=_names, initial=st.booleans(), x=numbers, y=numbers, final=st.sampled_from([False, False, True]),
     children=st.lists(st.integers(1, 5), max_size=3).map(tuple), entry=_code_lines, code=_code_lines, exit=_code_lines,
@@ -184,32 +176,8 @@ _plain_parameters = st.lists(
 ).map(tuple)  # fmt: skip
 
 
-def _mixed_into(document: Document, leaf: Leaf | None) -> Document:
-    """Return a document in whose first state a comment stands within a text."""
-    if leaf is None or not document.automata or not document.automata[0].states:
-        return document
-    text = leaf.text + "".join(child.tail for child in leaf.children)
-    automaton, *automata = document.automata
-    state, *states = automaton.states
-    match leaf.tag:
-        case "name":
-            state = replace(state, name=text)
-        case "entry":
-            state = replace(state, entry=Text(text))
-        case _:
-            state = replace(state, code=Text(text))
-    others = tuple(each for each in state.leaves if each.tag != leaf.tag)
-    leaves = tuple(sorted((*others, leaf), key=lambda each: each.tag))
-    state = replace(state, leaves=leaves)
-    return replace(document, automata=(replace(automaton, states=(state, *states)), *automata))
-
-
 trees = st.builds(
-    _mixed_into,
-    st.builds(
-        Document, root_tag=st.sampled_from(["VisualHFSM", "VisualStates"]), automata=st.lists(_tree_automata, max_size=4).map(tuple),
-        parameters=_plain_parameters, language=st.sampled_from(["", "Python", "C++", "ECMAScript"]).map(Text),
-        libraries=st.lists(libraries, max_size=1).map(tuple), leaves=leaves("description", "parameters", "config"), **_awkward,
-    ),
-    st.none() | _mixed,
+    Document, root_tag=st.sampled_from(["VisualHFSM", "VisualStates"]), automata=st.lists(_tree_automata, max_size=4).map(tuple),
+    parameters=_plain_parameters, language=st.sampled_from(["", "Python", "C++", "ECMAScript"]).map(Text),
+    libraries=st.lists(libraries, max_size=1).map(tuple), leaves=leaves("description", "parameters", "config"), **_awkward,
 )  # fmt: skip

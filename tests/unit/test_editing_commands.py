@@ -11,9 +11,7 @@ from codegen.hfsm import write_document
 from codegen.hfsm.document import (
     Argument,
     Automaton,
-    Comment,
     Document,
-    Leaf,
     Parameter,
     State,
     Text,
@@ -422,16 +420,6 @@ def test_text_that_no_file_can_hold_is_refused_with_its_line() -> None:
         SetStateCode(automaton=1, state=1, part="code", text="a\n\x1b").apply(tree())
     with pytest.raises(EditError, match="more than"):
         SetStateCode(automaton=1, state=1, part="code", text="x" * (1 << 21)).apply(tree())
-
-
-def test_a_comment_inside_a_text_stays_when_the_text_is_changed() -> None:
-    leaf = Leaf(tag="code", text="a", children=(Comment("why", "b"),))
-    with_comment = State(id=1, name="s", code=Text("ab"), leaves=(leaf,))
-    document = Document(automata=(Automaton(id=1, states=(with_comment,)),))
-    assert parse(write_document(document), "Cannot read") == document
-    document = SetStateCode(automaton=1, state=1, part="code", text="c").apply(document)
-    assert "<code>c<!--why--></code>" in write_document(document)
-    assert parse(write_document(document), "Cannot read") == document
 
 
 def test_a_command_that_changes_nothing_returns_the_document_itself() -> None:

@@ -140,18 +140,6 @@ def test_code_that_both_changed_in_other_lines_is_merged() -> None:
     assert outcome.document.automata[0].states[0].code.text == "FIRST()\nsecond()\n"
 
 
-def test_comments_inside_code_that_is_merged_stay() -> None:
-    text = write_document(done(tree(), code("first()\nsecond()\nthird()\n")))
-    start = parse(text.replace("second()", "second()<!-- why -->"), "Cannot read")
-    theirs = parse(write_document(start).replace("third()", "THIRD()"), "Cannot read")
-    outcome = merge_documents(start, done(start, code("FIRST()\nsecond()\nthird()\n"), rename("x")), theirs)
-    written = write_document(outcome.document)
-    assert outcome.conflicts == ()
-    assert parse(written, "Cannot read") == outcome.document
-    assert "<!-- why -->" in written
-    assert outcome.document.automata[0].states[0].code.text == "FIRST()\nsecond()\nTHIRD()\n"
-
-
 def test_what_only_one_side_changed_is_taken() -> None:
     outcome = merged(
         [

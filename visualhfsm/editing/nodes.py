@@ -13,12 +13,8 @@ from itertools import count
 from typing import Any, Final, TypeVar
 
 from codegen.hfsm.document import (
-    Argument,
     Automaton,
     Document,
-    Interface,
-    Leaf,
-    Library,
     Node,
     State,
     Text,
@@ -45,7 +41,6 @@ __all__ = [
     "swapped",
     "transition_ids",
     "with_automaton",
-    "with_leaf_text",
     "with_state",
     "with_transition",
 ]
@@ -60,19 +55,6 @@ _MAX_TEXT: Final = 1 << 20
 _FARTHEST: Final = 1e6
 _LONGEST_LABEL: Final = 30
 _NUMBERED: Final = re.compile(r"^(?P<stem>.*?)\s+\d{1,9}$", re.DOTALL)
-
-# Fields whose element in a file has another name.
-_TAGS: Final[dict[tuple[type[Node], str], str]] = {
-    (Transition, "code"): "transcode",
-    (Transition, "trigger"): "trans",
-    (Argument, "value"): "argument",
-    (Library, "name"): "lib",
-    (Document, "on_error"): "onerror",
-    (Document, "on_refused"): "onrefused",
-    (Interface, "name"): "nameinterface",
-    (Interface, "proxy"): "nameproxy",
-    (Interface, "type"): "interface",
-}
 
 _NodeT = TypeVar("_NodeT", bound=Node)
 _T = TypeVar("_T")
@@ -105,35 +87,21 @@ def coordinate(value: float) -> float:
 def changed(node: _NodeT, **fields: Any) -> _NodeT:  # noqa: ANN401 - whatever the node has
     """Return a node with other fields; a string for a field that holds a `Text` becomes one.
 
-    What stands inside a text, such as a comment, has no place in another text: it comes behind it. Returns
-    the node itself when nothing differs. Raises EditError for a text that a file cannot hold.
+    Returns the node itself when nothing differs. Raises EditError for a text that a file cannot hold.
     """
-    leaves = node.leaves
     values: dict[str, Any] = {}
     for name, given in fields.items():
         former = getattr(node, name)
         value = given
         if isinstance(given, str):
             text = checked(given, f"the {name.replace('_', ' ')}")
-            leaves = with_leaf_text(leaves, _TAGS.get((type(node), name), name), text)
             value = Text(text) if isinstance(former, Text) else text
         if value != former:
             values[name] = value
     if not values:
         return node
-    made: _NodeT = replace(node, leaves=leaves, **values)
+    made: _NodeT = replace(node, **values)
     return made
-
-
-def with_leaf_text(leaves: tuple[Leaf, ...], tag: str, text: str) -> tuple[Leaf, ...]:
-    """Return what elements have beside their text, when that of one of them is to be another."""
-    return tuple(_with_text(leaf, text) if leaf.tag == tag else leaf for leaf in leaves)
-
-
-def _with_text(leaf: Leaf, text: str) -> Leaf:
-    if not leaf.children or leaf.text + "".join(child.tail for child in leaf.children) == text:
-        return leaf
-    return replace(leaf, text=text, children=tuple(replace(child, tail="") for child in leaf.children))
 
 
 def swapped(items: tuple[_T, ...], old: _T, new: _T) -> tuple[_T, ...]:

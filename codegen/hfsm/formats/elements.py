@@ -25,10 +25,7 @@ __all__ = [
     "ElementReader",
     "NodeFields",
     "Parts",
-    "kept_children",
-    "kept_element",
     "node_fields",
-    "own_text",
     "text_of",
 ]
 
@@ -72,9 +69,8 @@ class Parts:
         for tag, leaf in self.details.items():
             if not native.get(tag, tag):
                 found += leaf.comments
-                if leaf.attributes or leaf.children:
-                    inside = Element(tag, leaf.attributes, leaf.text, leaf.children)
-                    found.append(Element(KEPT, children=(inside,)))
+                if leaf.attributes:
+                    found.append(Element(KEPT, children=(Element(tag, leaf.attributes),)))
         return tuple(found)
 
 
@@ -122,43 +118,6 @@ def text_of(element: XmlElement | None, default: str = "") -> Text:
     return Text(element.text, element.text_line, element.text_column)
 
 
-def own_text(element: XmlElement, tag: str | None = None) -> Parts:
-    """Return the parts of a node that holds a text: what it has inside beside that.
-
-    `tag` is the name that the node has in the native dialect, where that is another.
-    """
-    if not element.children:
-        return NOTHING
-    tag = tag or element.tag
-    leaf = Leaf(tag, (), (), element.head, kept_children(element, mixed=True))
-    return Parts({}, {}, {tag: leaf}, ())
-
-
-def kept_element(element: XmlElement) -> Element:
-    """Return an element with all in it; white space that only indents its children is not kept."""
-    mixed = bool(element.text.strip())
-    text = element.head if mixed or not element.children else ""
-    return Element(element.tag, tuple(element.attributes.items()), text, kept_children(element, mixed=mixed))
-
-
-def kept_children(element: XmlElement, *, mixed: bool) -> tuple[Extra, ...]:
-    """Return the children of an element, with the text between them when it is `mixed` with text."""
-    return tuple(_kept_child(child, child.tail if mixed else "") for child in element.children)
-
-
-def _kept_child(child: XmlElement | XmlComment, tail: str) -> Extra:
-    if isinstance(child, XmlComment):
-        return Comment(child.text, tail)
-    return replace(kept_element(child), tail=tail)
-
-
-# Leaves that hold a number or a truth value: how it was written is not kept, only what else is in them.
-_VALUES: Final = frozenset(
-    (
-        *("posx", "posy", "origin", "destiny", "idSubautomataSon", "final"),
-        *("origenX", "origenY", "destino", "hijo", "originid", "destinationid"),
-    )
-)
 _MOST_LINES: Final = 20
 """Lines of which a remark tells."""
 
@@ -224,7 +183,7 @@ class ElementReader:
                 says_something = child.text.strip() or child.children or child.attributes
                 if says_something and child.tag not in leaves and child.tag not in containers:
                     self.remark(child, f"`{child.tag}` has no meaning here: it is kept, and not used")
-                kept = kept_element(child)
+                kept = self.kept(child)
                 extras.append(Element(KEPT, children=(kept,)) if child.tag in taken else kept)
             pending.clear()
         extras += pending
@@ -247,16 +206,36 @@ class ElementReader:
         return True
 
     def _details(self, child: XmlElement, comments: tuple[Comment, ...], *, content: bool) -> Leaf:
+        if content and child.children:
+            self._warn_of_loss(child)
         attributes = tuple(
             (name, value)
             for name, value in child.attributes.items()
             if (child.tag, name) not in self.leaf_attributes
         )
-        if not content or not child.children:
-            return Leaf(child.tag, comments, attributes)
-        if child.tag in _VALUES:
-            return Leaf(child.tag, comments, attributes, "", kept_children(child, mixed=False))
-        return Leaf(child.tag, comments, attributes, child.head, kept_children(child, mixed=True))
+        return Leaf(child.tag, comments, attributes)
+
+    def kept(self, element: XmlElement) -> Element:
+        """Return an unknown element as it is kept: with its text, or else with its children."""
+        is_text = bool(element.text.strip()) or not element.children
+        if is_text and element.children:
+            self._warn_of_loss(element)
+        children = () if is_text else tuple(map(self._kept_child, element.children))
+        text = element.text if is_text else ""
+        return Element(element.tag, tuple(element.attributes.items()), text, children)
+
+    def _kept_child(self, child: XmlElement | XmlComment) -> Extra:
+        return Comment(child.text) if isinstance(child, XmlComment) else self.kept(child)
+
+    def text_fields(self, element: XmlElement, *known: str, comments: tuple[Comment, ...] = ()) -> NodeFields:
+        """Return what a node that holds only a text has besides."""
+        if element.children:
+            self._warn_of_loss(element)
+        return node_fields(element, NOTHING, *known, comments=comments)
+
+    def _warn_of_loss(self, element: XmlElement) -> None:
+        message = f"comments and elements inside the text of `{element.tag}` are not kept on saving"
+        self.warn(element, Code.LOST_ON_SAVING, message)
 
     def ids(
         self,

@@ -23,7 +23,7 @@ from ..document import (
     State,
     Transition,
 )
-from .elements import NOTHING, ElementReader, Parts, node_fields, own_text, text_of
+from .elements import NOTHING, ElementReader, Parts, node_fields, text_of
 from .xml_tree import XmlElement
 
 __all__ = [
@@ -193,7 +193,7 @@ class NativeReader(ElementReader):
             name=self._attribute(element, "name"),
             child=self.optional_id(element, "child", element.attributes.get("child")),
             value=text_of(element),
-            **node_fields(element, own_text(element), "name", "child", comments=comments),
+            **self.text_fields(element, "name", "child", comments=comments),
         )
 
     def _parameters(self, container: Parts, tag: str) -> tuple[Parameter, ...]:
@@ -241,7 +241,7 @@ class NativeReader(ElementReader):
         return Library(
             name=text_of(element),
             kind=element.attributes.get("kind", "module"),
-            **node_fields(element, own_text(element), "kind", comments=comments),
+            **self.text_fields(element, "kind", comments=comments),
         )
 
     def _interface(self, element: XmlElement, comments: tuple[Comment, ...]) -> Interface:

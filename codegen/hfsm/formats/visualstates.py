@@ -35,7 +35,7 @@ from ..document import (
     Text,
     Transition,
 )
-from .elements import MAX_ID, NOTHING, ElementReader, Parts, kept_element, node_fields, own_text, text_of
+from .elements import MAX_ID, NOTHING, ElementReader, Parts, node_fields, text_of
 from .native import DOCUMENT_TAGS, INTERFACE_TAGS, STATE_TAGS, TRANSITION_TAGS
 from .xml_tree import XmlComment, XmlElement
 
@@ -232,7 +232,7 @@ class VisualStatesReader(ElementReader):
             if timestep.text.strip() != period.text.strip():
                 message = "the `timestep` of a state that holds none is kept, and not used"
                 self.remark(timestep, message)
-            fields["extras"] += (kept_element(timestep),)
+            fields["extras"] += (self.kept(timestep),)
         fields["extras"] += self._kept_code(parts)
         namespace = self._kept_namespace(parts.first("namespace"))
         if namespace and owned == NO_CHILD:
@@ -310,13 +310,13 @@ class VisualStatesReader(ElementReader):
     def _kept_code(self, parts: Parts) -> tuple[Extra, ...]:
         """Return the functions and variables that are to be kept where they stand."""
         found = [found for tag in _CODE if (found := parts.first(tag)) is not None]
-        return tuple(kept_element(each) for each in found if not self._is_left_out(each))
+        return tuple(self.kept(each) for each in found if not self._is_left_out(each))
 
     def _kept_namespace(self, element: XmlElement | None) -> tuple[Extra, ...]:
         """Return a namespace without what stands elsewhere, if anything is left of it."""
         if element is None:
             return ()
-        children = _without(element, lambda child: self._is_left_out(child) or _is_empty_list(child))
+        children = self._without(element, lambda child: self._is_left_out(child) or _is_empty_list(child))
         return (Element(element.tag, (), "", children),) if children else ()
 
     def _is_left_out(self, element: XmlElement) -> bool:
@@ -324,7 +324,7 @@ class VisualStatesReader(ElementReader):
 
     def _pseudo_state(self, element: XmlElement) -> Element:
         """Return what the outermost state has, for it is no state of any automaton."""
-        children = _without(
+        children = self._without(
             element,
             lambda child: (
                 child.tag in ("state", "transition", "namespace", "timestep") or self._is_left_out(child)
@@ -334,23 +334,22 @@ class VisualStatesReader(ElementReader):
         children += parts.lost_details(_STATE) + self._kept_namespace(parts.first("namespace"))
         return Element(PSEUDO_STATE, tuple(element.attributes.items()), "", children)
 
+    def _without(self, element: XmlElement, left_out: Callable[[XmlElement], bool]) -> tuple[Extra, ...]:
+        """Return what an element holds without some elements and the comments before them."""
+        kept: list[Extra] = []
+        comments: list[Extra] = []
+        for child in element.children:
+            if isinstance(child, XmlComment):
+                comments.append(Comment(child.text))
+                continue
+            if not left_out(child):
+                kept += [*comments, self.kept(child)]
+            comments.clear()
+        return (*kept, *comments)
+
 
 def _is_empty_list(element: XmlElement) -> bool:
     return element.tag == "parameters" and not element.children and not element.attributes
-
-
-def _without(element: XmlElement, left_out: Callable[[XmlElement], bool]) -> tuple[Extra, ...]:
-    """Return what an element holds without some elements and the comments before them."""
-    kept: list[Extra] = []
-    comments: list[Extra] = []
-    for child in element.children:
-        if isinstance(child, XmlComment):
-            comments.append(Comment(child.text))
-            continue
-        if not left_out(child):
-            kept += [*comments, kept_element(child)]
-        comments.clear()
-    return (*kept, *comments)
 
 
 @dataclass(frozen=True, slots=True)
@@ -473,7 +472,7 @@ def _read_libraries(
     libraries = tuple(
         Library(
             name=text_of(each),
-            **node_fields(each, own_text(each, "lib"), comments=parts.comments_before(each)),
+            **reader.text_fields(each, comments=parts.comments_before(each)),
         )
         for each in elements
     )

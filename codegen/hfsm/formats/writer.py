@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import replace
 from functools import partial
 from typing import Final
 
@@ -33,7 +32,6 @@ __all__ = [
     "UNWRITABLE",
     "DocumentNotWritableError",
     "attributes_text",
-    "content_text",
     "escaped",
     "is_writable",
     "lines_of",
@@ -60,18 +58,19 @@ def lines_of(extra: Extra, depth: int = 0) -> Iterator[str]:
     Raises DocumentNotWritableError.
     """
     indent = INDENT * depth
-    if isinstance(extra, Comment) or not extra.children or extra.text or any(c.tail for c in extra.children):
-        yield indent + _inline(extra)  # indentation would become part of the text
+    if isinstance(extra, Comment):
+        if "--" in extra.text or extra.text.endswith("-"):
+            raise DocumentNotWritableError("a comment cannot hold `--` or end with `-`")
+        yield f"{indent}<!--{_checked(extra.text)}-->"
         return
-    yield f"{indent}<{extra.tag}{attributes_text(extra.attributes)}>"
+    start = f"{indent}<{extra.tag}{attributes_text(extra.attributes)}"
+    if not extra.children:
+        yield f"{start}>{escaped(extra.text)}</{extra.tag}>" if extra.text else f"{start}/>"
+        return
+    yield f"{start}>"
     for child in extra.children:
         yield from lines_of(child, depth + 1)
     yield f"{indent}</{extra.tag}>"
-
-
-def content_text(text: str, children: tuple[Extra, ...]) -> str:
-    """Return what stands between the tags of an element that mixes text and elements."""
-    return escaped(text) + "".join(_inline(child) + escaped(child.tail) for child in children)
 
 
 def attributes_text(attributes: tuple[tuple[str, str], ...]) -> str:
@@ -90,16 +89,6 @@ def escaped(text: str) -> str:
 def is_writable(text: str) -> bool:
     """Return whether XML can hold a text."""
     return not UNWRITABLE.search(text)
-
-
-def _inline(extra: Extra) -> str:
-    if isinstance(extra, Comment):
-        if "--" in extra.text or extra.text.endswith("-"):
-            raise DocumentNotWritableError("a comment cannot hold `--` or end with `-`")
-        return f"<!--{_checked(extra.text)}-->"
-    content = content_text(extra.text, extra.children)
-    start = f"<{extra.tag}{attributes_text(extra.attributes)}"
-    return f"{start}>{content}</{extra.tag}>" if content else f"{start}/>"
 
 
 def _checked(text: str) -> str:
@@ -274,16 +263,9 @@ class _Writer:
 
     def _leaf(self, tag: str, text: Text | str, attributes: tuple[tuple[str, str], ...] = ()) -> None:
         """Write an element that holds a text, with what else it has."""
-        written = text if isinstance(text, str) else text.text
         leaf = self._leaves[-1].get(tag, Leaf(tag))
         self._extras(leaf.comments)
-        if leaf.children:
-            content = content_text(leaf.text, leaf.children)
-            if leaf.text + "".join(child.tail for child in leaf.children) != written:
-                # The text was changed since: where the rest stood in it means nothing any more.
-                content = content_text(written, tuple(replace(child, tail="") for child in leaf.children))
-        else:
-            content = escaped(written)
+        content = escaped(text if isinstance(text, str) else text.text)
         self._line(f"<{tag}{attributes_text(attributes + leaf.attributes)}>{content}</{tag}>")
 
     def _open(self, tag: str, node: Node, attributes: tuple[tuple[str, str], ...] = ()) -> None:

@@ -28,18 +28,14 @@ _MAX_ELEMENTS: Final = 500_000
 
 @dataclass(slots=True, eq=False)
 class XmlComment:
-    """A comment, and the character data behind it."""
+    """A comment."""
 
     text: str
-    tail: str = ""
 
 
 @dataclass(slots=True, eq=False)
 class XmlElement:
-    """An element; `text` is all character data directly inside it, `children` are elements and comments.
-
-    `head` is the part of the text before the first child, `tail` the text behind the element itself.
-    """
+    """An element; `text` is all character data directly inside it, `children` are elements and comments."""
 
     tag: str
     attributes: dict[str, str]
@@ -49,8 +45,6 @@ class XmlElement:
     text_line: int = 0
     text_column: int = 0
     children: list[XmlElement | XmlComment] = field(default_factory=list)
-    head: str = ""
-    tail: str = ""
 
     def elements(self) -> Iterator[XmlElement]:
         """Yield the elements inside this one, without those inside them."""
@@ -130,8 +124,6 @@ class _TreeBuilder(ContentHandler):
         self.instructions: list[tuple[int, int]] = []
         self._open: list[XmlElement] = []
         self._texts: list[list[str]] = []
-        self._children_at: list[list[int]] = []
-        """For each open element how many pieces of text stood before each of its children."""
         self._elements = 0
 
     def position(self) -> tuple[int, int]:
@@ -156,20 +148,14 @@ class _TreeBuilder(ContentHandler):
         if len(self._open) >= _MAX_DEPTH:
             raise _LimitExceededError(f"elements nested deeper than {_MAX_DEPTH}")
         if self._open:
-            self._add_child(element)
+            self._open[-1].children.append(element)
         else:
             self.root = element
         self._open.append(element)
         self._texts.append([])
-        self._children_at.append([])
 
     def endElement(self, name: str) -> None:  # noqa: ARG002 - the signature of SAX
-        element, texts, places = self._open.pop(), self._texts.pop(), self._children_at.pop()
-        element.text = element.head = "".join(texts)
-        if places:
-            element.head = "".join(texts[: places[0]])
-            for child, start, end in zip(element.children, places, [*places[1:], len(texts)], strict=True):
-                child.tail = "".join(texts[start:end])
+        self._open.pop().text = "".join(self._texts.pop())
 
     def characters(self, content: str) -> None:
         if not self._texts[-1]:
@@ -179,16 +165,12 @@ class _TreeBuilder(ContentHandler):
 
     def comment(self, content: str) -> None:
         if self._open:
-            self._add_child(XmlComment(content))
+            self._open[-1].children.append(XmlComment(content))
         else:
             self.comments.append(content)
 
     def processingInstruction(self, target: str, data: str) -> None:  # noqa: ARG002 - the signature of SAX
         self.instructions.append(self.position())
-
-    def _add_child(self, child: XmlElement | XmlComment) -> None:
-        self._open[-1].children.append(child)
-        self._children_at[-1].append(len(self._texts[-1]))
 
     # The other events of SAX's lexical handler say nothing that the tree keeps.
     def startCDATA(self) -> None: ...

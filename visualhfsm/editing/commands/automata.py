@@ -21,7 +21,6 @@ from ..nodes import (
     label,
     swapped,
     with_automaton,
-    with_leaf_text,
 )
 from ..subtrees import hanging, without_automata
 from .base import Command, Id
@@ -132,10 +131,8 @@ class SetImport(Command, frozen=True, kw_only=True):
             file = checked(self.file, "the name of the file")
             if automaton.imported is None:
                 return changed(automaton, imported=Import(file=Text(file), automaton=self.source))
-            # The text of the import is one of the automaton's own elements in the file.
-            leaves = with_leaf_text(automaton.leaves, "import", file)
             imported = changed(automaton.imported, file=Text(file), automaton=self.source)
-            return changed(automaton, imported=imported, leaves=leaves)
+            return changed(automaton, imported=imported)
 
         return with_automaton(document, self.automaton, set_import)
 
