@@ -11,8 +11,8 @@ from visualhfsm.check import EPILOG as CHECK_EPILOG
 from visualhfsm.check import check
 from visualhfsm.convert import EPILOG as CONVERT_EPILOG
 from visualhfsm.convert import convert
-from visualhfsm.replay.command import EPILOG as REPLAY_EPILOG
-from visualhfsm.replay.command import replay
+from visualhfsm.replay import EPILOG as REPLAY_EPILOG
+from visualhfsm.replay import replay
 from visualhfsm.steer.commands import register as register_steering
 from visualhfsm.web.command import register as register_editor
 from zenoh_ice.command import finite, with_settings

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from hfsm_recording.outcome import Divergence, Outcome, Side, Step
-from visualhfsm.replay.command import outcome_lines
+from visualhfsm.replay import outcome_lines
 
 
 def side(state: str) -> Side:

@@ -1,4 +1,4 @@
-"""The report's plots as PNG, each for light and for dark pages; needs Matplotlib (the extra `demo`)."""
+"""The report's plots as PNG; needs Matplotlib (the extra `demo`)."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import io
 import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from itertools import cycle
 from typing import Final
 
@@ -21,7 +20,7 @@ from visualhfsm.monitoring.run_log import RunLog
 from visualhfsm.watch.panels import ARM_JOINTS
 from visualhfsm.watch.report import ReportContents
 
-__all__ = ["DARK", "LIGHT", "Theme", "angles", "marks", "server", "states"]
+__all__ = ["angles", "marks", "server", "states"]
 
 _WIDTH: Final = 9.6
 _DPI: Final = 130
@@ -31,56 +30,36 @@ _SHORTEST_BAR: Final = 0.02
 """Seconds that a bar is drawn long at least, so that it is seen."""
 
 
-@dataclass(frozen=True, slots=True)
-class Theme:
-    """The colors of a page."""
-
-    ink: str
-    faint: str
-    grid: str
-    page: str
-    series: tuple[str, ...]
-
-
-LIGHT: Final = Theme(
-    "#1d232b",
-    "#68707c",
-    "#e3e6ea",
-    "#ffffff",
-    ("#2563a8", "#c2571a", "#2f8a57", "#8a4fa3", "#a8862a", "#3d8f99"),
-)
-DARK: Final = Theme(
-    "#e6e9ee",
-    "#98a1ae",
-    "#333a44",
-    "#171b21",
-    ("#6ea8e8", "#f0995c", "#6cc795", "#c391dc", "#dcbf6a", "#79c9d2"),
-)
+_INK: Final = "#1d232b"
+_FAINT: Final = "#68707c"
+_GRID: Final = "#e3e6ea"
+_PAGE: Final = "#ffffff"
+_SERIES: Final = ("#2563a8", "#c2571a", "#2f8a57", "#8a4fa3", "#a8862a", "#3d8f99")
 _NAMED_COLORS: Final = {"red": "#d64541", "green": "#3d9a50", "blue": "#3f7fd0", "yellow": "#c9a227"}
 
 
-def marks(contents: ReportContents, theme: Theme) -> bytes:
+def marks(contents: ReportContents) -> bytes:
     """Plot how far marks are from the image's center along both axes, with the middle third shaded."""
     labels = list(contents.log.marked(contents.camera))
-    with _axes(2, 2.0, theme) as (figure, axes):
+    with _axes(2, 2.0) as (figure, axes):
         for axis, extent, name, end in zip(axes, contents.image_size, ("right", "down"), "uv", strict=True):
-            axis.axhspan(-extent / 6, extent / 6, color=theme.series[2], alpha=0.13, linewidth=0)
-            axis.axhline(0, color=theme.grid, linewidth=0.8)
+            axis.axhspan(-extent / 6, extent / 6, color=_SERIES[2], alpha=0.13, linewidth=0)
+            axis.axhline(0, color=_GRID, linewidth=0.8)
             axis.set_ylim(-extent / 2, extent / 2)
             axis.set_yticks([-extent / 2, -extent / 6, 0, extent / 6, extent / 2])
             axis.yaxis.set_major_formatter("{x:.0f}")
             axis.set_ylabel(f"{name} (px)")
             lines = {label: f"mark.{contents.camera}/{label}.{end}" for label in labels}
-            _draw_lines(axis, contents.log, lines, theme, zero=(extent - 1) / 2)
-        _draw_legend(axes[0], theme, len(labels))
+            _draw_lines(axis, contents.log, lines, zero=(extent - 1) / 2)
+        _draw_legend(axes[0], len(labels))
         _limit_time(axes, contents.log)
         return _png(figure)
 
 
-def states(contents: ReportContents, theme: Theme) -> bytes:
+def states(contents: ReportContents) -> bytes:
     """Plot the state of each automaton over time; what it remembered as a ghost is hatched."""
     automata = contents.automata
-    with _axes(1, 0.55 * len(automata.all) + 0.5, theme) as (figure, axes):
+    with _axes(1, 0.55 * len(automata.all) + 0.5) as (figure, axes):
         axis = axes[0]
         names = []
         room = _ROOM_FOR_LETTER * max(contents.log.duration, 1.0)
@@ -88,11 +67,11 @@ def states(contents: ReportContents, theme: Theme) -> bytes:
             names.append(_path(automata, automaton.id))
             for (state, ghost), spans in _spans_by_state(contents.log, automaton.id).items():
                 name = automata.state_name(automaton.id, state)
-                color = _state_color(automaton, state, name, theme)
+                color = _state_color(automaton, state, name)
                 _draw_bars(axis, spans, row, color=color, ghost=ghost)
                 for span in spans:
                     if span.end - span.start > room * len(name):
-                        _label_span(axis, span, row, name, theme)
+                        _label_span(axis, span, row, name)
         axis.set_yticks(range(len(names)), names, parse_math=False)
         axis.set_ylim(len(names) - 0.4, -0.6)
         axis.grid(visible=False, axis="y")
@@ -101,30 +80,30 @@ def states(contents: ReportContents, theme: Theme) -> bytes:
         return _png(figure)
 
 
-def angles(contents: ReportContents, theme: Theme) -> bytes:
+def angles(contents: ReportContents) -> bytes:
     """Plot the angles of head and arms."""
     groups = [("head", {"pan": "joint.HeadYaw", "tilt": "joint.HeadPitch"})]
     for side, name in (("R", "right arm"), ("L", "left arm")):
         groups.append((name, {_spaced(joint): f"joint.{side}{joint}" for joint in ARM_JOINTS}))
-    with _axes(3, 1.7, theme) as (figure, axes):
+    with _axes(3, 1.7) as (figure, axes):
         for axis, (name, lines) in zip(axes, groups, strict=True):
-            _draw_lines(axis, contents.log, lines, theme)
-            _draw_legend(axis, theme, len(lines))
+            _draw_lines(axis, contents.log, lines)
+            _draw_legend(axis, len(lines))
             axis.set_ylabel(f"{name} (rad)")
             _widen(axis, 1.0)
         _limit_time(axes, contents.log)
         return _png(figure)
 
 
-def server(contents: ReportContents, theme: Theme) -> bytes:
+def server(contents: ReportContents) -> bytes:
     """Plot the real-time factor, the rate of images and the tilt of the torso."""
-    with _axes(3, 1.2, theme) as (figure, axes):
+    with _axes(3, 1.2) as (figure, axes):
         for axis, label, name, scale in (
             (axes[0], "real-time\nfactor", "robot.realTimeFactor", 1.0),
             (axes[1], "images/s", f"images.{contents.camera}", 1.0),
             (axes[2], "torso\ntilt (°)", "robot.torsoTilt", math.degrees(1.0)),
         ):
-            largest = _draw_lines(axis, contents.log, {label: name}, theme, scale=scale)
+            largest = _draw_lines(axis, contents.log, {label: name}, scale=scale)
             axis.set_ylabel(label)
             axis.set_ylim(0, largest * 1.25 or 1.0)
         _limit_time(axes, contents.log)
@@ -132,7 +111,7 @@ def server(contents: ReportContents, theme: Theme) -> bytes:
 
 
 @contextmanager
-def _axes(count: int, height: float, theme: Theme) -> Iterator[tuple[Figure, Sequence[Axes]]]:
+def _axes(count: int, height: float) -> Iterator[tuple[Figure, Sequence[Axes]]]:
     """Give a figure with axes above one another; the time axes of all figures stand in the same place."""
     above, between, below = 0.3, 0.36, 0.45  # inches
     total = above + count * height + (count - 1) * between + below
@@ -145,15 +124,15 @@ def _axes(count: int, height: float, theme: Theme) -> Iterator[tuple[Figure, Seq
     axes = list(figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0])
     for axis in axes:
         axis.patch.set_alpha(0)
-        axis.grid(visible=True, color=theme.grid, linewidth=0.8)
+        axis.grid(visible=True, color=_GRID, linewidth=0.8)
         axis.set_axisbelow(True)
-        axis.tick_params(colors=theme.faint, labelsize=9, length=0)
-        axis.yaxis.label.set(color=theme.ink, fontsize=9)
+        axis.tick_params(colors=_FAINT, labelsize=9, length=0)
+        axis.yaxis.label.set(color=_INK, fontsize=9)
         axis.yaxis.set_label_coords(-0.075, 0.5)
         axis.yaxis.set_major_locator(MaxNLocator(4))
         for spine in axis.spines.values():
             spine.set_visible(False)
-    axes[-1].set_xlabel("time of the component (s)", color=theme.faint, fontsize=9)
+    axes[-1].set_xlabel("time of the component (s)", color=_FAINT, fontsize=9)
     yield figure, axes
 
 
@@ -176,12 +155,12 @@ def _widen(axis: Axes, span: float) -> None:
 
 
 def _draw_lines(
-    axis: Axes, log: RunLog, lines: dict[str, str], theme: Theme, *, scale: float = 1.0, zero: float = 0.0
+    axis: Axes, log: RunLog, lines: dict[str, str], *, scale: float = 1.0, zero: float = 0.0
 ) -> float:
     """Draw numbers of the log by label, less `zero` and times `scale`; return the largest, 1 without any."""
     series = log.series(list(lines.values()))
     drawn = []
-    for (label, name), color in zip(lines.items(), cycle(theme.series), strict=False):
+    for (label, name), color in zip(lines.items(), cycle(_SERIES), strict=False):
         values = series["values"].get(name, [None] * len(series["times"]))
         numbers = [math.nan if value is None else scale * (value - zero) for value in values]
         axis.plot(series["times"], numbers, color=_named_color(label) or color, linewidth=1.3, label=label)
@@ -189,14 +168,14 @@ def _draw_lines(
     return max(drawn, default=1.0)
 
 
-def _draw_legend(axis: Axes, theme: Theme, columns: int) -> None:
+def _draw_legend(axis: Axes, columns: int) -> None:
     legend = axis.legend(
         loc="lower left",
         bbox_to_anchor=(-0.01, 1.0),
         ncols=columns,
         frameon=False,
         fontsize=9,
-        labelcolor=theme.ink,
+        labelcolor=_INK,
         handlelength=1.0,
         borderpad=0,
     )
@@ -223,7 +202,7 @@ def _draw_bars(axis: Axes, spans: Sequence[Span], row: int, *, color: str, ghost
         axis.broken_barh(bars, place, facecolor=color, linewidth=0)
 
 
-def _label_span(axis: Axes, span: Span, row: int, name: str, theme: Theme) -> None:
+def _label_span(axis: Axes, span: Span, row: int, name: str) -> None:
     axis.text(
         (span.start + span.end) / 2,
         row,
@@ -231,18 +210,18 @@ def _label_span(axis: Axes, span: Span, row: int, name: str, theme: Theme) -> No
         ha="center",
         va="center",
         fontsize=8.5,
-        color=theme.ink if span.ghost else theme.page,
-        bbox={"facecolor": theme.page, "edgecolor": "none", "pad": 1.5} if span.ghost else None,
+        color=_INK if span.ghost else _PAGE,
+        bbox={"facecolor": _PAGE, "edgecolor": "none", "pad": 1.5} if span.ghost else None,
         clip_on=True,
         parse_math=False,  # a name may hold dollar signs
     )
 
 
-def _state_color(automaton: AutomatonStructure, state: int, name: str, theme: Theme) -> str:
+def _state_color(automaton: AutomatonStructure, state: int, name: str) -> str:
     """Return the color that a state is named for, otherwise one by its place among its siblings."""
     places = [sibling.id for sibling in automaton.states]
     place = places.index(state) if state in places else -1
-    return _named_color(name) or theme.series[place % len(theme.series)]
+    return _named_color(name) or _SERIES[place % len(_SERIES)]
 
 
 def _named_color(name: str) -> str:

@@ -9,7 +9,7 @@ import importlib.util
 import math
 import os
 import statistics
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
@@ -249,12 +249,8 @@ def _figure_in_page(figure: _Figure) -> str:
 def _sections(contents: ReportContents) -> Iterable[str]:
     from visualhfsm.watch import plots
 
-    def plot(draw: Callable[[plots.Theme], bytes], description: str) -> str:
-        light, dark = _data_uri(draw(plots.LIGHT)), _data_uri(draw(plots.DARK))
-        return (
-            f'<div class="wide"><picture><source media="(prefers-color-scheme: dark)" srcset="{dark}">'
-            f'<img alt="{html.escape(description)}" src="{light}"></picture></div>'
-        )
+    def plot(png: bytes, description: str) -> str:
+        return f'<div class="wide"><img alt="{html.escape(description)}" src="{_data_uri(png)}"></div>'
 
     yield "<h2>The robot</h2>"
     if contents.outside:
@@ -274,20 +270,18 @@ def _sections(contents: ReportContents) -> Iterable[str]:
             "<p>Distance of the marks from the center of the image. The middle third is shaded; a line is "
             "broken while its mark is missing.</p>"
         )
-        yield plot(lambda theme: plots.marks(contents, theme), "Marks over time")
+        yield plot(plots.marks(contents), "Marks over time")
     if contents.log.newest is not None:
         yield "<h2>States</h2>"
         yield (
             "<p>The current state of each automaton. Hatched is what an automaton remembers as a ghost, "
             "while an ancestor is in another state.</p>"
         )
-        yield plot(lambda theme: plots.states(contents, theme), "States over time")
+        yield plot(plots.states(contents), "States over time")
         yield "<h2>Head and arms</h2>"
-        yield plot(lambda theme: plots.angles(contents, theme), "Angles of head and arms over time")
+        yield plot(plots.angles(contents), "Angles of head and arms over time")
         yield "<h2>The robot's server</h2>"
-        yield plot(
-            lambda theme: plots.server(contents, theme), "Real-time factor, images and torso tilt over time"
-        )
+        yield plot(plots.server(contents), "Real-time factor, images and torso tilt over time")
     yield from _errors(contents)
     yield from _changes(contents)
 
