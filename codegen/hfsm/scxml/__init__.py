@@ -1,8 +1,7 @@
 """Exchange documents with other programs as SCXML (W3C Recommendation of 1 September 2015).
 
-`writer` writes a document. `reader` reads one: it finds the states and joins them by transitions; `content`
-translates their code. Where the file was written here, `changes` applies what another program has changed to
-the native document in it. `vocabulary` has the words that all share.
+`writer` writes a document. `reader` reads one: `chart` finds the states and joins them by transitions, and
+`content` translates their code. `vocabulary` has the words that all share.
 """
 
 from __future__ import annotations

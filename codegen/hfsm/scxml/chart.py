@@ -18,7 +18,7 @@ from ..codes import Code
 from ..document import Comment, Text
 from ..formats.xml_tree import XmlComment, XmlElement
 from .content import CodeReader, Findings, everywhere, inside
-from .vocabulary import OWN_PREFIX, milliseconds_text
+from .vocabulary import milliseconds_text
 
 __all__ = ["STATES", "Chart", "ChartAutomaton", "ChartState"]
 
@@ -41,7 +41,6 @@ class _Edge:
     trigger: str
     guard: str = ""
     code: Text = field(default_factory=Text)
-    ref: str = ""
     comments: tuple[Comment, ...] = ()
 
 
@@ -57,7 +56,6 @@ class ChartState:
     automata: list[ChartAutomaton] = field(default_factory=list)
     history: XmlElement | None = None
     edges: list[_Edge] = field(default_factory=list)
-    ref: str = ""
     number: int = 0
 
     def way_up(self) -> Iterator[ChartState]:
@@ -81,7 +79,6 @@ class ChartAutomaton:
     states: list[ChartState] = field(default_factory=list)
     is_region: bool = False
     first: ChartState | None = None
-    ref: str = ""
     number: int = 0
 
 
@@ -104,14 +101,13 @@ class Chart:
     """All automata of a file, the root first, each before those below it.
 
     `timer_elements` send and cancel the events that became transitions by time; `events` are those for which
-    transitions wait. With `uses_refs` the parts refer to the native document in the file.
+    transitions wait.
     """
 
-    def __init__(self, root: XmlElement, code: CodeReader, findings: Findings, *, uses_refs: bool) -> None:
+    def __init__(self, root: XmlElement, code: CodeReader, findings: Findings) -> None:
         self._root = root
         self._code = code
         self._findings = findings
-        self._uses_refs = uses_refs
         self.automata: list[ChartAutomaton] = []
         self.timer_elements: set[XmlElement] = set()
         self.events: list[str] = []
@@ -127,7 +123,7 @@ class Chart:
         """States in which an automaton waits for one above to leave, by the state to which they return."""
         self._late: list[tuple[ChartState, _Edge]] = []
         """Edges that come behind all others of their states."""
-        top = ChartAutomaton(root, ref=self._ref(root, "automaton"))
+        top = ChartAutomaton(root)
         self._fill(top)
         self._find_timers()
         self._join_states(top)
@@ -150,27 +146,24 @@ class Chart:
         if state.element.tag == "parallel":
             for comments, region in _with_comments(state.element, *STATES):
                 self._region(state, region, comments)
-        elif not state.is_final:
-            ref = self._ref(state.element, "automaton")
-            if ref or any(True for _ in inside(state.element, *STATES)):
-                inner = ChartAutomaton(state.element, state, ref=ref)
-                state.automata.append(inner)
-                self._fill(inner)
+        elif not state.is_final and any(True for _ in inside(state.element, *STATES)):
+            inner = ChartAutomaton(state.element, state)
+            state.automata.append(inner)
+            self._fill(inner)
 
     def _region(self, owner: ChartState, region: XmlElement, comments: tuple[Comment, ...]) -> None:
-        inner = ChartAutomaton(region, owner, comments, ref=self._ref(region, "automaton"))
+        inner = ChartAutomaton(region, owner, comments)
         owner.automata.append(inner)
         tags = {child.tag for child in inside(region)}
         is_plain = bool(tags & set(STATES)) and tags <= {*STATES, "initial", "datamodel"}
-        is_ours = bool(inner.ref) and not self._ref(region, "state")
-        if region.tag == "state" and (is_ours or is_plain):
+        if region.tag == "state" and is_plain:
             self._fill(inner)
             name = region.attributes.get("id", "")
-            if name and "--" not in name and not is_ours:
+            if name and "--" not in name:
                 inner.comments = (*comments, Comment(f" {name} "))  # automata have no names
             self._add_id(name, owner, region)
             return
-        inner.is_region, inner.ref = True, ""
+        inner.is_region = True
         self.automata.append(inner)
         state = self._state(region, inner, comments)
         inner.states.append(state)
@@ -182,7 +175,6 @@ class Chart:
     ) -> ChartState:
         name = element.attributes.get("id", "")
         state = ChartState(element, automaton, name, element.tag == "final", comments)
-        state.ref = self._ref(element, "state")
         self._add_id(name, state, element)
         for history in inside(element, "history"):
             self._add_id(history.attributes.get("id", ""), state, history)
@@ -199,10 +191,6 @@ class Chart:
             self._findings.invalid(element, f"a second element has the id `{id[:60]}`")
         elif id:
             self._ids[id] = state
-
-    def _ref(self, element: XmlElement, kind: str) -> str:
-        """Return to what in the native document an element refers, blank for nothing."""
-        return element.attributes.get(f"{OWN_PREFIX}:{kind}", "") if self._uses_refs else ""
 
     # Timers: in SCXML events that a state sends to itself on entry, delayed.
 
@@ -293,15 +281,14 @@ class Chart:
                 message = f"a second target elsewhere is not carried: `{goal.state.name[:60]}`"
                 self._findings.lost(element, message)
         self._check_histories(element, goals, destination)
-        ref = self._ref(element, "transition")
         for trigger in triggers:
             code = self._code.code([element])
             edge = _Edge(element, destination, trigger.type, trigger.text, trigger.guard, code)
             if origin is not state:
                 self._leave(state, origin, names[0], edge)
-            edge.comments, edge.ref = comments, ref
+            edge.comments = comments
             state.edges.append(edge)
-            comments, ref = (), ""
+            comments = ()
 
     def _triggers(self, state: ChartState, element: XmlElement) -> Iterator[_Trigger]:
         text = element.attributes.get("cond", "")

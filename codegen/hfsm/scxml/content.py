@@ -125,13 +125,13 @@ class CodeReader:
     """Translates the code of a file into Python.
 
     A `datamodel` that is not Python has expressions that mean the same in Python, which are translated. Any
-    other code is kept and reported: then the document is in `language`. With `keeps_all` all code is taken as
-    it stands, since the document itself says its language. `has_own` says that we have written the file.
+    other code is kept and reported: then the document is in `language`. `has_own` says that we have written
+    the file.
     """
 
-    def __init__(self, datamodel: str, findings: Findings, *, has_own: bool, keeps_all: bool) -> None:
+    def __init__(self, datamodel: str, findings: Findings, *, has_own: bool) -> None:
         is_default = datamodel.lower() in ("", "null", "ecmascript", "javascript")
-        self._is_python = keeps_all or datamodel.lower().startswith("python")
+        self._is_python = datamodel.lower().startswith("python")
         self._name = _ECMASCRIPT if is_default else datamodel
         self._findings = findings
         self._has_own = has_own

@@ -1,13 +1,13 @@
 """Read SCXML into the model of a document.
 
-A file that was written here gives the document that it was, with what another program has changed. Of any
+A file that was written here, and whose chart nobody has changed since, gives the document that it was. Of any
 other file what can be said here is carried, and the rest is reported.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import count
 from pathlib import Path
@@ -29,7 +29,6 @@ from ..document import (
 )
 from ..formats.reader import parse_document
 from ..formats.xml_tree import XmlElement, parse_xml, read_bytes
-from .changes import REF, apply_changes
 from .chart import STATES, Chart, ChartAutomaton, ChartState
 from .content import OTHER, CodeReader, Findings, everywhere, inside, resolve_namespaces
 from .vocabulary import OWN_PREFIX, SCXML_NAMESPACE, is_name
@@ -84,25 +83,38 @@ def parse_scxml(
         name = root.tag.removeprefix(OTHER)[:60]
         findings.invalid(root, f"`{name}` is not the root of SCXML: it is `{_ROOT}`, of {SCXML_NAMESPACE}")
         return None
-    native = _native(root, path, findings, remarks)
-    found = _ChartReader(root, native, findings, has_own=has_own).document()
-    if found is None or findings.failed:
-        return None
-    if native is None:
-        return replace(found, comments=tuple(map(Comment, comments)))
-    written = parse_xml(scxml_text(native).encode(), path, Diagnostics())
+    element = next(inside(root, f"{OWN_PREFIX}:document"), None)
+    if element is not None:
+        native = _native(element, path, findings, remarks)
+        if native is None:
+            return None
+        if _is_chart_of(native, root):
+            return native
+        findings.lost(
+            element,
+            "the chart was changed since it was written from this document: the chart alone is read, without "
+            "what SCXML cannot say, such as positions and code that runs in every cycle",
+        )
+    found = _ChartReader(root, findings, has_own=has_own).document()
+    return None if found is None else replace(found, comments=tuple(map(Comment, comments)))
+
+
+def _is_chart_of(native: Document, root: XmlElement) -> bool:
+    """Return whether the chart in a file is the one that is written of a document."""
+    written = parse_xml(scxml_text(native).encode(), Path(), Diagnostics())
     assert written is not None, "what was written can be read"
     resolve_namespaces(written[0])
-    chart = _ChartReader(written[0], native, Findings(path, Diagnostics()), has_own=True).document()
-    assert chart is not None, "what was written is valid"
-    return apply_changes(native, chart, found)
+    charts = [
+        _ChartReader(each, Findings(Path(), Diagnostics()), has_own=True).document()
+        for each in (root, written[0])
+    ]
+    return charts[0] == charts[1]
 
 
-def _native(root: XmlElement, path: Path, findings: Findings, remarks: Diagnostics | None) -> Document | None:
-    """Return the native document in a file that was written here, else None."""
-    element = next(inside(root, f"{OWN_PREFIX}:document"), None)
-    if element is None:
-        return None
+def _native(
+    element: XmlElement, path: Path, findings: Findings, remarks: Diagnostics | None
+) -> Document | None:
+    """Return the native document in an element, or None after an error was reported."""
     found = Diagnostics()
     # Empty lines before it give its parts their lines in the file.
     native = parse_document("\n" * (element.text_line - 1) + element.text, path, found, remarks)
@@ -114,24 +126,21 @@ def _native(root: XmlElement, path: Path, findings: Findings, remarks: Diagnosti
 
 
 class _ChartReader:
-    """Makes a document of the chart in a file; of a `native` document in it only the ids are used."""
+    """Makes a document of the chart in a file."""
 
-    def __init__(
-        self, root: XmlElement, native: Document | None, findings: Findings, *, has_own: bool
-    ) -> None:
+    def __init__(self, root: XmlElement, findings: Findings, *, has_own: bool) -> None:
         self._root = root
-        self._native = native.automata if native is not None else ()
-        self._has_native = native is not None
         self._findings = findings
-        keeps_all = native is not None and not native.language.is_blank
-        datamodel = root.attributes.get("datamodel", "")
-        self._code = CodeReader(datamodel, findings, has_own=has_own, keeps_all=keeps_all)
-        self._chart = Chart(root, self._code, findings, uses_refs=self._has_native)
+        self._code = CodeReader(root.attributes.get("datamodel", ""), findings, has_own=has_own)
+        self._chart = Chart(root, self._code, findings)
         self._data: list[tuple[str, XmlElement, ChartAutomaton]] = []
 
     def document(self) -> Document | None:
         """Return the document, or None after errors were reported."""
-        self._number()
+        for number, automaton in enumerate(self._chart.automata, 1):
+            automaton.number = number
+            for place, state in enumerate(automaton.states, 1):
+                state.number = place
         self._report_rest()
         element = self._root
         automata = tuple(self._automaton(each) for each in self._chart.automata)
@@ -147,25 +156,8 @@ class _ChartReader:
             events=tuple(Event(name=name) for name in events),
             automata=automata,
         )
-        if not self._has_native:
-            self._check_scopes(document)
+        self._check_scopes(document)
         return None if self._findings.failed else document
-
-    def _number(self) -> None:
-        """Give automata and states their ids, those of the native document where they refer to it."""
-        known = {str(place): each.id for place, each in enumerate(self._native, 1)}
-        _give_numbers(self._chart.automata, known)
-        for automaton in self._chart.automata:
-            original = self._original(automaton)
-            states = () if original is None else original.states
-            ids = {f"{automaton.ref}.{place}": each.id for place, each in enumerate(states, 1)}
-            _give_numbers(automaton.states, ids)
-
-    def _original(self, automaton: ChartAutomaton) -> Automaton | None:
-        """Return the automaton of the native document to which one refers."""
-        ref = automaton.ref
-        is_place = ref.isascii() and ref.isdigit() and len(ref) < 10 and 0 < int(ref) <= len(self._native)
-        return self._native[int(ref) - 1] if is_place else None
 
     def _automaton(self, automaton: ChartAutomaton) -> Automaton:
         element = automaton.element
@@ -178,7 +170,6 @@ class _ChartReader:
             transitions=tuple(self._transitions(automaton, states)),
             variables=self._variables(automaton),
             comments=automaton.comments,
-            attributes=_attributes(automaton.ref),
             line=element.line,
             column=element.column,
         )
@@ -204,28 +195,18 @@ class _ChartReader:
             if waits
             else self._code.code(list(inside(element, "onexit")), self._chart.timer_elements),
             comments=state.comments,
-            attributes=_attributes(state.ref),
             line=element.line,
             column=element.column,
         )
 
     def _transitions(self, automaton: ChartAutomaton, states: Sequence[State]) -> Iterator[Transition]:
-        original = self._original(automaton)
-        native = () if original is None else original.transitions
-        known = {f"{automaton.ref}.{place}": each.id for place, each in enumerate(native, 1)}
-        used: set[int] = set()
-        taken = set(known.values())
-        free = (number for number in count(1) if number not in taken and number not in used)
+        numbers = count(1)
         places = dict(zip(automaton.states, states, strict=True))
         for state in automaton.states:
             for edge in state.edges:
-                number = known.get(edge.ref)
-                if number is None or number in used:
-                    number = next(free)
-                used.add(number)
                 element, ends = edge.source, (places[state], places[edge.destination])
                 yield Transition(
-                    id=number,
+                    id=next(numbers),
                     x=(ends[0].x + ends[1].x) / 2,
                     y=(ends[0].y + ends[1].y) / 2,
                     origin=state.number,
@@ -235,7 +216,6 @@ class _ChartReader:
                     guard=Text(edge.guard, element.line, element.column),
                     code=edge.code,
                     comments=edge.comments,
-                    attributes=_attributes(edge.ref),
                     line=element.line,
                     column=element.column,
                 )
@@ -319,21 +299,6 @@ class _ChartReader:
                     f"automaton {users[0]} uses it: let it be `self.{name[:60]}`"
                 )
                 self._findings.approximate(data, message)
-
-
-def _give_numbers(items: Sequence[ChartAutomaton] | Sequence[ChartState], known: Mapping[str, int]) -> None:
-    """Give all a number: the one that is known of their reference, but none twice."""
-    used: set[int] = set()
-    taken = set(known.values())
-    free = (number for number in count(1) if number not in taken and number not in used)
-    for item in items:
-        number = known.get(item.ref)
-        item.number = next(free) if number is None or number in used else number
-        used.add(item.number)
-
-
-def _attributes(ref: str) -> tuple[tuple[str, str], ...]:
-    return ((REF, ref),) if ref else ()
 
 
 def _code_of(automaton: Automaton) -> Iterator[str]:

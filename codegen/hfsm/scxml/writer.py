@@ -1,8 +1,7 @@
 """Write a document as SCXML, the W3C's language of state charts.
 
 What SCXML can say stands there in its own words. In front of it the whole native document stands in an
-element of our namespace. Each state, transition and automaton refers to its counterpart there, so that the
-reader returns the same document.
+element of our namespace, so that the reader returns the same document.
 """
 
 from __future__ import annotations
@@ -44,12 +43,11 @@ _Attributes = Sequence[tuple[str, str]]
 
 @dataclass(slots=True, eq=False)
 class _State:
-    """A state with its place in SCXML; `ref` is its place in the document."""
+    """A state with its place in SCXML."""
 
     state: State
-    ref: str
-    id: str
-    transitions: list[tuple[str, Transition]] = field(default_factory=list)
+    id: str = ""
+    transitions: list[Transition] = field(default_factory=list)
     automata: list[_Automaton] = field(default_factory=list)
     history: str = ""
     """The id of its history, blank where what is inside restarts."""
@@ -58,20 +56,17 @@ class _State:
 @dataclass(slots=True, eq=False)
 class _Automaton:
     automaton: Automaton
-    ref: str
     id: str = ""
-    states: dict[int, _State] = field(default_factory=dict)
-    """The states by their places in the automaton."""
+    states: list[_State] = field(default_factory=list)
 
     @property
     def first(self) -> _State | None:
         """The state in which it begins."""
-        states = self.states.values()
-        return next((each for each in states if each.state.initial), next(iter(states), None))
+        return next((each for each in self.states if each.state.initial), next(iter(self.states), None))
 
     def state(self, id: int) -> _State:
         """Return the first state with this id."""
-        return next(each for each in self.states.values() if each.state.id == id)
+        return next(each for each in self.states if each.state.id == id)
 
 
 def write_scxml(document: Document, path: Path, diagnostics: Diagnostics) -> str:
@@ -111,7 +106,6 @@ class _Writer:
         """The ids of the file."""
         self.misfits: list[tuple[Node, str, str]] = []
         """What has no place in SCXML, its name, and why."""
-        self._places = {id(each): place for place, each in enumerate(document.automata, 1)}
         self._by_id = {each.id: each for each in reversed(document.automata)}
         self._placed: dict[int, _Automaton] = {}
         self._placed_ids: set[int] = set()
@@ -130,23 +124,22 @@ class _Writer:
     # Where the parts stand, and what they are called.
 
     def _place(self, automaton: Automaton, depth: int, reasons: dict[int, str]) -> _Automaton:
-        index = self._places[id(automaton)]
-        placed = _Automaton(automaton, str(index))
+        placed = _Automaton(automaton)
         self._placed[id(automaton)] = placed
         self._placed_ids.add(automaton.id)
-        refs = {}
-        for place, transition in enumerate(automaton.transitions, 1):
-            refs[id(transition)] = f"{index}.{place}"
+        fitting: set[int] = set()
+        for transition in automaton.transitions:
             reason = _why_no_place(automaton, transition)
             if reason:
                 self.misfits.append((transition, f"transition {transition.id}", reason))
-                del refs[id(transition)]
+            else:
+                fitting.add(id(transition))
         outgoing = automaton.all_outgoing()
-        for place, state in enumerate(automaton.states, 1):
+        for state in automaton.states:
             leaving = outgoing.pop(state.id, ())
-            found = [(refs[id(each)], each) for each in leaving if id(each) in refs]
-            placed.states[place] = _State(state, f"{index}.{place}", "", found)
-        for each in placed.states.values():
+            found = [each for each in leaving if id(each) in fitting]
+            placed.states.append(_State(state, transitions=found))
+        for each in placed.states:
             each.automata = list(self._place_inside(automaton, each.state, depth, reasons))
         return placed
 
@@ -168,10 +161,10 @@ class _Writer:
 
     def _name_parts(self) -> None:
         for automaton in self._placed.values():
-            for state in automaton.states.values():
+            for state in automaton.states:
                 state.id = self._new_id(state.state.name)
         for automaton in self._placed.values():
-            for state in automaton.states.values():
+            for state in automaton.states:
                 inside = state.automata
                 if len(inside) > 1:
                     for region in inside:
@@ -211,7 +204,7 @@ class _Writer:
         attributes = [("xmlns", SCXML_NAMESPACE), (f"xmlns:{OWN_PREFIX}", OWN_NAMESPACE)]
         attributes += [("version", "1.0"), ("datamodel", datamodel)]
         if self.root is not None:
-            attributes += [*self._initial(self.root), (f"{OWN_PREFIX}:automaton", self.root.ref)]
+            attributes += self._initial(self.root)
         self._open("scxml", attributes)
         # A CDATA section ends with its first `]]>`.
         native = write_document(self._document).partition("\n")[2].replace("]]>", "]]]]><![CDATA[>")
@@ -244,7 +237,7 @@ class _Writer:
         else:
             self._used |= names
         self._data([*data, *([("id", name), ("expr", value)] for name, value in found)])
-        for state in placed.states.values():
+        for state in placed.states:
             self._state(state, placed)
 
     def _data(self, data: Sequence[_Attributes]) -> None:
@@ -262,12 +255,12 @@ class _Writer:
         tag = "final" if state.final else "parallel" if regions else "state"
         attributes = [("id", placed.id)]
         if single is not None:
-            attributes += [*self._initial(single), (f"{OWN_PREFIX}:automaton", single.ref)]
-        self._open(tag, [*attributes, (f"{OWN_PREFIX}:state", placed.ref)])
+            attributes += self._initial(single)
+        self._open(tag, attributes)
         self._code("onentry", state.entry)
         timers = {
-            ref: (self._new_id(f"{placed.id}_timer_{transition.id}"), delay)
-            for ref, transition in placed.transitions
+            id(transition): (self._new_id(f"{placed.id}_timer_{transition.id}"), delay)
+            for transition in placed.transitions
             if transition.type == "time" and (delay := delay_text(transition.trigger.text)) is not None
         }
         for timer, delay in timers.values():
@@ -279,21 +272,20 @@ class _Writer:
             self._open("onexit")
             self._empty("cancel", [("sendid", timer)])
             self._close("onexit")
-        for ref, transition in placed.transitions:
+        for transition in placed.transitions:
             event = {
-                "time": f"timeout.{timers[ref][0]}" if ref in timers else "",
+                "time": f"timeout.{timers[id(transition)][0]}" if id(transition) in timers else "",
                 "event": self._events.get(transition.trigger.text, ""),
                 "finished": f"done.state.{placed.id}",
             }.get(transition.type, "")
-            self._transition(transition, ref, event, automaton.state(transition.destination))
+            self._transition(transition, event, automaton.state(transition.destination))
         if placed.history:
             self._history(placed)
         if single is not None:
             self._automaton(single)
         for region in regions:
             self._comments(region.automaton.comments)
-            own = (f"{OWN_PREFIX}:automaton", region.ref)
-            self._open("state", [("id", region.id), *self._initial(region), own])
+            self._open("state", [("id", region.id), *self._initial(region)])
             self._automaton(region)
             self._close("state")
         self._close(tag)
@@ -312,7 +304,7 @@ class _Writer:
         self._empty("transition", [("target", target)])
         self._close("history")
 
-    def _transition(self, transition: Transition, ref: str, event: str, destination: _State) -> None:
+    def _transition(self, transition: Transition, event: str, destination: _State) -> None:
         condition = transition.guard.text
         if not event:
             condition = transition.trigger.text
@@ -320,7 +312,7 @@ class _Writer:
                 condition = NEVER if self._is_python else NEVER.lower()
         attributes: list[tuple[str, str]] = [("event", event)] if event else []
         attributes += [("cond", condition)] if condition.strip() else []
-        attributes += [("target", destination.history or destination.id), (f"{OWN_PREFIX}:transition", ref)]
+        attributes += [("target", destination.history or destination.id)]
         self._comments(transition.comments)
         if transition.code.text:
             self._open("transition", attributes)
