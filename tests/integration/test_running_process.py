@@ -15,7 +15,7 @@ import pytest
 from tests.support.limits import LIMIT
 from tests.support.processes import REPOSITORY
 from tests.support.running import eventually
-from visualhfsm.running.process import ChildProcess, Lines
+from visualhfsm.child import ChildProcess, Lines
 
 
 class Told:
@@ -120,7 +120,7 @@ def test_what_a_child_leaves_behind_ends_with_it() -> None:
 
 SERVER = """
 import asyncio, os, sys
-from visualhfsm.running.process import ChildProcess
+from visualhfsm.child import ChildProcess
 
 async def go():
     child = ChildProcess(lambda lines: None)

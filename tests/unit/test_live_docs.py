@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from visualhfsm.live.control import ACTIONS
+from visualhfsm.live.service import ACTIONS
 
 PAGE = Path(__file__).parents[2] / "docs" / "editor-live.md"
 

@@ -12,9 +12,9 @@ from codegen.hfsm.document import Document
 from tests.support.limits import LIMIT
 from visualhfsm.editing.problems import CheckProcess, Problem
 from visualhfsm.sessions.session import DocumentSession
-from visualhfsm.web.checking import Checking
 from visualhfsm.web.protocol import Problems
 from visualhfsm.web.tab import Tab, Threads
+from visualhfsm.web.workspace import Checking
 
 
 def test_a_check_that_fails_is_not_the_last_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,4 +1,9 @@
-"""The life of the server: its socket and address, its orderly end."""
+"""The server: what it serves under which path, its socket and address, its orderly end.
+
+Of pictures the newest one is sent whenever the page has drawn the last: the server sends one binary frame and
+waits for a message, whatever it says, before it asks for the next. A window that draws slowly skips frames
+instead of showing old ones.
+"""
 
 from __future__ import annotations
 
@@ -10,22 +15,27 @@ import socket
 import sys
 import threading
 import webbrowser
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import AsyncGenerator, Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
 import uvicorn
+from starlette.applications import Starlette
+from starlette.routing import Route, WebSocketRoute
 from starlette.types import ASGIApp
+from starlette.websockets import WebSocket, WebSocketDisconnect
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 
 from visualhfsm.errors import VisualHfsmError
+from visualhfsm.services import ServiceError
 from zenoh_ice.command import stop_on_signals
 
-from .app import make_app
+from .assets import Assets
+from .connection import converse, until_one_ends
 from .documents import open_file
 from .paths import Root
-from .security import Credentials
+from .security import Credentials, Guard
 from .services import MakeServices
 from .workspace import Limits, Workspace
 
@@ -35,6 +45,9 @@ LOOPBACK: Final = "127.0.0.1"
 
 _CLOSE_LIMIT: Final = 3  # s that answers under way may take at the end
 _PING_INTERVAL: Final = 20.0  # s
+_NOT_AVAILABLE: Final = 4404  # an own code, RFC 6455, section 7.4.2
+_LONGEST_REASON: Final = 60  # characters of up to 2 bytes; a reason has 123 bytes
+_DRAW_LIMIT: Final = 60.0  # s that a window may take to draw a frame: hidden ones draw rarely
 _DISPLAYS: Final = ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")  # one of them is set where there is a browser
 
 _logger = logging.getLogger(__name__)
@@ -199,3 +212,62 @@ def _listen(port: int) -> socket.socket:
         listener.close()
         raise PortInUseError(port, error.strerror or "unknown reason") from error
     return listener
+
+
+def make_app(workspace: Workspace, credentials: Credentials, hosts: Iterable[str] = ()) -> ASGIApp:
+    """Return the application of a workspace; everything in it stands behind the guard."""
+    assets = Assets()
+    live = workspace.services.live
+
+    async def talk(websocket: WebSocket) -> None:
+        await converse(websocket, workspace)
+
+    async def camera(websocket: WebSocket) -> None:
+        await _send_frames(websocket, lambda: live.camera(websocket.path_params["name"]))
+
+    async def poses(websocket: WebSocket) -> None:
+        await _send_frames(websocket, live.poses)
+
+    app = Starlette(
+        routes=[
+            Route("/", assets.index),
+            Route("/static/{version}/{path:path}", assets.file),
+            WebSocketRoute("/ws", talk),
+            WebSocketRoute("/camera/{name}", camera),
+            WebSocketRoute("/poses", poses),
+        ]
+    )
+    return Guard(app, credentials, hosts)
+
+
+async def _send_frames(websocket: WebSocket, open_frames: Callable[[], AsyncGenerator[bytes, None]]) -> None:
+    """Send frames until the window goes away or there are no more."""
+    await websocket.accept()
+    drawn = asyncio.Event()
+
+    async def read() -> None:
+        while (await websocket.receive())["type"] != "websocket.disconnect":
+            drawn.set()
+
+    async def send() -> None:
+        async with contextlib.aclosing(open_frames()) as frames:
+            async for frame in frames:
+                drawn.clear()
+                await websocket.send_bytes(frame)
+                async with asyncio.timeout(_DRAW_LIMIT):
+                    await drawn.wait()
+
+    try:
+        await until_one_ends(read(), send())
+    except ServiceError as error:
+        await _close(websocket, str(error)[:_LONGEST_REASON])
+    except TimeoutError:
+        _logger.debug("a window drew no picture for %g s", _DRAW_LIMIT)
+        await _close(websocket, "no picture was drawn for too long")
+    except WebSocketDisconnect:
+        pass
+
+
+async def _close(websocket: WebSocket, reason: str) -> None:
+    with contextlib.suppress(RuntimeError):  # it is closed already
+        await websocket.close(_NOT_AVAILABLE, reason)

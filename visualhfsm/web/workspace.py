@@ -5,19 +5,20 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import logging
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from functools import partial
 from itertools import count
 from pathlib import Path
 from types import TracebackType
 from typing import Final, Self
 
 from visualhfsm.editing.errors import EditError
+from visualhfsm.editing.problems import CheckProcess
 from visualhfsm.services import Components, Output, Push, RunPush, Snapshot, Stale, Structure
 from visualhfsm.sessions.journal import Abandoned, find_abandoned, journal_directory
 from visualhfsm.sessions.session import Choice, DocumentSession
 
-from .checking import Checking
 from .errors import MissingError, TooManyError
 from .paths import Root
 from .protocol import Outside, Problems, Recoverable, TabState
@@ -26,9 +27,10 @@ from .services import MakeServices, Services
 from .tab import Tab, Threads
 from .window import Window
 
-__all__ = ["Limits", "Workspace"]
+__all__ = ["Checking", "Limits", "Workspace"]
 
 _CLOSE_LIMIT: Final = 8.0  # s that a service may take to close
+_LONGEST_WAIT: Final = 10  # quiet periods after which a document that keeps changing is checked all the same
 
 _logger = logging.getLogger(__name__)
 
@@ -352,3 +354,65 @@ async def _compare_with_file(tab: Tab) -> Outside | None:
         except EditError as error:  # it is no document, or half written: look again
             now = Outside(tab=tab.id, state="changed", message=str(error))
     return None if now.state == before else now
+
+
+class Checking:
+    """Checks documents that have not changed for a moment, one at a time, in their newest revision.
+
+    `quiet` is that moment in seconds, `report` gets what was found.
+    """
+
+    def __init__(self, quiet: float, report: Callable[[Tab, Problems], None]) -> None:
+        self._quiet = quiet
+        self._report = report
+        self._process = CheckProcess()
+        self._threads = Threads(1)
+        self._waiting: dict[int, Tab] = {}
+        self._wanted = asyncio.Event()
+        self._changed_at = 0.0
+
+    def check(self, tab: Tab) -> None:
+        """Check a tab's document soon."""
+        self._waiting[tab.id] = tab
+        self._changed_at = asyncio.get_running_loop().time()
+        self._wanted.set()
+
+    def forget(self, tab: Tab) -> None:
+        """Do not check it any more."""
+        self._waiting.pop(tab.id, None)
+
+    async def run(self) -> None:
+        """Check what is to be checked, until cancelled."""
+        while True:
+            await self._wanted.wait()
+            self._wanted.clear()
+            await self._wait_for_quiet()
+            while self._waiting:
+                await self._check(self._waiting.pop(next(iter(self._waiting))))
+
+    async def _wait_for_quiet(self) -> None:
+        """Wait until nothing has changed for a moment, but not for long."""
+        loop = asyncio.get_running_loop()
+        until = loop.time() + _LONGEST_WAIT * self._quiet
+        while (left := min(self._changed_at + self._quiet, until) - loop.time()) > 0:
+            await asyncio.sleep(left)
+
+    async def close(self) -> None:
+        """End the process that checks."""
+        await asyncio.to_thread(self._process.close)
+        await self._threads.close()
+
+    async def _check(self, tab: Tab) -> None:
+        shown = tab.shown
+        if tab.problems is not None and tab.problems.revision == shown.revision:
+            return
+        look = partial(self._process.find_problems, shown.document, shown.path)
+        try:
+            items = await self._threads.do(look)
+        except EditError as error:
+            _logger.warning("%s was not checked: %s", shown.name, error)
+            return
+        except Exception:  # a fault of one check, which must not be the last one
+            _logger.exception("%s cannot be checked", shown.name)
+            return
+        self._report(tab, Problems(tab=tab.id, revision=shown.revision, items=items))
