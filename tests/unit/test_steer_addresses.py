@@ -9,7 +9,7 @@ from msgspec.structs import replace
 
 from tests.support.component import dance_and_follow
 from visualhfsm.errors import VisualHfsmError
-from visualhfsm.steer.addresses import Address, Addresses
+from visualhfsm.steer.target import Address, Addresses
 
 
 @pytest.fixture

@@ -92,6 +92,11 @@ class Automata:
         """Return how many automata are above one."""
         return sum(1 for _ in self.ancestors(automaton))
 
+    def path(self, automaton: int) -> list[str]:
+        """Return the names down to an automaton, without that of the component where there are others."""
+        names = [self.automaton_name(each) for each in (automaton, *self.ancestors(automaton))][::-1]
+        return names[1:] or names
+
     def ancestors(self, automaton: int) -> Iterator[int]:
         """Yield the ids of the automata above one, the nearest first."""
         seen = {automaton}

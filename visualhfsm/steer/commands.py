@@ -2,13 +2,29 @@
 
 from __future__ import annotations
 
+import json
+import sys
+import time
+from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Annotated, Final
 
+import msgspec
 import typer
 
+from codegen.diagnostics import Diagnostics
+from codegen.hfsm import component_path
+from interfaces.hfsm import Breakpoint, ComponentSnapshot, ComponentStatus, Explanation, ReloadRefused
+from visualhfsm.errors import VisualHfsmError
+from visualhfsm.generate import generate_component
+from visualhfsm.monitoring.automata import Automata
+from visualhfsm.monitoring.realm import RELOAD_PATIENCE, did_you_mean
+from visualhfsm.steer.target import Address, Target, steered
+from zenoh_ice import TimeoutException
 from zenoh_ice.command import finite, with_settings
 from zenoh_ice.settings import Settings
+from zenoh_ice.text import printable
 
 __all__ = ["register"]
 
@@ -19,68 +35,51 @@ _Automaton = Annotated[
 _Json = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 
 _PANEL: Final = "Steer a running component"
+_PYTHON: Final = {"True": "true", "False": "false", "None": "null"}
+_OPENING: Final = ("{", "[", '"')
+_GAP: Final = 1.0
+"""Seconds in which cycles that run when a component is paused ought to end."""
+_PERIOD: Final = 0.02
+_PATIENCE: Final = 1.0
+_PLACES: Final = (Path(), Path("behaviors"))
 _shared = with_settings(defaults={"clock": "wall"})
 
-_STEP: Final = """Examples:
 
-visualhfsm step dance_and_follow
+def _examples(*commands: str, notes: str = "") -> str:
+    return "\n\n".join(["Examples:", *(f"visualhfsm {each}" for each in commands), notes]).rstrip()
 
-visualhfsm step dance_and_follow followBall/green --count 10"""
 
-_BREAK: Final = """Examples:
-
-visualhfsm break dance_and_follow
-
-visualhfsm break dance_and_follow followBall/green
-
-visualhfsm break dance_and_follow followBall/green/search --if "corner > 2" --wait 30
-
-visualhfsm break dance_and_follow "to green" --delete
-
-A condition is an expression over the automaton's variables and the parameters
+_STEP: Final = _examples("step dance_and_follow", "step dance_and_follow followBall/green --count 10")
+_BREAK: Final = _examples(
+    "break dance_and_follow",
+    "break dance_and_follow followBall/green",
+    'break dance_and_follow followBall/green/search --if "corner > 2" --wait 30',
+    'break dance_and_follow "to green" --delete',
+    notes="""A condition is an expression over the automaton's variables and the parameters
 of the component (self.NAME): comparisons, and, or, not, arithmetic, elements.
-It calls nothing."""
-
-_FORCE: Final = """Examples:
-
-visualhfsm force dance_and_follow enough
-
-visualhfsm force dance_and_follow "followBall/to green"
-
-visualhfsm force dance_and_follow "followBall -> dance\""""
-
-_SET: Final = """Examples:
-
-visualhfsm set follow_ball corner=3
-
-visualhfsm set dance_and_follow corner=0 --automaton followBall/green
-
-visualhfsm set follow_ball speed=0.4 'path=[[0, 0], [1, 0.5]]'
-
-A value is JSON, or a plain text such as hello. Which automaton is meant need not
-be said when only one has the name, or the component's parameters do."""
-
-_SEND: Final = """Examples:
-
-visualhfsm send follow_ball ball_lost
-
-visualhfsm send follow_ball ball_lost '{"color": "red"}'"""
-
-_WHY: Final = """Examples:
-
-visualhfsm why follow_ball
-
-visualhfsm why dance_and_follow followBall/green --json"""
-
-_RELOAD: Final = """Examples:
-
-visualhfsm reload dance_and_follow
-
-visualhfsm reload dance_and_follow behaviors/dance_and_follow.xml
-
-The document is compiled first, and the component's file is written only when
+It calls nothing.""",
+)
+_FORCE: Final = _examples(
+    "force dance_and_follow enough",
+    'force dance_and_follow "followBall/to green"',
+    'force dance_and_follow "followBall -> dance"',
+)
+_SET: Final = _examples(
+    "set follow_ball corner=3",
+    "set dance_and_follow corner=0 --automaton followBall/green",
+    "set follow_ball speed=0.4 'path=[[0, 0], [1, 0.5]]'",
+    notes="""A value is JSON, or a plain text such as hello. Which automaton is meant need not
+be said when only one has the name, or the component's parameters do.""",
+)
+_SEND: Final = _examples("send follow_ball ball_lost", 'send follow_ball ball_lost \'{"color": "red"}\'')
+_WHY: Final = _examples("why follow_ball", "why dance_and_follow followBall/green --json")
+_RELOAD: Final = _examples(
+    "reload dance_and_follow",
+    "reload dance_and_follow behaviors/dance_and_follow.xml",
+    notes="""The document is compiled first, and the component's file is written only when
 it has no errors. A document that is not named is looked for in the working
-directory and in behaviors/."""
+directory and in behaviors/.""",
+)
 
 
 def register(app: typer.Typer) -> None:
@@ -100,23 +99,23 @@ def register(app: typer.Typer) -> None:
         app.command(name, epilog=epilog, rich_help_panel=_PANEL)(_shared(command))
 
 
-def pause(*, settings: Settings, component: _Component, json: _Json = False) -> None:
+def pause(*, settings: Settings, component: _Component, as_json: _Json = False) -> None:
     """Pause a component: running cycles end, none begins, its time stands still."""
-    from visualhfsm.steer import actions
-    from visualhfsm.steer.actions import steered
-
     with steered(settings, component) as target:
-        actions.pause(target)
-        actions.show_states(target, as_json=json)
+        target.monitor.pause()
+        deadline = time.monotonic() + _GAP
+        while any(one.inCycle for one in target.monitor.getSnapshot().automata):
+            if time.monotonic() > deadline:
+                break
+            time.sleep(_PERIOD)
+        _show_states(target, as_json=as_json)
 
 
-def resume(*, settings: Settings, component: _Component, json: _Json = False) -> None:
+def resume(*, settings: Settings, component: _Component, as_json: _Json = False) -> None:
     """Let a component go on after a pause or a breakpoint."""
-    from visualhfsm.steer.actions import show_states, steered
-
     with steered(settings, component) as target:
         target.monitor.resume()
-        show_states(target, as_json=json)
+        _show_states(target, as_json=as_json)
 
 
 def step(
@@ -125,14 +124,57 @@ def step(
     component: _Component,
     automaton: _Automaton = "",
     count: Annotated[int, typer.Option("--count", min=1, max=10_000, help="Cycles to run.")] = 1,
-    json: _Json = False,
+    as_json: _Json = False,
 ) -> None:
-    """Run one cycle of an automaton, or of all, of a component that is paused."""
-    from visualhfsm.steer.actions import run_steps, show_states, steered
+    """Run one cycle of an automaton, or of all, of a component that is paused.
 
+    Reported on stderr is when nothing runs: the automaton is a ghost or has
+    finished.
+    """
     with steered(settings, component) as target:
-        run_steps(target, automaton, count)
-        show_states(target, as_json=json)
+        number = target.addresses.automaton(automaton).automaton if automaton else 0
+        snapshot = target.monitor.getSnapshot()
+        status = snapshot.status
+        if status is not ComponentStatus.Paused:
+            raise VisualHfsmError(
+                f"{target.name} is {status.name.lower()}, not paused: visualhfsm pause {target.name}"
+            )
+        for chosen in snapshot.automata:
+            if chosen.id == number and (chosen.ghost or chosen.finished):
+                why = "is a ghost" if chosen.ghost else "has finished"
+                typer.echo(f"nothing ran: {target.addresses.named(number)} {why}", err=True)
+                break
+        else:
+            for _ in range(count):
+                target.monitor.step(number)
+        _show_states(target, as_json=as_json)
+
+
+def _show_states(target: Target, *, as_json: bool = False) -> None:
+    """Print what a component is doing: its status, its time and the path of current states."""
+    snapshot = target.monitor.getSnapshot()
+    status, automata = snapshot.status.name.lower(), target.automata
+    if as_json:
+        states = [
+            {
+                "id": one.id,
+                "name": target.addresses.named(one.id),
+                "state": automata.state_name(one.id, one.state),
+                "ghost": one.ghost,
+                "finished": one.finished,
+                "cycles": one.cycles,
+                "inCycle": one.inCycle,
+            }
+            for one in snapshot.automata
+        ]
+        _print_json({"status": status, "time": snapshot.time, "automata": states})
+        return
+    path = " > ".join(automata.current_path(snapshot))
+    typer.echo(f"{target.name} {status} at {snapshot.time:.3f} s: {path}")
+    for one in snapshot.automata:
+        if one.inCycle and snapshot.status is ComponentStatus.Paused:
+            where = f"{target.addresses.named(one.id)} in the state {automata.state_name(one.id, one.state)}"
+            typer.echo(f"but a cycle of {where} still runs: its code must not block", err=True)
 
 
 def break_(
@@ -156,7 +198,7 @@ def break_(
             metavar="SECONDS", min=0.0, callback=finite, help="Wait so long until the component stands."
         ),
     ] = None,
-    json: _Json = False,
+    as_json: _Json = False,
 ) -> None:
     """Set, list and delete breakpoints, and wait until the component stands at one.
 
@@ -164,27 +206,66 @@ def break_(
     fired, before the code of the state runs. `step` and `resume` go on from
     there.
     """
-    from visualhfsm.steer.actions import (
-        delete_breakpoints,
-        set_breakpoint,
-        show_breakpoints,
-        steered,
-        wait_for_stop,
-    )
-
     if condition and (delete or not element):
         raise typer.BadParameter("--if needs an ELEMENT to pause at")
     if state and transition:
         raise typer.BadParameter("ELEMENT is a state or a transition, not both")
     kind = "state" if state else "transition" if transition else ""
     with steered(settings, component) as target:
-        if delete:
-            delete_breakpoints(target, element, kind)
-        elif element:
-            set_breakpoint(target, element, kind, condition)
+        if element:
+            _change_breakpoint(target, element, kind, condition, delete=delete)
+        elif delete:
+            target.monitor.setBreakpoints([])
         if wait is not None:
-            wait_for_stop(target, wait)
-        show_breakpoints(target, as_json=json)
+            _wait_for_stop(target, wait)
+        _show_breakpoints(target, as_json=as_json)
+
+
+def _change_breakpoint(target: Target, element: str, kind: str, condition: str, *, delete: bool) -> None:
+    """Add a breakpoint, or delete it; one at the same element gets the new condition."""
+    found = _element(target, element, kind)
+    ids = (found.automaton, found.state, found.transition)
+    before = target.monitor.getBreakpoints()
+    others = [one for one in before if (one.automaton, one.state, one.transition) != ids]
+    if delete and len(others) == len(before):
+        raise VisualHfsmError(f"there is no breakpoint at {found.name}")
+    target.monitor.setBreakpoints(others if delete else [*others, Breakpoint(*ids, condition)])
+
+
+def _show_breakpoints(target: Target, *, as_json: bool) -> None:
+    """Print the breakpoints, and at which of them the component stands."""
+    breakpoints, stopped = target.monitor.getBreakpoints(), target.monitor.getSnapshot().stoppedAt
+    if as_json:
+        _print_json({"breakpoints": breakpoints, "stoppedAt": stopped})
+        return
+    for one in breakpoints:
+        where = target.addresses.named(one.automaton, one.state, one.transition)
+        kind = "state" if one.state else "transition"
+        condition = f" if {printable(one.condition)}" if one.condition else ""
+        typer.echo(f"{'*' if one in stopped else ' '} {kind} {where}{condition}")
+    if not breakpoints:
+        typer.echo("no breakpoints")
+
+
+def _wait_for_stop(target: Target, seconds: float) -> None:
+    """Wait until a component stands at a breakpoint; raises VisualHfsmError when it does not in time."""
+    deadline = time.monotonic() + seconds
+    stream = target.monitor.getSnapshot
+    snapshot = stream()
+    while not snapshot.stoppedAt:
+        left = deadline - time.monotonic()
+        if left <= 0:
+            raise VisualHfsmError(f"{target.name} came to no breakpoint within {seconds:g} s")
+        with suppress(TimeoutException):
+            snapshot = stream.wait(after=stream.latest(), timeout=min(left, _PATIENCE)).value
+
+
+def _element(target: Target, element: str, kind: str) -> Address:
+    if kind == "state":
+        return target.addresses.state(element)
+    if kind == "transition":
+        return target.addresses.transition(element)
+    return target.addresses.element(element)
 
 
 def force(
@@ -194,8 +275,6 @@ def force(
     transition: Annotated[str, typer.Argument(metavar="TRANSITION", help="Its name, or `from -> to`.")],
 ) -> None:
     """Fire a transition at the next cycle of its automaton, whatever its condition says."""
-    from visualhfsm.steer.actions import steered
-
     with steered(settings, component) as target:
         found = target.addresses.transition(transition)
         target.monitor.forceTransition(found.automaton, found.transition)
@@ -214,14 +293,67 @@ def set_(
     ] = "",
 ) -> None:
     """Set variables of an automaton, or parameters of a component, while it runs."""
-    from visualhfsm.steer.actions import set_variables, steered
-
     pairs = [text.partition("=") for text in assignments]
     wrong = next((text for text, (_, sign, _) in zip(assignments, pairs, strict=True) if not sign), None)
     if wrong is not None:
         raise typer.BadParameter(f"{wrong!r} is not NAME=VALUE")
     with steered(settings, component) as target:
-        set_variables(target, [(name.strip(), value) for name, _, value in pairs], automaton)
+        snapshot = target.monitor.getSnapshot()
+        # All that can be known to be wrong is reported before the first is set.
+        found = [
+            (_owner(target, snapshot, name.strip(), automaton), name.strip(), _json_of(value))
+            for name, _, value in pairs
+        ]
+        for owner, name, text in found:
+            target.monitor.setVariable(owner, name, text)
+            whose = target.addresses.named(owner) if owner else "self"
+            typer.echo(f"{whose}: {printable(name)} = {printable(text)}")
+
+
+def _owner(target: Target, snapshot: ComponentSnapshot, name: str, automaton: str) -> int:
+    """Return the id of the automaton whose variable it is, 0 for a parameter."""
+    if automaton:
+        return 0 if automaton == "0" else target.addresses.automaton(automaton).automaton
+    owners = [0] if any(parameter.name == name for parameter in target.structure.parameters) else []
+    owners += [one.id for one in snapshot.automata if name in one.variables]
+    if len(owners) == 1:
+        return owners[0]
+    if owners:
+        raise VisualHfsmError(
+            f"{printable(name)} is a variable of {_list(target, owners)}: say --automaton with one of them"
+        )
+    if len(snapshot.automata) == 1 and not target.structure.parameters:
+        return snapshot.automata[0].id  # perhaps it has no value yet; the component knows
+    known = {variable for one in snapshot.automata for variable in one.variables}
+    known |= {parameter.name for parameter in target.structure.parameters}
+    raise VisualHfsmError(
+        f"{target.name} has no variable {printable(name)} that has a value"
+        f"{did_you_mean(name, map(printable, known))}"
+    )
+
+
+def _list(target: Target, owners: Iterable[int]) -> str:
+    return ", ".join(target.addresses.named(owner) if owner else "the component (0)" for owner in owners)
+
+
+def _json_of(value: str) -> str:
+    """Return JSON as it is, and a plain text as a text in JSON.
+
+    Raises VisualHfsmError when it was meant to be JSON: it begins like some, or is a word of Python.
+    """
+    try:
+        json.loads(value)
+    except RecursionError as error:
+        raise VisualHfsmError("the value is nested too deep") from error
+    except ValueError as error:
+        if value.strip() in _PYTHON:
+            raise VisualHfsmError(
+                f"a value is JSON: write {_PYTHON[value.strip()]}, not {value.strip()}"
+            ) from error
+        if value.lstrip().startswith(_OPENING):
+            raise VisualHfsmError(f"{printable(value.strip()[:100])} is no JSON: {error}") from error
+        return json.dumps(value)
+    return value
 
 
 def send(
@@ -232,23 +364,59 @@ def send(
     data: Annotated[str, typer.Argument(metavar="DATA", help="What goes with it, in JSON.")] = "",
 ) -> None:
     """Send an event to every active automaton of a component."""
-    from visualhfsm.steer.actions import send_event, steered
-
     with steered(settings, component) as target:
-        send_event(target, event, data)
+        known = {t.event for one in target.structure.automata for t in one.transitions if t.event}
+        if event not in known:
+            raise VisualHfsmError(
+                f"no transition of {target.name} waits for an event {printable(event)}"
+                f"{did_you_mean(event, map(printable, known))}"
+            )
+        target.monitor.sendEvent(event, _json_of(data) if data else "")
+        typer.echo(f"{printable(event)} is sent")
 
 
 def why(
-    *, settings: Settings, component: _Component, automaton: _Automaton = "", json: _Json = False
+    *, settings: Settings, component: _Component, automaton: _Automaton = "", as_json: _Json = False
 ) -> None:
     """Say why automata are where they are: what keeps each transition from firing.
 
     Without an AUTOMATON of all that run.
     """
-    from visualhfsm.steer.actions import show_explanations, steered
-
     with steered(settings, component) as target:
-        show_explanations(target, automaton, as_json=json)
+        if automaton:
+            numbers = [target.addresses.automaton(automaton).automaton]
+        else:
+            numbers = [one.id for one in target.monitor.getSnapshot().automata if not one.ghost]
+        explanations = [target.monitor.explain(number) for number in numbers]
+        if as_json:
+            _print_json(explanations)
+            return
+        for position, explanation in enumerate(explanations):
+            if position:
+                typer.echo("")
+            _show_explanation(target.addresses.named(explanation.automaton), target.automata, explanation)
+
+
+def _show_explanation(name: str, automata: Automata, explanation: Explanation) -> None:
+    number = explanation.automaton
+    state = automata.state_name(number, explanation.state)
+    by = explanation.enteredBy
+    entered = f", entered by {_transition_name(automata, number, by)}" if by else ""
+    typer.echo(f"{name} is {'a ghost ' if explanation.ghost else ''}in {state}{entered}")
+    for one in explanation.transitions:
+        transition = _transition_name(automata, number, one.transition)
+        destination = automata.destination_name(number, one.transition)
+        typer.echo(f"  {one.order}. {transition} to {destination}: {printable(one.reason)}")
+    if not explanation.transitions:
+        typer.echo(f"  {printable(explanation.summary)}")
+
+
+def _transition_name(automata: Automata, automaton: int, id: int) -> str:
+    found = automata.transition(automaton, id)
+    if found is None:
+        return f"transition {id}"
+    origin = automata.state_name(automaton, found.origin)
+    return found.name or f"{origin} -> {automata.state_name(automaton, found.destination)}"
 
 
 def reload(
@@ -269,7 +437,7 @@ def reload(
         list[Path] | None,
         typer.Option("--include", "-I", metavar="DIR", file_okay=False, help="Further interfaces."),
     ] = None,
-    json: _Json = False,
+    as_json: _Json = False,
 ) -> None:  # fmt: skip
     """Compile a document and go on in it, without a restart.
 
@@ -277,16 +445,54 @@ def reload(
     touched when the document has errors, and the component runs on as it was
     when it refuses.
     """
-    from visualhfsm.steer.actions import reload_document, steered
-
     with steered(settings, component) as target:
-        reload_document(target, document, output, include or [], as_json=json)
+        path = document or _find_document(target)
+        file = component_path(path, output)
+        former = file.read_bytes() if file.is_file() else None
+        written = _generate(path, output, include or [])
+        try:
+            report = target.monitor.ice_invocationTimeout(RELOAD_PATIENCE).reload()
+        except ReloadRefused:
+            if former is not None:
+                written.write_bytes(former)
+            raise
+        if as_json:
+            _print_json(report)
+            return
+        typer.echo(f"{written} is written")
+        typer.echo(f"{target.name} was reloaded, and held for {report.held * 1000:.1f} ms")
+        for sentence in report.notKept:
+            typer.echo(f"not kept: {printable(sentence)}")
+
+
+def _find_document(target: Target) -> Path:
+    """Return the document of a component; its file name is known."""
+    name = Path(target.structure.document).name
+    found = [place / name for place in _PLACES if name and (place / name).is_file()]
+    if len(found) == 1:
+        return found[0]
+    places = " and ".join(str(path) for path in found) if found else "not here nor in behaviors/"
+    raise VisualHfsmError(f"which document? {printable(name) or 'it'} is {places}: name it")
+
+
+def _generate(document: Path, output: Path | None, include: Sequence[Path]) -> Path:
+    diagnostics = Diagnostics()
+    written = generate_component(document, output, diagnostics, include)
+    if len(diagnostics):
+        rendered = diagnostics.render(color=sys.stderr.isatty(), outcome="nothing was written or reloaded")
+        typer.echo(rendered, err=True)
+    if written is None:
+        raise typer.Exit(1)
+    return written
+
+
+def _print_json(value: object) -> None:
+    """Print a value, structures of the interfaces included, as JSON."""
+    typer.echo(json.dumps(msgspec.to_builtins(value, enc_hook=str), indent=2, ensure_ascii=True))
 
 
 def stop(*, settings: Settings, component: _Component) -> None:
     """End a component: running cycles end, the robot is stopped, the process exits."""
-    from visualhfsm.steer.actions import steered
-
     with steered(settings, component) as target:
         target.monitor.stop()
         typer.echo(f"{target.name} ends")

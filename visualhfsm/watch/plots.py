@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from interfaces.hfsm import AutomatonStructure
-from visualhfsm.monitoring.automata import Automata, Span
+from visualhfsm.monitoring.automata import Span
 from visualhfsm.monitoring.run_log import RunLog
 from visualhfsm.watch.panels import ARM_JOINTS
 from visualhfsm.watch.report import ReportContents
@@ -64,7 +64,7 @@ def states(contents: ReportContents) -> bytes:
         names = []
         room = _ROOM_FOR_LETTER * max(contents.log.duration, 1.0)
         for row, automaton in enumerate(automata.all):
-            names.append(_path(automata, automaton.id))
+            names.append(" > ".join(automata.path(automaton.id)))
             for (state, ghost), spans in _spans_by_state(contents.log, automaton.id).items():
                 name = automata.state_name(automaton.id, state)
                 color = _state_color(automaton, state, name)
@@ -226,13 +226,6 @@ def _state_color(automaton: AutomatonStructure, state: int, name: str) -> str:
 
 def _named_color(name: str) -> str:
     return next((color for word, color in _NAMED_COLORS.items() if word in name.lower().split()), "")
-
-
-def _path(automata: Automata, automaton: int) -> str:
-    """Return the names from the component down to an automaton, the first left out where there are others."""
-    chain = [automaton, *automata.ancestors(automaton)]
-    names = [automata.automaton_name(one) for one in reversed(chain)]
-    return " > ".join(names[1:] or names)
 
 
 def _spaced(name: str) -> str:

@@ -1,4 +1,4 @@
-"""Find automata, states and transitions of a component by what people call them.
+"""A running component, and its automata, states and transitions by what people call them.
 
 An automaton is called by the names of the states above it (`followBall/green`), or by that of the component
 for the root; a state or a transition by its automaton and its own name (`followBall/green/search`), or by its
@@ -9,19 +9,74 @@ states: `follow -> search`.
 from __future__ import annotations
 
 import difflib
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Final
 
-from interfaces.hfsm import AutomatonStructure, ComponentStructure, TransitionStructure
+from interfaces.hfsm import (
+    AutomatonStructure,
+    ComponentStructure,
+    HfsmMonitorPrx,
+    InvalidValue,
+    NoSuchElement,
+    ReloadRefused,
+    TransitionStructure,
+)
 from visualhfsm.errors import VisualHfsmError
-from visualhfsm.monitoring.realm import did_you_mean
+from visualhfsm.monitoring.automata import Automata
+from visualhfsm.monitoring.realm import MONITOR_PREFIX, did_you_mean, missing_component
+from zenoh_ice import ObjectNotExistException, Settings, initialize
 from zenoh_ice.text import printable
 
-__all__ = ["Address", "Addresses"]
+__all__ = ["Address", "Addresses", "Target", "steered"]
 
+_SETTLING: Final = 1.0
+"""Seconds in which other components become known, to name one that was meant."""
 _SHOWN: Final = 12
 """Addresses that an error names at most."""
+
+
+@dataclass(frozen=True)
+class Target:
+    """A running component."""
+
+    name: str
+    monitor: HfsmMonitorPrx
+    structure: ComponentStructure
+
+    @cached_property
+    def addresses(self) -> Addresses:
+        """What its automata, states and transitions are called."""
+        return Addresses(self.structure)
+
+    @cached_property
+    def automata(self) -> Automata:
+        """Its automata as a tree."""
+        return Automata(self.structure)
+
+
+@contextmanager
+def steered(settings: Settings, name: str) -> Iterator[Target]:
+    """Connect to a component for the time of a `with` block, and report in one line what it refuses.
+
+    Raises VisualHfsmError, and ConnectFailedException when there is no server at all.
+    """
+    with initialize(settings) as communicator:
+        identity = f"{MONITOR_PREFIX}{name}"
+        try:
+            monitor = HfsmMonitorPrx.checkedCast(communicator.stringToProxy(identity))
+        except ObjectNotExistException as error:
+            raise missing_component(communicator, name, _SETTLING) or error from error
+        try:
+            yield Target(name, monitor, monitor.getStructure())
+        except (NoSuchElement, InvalidValue) as error:
+            raise VisualHfsmError(printable(error.what)) from error
+        except ReloadRefused as error:
+            raise VisualHfsmError(
+                f"not reloaded, {name} runs on as it was: {printable(error.reason)}"
+            ) from error
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,10 +105,9 @@ class Addresses:
         self._automata: dict[Address, set[str]] = {}
         self._states: dict[Address, set[str]] = {}
         self._transitions: dict[Address, set[str]] = {}
-        by_id = {automaton.id: automaton for automaton in structure.automata}
-        self._paths = {automaton.id: _path(automaton, by_id) for automaton in structure.automata}
+        automata = Automata(structure)
         for automaton in structure.automata:
-            self._add(automaton)
+            self._add(automaton, "/".join(automata.path(automaton.id)))
 
     def automaton(self, text: str) -> Address:
         """Return an automaton; raises VisualHfsmError when none or several are called so."""
@@ -79,8 +133,8 @@ class Addresses:
         alone = sum(address.name == name for address in among) <= 1
         return name if alone else f"{name} ({wanted})"
 
-    def _add(self, automaton: AutomatonStructure) -> None:
-        path, name = self._paths[automaton.id], printable(automaton.name)
+    def _add(self, automaton: AutomatonStructure, path: str) -> None:
+        name = automaton.name
         prefixes = {str(automaton.id), path, name, f"{path} ({automaton.id})"}
         root = automaton.parent == 0
         self._automata[Address(path, automaton.id)] = prefixes
@@ -134,15 +188,3 @@ def _names(automaton: AutomatonStructure, transition: TransitionStructure) -> li
     )
     names = [f"{origin} -> {destination}", f"{origin}->{destination}"]
     return [printable(transition.name), *names] if transition.name.strip() else names
-
-
-def _path(automaton: AutomatonStructure, by_id: dict[int, AutomatonStructure]) -> str:
-    """Return the names of the states that own an automaton from the root down, or the root's own name."""
-    names: list[str] = []
-    seen = {automaton.id}
-    current = automaton
-    while (parent := by_id.get(current.parent)) is not None and parent.id not in seen:
-        seen.add(parent.id)
-        names.insert(0, next((s.name for s in parent.states if s.id == current.owner), str(current.owner)))
-        current = parent
-    return printable("/".join(names) if names else automaton.name)
