@@ -14,7 +14,7 @@ from tests.support.editor import Editor, editor, services
 from tests.support.limits import LIMIT
 from tests.support.panels import DOCUMENT, add, choose, edit, panel_violations, undo_names
 from visualhfsm.code_help.service import CodeHelper
-from visualhfsm.sessions import undo
+from visualhfsm.sessions import session
 
 INTERACTION_DELAY = 100
 """Milliseconds after which CodeMirror's list takes keys for sure; those of the first 75 are the text's."""
@@ -69,7 +69,7 @@ def test_code_that_is_typed_is_saved(shown: EditorPage, path: Path) -> None:
 
 
 def test_a_burst_of_typing_is_one_named_step(shown: EditorPage, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(undo, "MERGE_WITHIN", LIMIT)
+    monkeypatch.setattr(session, "MERGE_WITHIN", LIMIT)
     code = edit(shown, "wait")
     for word in ("\nspeed = 1", "\nspeed = 2", "\nspeed = 3"):
         shown.type(word)

@@ -15,7 +15,7 @@ from tests.support.limits import CALL_LIMIT, LIMIT
 from tests.support.panels import DOCUMENT, edit, panel_violations, undo_names
 from tests.support.processes import free_endpoint
 from visualhfsm.running.service import RunningComponents
-from visualhfsm.sessions import undo
+from visualhfsm.sessions import session
 from zenoh_ice import Settings
 
 NEVER_GOES = """
@@ -121,7 +121,7 @@ def test_search_follows_what_is_typed(shown: EditorPage) -> None:
 def test_a_click_in_the_history_goes_back_to_that_point(
     shown: EditorPage, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(undo, "MERGE_WITHIN", LIMIT)
+    monkeypatch.setattr(session, "MERGE_WITHIN", LIMIT)
     edit(shown, "wait")
     shown.type("\nspeed = 1")
     shown.page.get_by_role("checkbox", name="Final").check()

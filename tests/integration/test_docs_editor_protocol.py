@@ -11,7 +11,7 @@ from typing import Any, get_args
 from tests.support.editor import DOCUMENT, Window, editor
 from tests.support.pages import blocks_of
 from visualhfsm.services import Push
-from visualhfsm.web.operations import CONCURRENT
+from visualhfsm.web.connection import CONCURRENT
 from visualhfsm.web.protocol import ErrorKind, Request
 
 PAGE = Path(__file__).parents[2] / "docs" / "editor-protocol.md"

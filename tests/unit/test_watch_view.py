@@ -16,7 +16,7 @@ from tests.support.watching import watched
 from visualhfsm.monitoring.automata import Automata
 from visualhfsm.monitoring.robot import RobotState
 from visualhfsm.watch.telemetry import WatchState
-from visualhfsm.watch.view import View, status_line
+from visualhfsm.watch.terminal import View, status_line
 
 
 def draw(shown: WatchState, width: int = 80, height: int = 24) -> list[str]:

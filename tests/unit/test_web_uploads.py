@@ -7,7 +7,7 @@ import asyncio
 import pytest
 
 from visualhfsm.errors import VisualHfsmError
-from visualhfsm.web.operations import Upload
+from visualhfsm.web.connection import Upload
 from visualhfsm.web.tab import Threads
 
 

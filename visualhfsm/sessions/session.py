@@ -1,9 +1,10 @@
-"""One open document: what it is now, what it was, its file, and its journal."""
+"""One open document: what it is now, its steps, which can be undone, its file, and its journal."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections import deque
+from collections.abc import Callable, Hashable, Iterator
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
@@ -11,7 +12,7 @@ from typing import Final
 
 import msgspec
 
-from codegen.hfsm.document import Document
+from codegen.hfsm.document import Automaton, Document
 from visualhfsm.editing.commands import Command, decode_command, encode_command
 from visualhfsm.editing.commands.items import DeleteItems
 from visualhfsm.editing.commands.paste import ReplaceDocument
@@ -28,7 +29,6 @@ from visualhfsm.editing.serialization import (
 from .files import FileVersion, read_file, write_file
 from .journal import Done, Entry, Header, Journal, Redone, Saved, Undone, journal_directory
 from .merge import Conflict, merge_documents
-from .undo import Change, UndoStack
 
 __all__ = ["Change", "Choice", "DocumentSession", "Resolution"]
 
@@ -36,6 +36,119 @@ _GROWTH: Final = 2048
 """Bytes by which a command may let a document grow beside what it carries itself."""
 _ESCAPED: Final = 6
 """Bytes that one byte of a command may take in a document."""
+MERGE_WITHIN: Final = 2.0
+"""Seconds without a change after which the same kind of change is a new step."""
+
+_MOST_STEPS: Final = 5000
+
+
+@dataclass(frozen=True, slots=True)
+class Added:
+    """What is new in one automaton: ids of states and transitions. An automaton may be new itself."""
+
+    automaton: int
+    states: tuple[int, ...]
+    transitions: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """What became of a document: `before` and `after` share everything that did not change."""
+
+    name: str
+    revision: int
+    before: Document
+    after: Document
+
+    @property
+    def added(self) -> tuple[Added, ...]:
+        """What is new, such as to select it; empty when nothing is."""
+        return tuple(_added(self.before, self.after))
+
+
+@dataclass(frozen=True, slots=True)
+class _Step:
+    name: str
+    document: Document
+    """What comes when the step is undone, or done again."""
+
+
+class UndoStack:
+    """The present document between those before and those that were undone.
+
+    Documents share what they have in common, so that a step costs little memory; the oldest of 5000 goes.
+    """
+
+    def __init__(self, document: Document, clock: Callable[[], float] = time.monotonic) -> None:
+        self.document = document
+        self._clock = clock
+        self._past: deque[_Step] = deque(maxlen=_MOST_STEPS)
+        self._future: deque[_Step] = deque()
+        self._key: Hashable | None = None
+        self._changed_at = 0.0
+
+    @property
+    def undo_names(self) -> list[str]:
+        """The names of the steps that can be undone, the latest first."""
+        return [step.name for step in reversed(self._past)]
+
+    @property
+    def redo_names(self) -> list[str]:
+        """The names of the steps that can be done again, the next first."""
+        return [step.name for step in reversed(self._future)]
+
+    def merges(self, key: Hashable | None) -> bool:
+        """Return whether a change with this key would continue the last step."""
+        recent = self._clock() - self._changed_at <= MERGE_WITHIN
+        return key is not None and key == self._key and recent and bool(self._past)
+
+    def add(self, name: str, document: Document, key: Hashable | None, *, merge: bool) -> None:
+        """Make a document the present one, as a separate step or as part of the last one."""
+        if not merge:
+            self._past.append(_Step(name, self.document))
+        self._future.clear()
+        self.document = document
+        self._key = key
+        self._changed_at = self._clock()
+
+    def seal(self) -> None:
+        """Make the next change a separate step, as it is after undoing and redoing."""
+        self._key = None
+
+    def undo(self) -> str | None:
+        """Go back one step and return its name, or None when there is none."""
+        return self._move(self._past, self._future)
+
+    def redo(self) -> str | None:
+        """Do the step again that was undone last, and return its name, or None when there is none."""
+        return self._move(self._future, self._past)
+
+    def _move(self, source: deque[_Step], target: deque[_Step]) -> str | None:
+        if not source:
+            return None
+        step = source.pop()
+        target.append(_Step(step.name, self.document))
+        self.document = step.document
+        self.seal()
+        return step.name
+
+
+def _added(before: Document, after: Document) -> Iterator[Added]:
+    former = {automaton.id: automaton for automaton in before.automata}
+    for automaton in after.automata:
+        old = former.get(automaton.id)
+        if old is automaton:
+            continue
+        known = old or Automaton(id=automaton.id)
+        states = {state.id for state in known.states}
+        transitions = {transition.id for transition in known.transitions}
+        added = Added(
+            automaton.id,
+            tuple(state.id for state in automaton.states if state.id not in states),
+            tuple(each.id for each in automaton.transitions if each.id not in transitions),
+        )
+        if old is None or added.states or added.transitions:
+            yield added
 
 
 class Choice(StrEnum):

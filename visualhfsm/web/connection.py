@@ -1,4 +1,4 @@
-"""One websocket of a window: requests come in, answers and pushes go out.
+"""One websocket of a window: requests come in and are done, answers and pushes go out.
 
 Requests that change documents are done in the order in which they come; the others (`CONCURRENT`) hold up
 nobody. Help with code (`CODE_HELP`) is counted by itself, so that it never keeps a run out, and so is the
@@ -12,20 +12,50 @@ import asyncio
 import logging
 from collections import defaultdict
 from collections.abc import Coroutine
-from typing import Final
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, Final
 
 import msgspec
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from .errors import kind_of
-from .operations import CODE_HELP, CONCURRENT, Operations, is_emergency_stop
-from .protocol import Answer, ErrorAnswer, Request, decode_request, request_id
+from codegen.hfsm.document import Document
+from visualhfsm.editing.commands.paste import PasteStates
+from visualhfsm.editing.diff import diff_documents
+from visualhfsm.editing.places import search
+from visualhfsm.editing.serialization import copy_states, parse_file
+from visualhfsm.editing.views import view
+from visualhfsm.errors import VisualHfsmError
+from visualhfsm.sessions.files import read_file
+from visualhfsm.sessions.imports import extract, imported_views, inline
+from visualhfsm.sessions.session import Change, Choice
+from visualhfsm.sessions.templates import find_templates
+
+from . import documents
+from . import protocol as p
+from .errors import MissingError, kind_of
+from .paths import RECORDING_SUFFIX
+from .tab import Threads
 from .window import Window
 from .workspace import Workspace
 
-__all__ = ["converse", "until_one_ends"]
+__all__ = ["CODE_HELP", "CONCURRENT", "LARGEST_UPLOAD", "Upload", "converse", "until_one_ends"]
 
 _UNSUPPORTED_DATA: Final = 1003  # RFC 6455, section 7.4.1
+
+CODE_HELP = p.CodeHelp | p.Interfaces
+"""Requests that the page sends while a person types."""
+
+_Reading = p.Diff | p.Export | p.Imported | p.ListFiles | p.Locate | p.Search
+_Running = p.Attach | p.Control | p.Detach | p.Generate | p.Recording | p.Run | p.SendRecording | p.StopRun
+
+CONCURRENT = CODE_HELP | _Reading | p.Control | p.Generate | p.Recording | p.Run | p.StopRun
+"""Requests that change no document: the connection goes on to the next one meanwhile."""
+
+LARGEST_UPLOAD: Final = 256 << 20
+"""Bytes of the largest recording that is taken; larger ones are opened where they lie."""
+
+_SAVED: Final = "saved"  # what a document may be compared with, beside files
 
 _logger = logging.getLogger(__name__)
 
@@ -34,7 +64,7 @@ async def converse(websocket: WebSocket, workspace: Workspace) -> None:
     """Serve one window until it goes away."""
     await websocket.accept()
     window = Window(workspace.limits.output_lines)
-    connection = _Connection(websocket, window, Operations(workspace, window), workspace)
+    connection = _Connection(websocket, window, _Operations(workspace, window), workspace)
     try:
         await until_one_ends(connection.read(), connection.write())
     except WebSocketDisconnect:
@@ -60,7 +90,7 @@ async def until_one_ends(*work: Coroutine[object, object, None]) -> None:
 
 class _Connection:
     def __init__(
-        self, websocket: WebSocket, window: Window, operations: Operations, workspace: Workspace
+        self, websocket: WebSocket, window: Window, operations: _Operations, workspace: Workspace
     ) -> None:
         self._websocket = websocket
         self._window = window
@@ -91,39 +121,274 @@ class _Connection:
                 await self._websocket.close(_UNSUPPORTED_DATA, "messages are text")
                 return
             try:
-                request = decode_request(text)
+                request = p.decode_request(text)
             except (msgspec.DecodeError, RecursionError, UnicodeError) as error:
                 why = "it is nested too deeply" if isinstance(error, RecursionError) else str(error)
-                refusal = ErrorAnswer(re=request_id(text), error=f"no request: {why}", kind="malformed")
+                refusal = p.ErrorAnswer(re=p.request_id(text), error=f"no request: {why}", kind="malformed")
                 self._window.answer(refusal)
                 continue
             if isinstance(request, CODE_HELP):
                 self._begin(request, "code help")
-            elif is_emergency_stop(request):
+            elif isinstance(request, p.Control) and request.action == "emergencyStop":
                 self._begin(request, "stop")
             elif isinstance(request, CONCURRENT):
                 self._begin(request, "others")
             else:
                 await self._answer(request)
 
-    def _begin(self, request: Request, kind: str) -> None:
-        """Answer a request beside those of its kind that are under way, unless they are too many."""
+    def _begin(self, request: p.Request, kind: str) -> None:
+        """p.Answer a request beside those of its kind that are under way, unless they are too many."""
         tasks = self._under_way[kind]
         if len(tasks) >= self._limits.concurrent_operations:
             error = "too many requests are under way"
-            self._window.answer(ErrorAnswer(re=request.id, error=error, kind="busy"))
+            self._window.answer(p.ErrorAnswer(re=request.id, error=error, kind="busy"))
             return
         task = asyncio.create_task(self._answer(request), name=type(request).__name__)
         tasks.add(task)
         task.add_done_callback(tasks.discard)
 
-    async def _answer(self, request: Request) -> None:
+    async def _answer(self, request: p.Request) -> None:
         try:
             async with asyncio.timeout(self._limits.operation_seconds):
                 value = await self._operations.do(request)
-            self._window.answer(Answer(re=request.id, ok=value))
+            self._window.answer(p.Answer(re=request.id, ok=value))
         except Exception as error:
             kind, text = kind_of(error)
             if kind == "internal":
                 _logger.error("the request %s failed", type(request).__name__, exc_info=error)
-            self._window.answer(ErrorAnswer(re=request.id, error=text, kind=kind))
+            self._window.answer(p.ErrorAnswer(re=request.id, error=text, kind=kind))
+
+
+class _Operations:
+    """The operations of one window on the workspace. Everything raises VisualHfsmError."""
+
+    def __init__(self, workspace: Workspace, window: Window) -> None:
+        self._workspace = workspace
+        self._window = window
+        self._upload = Upload(workspace.threads)
+
+    def close(self) -> None:
+        """Give up what the window has begun to send."""
+        self._upload.close()
+
+    async def do(self, request: p.Request) -> object:
+        """Do what a request asks for and return its answer."""
+        match request:
+            case p.Do(tab=tab, command=command):
+                return _outcome(await self._workspace.tab(tab).edit(lambda session: session.do(command)))
+            case p.TabEdit():
+                return await self._edit(request)
+            case p.CodeHelp(tab=tab, wanted=wanted, place=place, code=code, line=line, column=column):
+                source = self._workspace.tab(tab).source
+                return await self._workspace.services.code_help.ask(
+                    wanted, source, place, code, line=line, column=column
+                )
+            case p.Interfaces():
+                return await self._workspace.services.code_help.interfaces()
+            case _ if isinstance(request, _Reading):
+                return await self._read(request)
+            case _ if isinstance(request, _Running):
+                return await self._run(request)
+        return await self._manage(request)
+
+    async def _edit(self, request: p.TabEdit) -> object:
+        """Change a document; most answers say which step it was and what is new."""
+        workspace = self._workspace
+        tab = workspace.tab(request.tab)
+        match request:
+            case p.Undo(steps=steps):
+                return _outcome(await tab.edit(lambda session: session.undo(steps)))
+            case p.Redo(steps=steps):
+                return _outcome(await tab.edit(lambda session: session.redo(steps)))
+            case p.Copy(automaton=automaton, states=states):
+                text = await tab.edit(lambda session: copy_states(session.document, automaton, states))
+                workspace.keep_copied(text, len(states))
+                return None
+            case p.Cut(automaton=automaton, states=states):
+                text, change = await tab.edit(lambda session: session.cut(automaton, tuple(states)))
+                workspace.keep_copied(text, len(states))
+                return _outcome(change)
+            case p.Paste(automaton=automaton, x=x, y=y):
+                if not workspace.clipboard:
+                    raise MissingError("nothing was copied yet")
+                paste = PasteStates(automaton=automaton, content=workspace.clipboard, x=x, y=y)
+                return _outcome(await tab.edit(lambda session: session.do(paste)))
+            case p.Extract(automaton=automaton, path=path):
+                file = workspace.root.document(path)
+                return _outcome(
+                    await tab.edit(
+                        lambda session: session.do(extract(session.document, automaton, session.path, file))
+                    )
+                )
+            case p.Inline(automaton=automaton):
+                return _outcome(
+                    await tab.edit(
+                        lambda session: session.do(inline(session.document, automaton, session.path))
+                    )
+                )
+        raise NotImplementedError(type(request).__name__)
+
+    async def _read(self, request: _Reading) -> object:
+        """Answer a question about documents and files."""
+        workspace = self._workspace
+        match request:
+            case p.Search():
+                return await self._search(request)
+            case p.Diff(tab=number, against=against):
+                return await self._diff(number, against)
+            case p.Export(tab=number):
+                tab = workspace.tab(number)
+                text = await tab.edit(lambda session: session.text())
+                return {"name": f"{tab.shown.name}.xml", "text": text}
+            case p.Imported(tab=number):
+                shown = workspace.tab(number).shown
+                if (path := shown.path) is None:
+                    return []  # imports are relative to the file
+                return await workspace.threads.do(lambda: imported_views(shown.document, path))
+            case p.ListFiles(directory=directory):
+                return await documents.list_files(workspace, directory)
+            case p.Locate(tab=number, text=text, automaton=automaton, state=state):
+                source = workspace.tab(number).source
+                return await workspace.services.running.locate(source, text, automaton, state)
+
+    async def _run(self, request: _Running) -> object:
+        """Generate, run, follow and steer components."""
+        workspace, window = self._workspace, self._window
+        running, live = workspace.services.running, workspace.services.live
+        match request:
+            case p.Generate(tab=tab):
+                return await running.generate(workspace.tab(tab).source)
+            case p.Run(tab=tab, arguments=arguments):
+                return await running.run(workspace.tab(tab).source, arguments)
+            case p.StopRun(tab=tab):
+                return await running.stop(tab)
+            case p.Attach(component=component):
+                return await workspace.follow(window, component)
+            case p.Detach(component=component):
+                await workspace.unfollow(window, component)
+                return None
+            case p.Control(component=component, action=action, arguments=values):
+                return await live.control(component, action, values)
+            case p.Recording(path=path):
+                return await workspace.open_recording(window, workspace.root.recording(path))
+            case p.SendRecording(name=name, data=data, begins=begins, ends=ends):
+                file = await self._upload.add(name, data, begins=begins)
+                try:
+                    return await workspace.open_recording(window, file) if ends else None
+                finally:
+                    if ends:
+                        self._upload.close()
+
+    async def _manage(self, request: p.Request) -> object:
+        """Open, save and close documents."""
+        workspace = self._workspace
+        match request:
+            case p.Hello():
+                templates = await workspace.threads.do(find_templates)
+                workspace.greet(self._window)
+                return {
+                    "root": str(workspace.root.directory),
+                    "templates": [{"name": each.name, "description": each.description} for each in templates],
+                }
+            case p.Open(path=path):
+                return await documents.open_file(workspace, path)
+            case p.New(template=template):
+                return await documents.new(workspace, template)
+            case p.OpenText(name=name, text=text):
+                return await documents.open_text(workspace, name, text)
+            case p.Recover(journal=journal):
+                return await documents.recover(workspace, journal)
+            case p.Discard(journal=journal):
+                await documents.discard(workspace, journal)
+                return None
+            case p.Close(tab=tab, discard=discard):
+                await documents.close(workspace, tab, discard=discard)
+                return None
+            case p.Save(tab=tab, overwrite=overwrite):
+                return await documents.save(workspace, tab, overwrite=overwrite)
+            case p.SaveAs(tab=tab, path=path, overwrite=overwrite):
+                return await documents.save(workspace, tab, path, overwrite=overwrite)
+            case p.Resolve(tab=tab, choice=choice):
+                return await documents.resolve(workspace, tab, Choice(choice))
+        raise NotImplementedError(type(request).__name__)
+
+    async def _search(self, request: p.Search) -> list[dict[str, Any]]:
+        workspace = self._workspace
+        tabs = workspace.tabs if request.tab is None else [workspace.tab(request.tab)]
+        shown = [(tab.id, tab.shown.document) for tab in tabs]
+        how = {"match_case": request.match_case, "whole_words": request.whole_words}
+        return await workspace.threads.do(
+            lambda: [
+                {"tab": number, "hits": search(document, request.text, **how)} for number, document in shown
+            ]
+        )
+
+    async def _diff(self, number: int, against: str) -> object:
+        workspace = self._workspace
+        tab = workspace.tab(number)
+        after = tab.shown.document
+        if against != _SAVED:
+            path = workspace.root.document(against)
+            return await workspace.threads.do(lambda: _compared(parse_file(read_file(path)[0], path), after))
+        before = await tab.edit(lambda session: session.saved_document)
+        if before is None:
+            raise MissingError(f"{tab.shown.name} was never saved")
+        return await workspace.threads.do(lambda: _compared(before, after))
+
+
+class Upload:
+    """A recording that one window sends in parts: one file at a time, where only its user reaches it."""
+
+    def __init__(self, threads: Threads, largest: int = LARGEST_UPLOAD) -> None:
+        self._threads = threads
+        self._largest = largest
+        self._folder: TemporaryDirectory[str] | None = None
+        self._size = 0
+
+    async def add(self, name: str, data: bytes, *, begins: bool) -> Path:
+        """Take a part of a file; the first one gives up what was sent before. Raises VisualHfsmError."""
+        if begins:
+            self.close()
+        elif self._folder is None:
+            raise VisualHfsmError(f"Cannot take {name}: its beginning was not sent")
+        self._size += len(data)
+        if self._size > self._largest:
+            self.close()
+            raise VisualHfsmError(
+                f"Cannot take {name}: it is larger than {self._largest >> 20} MiB; "
+                "put it into the folder of the editor and open it there (Alt+R)"
+            )
+        try:
+            return await self._threads.do(lambda: self._write(name, data))
+        except OSError as error:
+            self.close()
+            raise VisualHfsmError(f"Cannot take {name}: {error.strerror}") from error
+
+    def close(self) -> None:
+        """Delete what was sent."""
+        folder, self._folder, self._size = self._folder, None, 0
+        if folder is not None:
+            folder.cleanup()
+
+    def _write(self, name: str, data: bytes) -> Path:
+        if self._folder is None:
+            self._folder = TemporaryDirectory(prefix="visualhfsm-", ignore_cleanup_errors=True)
+        stem = "".join(each if each.isalnum() or each in "-_." else "_" for each in Path(name).stem)
+        file = Path(self._folder.name) / f"{stem[:100] or 'recording'}{RECORDING_SUFFIX}"
+        with file.open("ab") as stream:
+            stream.write(data)
+        return file
+
+
+def _outcome(change: Change) -> dict[str, Any]:
+    return {"name": change.name, "revision": change.revision, "added": list(change.added)}
+
+
+def _compared(before: Document, after: Document) -> dict[str, Any]:
+    """Return what differs, and the former automata of it, so that what is gone can be drawn."""
+    differences = diff_documents(before, after)
+    affected = {each.place.automaton for each in differences}
+    return {
+        "differences": differences,
+        "before": [view(each) for each in before.automata if each.id in affected],
+    }

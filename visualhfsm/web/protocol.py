@@ -8,7 +8,7 @@ docs/editor-protocol.md explains all of them with examples.
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Final, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Union
 
 import msgspec
 
@@ -277,42 +277,16 @@ class SendRecording(_Request):
     ends: bool = False
 
 
-Request = (
-    Hello
-    | Open
-    | New
-    | OpenText
-    | Close
-    | Save
-    | SaveAs
-    | Recover
-    | Discard
-    | ListFiles
-    | Do
-    | Undo
-    | Redo
-    | Copy
-    | Cut
-    | Paste
-    | Search
-    | Resolve
-    | Diff
-    | Imported
-    | Extract
-    | Inline
-    | Locate
-    | CodeHelp
-    | Interfaces
-    | Generate
-    | Run
-    | StopRun
-    | Attach
-    | Detach
-    | Control
-    | Export
-    | Recording
-    | SendRecording
-)
+if TYPE_CHECKING:
+    Request = _Request
+else:
+    _REQUESTS = [
+        found
+        for found in [*globals().values()]
+        if isinstance(found, type) and issubclass(found, _Request) and found not in (_Request, TabEdit)
+    ]
+    Request = Union[tuple(_REQUESTS)]  # noqa: UP007 - made of a tuple
+    """Any request."""
 
 _requests: msgspec.json.Decoder[Request] = msgspec.json.Decoder(Request)
 
