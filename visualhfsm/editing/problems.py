@@ -18,7 +18,7 @@ from codegen.hfsm import parse_document
 from codegen.hfsm.checking import check_document
 from codegen.hfsm.codes import Code
 from codegen.hfsm.document import Document
-from codegen.hfsm.model_checker import DEFAULT_LIMIT, Counterexample, ModelReport
+from codegen.hfsm.model_checker import DEFAULT_LIMIT, ModelReport
 from visualhfsm.child import LineProcess, NoAnswerError, answer_lines
 
 from .errors import EditError
@@ -117,23 +117,9 @@ def _with_steps(problem: Problem, report: ModelReport | None) -> Problem:
     counterexample = report.properties[place.index].counterexample
     if counterexample is None or len(counterexample.steps) > _MOST_STEPS:
         return problem
-    return msgspec.structs.replace(problem, counterexample=_view(counterexample))
-
-
-def _view(counterexample: Counterexample) -> CounterexampleView:
-    steps = tuple(
-        StepView(
-            time_ms=step.time_ms,
-            automaton=step.automaton,
-            kind=step.kind.value,
-            text=step.text,
-            state=step.state,
-            origin=step.origin,
-            transition=step.transition,
-        )
-        for step in counterexample.steps
+    return msgspec.structs.replace(
+        problem, counterexample=msgspec.convert(counterexample, CounterexampleView, from_attributes=True)
     )
-    return CounterexampleView(steps=steps, repeats=counterexample.repeats)
 
 
 def _problem(found: Diagnostic, file: Path, locator: Locator, importers: dict[Path, Place]) -> Problem:

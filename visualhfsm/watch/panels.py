@@ -16,14 +16,13 @@ from zenoh_ice.text import printable
 
 __all__ = ["ARM_JOINTS", "camera_lines", "from_center", "legend", "robot_lines", "tree_lines"]
 
-ARM_JOINTS = ("ShoulderPitch", "ShoulderRoll", "ElbowYaw", "ElbowRoll")
-"""Joints of an arm that are shown; L or R goes before the name."""
+ARM_JOINTS = {"ShoulderPitch": "shoulder pitch", "ShoulderRoll": "shoulder roll",
+              "ElbowYaw": "elbow yaw", "ElbowRoll": "elbow roll"}  # fmt: skip
+"""Joints of an arm that are shown, and their labels; L or R goes before the name."""
 CURRENT, GHOST, OTHER, FINISHED, FINAL = "●", "◌", "○", "■", "□"
 _FAINT = "bright_black"
 _SHORTEST_BAR, _LONGEST_BAR = 6, 24
 _COLORS = ("red", "green", "blue", "yellow", "magenta", "cyan")
-_JOINT_LABELS = {"ShoulderPitch": "shoulder pitch", "ShoulderRoll": "shoulder roll",
-                 "ElbowYaw": "elbow yaw", "ElbowRoll": "elbow roll"}  # fmt: skip
 _HEAD_LIMITS = {"HeadYaw": (-2.09, 2.09), "HeadPitch": (-0.67, 0.51)}
 """Ranges in rad of the scales until the robot has sent its own."""
 _LABEL_WIDTH = 14
@@ -236,8 +235,8 @@ def robot_lines(state: WatchState, width: int) -> list[Text]:
     columns = "arms".ljust(_LABEL_WIDTH) + "left".rjust(6).ljust(side_width) + "right".rjust(6)
     header = Text.assemble((columns, _FAINT))
     lines.append(header)
-    for name in ARM_JOINTS:
-        line = Text.assemble((f"{_JOINT_LABELS[name]:<{_LABEL_WIDTH}}", _FAINT))
+    for name, label in ARM_JOINTS.items():
+        line = Text.assemble((f"{label:<{_LABEL_WIDTH}}", _FAINT))
         for side in ("L", "R"):
             value = state.robot.joints.get(side + name)
             line.append_text(_angle(value, state.limits.get(side + name), bar_width, stale=stale))

@@ -84,7 +84,7 @@ def angles(contents: ReportContents) -> bytes:
     """Plot the angles of head and arms."""
     groups = [("head", {"pan": "joint.HeadYaw", "tilt": "joint.HeadPitch"})]
     for side, name in (("R", "right arm"), ("L", "left arm")):
-        groups.append((name, {_spaced(joint): f"joint.{side}{joint}" for joint in ARM_JOINTS}))
+        groups.append((name, {label: f"joint.{side}{joint}" for joint, label in ARM_JOINTS.items()}))
     with _axes(3, 1.7) as (figure, axes):
         for axis, (name, lines) in zip(axes, groups, strict=True):
             _draw_lines(axis, contents.log, lines)
@@ -226,7 +226,3 @@ def _state_color(automaton: AutomatonStructure, state: int, name: str) -> str:
 
 def _named_color(name: str) -> str:
     return next((color for word, color in _NAMED_COLORS.items() if word in name.lower().split()), "")
-
-
-def _spaced(name: str) -> str:
-    return "".join(f" {letter.lower()}" if letter.isupper() else letter for letter in name).strip()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Hashable
-from typing import Annotated, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import msgspec
 
@@ -56,3 +56,8 @@ class Command(
         if not self.typed:
             return None
         return type(self), *(getattr(self, name) for name in self.__struct_fields__ if name not in self.typed)
+
+    def own_fields(self, base: type[Command]) -> dict[str, Any]:
+        """Return the fields by name that a command has beside those of a class that it is made from."""
+        names = (name for name in self.__struct_fields__ if name not in base.__struct_fields__)
+        return {name: getattr(self, name) for name in names}

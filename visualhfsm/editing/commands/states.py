@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Final, Literal
+from typing import ClassVar, Final, Literal
 
 from codegen.hfsm.document import NO_CHILD, Argument, Automaton, Document, State, Text
 
@@ -69,11 +69,17 @@ class AddState(Command, frozen=True, kw_only=True):
 
 
 class _StateCommand(Command, frozen=True, kw_only=True):
+    """A change of one state: of the fields that the command has, unless `change` does something else."""
+
+    titled: ClassVar[str] = ""
     automaton: Id
     state: Id
 
     def change(self, state: State) -> State:
-        raise NotImplementedError
+        return changed(state, **self.own_fields(_StateCommand))
+
+    def title(self, document: Document) -> str:
+        return f"{self.titled} {self.label(document)}"
 
     def apply(self, document: Document) -> Document:
         return with_state(document, self.automaton, self.state, self.change)
@@ -86,13 +92,8 @@ class RenameState(_StateCommand, frozen=True, kw_only=True):
     """Give a state another name."""
 
     typed = ("name",)
+    titled = "Rename"
     name: str
-
-    def change(self, state: State) -> State:
-        return changed(state, name=self.name)
-
-    def title(self, document: Document) -> str:
-        return f"Rename {self.label(document)}"
 
 
 class SetStateCode(_StateCommand, frozen=True, kw_only=True):
@@ -113,6 +114,8 @@ class SetStateCode(_StateCommand, frozen=True, kw_only=True):
 class MarkInitial(_StateCommand, frozen=True, kw_only=True):
     """Let an automaton begin in a state, and in no other."""
 
+    titled = "Begin in"
+
     def apply(self, document: Document) -> Document:
         def mark(automaton: Automaton) -> Automaton:
             chosen = find_state(automaton, self.state)
@@ -121,17 +124,11 @@ class MarkInitial(_StateCommand, frozen=True, kw_only=True):
 
         return with_automaton(document, self.automaton, mark)
 
-    def title(self, document: Document) -> str:
-        return f"Begin in {self.label(document)}"
-
 
 class MarkFinal(_StateCommand, frozen=True, kw_only=True):
     """Say whether an automaton has finished in a state."""
 
     final: bool
-
-    def change(self, state: State) -> State:
-        return changed(state, final=self.final)
 
     def title(self, document: Document) -> str:
         return f"{'End' if self.final else 'Do not end'} in {self.label(document)}"
@@ -140,13 +137,8 @@ class MarkFinal(_StateCommand, frozen=True, kw_only=True):
 class SetHistory(_StateCommand, frozen=True, kw_only=True):
     """Say what the automata of a state do when it is entered again."""
 
+    titled = "Set the history of"
     history: Literal["", "resume", "restart"]
-
-    def change(self, state: State) -> State:
-        return changed(state, history=self.history)
-
-    def title(self, document: Document) -> str:
-        return f"Set the history of {self.label(document)}"
 
 
 class SetArgument(_StateCommand, frozen=True, kw_only=True):

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Literal
+from typing import ClassVar, Literal
 
 from codegen.hfsm.document import Automaton, Document, Transition
 
@@ -76,11 +76,17 @@ class AddTransition(Command, frozen=True, kw_only=True):
 
 
 class _TransitionCommand(Command, frozen=True, kw_only=True):
+    """A change of one transition: of the fields that the command has, unless `change` does something else."""
+
+    titled: ClassVar[str] = ""
     automaton: Id
     transition: Id
 
     def change(self, transition: Transition) -> Transition:
-        raise NotImplementedError
+        return changed(transition, **self.own_fields(_TransitionCommand))
+
+    def title(self, document: Document) -> str:
+        return f"{self.titled} {self.label(document)}"
 
     def apply(self, document: Document) -> Document:
         return with_transition(document, self.automaton, self.transition, self.change)
@@ -93,13 +99,8 @@ class RenameTransition(_TransitionCommand, frozen=True, kw_only=True):
     """Give a transition another name."""
 
     typed = ("name",)
+    titled = "Rename"
     name: str
-
-    def change(self, transition: Transition) -> Transition:
-        return changed(transition, name=self.name)
-
-    def title(self, document: Document) -> str:
-        return f"Rename {self.label(document)}"
 
 
 class RetargetTransition(_TransitionCommand, frozen=True, kw_only=True):
@@ -182,13 +183,8 @@ class SetPriority(_TransitionCommand, frozen=True, kw_only=True):
     """Set the priority of a transition as it was typed: a number from 1, or nothing."""
 
     typed = ("priority",)
+    titled = "Set the priority of"
     priority: str
-
-    def change(self, transition: Transition) -> Transition:
-        return changed(transition, priority=self.priority)
-
-    def title(self, document: Document) -> str:
-        return f"Set the priority of {self.label(document)}"
 
 
 class ReorderTransition(_TransitionCommand, frozen=True, kw_only=True):
