@@ -102,7 +102,7 @@ def _check(model: Model, events: Events, uses: list[list[Use]], budget: Budget) 
         states=tuple(state_results(model, fireability, reached)),
         transitions=tuple(transition_results(model, fireability, reached)),
         conflicts=tuple(conflicts),
-        deadlocks=tuple(find_deadlocks(model, fireability)),
+        deadlocks=tuple(find_deadlocks(model, reached)),
         properties=tuple(properties),
         work=budget.spent,
         complete=not reached.unknown

@@ -1,4 +1,4 @@
-"""Search the configurations of automata, within a budget: exactly, without time, or straight to a goal.
+"""Search the configurations of automata, within a budget: by time, or straight to a goal.
 
 Automata that a question does not depend on are left out of the search.
 """
@@ -12,11 +12,10 @@ from typing import Final
 
 from .expressions import Holds
 from .fireability import Fireability
-from .guards import satisfy
-from .model import Model, StateModel
+from .model import Model
 from .transition_system import ACTIVE, Choice, Configuration, Node, TransitionSystem
 
-__all__ = ["Budget", "Move", "Run", "cone_of", "explore", "find_avoiding", "search", "system_of"]
+__all__ = ["Budget", "Move", "Run", "cone_of", "find_avoiding", "search"]
 
 
 def cone_of(model: Model, automata: Iterable[int], fireability: Fireability) -> frozenset[int]:
@@ -125,30 +124,6 @@ class _Search:
             moves.append(Move(self.times[node], node, choice, configuration))
             way = self.came[node]
         return Run(self.start, tuple(reversed(moves)), ends)
-
-
-def explore(
-    system: TransitionSystem, visit: Callable[[Configuration, int, Choice | None], bool], budget: Budget
-) -> bool:
-    """Visit every configuration, with the position and the choice of the cycle that led to it.
-
-    Ends when `visit` returns true: it has seen enough. Returns whether nothing is left to be seen.
-    """
-    start, node, _ = system.start()
-    if visit(start, -1, None):
-        return True
-    seen = {node}
-    waiting = [node]
-    for node in waiting:  # grows
-        if not budget.take(system):
-            return False
-        for choice, configuration, following, _ in system.successors(node):
-            if visit(configuration, node.position, choice):
-                return True
-            if following not in seen:
-                seen.add(following)
-                waiting.append(following)
-    return True
 
 
 def find(
@@ -308,7 +283,7 @@ Goal = tuple[int, int]
 
 @dataclass(frozen=True, slots=True)
 class Searched:
-    """What a search came to, and the exact system that the run belongs to."""
+    """What a search came to, and the system that the run belongs to."""
 
     system: TransitionSystem
     outcome: Outcome
@@ -331,11 +306,10 @@ def search(
     is not over at the moment at which it comes. The run is the earliest there is, unless that takes more than
     half of the budget.
     """
-    exact = TransitionSystem(model, cone, fireability)
-    wanted = holds(exact.position)
+    system = TransitionSystem(model, cone, fireability)
+    wanted = holds(system.position)
     if within is not None:
-        return Searched(exact, find(exact, wanted, within, budget, lasting=lasting))
-    system = system_of(model, cone, fireability)
+        return Searched(system, find(system, wanted, within, budget, lasting=lasting))
     first = budget.share(budget.left // 2 if goals else budget.left)
     outcome = find(system, wanted, None, first, lasting=lasting)
     budget.give_back(first)
@@ -343,56 +317,7 @@ def search(
         explored = outcome.explored
         outcome = find(system, wanted, None, budget, _distance(model, system, goals), lasting=lasting)
         outcome.explored += explored
-    if outcome.run is not None and system.uniform:
-        run = _retimed(exact, outcome.run)
-        outcome = Outcome(run, run is not None, outcome.explored, 0 if run is None else run.ends)
-    return Searched(exact, outcome)
-
-
-def system_of(model: Model, cone: Collection[int], fireability: Fireability) -> TransitionSystem:
-    """Return the simplest system in which the same configurations are reachable.
-
-    Where nothing depends on time, and nothing has to happen at any time, all periods may as well be the same.
-    """
-    timeless = all(
-        _is_timeless(model.automata[index].states[state], fireability, index, model.automata[index].initial)
-        for index in cone
-        for state in fireability.states[index]
-    )
-    return TransitionSystem(model, cone, fireability, uniform=timeless)
-
-
-def _is_timeless(state: StateModel, fireability: Fireability, automaton: int, initial: int) -> bool:
-    outgoing = [transition for transition in state.outgoing if fireability.may_fire(automaton, transition)]
-    if any(transition.delay for transition in outgoing) or (state.owes and state.children):
-        return False
-    if state.final:
-        return state.index != initial
-    return satisfy((), (transition.needs or () for transition in outgoing)) is not None
-
-
-def _retimed(exact: TransitionSystem, run: Run) -> Run | None:
-    """Return a run of the exact system in which the same transitions fire one after the other."""
-    start, node, time = exact.start()
-    moves: list[Move] = []
-    for wanted in run.moves:
-        if wanted.choice.transition is None:
-            continue
-        for _ in range(10 * len(exact.cone) * max(exact.ratio, 1)):
-            outcomes = list(exact.successors(node))
-            at = node.position == wanted.node.position
-            fitting = [one for one in outcomes if at and one[0].transition is wanted.choice.transition]
-            fitting = fitting or [one for one in outcomes if one[0].transition is None]
-            if not fitting:
-                return None
-            choice, configuration, following, elapsed = fitting[0]
-            moves.append(Move(time, node, choice, configuration))
-            node, time = following, time + elapsed
-            if choice.transition is not None:
-                break
-        else:
-            return None
-    return Run(start, tuple(moves), moves[-1].time if moves else 0)
+    return Searched(system, outcome)
 
 
 def _distance(

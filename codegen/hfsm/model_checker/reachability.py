@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import StrEnum
 
-from .exploration import Budget, cone_of, explore, system_of
+from .exploration import Budget, cone_of
 from .fireability import Fireability
 from .guards import satisfy
 from .model import AutomatonModel, Model, StateModel, TransitionModel
-from .transition_system import ACTIVE, Choice, Configuration
+from .transition_system import ACTIVE, Configuration, TransitionSystem
 
 __all__ = [
     "Deadlock",
@@ -83,52 +84,57 @@ class Reached:
 
 
 def find_reachable(model: Model, fireability: Fireability, budget: Budget) -> Reached:
-    """Find out what is possible in each automaton.
-
-    Where the look at one automaton alone leaves doubt, the automata that it depends on are searched together.
-    """
-    finder = _Finder(model, fireability)
+    """Find out what is possible in each automaton, together with those that it depends on."""
+    states: list[set[int]] = [set() for _ in model.automata]
+    transitions: list[set[int]] = [set() for _ in model.automata]
     unknown: set[int] = set()
-    doubtful = [
-        index for index, states in enumerate(fireability.states) if states and index not in fireability.exact
-    ]
-    for done, index in enumerate(doubtful):
-        share = budget.share(budget.left // (len(doubtful) - done))
-        if not finder.search(index, share):
+    live = [index for index, possible in enumerate(fireability.states) if possible]
+
+    def is_settled(index: int) -> bool:
+        return (
+            states[index] == fireability.states[index]
+            and transitions[index] == fireability.transitions[index]
+        )
+
+    def visit(system: TransitionSystem, configuration: Configuration) -> bool:
+        """Note the states of a configuration; return whether one is new."""
+        is_new = False
+        for automaton, (state, flags, _) in zip(system.cone, configuration, strict=True):
+            if flags & ACTIVE and state not in states[automaton]:
+                states[automaton].add(state)
+                is_new = True
+        return is_new
+
+    def explore(index: int, budget: Budget) -> bool:
+        """Search until all that may be possible is seen; return false when the budget ends before."""
+        system = TransitionSystem(model, cone_of(model, [index], fireability), fireability)
+        start, node, _ = system.start()
+        visit(system, start)
+        seen, waiting = {node}, deque([node])
+        while waiting and not is_settled(index):
+            node = waiting.popleft()
+            if not budget.take(system):
+                return False
+            for choice, configuration, following, _ in system.successors(node):
+                if choice.transition is not None:
+                    transitions[system.cone[node.position]].add(choice.transition.index)
+                is_new = visit(system, configuration)
+                if following not in seen:
+                    seen.add(following)
+                    # where there is something new, there is likely more
+                    (waiting.appendleft if is_new else waiting.append)(following)
+        return True
+
+    for done, index in enumerate(live):
+        share = budget.share(budget.left // (len(live) - done))
+        if not is_settled(index) and not explore(index, share):
             unknown.add(index)
         budget.give_back(share)
     return Reached(
-        states=tuple(map(frozenset, finder.states)),
-        transitions=tuple(map(frozenset, finder.transitions)),
+        states=tuple(map(frozenset, states)),
+        transitions=tuple(map(frozenset, transitions)),
         unknown=frozenset(unknown),
     )
-
-
-class _Finder:
-    """What was found to be possible so far, in each automaton."""
-
-    def __init__(self, model: Model, fireability: Fireability) -> None:
-        self._model = model
-        self._fireability = fireability
-        self.states = [set(found) for found in fireability.certain_states]
-        self.transitions = [set(found) for found in fireability.certain_transitions]
-
-    def search(self, index: int, budget: Budget) -> bool:
-        """Search until all that may be possible is seen; false when the budget ends before."""
-        cone = cone_of(self._model, [index], self._fireability)
-        system = system_of(self._model, cone, self._fireability)
-        states, transitions = self.states, self.transitions
-        wanted = len(self._fireability.states[index]) + len(self._fireability.transitions[index])
-
-        def visit(configuration: Configuration, position: int, choice: Choice | None) -> bool:
-            for automaton, (state, flags, _) in zip(system.cone, configuration, strict=True):
-                if flags & ACTIVE:
-                    states[automaton].add(state)
-            if choice is not None and choice.transition is not None:
-                transitions[system.cone[position]].add(choice.transition.index)
-            return len(states[index]) + len(transitions[index]) == wanted
-
-        return explore(system, visit, budget)
 
 
 def state_results(model: Model, fireability: Fireability, reached: Reached) -> list[StateResult]:
@@ -206,8 +212,7 @@ def _why_transition(
         return WhyNever.EVENT, ()
     if transition.finished and not (state.children and fireability.finishing.issuperset(state.children)):
         return WhyNever.CHILDREN, ()
-    cut_short = transition.index in fireability.cut_short[automaton.index]
-    if cut_short or fireability.may_fire(automaton.index, transition):
+    if fireability.may_fire(automaton.index, transition):
         return WhyNever.ANCESTORS, ()
     return WhyNever.EARLIER, _always_earlier(automaton, state, transition, fireability)
 
@@ -243,47 +248,51 @@ class Deadlock:
     paths: tuple[str, ...]
 
 
-def find_deadlocks(model: Model, fireability: Fireability) -> list[Deadlock]:
+def find_deadlocks(model: Model, reached: Reached) -> list[Deadlock]:
     """Return the states of the root in which everything may come to rest, none if it has a final state.
 
     Automata that have final states of their own are meant to end.
     """
-    if not model.automata or 0 not in fireability.exact:
+    if not model.automata or 0 in reached.unknown:
         return []
     root = model.automata[0]
     if any(state.final for state in root.states) or len(root.states) < 2:
         return []
     found = []
-    for state in sorted(fireability.stuck[0]):
-        paths = _rest(model, 0, state, fireability)
-        if paths is not None:
-            found.append(Deadlock(root.states[state].source.id, tuple(paths)))
+    for state in root.states:
+        if _is_stuck(state, root, reached):
+            paths = _rest(model, root, state, reached)
+            if paths is not None:
+                found.append(Deadlock(state.source.id, tuple(paths)))
     return found
 
 
-def _rest(model: Model, automaton: int, state: int, fireability: Fireability) -> list[str] | None:
+def _is_stuck(state: StateModel, automaton: AutomatonModel, reached: Reached) -> bool:
+    """Return whether a state that can be entered holds its automaton for good."""
+    leaves = any(each.index in reached.transitions[automaton.index] for each in state.outgoing)
+    return state.index in reached.states[automaton.index] and not leaves and not state.final
+
+
+def _rest(model: Model, automaton: AutomatonModel, state: StateModel, reached: Reached) -> list[str] | None:
     """Return where all below a state may come to rest, or None when something always goes on."""
-    children = model.automata[automaton].states[state].children
-    if not children:
-        return [model.state_path(automaton, state)]
+    if not state.children:
+        return [model.state_path(automaton.index, state.index)]
     paths: list[str] = []
-    for child in children:
-        below = next(_rests(model, child, fireability), None)
+    for child in state.children:
+        below = next(_rests(model, model.automata[child], reached), None)
         if below is None:
             return None
         paths += below
     return paths
 
 
-def _rests(model: Model, automaton: int, fireability: Fireability) -> Iterator[list[str]]:
-    if automaton not in fireability.exact:
+def _rests(model: Model, automaton: AutomatonModel, reached: Reached) -> Iterator[list[str]]:
+    if automaton.index in reached.unknown:
         return
-    for state in model.automata[automaton].states:
-        if state.index not in fireability.states[automaton]:
-            continue
-        if state.final:
-            yield [model.state_path(automaton, state.index)]
-        elif state.index in fireability.stuck[automaton]:
-            paths = _rest(model, automaton, state.index, fireability)
+    for state in automaton.states:
+        if state.final and state.index in reached.states[automaton.index]:
+            yield [model.state_path(automaton.index, state.index)]
+        elif _is_stuck(state, automaton, reached):
+            paths = _rest(model, automaton, state, reached)
             if paths is not None:
                 yield paths

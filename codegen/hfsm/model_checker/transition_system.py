@@ -62,23 +62,15 @@ class _State:
 
 
 class TransitionSystem:
-    """The automata of a `cone`, indices of the model, which must hold all that they depend on.
+    """The automata of a `cone`, indices of the model, which must hold all that they depend on."""
 
-    `uniform` lets all of them have the same period, whatever the document says.
-    """
-
-    def __init__(
-        self, model: Model, cone: Collection[int], fireability: Fireability, *, uniform: bool = False
-    ) -> None:
-        self.uniform = uniform
+    def __init__(self, model: Model, cone: Collection[int], fireability: Fireability) -> None:
         self.cone = tuple(sorted(cone))
         """The automata, each before its children."""
         self.position = {index: position for position, index in enumerate(self.cone)}
         """Where each of them is in a configuration."""
-        self._intervals = tuple(1 if uniform else model.automata[index].interval for index in self.cone)
+        self._intervals = tuple(model.automata[index].interval for index in self.cone)
         self.common = math.lcm(*self._intervals)
-        self.ratio = -(-max(self._intervals) // min(self._intervals))
-        """How many cycles the fastest automaton runs at most in one of the slowest."""
         self._initial = tuple(model.automata[index].initial for index in self.cone)
         self._states = tuple(
             tuple(
