@@ -1,21 +1,28 @@
 """Check what automata can do, whatever their guards say: reachability, conflicts, deadlocks and properties.
 
 `model` reads a document with its `guards`, `fireability` looks at each automaton alone, `transition_system`
-is the exact behavior of several together, `exploration` searches it, and `checker` asks the questions: of
-`reachability`, of `conflicts` between `commands`, of `properties`. `reporting` says what was found.
+is the exact behavior of several together, `exploration` searches it, and `checker` asks the questions, of
+`reachability`, of `conflicts` between `commands`, of `properties`, and reports what was found.
 `docs/model-checker.md` is for users.
 """
 
 from __future__ import annotations
 
-from .checker import DEFAULT_LIMIT, QUICK_LIMIT, ModelReport, check_model
+from .checker import (
+    DEFAULT_LIMIT,
+    QUICK_LIMIT,
+    ModelReport,
+    check_model,
+    report_impossible,
+    report_model,
+    report_properties,
+)
 from .commands import Command, Commands, is_command, read_operations
 from .conflicts import Conflict, Use
 from .counterexample import Counterexample, Step, StepKind
 from .expressions import ExpressionError
 from .properties import PropertyResult, Verdict
 from .reachability import Deadlock, Reachability, StateResult, TransitionResult, WhyNever
-from .reporting import report_impossible, report_model, report_properties
 
 __all__ = [
     "DEFAULT_LIMIT",
