@@ -13,7 +13,7 @@ from typer.core import TyperGroup
 from .breaking import breaking
 from .format import fmt
 from .generate import generate
-from .inspect import decode, describe, fingerprint
+from .inspect import describe, fingerprint
 
 __all__ = ["app"]
 
@@ -106,10 +106,3 @@ app.command(
   codegen describe PoseHead interfaces/*.idl
   codegen describe nao::PoseHead::setPose interfaces/posehead.idl"""
 )(describe)
-app.command(
-    epilog="""Examples:
-
-\b
-  codegen decode nao::HeadPose interfaces/posehead.idl < pose.msgpack
-  codegen decode PoseHead::setPose --arguments interfaces/posehead.idl < call.msgpack"""
-)(decode)

@@ -1,25 +1,27 @@
-"""Describe a type, an interface or an operation for people: what it means and what travels."""
+"""Find a type, an interface or an operation by its name, and describe it: what it means and what travels.
+
+This is the form that `zenoh_ice` gives to values: a struct, the arguments and the results of an operation are
+MessagePack maps by member name; a class says under `@type` which one it is; a proxy is the text that stands
+for it; an optional member may be missing. The map of an exception holds its type id under `exception`, those
+of what it extends under `bases`, and the map of its members under `members`.
+"""
 
 from __future__ import annotations
 
-import base64
-import json
 import textwrap
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from typing import NamedTuple
 
-import msgpack
+from codegen.diagnostics import did_you_mean
 
 from . import ast
-from .doc_comments import parse_doc_comment
-from .example import ExampleTooLargeError, Wire, example_of
+from .doc_comments import DocComment, parse_doc_comment
 from .fingerprint import canonical_definition, fingerprint
 from .signature import operation_signature, type_name
-from .wire_shape import TYPE_FIELD, Field, Part, fields_of, is_bytes, type_ids
 
-__all__ = ["describe"]
+__all__ = ["UnknownNameError", "describe", "find_definition"]
 
 _WIDTH = 100
-_MOST_BYTES = 128
 _NUMBERS = {
     "byte": "integer, 0 to 255",
     "short": "integer of 16 bits",
@@ -32,8 +34,56 @@ _NUMBERS = {
 }
 
 
+class UnknownNameError(Exception):
+    """No definition has the name, or several have."""
+
+
+def find_definition(name: str, definitions: Mapping[str, ast.Definition]) -> ast.Definition:
+    """Return a definition or an operation by its scoped name or the end of it: `nao::HeadPose`, `HeadPose`.
+
+    An operation, own or inherited, is named with its interface: `PoseHead::getPose`. Dots stand for colons.
+    Raises UnknownNameError.
+    """
+    wanted = "::" + name.replace(".", "::").removeprefix("::")
+    found = _matches(wanted, definitions)
+    if not found:
+        owner, _, member = wanted.rpartition("::")
+        interfaces = [each for each in _matches(owner, definitions) if isinstance(each, ast.Interface)]
+        found = [each for interface in interfaces for each in _operations(interface) if each.name == member]
+    if len(found) == 1:
+        return found[0]
+    if found:
+        names = ", ".join(each.scoped for each in found)
+        raise UnknownNameError(f"`{name}` may be {names}: write more of the name")
+    known = [scoped.removeprefix("::") for scoped in definitions]
+    notes = did_you_mean(name, [*known, *(each.rpartition("::")[2] for each in known)])
+    hint = f": {notes[0].message}" if notes else ""
+    raise UnknownNameError(f"no file defines `{name}`{hint}")
+
+
+def _matches(wanted: str, definitions: Mapping[str, ast.Definition]) -> list[ast.Definition]:
+    exact = definitions.get(wanted)
+    if exact is not None:
+        return [exact]
+    return [definition for scoped, definition in definitions.items() if scoped.endswith(wanted)]
+
+
+def _operations(interface: ast.Interface) -> list[ast.Operation]:
+    found = {each.name: each for base in interface.ancestors() for each in base.operations}
+    return list({**found, **{each.name: each for each in interface.operations}}.values())
+
+
+class _Field(NamedTuple):
+    """A member of a map on the wire."""
+
+    name: str
+    type: ast.Type
+    optional: bool
+    doc: str
+
+
 def describe(definition: ast.Definition) -> str:
-    """Return several lines about a definition: documentation, wire form with an example, fingerprint."""
+    """Return several lines about a definition: documentation, wire form, fingerprint."""
     place = definition.token.location
     blocks = [[f"{definition.kind} {definition.scoped}", f"defined in {place}"]]
     blocks += [[*lines] for lines in _documentation(definition)]
@@ -80,41 +130,53 @@ def _operation(operation: ast.Operation) -> list[list[str]]:
         kind += ", answered now or later"
     blocks.append([f"key {{realm}}/{{identity}}/{operation.name}: {kind}"])
     doc = parse_doc_comment(operation.doc)
-    for part, title in ((Part.ARGUMENTS, "arguments"), (Part.RESULT, "results")):
-        fields = fields_of(operation, part) or []
-        described = [_with_doc(field, doc.parameters.get(field.name, "")) for field in fields]
-        blocks.append(_map_lines(f"on the wire, {title}: ", described))
-        blocks += _example(operation, part)
+    results = _fields(operation.outputs, doc)
+    if operation.returns is not None:
+        optional = operation.return_tag is not None
+        results.insert(0, _Field("returnValue", operation.returns, optional, doc.returns))
+    blocks.append(_map_lines("on the wire, arguments: ", _fields(operation.inputs, doc)))
+    blocks.append(_map_lines("on the wire, results: ", results))
     if operation.throws:
         names = ", ".join(named.definition.scoped for named in operation.throws if named.definition)
         blocks.append([f"throws {names}"])
     return blocks
 
 
-def _with_doc(field: Field, text: str) -> Field:
-    return field if field.doc or not text else Field(field.name, field.type, field.optional, text)
+def _fields(
+    members: Iterable[ast.Member | ast.Parameter], operation: DocComment | None = None
+) -> list[_Field]:
+    """Return the fields for members; parameters may be documented with their operation."""
+    documented = operation.parameters if operation is not None else {}
+    return [
+        _Field(
+            each.name,
+            each.type,
+            each.tag is not None,
+            parse_doc_comment(each.doc).text or documented.get(each.name, ""),
+        )
+        for each in members
+    ]
 
 
 def _data(definition: ast.Definition) -> list[list[str]]:
-    fields = fields_of(definition)
     before = "on the wire: "
-    if isinstance(definition, ast.ExceptionType):
-        return [_exception_lines(before, definition), *_example(definition)]
-    if fields is not None:
-        before += "nil, or " if isinstance(definition, ast.Class) else ""
-        lines = _map_lines(before, fields)
-        if isinstance(definition, ast.Class):
-            lines.insert(
-                1, f'  {TYPE_FIELD}  "{type_ids(definition)}" or the like of a class that extends it'
-            )
-        return [lines, *_example(definition)]
-    if isinstance(definition, ast.Enumeration):
-        lines = [f"{before}an integer"]
-        for enumerator in definition.enumerators:
-            lines.append(f"  {enumerator.value}  {enumerator.name}")
-            lines += _indented(parse_doc_comment(enumerator.doc).text, 6)
-        return [lines]
-    return [[f"{before}{_wire_type_of(definition)}"], *_example(definition)]
+    match definition:
+        case ast.Struct():
+            return [_map_lines(before, _fields(definition.members))]
+        case ast.ExceptionType():
+            return [_exception_lines(before, definition)]
+        case ast.Class():
+            ids = " ".join([definition.scoped, *(base.scoped for base in definition.ancestors())])
+            lines = _map_lines(f"{before}nil, or ", _fields(definition.all_members))
+            lines.insert(1, f'  @type  "{ids}" or the like of a class that extends it')
+            return [lines]
+        case ast.Enumeration():
+            lines = [f"{before}an integer"]
+            for enumerator in definition.enumerators:
+                lines.append(f"  {enumerator.value}  {enumerator.name}")
+                lines += _indented(parse_doc_comment(enumerator.doc).text, 6)
+            return [lines]
+    return [[f"{before}{_wire_type_of(definition)}"]]
 
 
 def _exception_lines(before: str, exception: ast.ExceptionType) -> list[str]:
@@ -125,11 +187,11 @@ def _exception_lines(before: str, exception: ast.ExceptionType) -> list[str]:
         f"  bases      array of what that extends, the nearest first: {bases}"
         if bases
         else "  bases      array of what that extends, the nearest first; missing if it is nothing",
-        *_indent(_map_lines("members    ", fields_of(exception) or [])),
+        *(f"  {line}" for line in _map_lines("members    ", _fields(exception.all_members))),
     ]
 
 
-def _map_lines(before: str, fields: Sequence[Field]) -> list[str]:
+def _map_lines(before: str, fields: Sequence[_Field]) -> list[str]:
     if not fields:
         return [f"{before}an empty map"]
     lines = [f"{before}a map"]
@@ -137,7 +199,7 @@ def _map_lines(before: str, fields: Sequence[Field]) -> list[str]:
     for field in fields:
         optional = ", may be missing" if field.optional else ""
         lines.append(f"  {field.name:{longest}}  {_wire_type(field.type)}{optional}")
-        lines += _indented(parse_doc_comment(field.doc).text, longest + 6)
+        lines += _indented(field.doc, longest + 6)
     return lines
 
 
@@ -155,7 +217,7 @@ def _wire_type(kind: ast.Type) -> str:
 
 def _wire_type_of(definition: ast.Definition) -> str:
     match definition:
-        case ast.Sequence() if is_bytes(definition):
+        case ast.Sequence(element=ast.BuiltinType(name="byte")):
             return "bytes"
         case ast.Sequence():
             return f"array of {type_name(definition.element)}"
@@ -166,39 +228,6 @@ def _wire_type_of(definition: ast.Definition) -> str:
         case ast.Struct():
             return "map"
     return "map or nil"
-
-
-def _example(definition: ast.Definition, part: Part = Part.RESULT) -> list[list[str]]:
-    """Return an example as JSON and as bytes."""
-    try:
-        value = example_of(definition, part)
-    except ExampleTooLargeError:
-        return []
-    if value == {}:
-        return []
-    payload: bytes = msgpack.packb(value)
-    text = json.dumps(_as_json(value), ensure_ascii=False)
-    if len(text) > _WIDTH:
-        text = json.dumps(_as_json(value), ensure_ascii=False, indent=2)
-    shown = [payload[start : start + 16].hex(" ") for start in range(0, min(len(payload), _MOST_BYTES), 16)]
-    if len(payload) > _MOST_BYTES:
-        shown.append("...")
-    return [["for example", *_indent(text.split("\n"))], [f"in {len(payload)} bytes", *_indent(shown)]]
-
-
-def _as_json(value: Wire) -> object:
-    match value:
-        case bytes():
-            return base64.b64encode(value).decode()
-        case list():
-            return [_as_json(item) for item in value]
-        case dict():
-            return {str(key): _as_json(item) for key, item in value.items()}
-    return value
-
-
-def _indent(lines: Iterable[str]) -> list[str]:
-    return [f"  {line}" for line in lines]
 
 
 def _indented(text: str, width: int = 4) -> list[str]:

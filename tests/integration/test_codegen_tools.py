@@ -9,7 +9,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-import msgpack
 import pytest
 
 from tests.support.codegen_command import ROOT, codegen, files_in
@@ -203,7 +202,7 @@ def test_errors_in_the_older_version_are_reported_there(home: Path) -> None:
     assert "old/lamp.idl:1:" in done.stderr
 
 
-# fingerprint, describe, decode
+# fingerprint, describe
 
 
 def test_fingerprints_do_not_depend_on_how_a_file_is_written(home: Path) -> None:
@@ -230,34 +229,10 @@ def test_describing_a_type(home: Path) -> None:
     assert "did you mean" in done.stderr
 
 
-def test_decoding_a_payload(home: Path) -> None:
-    payload = msgpack.packb({"power": 0.5})
-    done = codegen("decode", "Light", "lamp.idl", cwd=home, input=payload)
-    assert (done.returncode, json.loads(done.stdout)) == (0, {"power": 0.5}), done.stderr
-    result = msgpack.packb({"returnValue": {"power": float("nan"), "more": 1}})
-    done = codegen("decode", "Lamp::get", "lamp.idl", cwd=home, input=result)
-    assert json.loads(done.stdout) == {"returnValue": {"power": "NaN"}}
-    assert "$.returnValue.more" in done.stderr
-    arguments = msgpack.packb({"lamp": "\x1b[31m\u202e"})
-    done = codegen("decode", "Room::lightOf", "--arguments", "room.idl", cwd=home, input=arguments)
-    assert json.loads(done.stdout) == {"lamp": "\x1b[31m\u202e"}
-    assert done.stdout.isascii()
-
-
-def test_a_payload_that_does_not_fit(home: Path) -> None:
-    done = codegen("decode", "Light", "lamp.idl", cwd=home, input=msgpack.packb({"power": "much"}))
-    assert (done.returncode, done.stdout) == (1, "")
-    assert done.stderr == "the payload is no ::home::Light: $.power: expected a float, found a string\n"
-    done = codegen("decode", "Light", "lamp.idl", cwd=home, input=b"\x91" * ((1 << 20) + 1))
-    assert done.returncode == 1
-    assert "larger than 1 MiB" in done.stderr
-    assert codegen("decode", "Lamp", "lamp.idl", cwd=home).returncode == 2
-
-
 # all
 
 
-@pytest.mark.parametrize("command", ["fmt", "fingerprint", "describe", "decode", "breaking"])
+@pytest.mark.parametrize("command", ["fmt", "fingerprint", "describe", "breaking"])
 def test_wrong_usage_exits_with_2(home: Path, command: str) -> None:
     assert codegen(command, cwd=home).returncode == 2
     assert codegen(command, "--unknown", cwd=home).returncode == 2
