@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import keyword
 import time
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, NoReturn
@@ -29,12 +29,7 @@ from .options import (
 __all__ = ["generate"]
 
 _INTERVAL = 0.2  # s between two looks at the files
-_LARGEST_SHARE = 0.02  # of the time may go into looking
-_CLOCK_LAG = 20_000_000  # ns that the time of a file may be behind
-_SETTLED = 0.05  # s without a change, so that nobody is read in the middle of writing
-_LONGEST_UNREST = 1.0  # s that a file may go on changing before it is read all the same
-
-_Snapshot = dict[Path, tuple[int, int, int] | None]
+_SETTLED = 0.05  # s after a change, so that few files are read in the middle of writing
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,7 +99,7 @@ def generate(
         above,
     )
     if watch:
-        _run_at_changes(lambda: _write_and_list(job, error_format))
+        _watch(job, error_format)
     result = _run(job)
     report(result.diagnostics, error_format)
     if not _finish(result, check=check):
@@ -191,11 +186,29 @@ def _show_stale(result: _Result, changes: Changes) -> None:
 # --watch
 
 
+def _watch(job: _Job, error_format: ErrorFormat) -> NoReturn:
+    """Do a job now and at every change of a file that it depends on; it ends by an exception alone."""
+    paths: Collection[Path] = (*job.interfaces, *job.documents)
+    while True:
+        before = _look_at(paths)
+        paths = _write_and_list(job, error_format)
+        # What was known before the run may have changed meanwhile.
+        before = {path: before.get(path, now) for path, now in _look_at(paths).items()}
+        while _look_at(before) == before:
+            time.sleep(_INTERVAL)
+        time.sleep(_SETTLED)
+
+
 def _write_and_list(job: _Job, error_format: ErrorFormat) -> list[Path]:
     """Do a job, report how it went, and return the paths whose change makes it worth doing again."""
     result = _run(job)
     show(result.diagnostics, error_format)
-    watched = [*job.interfaces, *job.documents, *_extensions(job), *result.diagnostics.sources]
+    watched = [*job.interfaces, *job.documents, *result.diagnostics.sources]
+    if job.documents:
+        from codegen.hfsm import component_path, extension_path
+
+        # An extension that turns up changes the component.
+        watched += [extension_path(component_path(path, job.document_output)) for path in job.documents]
     if result.diagnostics.has_errors:
         # A missing file may turn up in any of the directories that are searched.
         watched += [*job.include, *{path.parent for path in watched}]
@@ -204,59 +217,9 @@ def _write_and_list(job: _Job, error_format: ErrorFormat) -> list[Path]:
     return watched
 
 
-def _extensions(job: _Job) -> list[Path]:
-    """Return where the documents' extensions would lie: one that turns up changes the component."""
-    if not job.documents:
-        return []
-    from codegen.hfsm import component_path, extension_path
-
-    return [extension_path(component_path(path, job.document_output)) for path in job.documents]
-
-
-def _run_at_changes(run: Callable[[], Collection[Path]]) -> NoReturn:
-    """Call `run` now and at every change of the files or directories that its last call returned.
-
-    Files are looked at five times a second, more seldom when that would take over 2 % of the time. It ends
-    by an exception alone, as Ctrl-C raises it.
-    """
-    before: _Snapshot = {}
-    while True:
-        started = time.time_ns()
-        paths = run()
-        before = _wait_for_change(_look_back(before, paths, started))
-
-
-def _look_back(known: _Snapshot, paths: Collection[Path], started: int) -> _Snapshot:
-    """Return what paths were before a run that began at `started`, as they may have changed meanwhile.
-
-    What was known of them counts; of others those that have changed since then are as if they were absent.
-    """
-    found = _look_at(paths)
-    changed = {path: None for path, status in found.items() if status and status[0] > started - _CLOCK_LAG}
-    return {**found, **changed, **{path: known[path] for path in paths if path in known}}
-
-
-def _wait_for_change(before: _Snapshot) -> _Snapshot:
-    """Wait until something differs from `before` and has come to rest; return what it is now."""
-    while True:
-        started = time.monotonic()
-        now = _look_at(before)
-        if now != before:
-            break
-        time.sleep(max(_INTERVAL, (time.monotonic() - started) / _LARGEST_SHARE))
-    deadline = time.monotonic() + _LONGEST_UNREST
-    while time.monotonic() < deadline:
-        time.sleep(_SETTLED)
-        later = _look_at(now)
-        if later == now:
-            break
-        now = later
-    return now
-
-
-def _look_at(paths: Iterable[Path]) -> _Snapshot:
+def _look_at(paths: Collection[Path]) -> dict[Path, tuple[int, int, int] | None]:
     """Return what changes when a file does: its time, its size, and its number on disk; None when absent."""
-    found: _Snapshot = {}
+    found: dict[Path, tuple[int, int, int] | None] = {}
     for path in paths:
         try:
             status = path.stat()
