@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 from codegen.diagnostics import Diagnostics
 from codegen.idl import ast
 from codegen.idl.fingerprint import canonical_definition
-from codegen.idl.format_statement import words_of
-from codegen.idl.formatter import FormattingError, format_file, format_source
+from codegen.idl.formatter import FormattingError, format_file, format_source, words_of
 from codegen.idl.lexer import Kind, Source
 from codegen.idl.loading import load_definitions
 from tests.support.examples import examples
@@ -175,7 +174,7 @@ def test_a_canonical_file_stays_as_it_is() -> None:
 
 
 def test_a_file_whose_words_would_not_survive_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("codegen.idl.formatter.statement_lines", lambda words, ending, indent: [ending])
+    monkeypatch.setattr("codegen.idl.formatter._statement_lines", lambda words, ending, indent: [ending])
     with pytest.raises(FormattingError, match=r"test\.idl"):
         formatted("module m {};")
 
