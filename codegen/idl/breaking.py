@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum, StrEnum
 from typing import TypeVar
@@ -111,7 +111,7 @@ def _compare(before: ast.Definition, after: ast.Definition | None) -> _Changes:
         case ast.Struct() | ast.Derivable(), ast.Struct() | ast.Derivable() if before.kind == after.kind:
             yield from _record(before, after)
         case ast.Enumeration(), ast.Enumeration():
-            yield from _enumeration(before, after)
+            yield from _listed(before.enumerators, after.enumerators, after, _enumerator)
         case ast.Sequence(), ast.Sequence():
             yield from _element(before, after, before.element, after.element)
         case ast.Dictionary(), ast.Dictionary():
@@ -146,31 +146,74 @@ def _differ(before: ast.Type | None, after: ast.Type | None) -> bool:
     return canonical_type(before) != canonical_type(after)
 
 
-_Named = TypeVar("_Named", ast.Member, ast.Parameter)
+# What a definition lists: operations, parameters, members, enumerators
+
+_REMOVED = {
+    "operation": BreakingRule.OPERATION_REMOVED,
+    "parameter": BreakingRule.PARAMETER_REMOVED,
+    "member": BreakingRule.MEMBER_REMOVED,
+    "enumerator": BreakingRule.ENUMERATOR_REMOVED,
+}
+_ADDED = {
+    "operation": BreakingRule.OPERATION_ADDED,
+    "parameter": BreakingRule.PARAMETER_ADDED,
+    "member": BreakingRule.MEMBER_ADDED,
+    "enumerator": BreakingRule.ENUMERATOR_ADDED,
+}
+_RENAMED = {"parameter": BreakingRule.PARAMETER_RENAMED, "member": BreakingRule.MEMBER_RENAMED}
+_REORDERED = {"parameter": BreakingRule.PARAMETERS_REORDERED, "member": BreakingRule.MEMBERS_REORDERED}
+
+_Item = TypeVar("_Item", bound=ast.Definition)
 
 
-def _pairs(was: Sequence[_Named], now: Sequence[_Named]) -> Iterator[tuple[_Named | None, _Named | None]]:
-    """Yield what is old with what it is now, or with None when it is gone; then None with what is new.
-
-    In lists of the same length, what stands at the same place with the same type has only been renamed.
-    """
+def _listed(
+    was: Sequence[_Item],
+    now: Sequence[_Item],
+    owner: ast.Definition,
+    compare: Callable[[_Item, _Item, str], _Changes],
+) -> _Changes:
+    """Compare what stands in two lists by its names; `compare` gets old, new and how messages name them."""
     new = {each.name: each for each in now}
-    old_names = {each.name for each in was}
-    if len(was) == len(now):
-        for before, after in zip(was, now, strict=True):
-            renamed = before.name not in new and after.name not in old_names
-            if renamed and type_name(before.type) == type_name(after.type):
-                del new[after.name]
-                new[before.name] = after
+    renamed = _renamed(was, now)
     for before in was:
-        yield before, new.pop(before.name, None)
+        name = f"{before.kind} `{before.name}` of `{owner.scoped}`"
+        after = new.pop(renamed.get(before.name, before.name), None)
+        if after is None:
+            yield BreakingChange(_REMOVED[before.kind], f"{name} was removed", owner.token, before.token)
+            continue
+        if after.name != before.name:
+            yield _changed(_RENAMED[before.kind], f"{name} is now called `{after.name}`", before, after)
+        yield from compare(before, after, name)
     for after in new.values():
-        yield None, after
+        message = f"{after.kind} `{after.name}` of `{owner.scoped}` was added"
+        if isinstance(after, ast.Member) and after.tag is not None:
+            yield BreakingChange(BreakingRule.OPTIONAL_MEMBER_ADDED, f"optional {message}", after.token)
+        else:
+            yield BreakingChange(_ADDED[after.kind], message, after.token)
+    names_before, names_after = [each.name for each in was], [each.name for each in now]
+    if (
+        names_before != names_after
+        and sorted(names_before) == sorted(names_after)
+        and was[0].kind in _REORDERED
+    ):
+        message = f"the {was[0].kind}s of `{owner.scoped}` stand in another order"
+        yield BreakingChange(_REORDERED[was[0].kind], message, owner.token)
 
 
-def _reordered(was: Sequence[ast.Definition], now: Sequence[ast.Definition]) -> bool:
-    before, after = [each.name for each in was], [each.name for each in now]
-    return before != after and sorted(before) == sorted(after)
+def _renamed(was: Sequence[ast.Definition], now: Sequence[ast.Definition]) -> dict[str, str]:
+    """Return new names by old ones: in lists of one length, of what has the same place and type."""
+    found: dict[str, str] = {}
+    old_names, new_names = {each.name for each in was}, {each.name for each in now}
+    for before, after in zip(was, now, strict=False) if len(was) == len(now) else ():
+        if (
+            isinstance(before, ast.Member | ast.Parameter)
+            and isinstance(after, ast.Member | ast.Parameter)
+            and before.name not in new_names
+            and after.name not in old_names
+            and type_name(before.type) == type_name(after.type)
+        ):
+            found[before.name] = after.name
+    return found
 
 
 # Interfaces
@@ -192,17 +235,7 @@ def _interface(before: ast.Interface, after: ast.Interface) -> _Changes:
     if _is_stoppable(before) and not _is_stoppable(after):
         message = f"{name} no longer has an operation that stops it"
         yield _changed(BreakingRule.STOP_REMOVED, message, before, after)
-    operations = {operation.name: operation for operation in after.operations}
-    for operation in before.operations:
-        now = operations.pop(operation.name, None)
-        if now is None:
-            message = f"operation `{operation.scoped}` was removed"
-            yield BreakingChange(BreakingRule.OPERATION_REMOVED, message, operation.token)
-        else:
-            yield from _operation(operation, now)
-    for operation in operations.values():
-        message = f"operation `{operation.scoped}` was added"
-        yield BreakingChange(BreakingRule.OPERATION_ADDED, message, operation.token)
+    yield from _listed(before.operations, after.operations, after, _operation)
 
 
 def _is_stoppable(interface: ast.Interface) -> bool:
@@ -211,60 +244,41 @@ def _is_stoppable(interface: ast.Interface) -> bool:
     return any(operation.stop for each in lineage for operation in each.operations)
 
 
-def _operation(before: ast.Operation, after: ast.Operation) -> _Changes:
-    name = f"`{after.scoped}`"
-    was_optional, is_optional = before.return_tag is not None, after.return_tag is not None
-    if _differ(before.returns, after.returns) or was_optional != is_optional:
-        was, now = _described(before.returns, was_optional), _described(after.returns, is_optional)
-        message = f"{name} returned {was} and returns {now}"
-        yield _changed(BreakingRule.RETURN_CHANGED, message, before, after)
-    yield from _parameters(before, after)
+def _operation(before: ast.Operation, after: ast.Operation, name: str) -> _Changes:
+    def changed(rule: BreakingRule, message: str) -> BreakingChange:
+        return _changed(rule, f"{name} {message}", before, after)
+
+    was = _described(before.returns, optional=before.return_tag is not None)
+    now = _described(after.returns, optional=after.return_tag is not None)
+    if _differ(before.returns, after.returns) or (before.return_tag is None) != (after.return_tag is None):
+        yield changed(BreakingRule.RETURN_CHANGED, f"returned {was} and returns {now}")
+    yield from _listed(before.parameters, after.parameters, after, _parameter)
     thrown_before = {each.definition.scoped for each in before.throws if each.definition}
     thrown_after = {each.definition.scoped for each in after.throws if each.definition}
     for scoped in sorted(thrown_after - thrown_before):
-        yield _changed(BreakingRule.EXCEPTION_ADDED, f"{name} now throws `{scoped}`", before, after)
+        yield changed(BreakingRule.EXCEPTION_ADDED, f"now throws `{scoped}`")
     for scoped in sorted(thrown_before - thrown_after):
-        yield _changed(BreakingRule.EXCEPTION_REMOVED, f"{name} no longer throws `{scoped}`", before, after)
+        yield changed(BreakingRule.EXCEPTION_REMOVED, f"no longer throws `{scoped}`")
     if before.idempotent != after.idempotent:
-        message = f"{name} is {'now' if after.idempotent else 'no longer'} idempotent"
-        yield _changed(BreakingRule.IDEMPOTENCE_CHANGED, message, before, after)
+        message = f"is {'now' if after.idempotent else 'no longer'} idempotent"
+        yield changed(BreakingRule.IDEMPOTENCE_CHANGED, message)
     if before.streamed and not after.streamed:
-        yield _changed(BreakingRule.STREAM_REMOVED, f"{name} is no longer streamed", before, after)
+        yield changed(BreakingRule.STREAM_REMOVED, "is no longer streamed")
     if after.streamed and not before.streamed:
-        yield _changed(BreakingRule.STREAM_ADDED, f"{name} is now streamed", before, after)
+        yield changed(BreakingRule.STREAM_ADDED, "is now streamed")
     if before.amd and not after.amd:
-        yield _changed(
-            BreakingRule.AMD_REMOVED, f"{name} is no longer answered asynchronously", before, after
-        )
+        yield changed(BreakingRule.AMD_REMOVED, "is no longer answered asynchronously")
 
 
-def _parameters(before: ast.Operation, after: ast.Operation) -> _Changes:
-    for was, now in _pairs(before.parameters, after.parameters):
-        if was is None:
-            if now is not None:
-                message = f"parameter `{now.name}` of `{after.scoped}` was added"
-                yield BreakingChange(BreakingRule.PARAMETER_ADDED, message, now.token)
-            continue
-        owner = f"parameter `{was.name}` of `{after.scoped}`"
-        if now is None:
-            message = f"{owner} was removed"
-            yield BreakingChange(BreakingRule.PARAMETER_REMOVED, message, after.token, was.token)
-            continue
-        if now.name != was.name:
-            message = f"{owner} is now called `{now.name}`"
-            yield _changed(BreakingRule.PARAMETER_RENAMED, message, was, now)
-        was_optional, is_optional = was.tag is not None, now.tag is not None
-        if _differ(was.type, now.type) or was.out != now.out or was_optional != is_optional:
-            old = _described(was.type, was_optional, out=was.out)
-            new = _described(now.type, is_optional, out=now.out)
-            message = f"{owner} was {old} and is {new}"
-            yield _changed(BreakingRule.PARAMETER_TYPE_CHANGED, message, was, now)
-    if _reordered(before.parameters, after.parameters):
-        message = f"the parameters of `{after.scoped}` stand in another order"
-        yield _changed(BreakingRule.PARAMETERS_REORDERED, message, before, after)
+def _parameter(before: ast.Parameter, after: ast.Parameter, name: str) -> _Changes:
+    was_optional, is_optional = before.tag is not None, after.tag is not None
+    if _differ(before.type, after.type) or before.out != after.out or was_optional != is_optional:
+        was = _described(before.type, optional=was_optional, out=before.out)
+        now = _described(after.type, optional=is_optional, out=after.out)
+        yield _changed(BreakingRule.PARAMETER_TYPE_CHANGED, f"{name} was {was} and is {now}", before, after)
 
 
-def _described(kind: ast.Type | None, optional: bool, *, out: bool = False) -> str:
+def _described(kind: ast.Type | None, *, optional: bool, out: bool = False) -> str:
     return f"{'out ' if out else ''}{'optional ' if optional else ''}{type_name(kind)}"
 
 
@@ -278,27 +292,10 @@ def _record(before: ast.Struct | ast.Derivable, after: ast.Struct | ast.Derivabl
         if was != now:
             message = f"{after.kind} `{after.scoped}` extended {was} and extends {now}"
             yield _changed(BreakingRule.PARENT_CHANGED, message, before, after)
-    for old, new in _pairs(before.members, after.members):
-        if old is not None and new is not None:
-            yield from _member(old, new, after)
-        elif old is not None:
-            message = f"member `{old.name}` of `{after.scoped}` was removed"
-            yield BreakingChange(BreakingRule.MEMBER_REMOVED, message, after.token, old.token)
-        elif new is not None and new.tag is not None:
-            message = f"optional member `{new.name}` of `{after.scoped}` was added"
-            yield BreakingChange(BreakingRule.OPTIONAL_MEMBER_ADDED, message, new.token)
-        elif new is not None:
-            message = f"member `{new.name}` of `{after.scoped}` was added"
-            yield BreakingChange(BreakingRule.MEMBER_ADDED, message, new.token)
-    if _reordered(before.members, after.members):
-        message = f"the members of `{after.scoped}` stand in another order"
-        yield _changed(BreakingRule.MEMBERS_REORDERED, message, before, after)
+    yield from _listed(before.members, after.members, after, _member)
 
 
-def _member(before: ast.Member, after: ast.Member, owner: ast.Definition) -> _Changes:
-    name = f"member `{before.name}` of `{owner.scoped}`"
-    if before.name != after.name:
-        yield _changed(BreakingRule.MEMBER_RENAMED, f"{name} is now called `{after.name}`", before, after)
+def _member(before: ast.Member, after: ast.Member, name: str) -> _Changes:
     if _differ(before.type, after.type):
         message = f"{name} was {type_name(before.type)} and is {type_name(after.type)}"
         yield _changed(BreakingRule.MEMBER_TYPE_CHANGED, message, before, after)
@@ -310,20 +307,10 @@ def _member(before: ast.Member, after: ast.Member, owner: ast.Definition) -> _Ch
         yield _changed(BreakingRule.DEFAULT_REMOVED, f"{name} no longer has a default value", before, after)
 
 
-def _enumeration(before: ast.Enumeration, after: ast.Enumeration) -> _Changes:
-    values = {each.name: each for each in after.enumerators}
-    for enumerator in before.enumerators:
-        now = values.pop(enumerator.name, None)
-        name = f"enumerator `{enumerator.name}` of `{after.scoped}`"
-        if now is None:
-            message = f"{name} was removed"
-            yield BreakingChange(BreakingRule.ENUMERATOR_REMOVED, message, after.token, enumerator.token)
-        elif now.value != enumerator.value:
-            message = f"{name} was {enumerator.value} and is {now.value}"
-            yield _changed(BreakingRule.ENUMERATOR_VALUE_CHANGED, message, enumerator, now)
-    for enumerator in values.values():
-        message = f"enumerator `{enumerator.name}` of `{after.scoped}` was added"
-        yield BreakingChange(BreakingRule.ENUMERATOR_ADDED, message, enumerator.token)
+def _enumerator(before: ast.Enumerator, after: ast.Enumerator, name: str) -> _Changes:
+    if before.value != after.value:
+        message = f"{name} was {before.value} and is {after.value}"
+        yield _changed(BreakingRule.ENUMERATOR_VALUE_CHANGED, message, before, after)
 
 
 def _element(before: ast.Definition, after: ast.Definition, was: ast.Type, now: ast.Type) -> _Changes:
