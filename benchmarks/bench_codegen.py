@@ -29,7 +29,7 @@ sys.path.insert(0, str(ROOT))
 
 from codegen.diagnostics import Diagnostics  # noqa: E402
 from codegen.idl.parser import parse  # noqa: E402
-from codegen.idl.preprocessor import Preprocessor, SourceFiles  # noqa: E402
+from codegen.idl.preprocessor import Preprocessor  # noqa: E402
 
 FILES = 36
 LIMITS = {"--help": 150.0, "generate": 300.0, "up to date": 300.0, "--check": 300.0, "parsing alone": 20.0}
@@ -58,10 +58,9 @@ def milliseconds(function: Callable[[], object]) -> float:
 def parse_all(paths: list[Path]) -> None:
     """Read each file and parse it once, what it includes read with it."""
     diagnostics = Diagnostics()
-    files = SourceFiles(diagnostics)
-    preprocessor = Preprocessor(files, [])
+    preprocessor = Preprocessor([], diagnostics)
     for path in paths:
-        source = files.load(path)
+        source = preprocessor.load(path)
         assert source is not None
         parse(preprocessor.unit(source, diagnostics), diagnostics)
     assert not len(diagnostics)

@@ -32,7 +32,6 @@ if TYPE_CHECKING:
 
 __all__ = ["breaking"]
 
-_EXTENSIONS = (".idl", ".ice")
 _TIME_LIMIT = 30.0  # s that git may take to answer
 _LARGEST = 256 << 20  # bytes of all files of a revision
 
@@ -189,7 +188,7 @@ def _older_files(files: Sequence[Path], older: Callable[[Path], Path]) -> list[P
     for folder, presents in folders.items():
         names = {path.name for present in presents if present.is_dir() for path in present.iterdir()}
         if folder.is_dir():
-            interfaces = (path for path in sorted(folder.iterdir()) if path.suffix.lower() in _EXTENSIONS)
+            interfaces = (path for path in sorted(folder.iterdir()) if path.suffix.lower() in INTERFACES)
             found += (path for path in interfaces if path.name not in names)
     return [path for path in found if path.is_file()]
 
@@ -212,7 +211,7 @@ def _copy_of_revision(revision: str, files: Sequence[Path], directory: Path) -> 
         raise _OlderVersionError(message) from error
     commit = answer.decode().strip()
     names = _git(root, "ls-tree", "-r", "-z", "--name-only", commit).decode(errors="replace").split("\0")
-    present = [each for each in _EXTENSIONS if any(name.lower().endswith(each) for name in names)]
+    present = [each for each in INTERFACES if any(name.lower().endswith(each) for name in names)]
     if present:
         patterns = (f":(glob,icase)**/*{extension}" for extension in present)
         archived = _git(root, "archive", "--format=tar", commit, *patterns)

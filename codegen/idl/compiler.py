@@ -18,7 +18,6 @@ from .loading import Unit, Units
 from .names import exported_names, module_package
 from .packages import ModuleSummary, package_files, packages_in_cycles
 from .places import FileNames, GeneratedModule, NestedModules, Places
-from .preprocessor import SourceFiles
 from .schema import schema_entry
 from .writer import GENERATED_BY, module_text, write_module
 
@@ -62,9 +61,8 @@ def compile_interfaces(
     The packages, one for each Slice module, go to the directory `output`, or else beside the files that were
     given. What is wrong goes to `diagnostics`; after an error the compilation is empty. Nothing is written.
     """
-    files = SourceFiles(diagnostics)
-    units = Units(files, include_directories)
-    sources = {source: path for path in paths if (source := files.load(path)) is not None}
+    units = Units(include_directories, diagnostics)
+    sources = {source: path for path in paths if (source := units.load(path)) is not None}
     for source in sources:
         units.read(source, diagnostics)
     if diagnostics.has_errors:

@@ -17,7 +17,7 @@ from codegen.diagnostics import Diagnostics, Location, Severity
 from .codes import Code
 from .lexer import Kind, Source
 from .parser import parse
-from .preprocessor import Preprocessor, SourceFiles
+from .preprocessor import Preprocessor
 
 __all__ = ["FormattingError", "format_file", "format_source", "words_of"]
 
@@ -42,10 +42,10 @@ def format_file(path: Path, diagnostics: Diagnostics) -> str | None:
     Raises FormattingError.
     """
     found = Diagnostics()
-    files = SourceFiles(found)
-    source = files.load(path)
+    preprocessor = Preprocessor([], found)
+    source = preprocessor.load(path)
     if source is not None:
-        parse(Preprocessor(files, []).unit(source, found), found)
+        parse(preprocessor.unit(source, found), found)
         diagnostics.add_source(path, source.text)
     own = [
         each

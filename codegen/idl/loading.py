@@ -12,7 +12,7 @@ from . import ast
 from .checker import check
 from .lexer import Source
 from .parser import parse
-from .preprocessor import Preprocessor, SourceFiles
+from .preprocessor import Preprocessor
 
 __all__ = ["Unit", "Units", "load_definitions"]
 
@@ -28,9 +28,13 @@ class Unit:
 class Units:
     """Read each file as the main file of a translation unit, once."""
 
-    def __init__(self, files: SourceFiles, include_directories: Sequence[Path]) -> None:
-        self._preprocessor = Preprocessor(files, include_directories)
+    def __init__(self, include_directories: Sequence[Path], diagnostics: Diagnostics) -> None:
+        self._preprocessor = Preprocessor(include_directories, diagnostics)
         self._units: dict[Source, Unit | None] = {}
+
+    def load(self, path: Path) -> Source | None:
+        """Return the source at `path`, or None after reporting why it cannot be read."""
+        return self._preprocessor.load(path)
 
     def read(self, source: Source, diagnostics: Diagnostics) -> Unit | None:
         """Return the unit of a file, or None after reporting what is wrong with it."""
@@ -74,11 +78,10 @@ def load_definitions(
 
     The order is that of the source. What is wrong goes to `diagnostics`; a file with an error is left out.
     """
-    files = SourceFiles(diagnostics)
-    units = Units(files, include_directories)
+    units = Units(include_directories, diagnostics)
     found: dict[str, ast.Definition] = {}
     for path in paths:
-        source = files.load(path)
+        source = units.load(path)
         unit = units.read(source, diagnostics) if source is not None else None
         for definition in _walk(unit.tree) if unit is not None else ():
             found.setdefault(definition.scoped, definition)

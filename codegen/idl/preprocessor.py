@@ -37,10 +37,27 @@ _NAME = re.compile(r"[A-Za-z_]\w*")
 _COMMENT = re.compile(r"//.*|/\*.*?\*/", re.DOTALL)
 
 
-class SourceFiles:
-    """Read each file once in a run."""
+@dataclass(slots=True)
+class TranslationUnit:
+    """What one file says, with all that it includes."""
 
-    def __init__(self, diagnostics: Diagnostics) -> None:
+    source: Source
+    tokens: list[Token] = field(default_factory=list)
+    included: list[Source] = field(default_factory=list)
+    """Every file that it includes, directly or not, each once."""
+    complete: bool = True
+    """Whether all of it was read; if not, names that seem undefined may be defined in what is missing."""
+
+
+class Preprocessor:
+    """Read files, each once in a run, and turn them into translation units.
+
+    `include_directories` are searched for `#include <x>` and, after the directory of the including file, for
+    `#include "x"`. Files that cannot be read are reported to `diagnostics`.
+    """
+
+    def __init__(self, include_directories: Sequence[Path], diagnostics: Diagnostics) -> None:
+        self._include_directories = tuple(include_directories)
         self._diagnostics = diagnostics
         self._sources: dict[Path, Source | None] = {}
         self._identities: dict[Path, Path] = {}
@@ -80,31 +97,6 @@ class SourceFiles:
         self._diagnostics.add_source(path, text)
         return Source(path, text)
 
-
-@dataclass(slots=True)
-class TranslationUnit:
-    """What one file says, with all that it includes."""
-
-    source: Source
-    tokens: list[Token] = field(default_factory=list)
-    included: list[Source] = field(default_factory=list)
-    """Every file that it includes, directly or not, each once."""
-    complete: bool = True
-    """Whether all of it was read; if not, names that seem undefined may be defined in what is missing."""
-
-
-class Preprocessor:
-    """Turn files into translation units.
-
-    `include_directories` are searched for `#include <x>` and, after the directory of the including file, for
-    `#include "x"`.
-    """
-
-    def __init__(self, files: SourceFiles, include_directories: Sequence[Path]) -> None:
-        self.files = files
-        self._include_directories = tuple(include_directories)
-        self._found: dict[tuple[str, Path, bool], Path | None] = {}
-
     def unit(self, source: Source, diagnostics: Diagnostics) -> TranslationUnit:
         """Return the translation unit of a file; what is wrong with it goes to `diagnostics`."""
         unit = TranslationUnit(source)
@@ -112,21 +104,15 @@ class Preprocessor:
         unit.tokens.append(source.tokens[-1])
         return unit
 
+    def searched(self, own: Path) -> str:
+        """Return the directories that are searched, as messages name them."""
+        return ", ".join(str(directory) for directory in (own, *self._include_directories))
+
     def find(self, name: str, own: Path, *, own_directory_first: bool) -> Path | None:
         """Return the file that a file in the directory `own` includes by a name.
 
         A name with the one extension also finds a file with the other.
         """
-        key = (name, own, own_directory_first)
-        if key not in self._found:
-            self._found[key] = self._search(name, own, own_directory_first)
-        return self._found[key]
-
-    def searched(self, own: Path) -> str:
-        """Return the directories that are searched, as messages name them."""
-        return ", ".join(str(directory) for directory in (own, *self._include_directories))
-
-    def _search(self, name: str, own: Path, own_directory_first: bool) -> Path | None:
         if "\0" in name:
             return None
         directories = list(self._include_directories)
@@ -304,7 +290,7 @@ class _Reader:
             self._error(Code.INCLUDE_NOT_FOUND, f"`{name}` is not found", token, *notes)
             self._unit.complete = False
             return
-        source = self._preprocessor.files.load(path, token.location)
+        source = self._preprocessor.load(path, token.location)
         if source is None or source in self._once:
             return
         self._includes += 1

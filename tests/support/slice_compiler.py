@@ -15,7 +15,7 @@ from codegen.files import apply, compare_with_disk
 from codegen.idl import Compilation, compile_interfaces
 from codegen.idl.checker import check
 from codegen.idl.parser import parse
-from codegen.idl.preprocessor import Preprocessor, SourceFiles
+from codegen.idl.preprocessor import Preprocessor
 
 from .slice_reference import Verdict
 
@@ -40,10 +40,10 @@ def compile_text(directory: Path, text: str, **others: str) -> tuple[Compilation
 def checked(path: Path) -> Diagnostics:
     """Return what is found wrong with a file when it is parsed and checked."""
     diagnostics = Diagnostics()
-    files = SourceFiles(diagnostics)
-    source = files.load(path)
+    preprocessor = Preprocessor([], diagnostics)
+    source = preprocessor.load(path)
     if source is not None:
-        unit = Preprocessor(files, []).unit(source, diagnostics)
+        unit = preprocessor.unit(source, diagnostics)
         tree = parse(unit, diagnostics)
         if unit.complete:
             check(tree, diagnostics)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from codegen.diagnostics import Diagnostics
 from codegen.idl import ast, compile_interfaces
 from codegen.idl.parser import parse
-from codegen.idl.preprocessor import Preprocessor, SourceFiles
+from codegen.idl.preprocessor import Preprocessor
 from tests.support.slice_compiler import compile_text, findings, write_sources
 from tests.support.slice_texts import slice_like_texts
 
@@ -17,10 +17,10 @@ from tests.support.slice_texts import slice_like_texts
 def parsed(directory: Path, text: str) -> tuple[ast.Module, Diagnostics]:
     (path,) = write_sources(directory, {"main.idl": text})
     diagnostics = Diagnostics()
-    files = SourceFiles(diagnostics)
-    source = files.load(path)
+    preprocessor = Preprocessor([], diagnostics)
+    source = preprocessor.load(path)
     assert source is not None
-    return parse(Preprocessor(files, []).unit(source, diagnostics), diagnostics), diagnostics
+    return parse(preprocessor.unit(source, diagnostics), diagnostics), diagnostics
 
 
 def test_an_operation_has_all_its_parts(tmp_path: Path) -> None:

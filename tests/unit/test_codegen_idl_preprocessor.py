@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from codegen.diagnostics import Diagnostics
-from codegen.idl.preprocessor import Preprocessor, SourceFiles
+from codegen.idl.preprocessor import Preprocessor
 from tests.support.slice_compiler import compile_text, findings, write_sources
 
 
@@ -15,10 +15,10 @@ def preprocess(
     """Return the tokens that count as one text."""
     (*_, main) = write_sources(directory, {**(others or {}), "main.idl": text})
     diagnostics = Diagnostics()
-    files = SourceFiles(diagnostics)
-    source = files.load(main)
+    preprocessor = Preprocessor(include or [], diagnostics)
+    source = preprocessor.load(main)
     assert source is not None
-    unit = Preprocessor(files, include or []).unit(source, diagnostics)
+    unit = preprocessor.unit(source, diagnostics)
     return " ".join(token.text for token in unit.tokens[:-1]), diagnostics
 
 
@@ -132,7 +132,7 @@ def test_a_file_that_is_not_utf8_is_read_with_a_warning(tmp_path: Path) -> None:
     path = tmp_path / "old.idl"
     path.write_bytes(b"\n// a\xf1o\nx")
     diagnostics = Diagnostics()
-    source = SourceFiles(diagnostics).load(path)
+    source = Preprocessor([], diagnostics).load(path)
     assert source is not None
     assert source.text == "\n// a\xf1o\nx\n"
     assert findings(diagnostics) == [("W003", 2, 5)]
@@ -140,7 +140,7 @@ def test_a_file_that_is_not_utf8_is_read_with_a_warning(tmp_path: Path) -> None:
 
 def test_a_directory_and_an_absent_file_are_errors(tmp_path: Path) -> None:
     diagnostics = Diagnostics()
-    files = SourceFiles(diagnostics)
-    assert files.load(tmp_path) is None
-    assert files.load(tmp_path / "absent.idl") is None
+    preprocessor = Preprocessor([], diagnostics)
+    assert preprocessor.load(tmp_path) is None
+    assert preprocessor.load(tmp_path / "absent.idl") is None
     assert [found.code for found in diagnostics] == ["E001", "E001"]
