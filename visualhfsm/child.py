@@ -33,11 +33,12 @@ __all__ = [
     "child_environment",
 ]
 
-_MEMORY: Final = 4 << 30
-_END: Final = 2.0
-
 Stream = Literal["out", "err"]
 
+_MEMORY: Final = 4 << 30
+"""Bytes that a process which answers questions may take."""
+_END: Final = 2.0
+"""Seconds in which it must be gone after SIGKILL."""
 _LONGEST_LINE: Final = 4000
 """Characters of a line; the rest of a longer one is its continuation."""
 _MOST_LINES: Final = 500

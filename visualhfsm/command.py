@@ -92,7 +92,7 @@ def edit(
     """
     try:
         from visualhfsm.web.server import Options, launch_browser, serve
-        from visualhfsm.web.services import make_services
+        from visualhfsm.web.workspace import make_services
     except ModuleNotFoundError as error:
         package = (error.name or "").partition(".")[0]
         if package not in _PACKAGES:

@@ -18,7 +18,7 @@ from tests.support.editor import Editor, editor
 from tests.support.limits import CALL_LIMIT
 from tests.support.processes import REPOSITORY, ComponentProcess, free_endpoint, module
 from tests.support.screenshots import picture
-from visualhfsm.web.services import make_services
+from visualhfsm.web.workspace import make_services
 from zenoh_ice import Settings, initialize
 
 pytestmark = [pytest.mark.slow, pytest.mark.gl]

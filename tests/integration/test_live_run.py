@@ -18,7 +18,7 @@ from tests.support.pushes import Pushes
 from visualhfsm.editing.commands.states import SetStateCode
 from visualhfsm.monitoring.run_log import LiveSnapshot
 from visualhfsm.services import Components, RunPush, Snapshot, Source, Stale
-from visualhfsm.web.services import Services, make_services
+from visualhfsm.web.workspace import Services, make_services
 from zenoh_ice import Settings
 
 TEXT = document(

@@ -30,8 +30,7 @@ from visualhfsm.services import (
     Snapshot,
     Source,
 )
-from visualhfsm.web.services import Services
-from visualhfsm.web.workspace import Limits
+from visualhfsm.web.workspace import Limits, Services
 
 ADD_STATE = {"command": "addState", "automaton": 1, "x": 200, "y": 300, "name": "stop"}
 

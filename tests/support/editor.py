@@ -20,8 +20,7 @@ from websockets.typing import Origin
 from tests.support.limits import LIMIT
 from visualhfsm.services import Publish, ServiceError
 from visualhfsm.web.server import Options, Server
-from visualhfsm.web.services import MakeServices, Services
-from visualhfsm.web.workspace import Limits
+from visualhfsm.web.workspace import Limits, MakeServices, Services
 
 DOCUMENT = """<?xml version="1.0" encoding="UTF-8"?>
 <VisualHFSM>

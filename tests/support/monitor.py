@@ -18,7 +18,7 @@ from tests.support.limits import CALL_LIMIT
 from tests.support.processes import ComponentProcess
 from tests.support.robot_server import ServedRobot, eventually, served
 from visualhfsm.generate import generate_component
-from visualhfsm.web.services import make_services
+from visualhfsm.web.workspace import make_services
 from zenoh_ice import Settings
 
 DOCUMENT = """<?xml version="1.0" encoding="UTF-8"?>

@@ -30,9 +30,8 @@ _logger = logging.getLogger(__name__)
 class Cameras:
     """The cameras of a realm; each is listened to while somebody looks at it."""
 
-    def __init__(self, communicator: Communicator, quality: int = QUALITY) -> None:
+    def __init__(self, communicator: Communicator) -> None:
         self._communicator = communicator
-        self._quality = quality
         self._encoded: dict[str, tuple[tuple[int, float], asyncio.Task[bytes]]] = {}
 
     async def frames(self, name: str) -> AsyncGenerator[bytes, None]:
@@ -59,12 +58,12 @@ class Cameras:
     async def _encode(self, name: str, sample: Sample[ImageData]) -> bytes:
         which = sample.sequence, sample.wall_time
         if name not in self._encoded or self._encoded[name][0] != which:
-            work = asyncio.to_thread(encode_jpeg, sample.value, self._quality)
+            work = asyncio.to_thread(encode_jpeg, sample.value)
             self._encoded[name] = which, asyncio.create_task(work)
         return await asyncio.shield(self._encoded[name][1])
 
 
-def encode_jpeg(image: ImageData, quality: int = QUALITY) -> bytes:
+def encode_jpeg(image: ImageData) -> bytes:
     """Return an RGB8 image as JPEG; raises VisualHfsmError when its size does not fit its pixels."""
     from PIL import Image
 
@@ -75,7 +74,7 @@ def encode_jpeg(image: ImageData, quality: int = QUALITY) -> bytes:
         )
     buffer = io.BytesIO()
     Image.frombuffer("RGB", (width, height), image.pixelData, "raw", "RGB", 0, 1).save(
-        buffer, "JPEG", quality=quality
+        buffer, "JPEG", quality=QUALITY
     )
     return buffer.getvalue()
 

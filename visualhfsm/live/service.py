@@ -49,18 +49,17 @@ _RECORDING: Final = "recording:"
 _MOST_RECORDINGS: Final = 4
 _STOP_LIMIT: Final = 2.0
 """Seconds in which a component that is asked to stop is waited for before the robot is stopped again."""
+_LARGEST_VALUE: Final = 100_000
+"""Characters of JSON."""
+_ANSWER_LIMIT: Final = 1.0
+"""Wall seconds in which the robot has to answer to being stopped."""
+_REASON: Final = "STOP was pressed in the editor"
 
 _logger = logging.getLogger(__name__)
 
 Id = Annotated[int, Meta(ge=0, le=2**31 - 1)]
 Name = Annotated[str, Meta(max_length=1000)]
 Count = Annotated[int, Meta(ge=1, le=1000)]
-
-_LARGEST_VALUE: Final = 100_000
-"""Characters of JSON."""
-_ANSWER_LIMIT: Final = 1.0
-"""Wall seconds in which the robot has to answer to being stopped."""
-_REASON: Final = "STOP was pressed in the editor"
 Number = Annotated[float, Meta(ge=-1e12, le=1e12)]
 
 
@@ -78,9 +77,8 @@ class _Series(msgspec.Struct, forbid_unknown_fields=True):
 class Monitoring:
     """Follows and steers components. Make it on the event loop; it listens until `close`.
 
-    Besides `ACTIONS`, the page may ask `control` for these actions: `timeline`,
-    `at` (a moment of the past by its component time), `series` (numbers over time), `facts` of the robot,
-    `identities` in the realm, `emergencyStop`, the operator's red button, and `resetEmergencyStop`; the last
+    Besides `ACTIONS`, the page may ask `control` for these actions: `timeline`, `at` (a moment of the past by
+    its component time), `series` (numbers over time), `facts` of the robot, `identities` in the realm, `emergencyStop`, the operator's red button, and `resetEmergencyStop`; the last
     four need no component. A recording that was opened is asked for its past by the name that it was given.
     """
 

@@ -8,8 +8,7 @@
 | `protocol`, `errors` | the messages on the websocket, as types, and what refusals are called |
 | `connection`, `documents` | one websocket: what comes in and what each request does |
 | `window` | what goes out |
-| `workspace`, `tab` | the open documents, which every window sees; their limits and their checks |
-| `services` | which packages run components, follow them, and help with code |
+| `workspace`, `tab` | the open documents, which every window sees; limits, checks and the services |
 
 Its modules need the packages of the extra `web`.
 """

@@ -36,8 +36,7 @@ from .connection import converse, until_one_ends
 from .documents import open_file
 from .paths import Root
 from .security import Credentials, Guard
-from .services import MakeServices
-from .workspace import Limits, Workspace
+from .workspace import Limits, MakeServices, Workspace
 
 __all__ = ["Options", "PortInUseError", "Server", "launch_browser", "serve"]
 

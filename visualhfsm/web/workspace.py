@@ -13,24 +13,28 @@ from pathlib import Path
 from types import TracebackType
 from typing import Final, Self
 
+from visualhfsm.code_help.service import CodeHelper
 from visualhfsm.editing.errors import EditError
 from visualhfsm.editing.problems import CheckProcess
-from visualhfsm.services import Components, Output, Push, RunPush, Snapshot, Stale, Structure
+from visualhfsm.live.service import Monitoring, free_endpoint
+from visualhfsm.running.service import RunningComponents
+from visualhfsm.services import Components, Output, Publish, Push, RunPush, Snapshot, Stale, Structure
 from visualhfsm.sessions.journal import Abandoned, find_abandoned, journal_directory
 from visualhfsm.sessions.session import Choice, DocumentSession
+from zenoh_ice.settings import Settings
 
 from .errors import MissingError, TooManyError
 from .paths import Root
 from .protocol import Outside, Problems, Recoverable, TabState
 from .protocol import Workspace as WorkspacePush
-from .services import MakeServices, Services
 from .tab import Tab, Threads
 from .window import Window
 
-__all__ = ["Checking", "Limits", "Workspace"]
+__all__ = ["Checking", "Limits", "MakeServices", "Services", "Workspace", "make_services"]
 
 _CLOSE_LIMIT: Final = 8.0  # s that a service may take to close
 _LONGEST_WAIT: Final = 10  # quiet periods after which a document that keeps changing is checked all the same
+_ANY_PORT: Final = Settings().listen
 
 _logger = logging.getLogger(__name__)
 
@@ -65,6 +69,37 @@ class Limits:
 
     file_check_seconds: float = 1.0
     """How often the open files are looked at for changes from outside."""
+
+
+@dataclass(frozen=True, slots=True)
+class Services:
+    """What the server works with beside the documents."""
+
+    code_help: CodeHelper
+    running: RunningComponents
+    live: Monitoring
+
+
+MakeServices = Callable[[Publish], Services]
+"""Makes the services once the event loop runs; called on it."""
+
+
+def make_services(settings: Settings) -> MakeServices:
+    """Return what makes the services of a realm, given by the settings.
+
+    The components that are started here connect to the editor, too: it finds them without any robot.
+    """
+
+    def make(publish: Publish) -> Services:
+        listens_anywhere = settings.mode == "peer" and settings.listen == _ANY_PORT
+        listen = (free_endpoint(),) if listens_anywhere else settings.listen
+        return Services(
+            code_help=CodeHelper(),
+            running=RunningComponents(publish, settings.override(connect=(*listen, *settings.connect))),
+            live=Monitoring(publish, settings.override(listen=listen)),
+        )
+
+    return make
 
 
 class Workspace:

@@ -40,8 +40,8 @@ export const applyHere = (command, fields = {}) => ask("do", {tab: page.tab, com
 export const selected = () => ({states: [...page.states], transitions: [...page.transitions]});
 
 /** Add a state and select it; resolves to its id. */
-export async function addState({x, y}, name = "") {
-  return selectAdded(await applyHere("addState", {x, y, name}), "states");
+export async function addState({x, y}) {
+  return selectAdded(await applyHere("addState", {x, y}), "states");
 }
 
 /** Add a transition and select it; resolves to its id. */

@@ -25,10 +25,9 @@ const ASIDE = new Set(["hello", "codeHelp", "interfaces", "listFiles"]);
 
 /** An answer of the server that says why something was not done. */
 class RequestError extends Error {
-  constructor(message, kind, details = {}) {
+  constructor(message, kind) {
     super(message);
     this.kind = kind;
-    this.details = details;
   }
 }
 
@@ -133,7 +132,7 @@ class Store extends EventTarget {
     const waiting = this.#waiting.get(message.re);
     this.#waiting.delete(message.re);
     if (message.error !== undefined) {
-      const error = new RequestError(message.error, message.kind, message.details);
+      const error = new RequestError(message.error, message.kind);
       if (waiting) waiting.reject(error);
       else this.#emit("failure", {error});
     } else {

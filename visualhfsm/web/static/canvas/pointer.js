@@ -124,7 +124,8 @@ export class Pointer {
     const target = this.#pressed; // that of the event is what has captured the pointer
     const key = keyOf(target);
     if (!key) {
-      if (!canvas.readOnly && page.automaton) this.#addState(canvas.point(event));
+      const {x, y} = canvas.point(event);
+      if (!canvas.readOnly && page.automaton) canvas.nameAdded("state", addState({x: Math.round(x), y: Math.round(y)}));
       return;
     }
     const [kind, id] = [key.startsWith("s") ? "state" : "transition", idOf(key)];
@@ -133,10 +134,6 @@ export class Pointer {
     else if (target.closest(".handle") && !canvas.readOnly) resetHandle(id);
     else if (state?.children.length) page.open(state.children[0]);
     else page.edit({kind, automaton: page.automaton.id, id, part: state ? "code" : "trigger"});
-  }
-
-  #addState({x, y}) {
-    this.canvas.nameAdded("state", addState({x: Math.round(x), y: Math.round(y)}));
   }
 
   #menu(event) {
