@@ -21,16 +21,13 @@ from interfaces.hfsm import (
     Breakpoint,
     Explanation,
     HfsmMonitorPrx,
-    InvalidValue,
-    NoSuchElement,
-    ReloadRefused,
     ReloadReport,
 )
 from interfaces.jderobot import MotorsPrx
 from interfaces.nao import JointsPrx, PoseHeadPrx, SafetyPrx
 from visualhfsm.errors import VisualHfsmError
 from visualhfsm.monitoring.follower import Follower, LiveStructure, News, Silence
-from visualhfsm.monitoring.realm import RELOAD_PATIENCE, components, missing_component
+from visualhfsm.monitoring.realm import RELOAD_PATIENCE, components, missing_component, refusals
 from visualhfsm.monitoring.robot import RobotMonitor
 from visualhfsm.monitoring.run_log import LiveSnapshot, RunLog
 from visualhfsm.services import Components, Publish, ServiceError, Snapshot, Stale, Structure
@@ -78,8 +75,9 @@ class Monitoring:
     """Follows and steers components. Make it on the event loop; it listens until `close`.
 
     Besides `ACTIONS`, the page may ask `control` for these actions: `timeline`, `at` (a moment of the past by
-    its component time), `series` (numbers over time), `facts` of the robot, `identities` in the realm, `emergencyStop`, the operator's red button, and `resetEmergencyStop`; the last
-    four need no component. A recording that was opened is asked for its past by the name that it was given.
+    its component time), `series` (numbers over time), `facts` of the robot, `identities` in the realm,
+    `emergencyStop`, the operator's red button, and `resetEmergencyStop`; the last four need no component. A
+    recording that was opened is asked for its past by the name that it was given.
     """
 
     def __init__(self, publish: Publish, settings: Settings) -> None:
@@ -348,15 +346,10 @@ async def control(monitor: HfsmMonitorPrx, action: str, arguments: Mapping[str, 
             raise VisualHfsmError(f"a component cannot be asked to {printable(action)[:40]}")
         found = msgspec.convert(arguments, ACTIONS[action])
         method: Callable[..., Awaitable[object]] = getattr(_Steering(monitor), action)
-        return await method(**msgspec.structs.asdict(found))
+        with refusals("the component"):
+            return await method(**msgspec.structs.asdict(found))
     except msgspec.ValidationError as error:
         raise VisualHfsmError(f"the component cannot be asked to {action}: {error}") from error
-    except (NoSuchElement, InvalidValue) as error:
-        raise VisualHfsmError(printable(error.what)) from error
-    except ReloadRefused as error:
-        raise VisualHfsmError(
-            f"not reloaded, the component runs on as it was: {printable(error.reason)}"
-        ) from error
     except ZenohIceError as error:
         raise VisualHfsmError(str(error)) from error
 

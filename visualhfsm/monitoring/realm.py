@@ -6,10 +6,12 @@ import difflib
 import logging
 import math
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future
+from contextlib import contextmanager
 from typing import Final, Generic, TypeVar
 
+from interfaces.hfsm import InvalidValue, NoSuchElement, ReloadRefused
 from visualhfsm.errors import VisualHfsmError
 from zenoh_ice import Communicator, MarshalException, Sample, ZenohIceError
 from zenoh_ice.text import printable
@@ -25,6 +27,7 @@ __all__ = [
     "find_component",
     "has_interface",
     "missing_component",
+    "refusals",
 ]
 
 MONITOR_PREFIX: Final = "Hfsm."
@@ -84,6 +87,18 @@ def missing_component(communicator: Communicator, name: str, wait: float = 0.0) 
         return None
     hint = did_you_mean(name, found) if found else f"; start it, such as: python {printable(name)[:100]}.py"
     return VisualHfsmError(f"no component {printable(name)[:100]} runs in realm {communicator.realm}{hint}")
+
+
+@contextmanager
+def refusals(component: str) -> Iterator[None]:
+    """Turn what a component refuses into a VisualHfsmError, which says why in one line."""
+    try:
+        yield
+    except (NoSuchElement, InvalidValue) as error:
+        raise VisualHfsmError(printable(error.what)) from error
+    except ReloadRefused as error:
+        reason = printable(error.reason)
+        raise VisualHfsmError(f"not reloaded, {component} runs on as it was: {reason}") from error
 
 
 def has_interface(communicator: Communicator, identity: str, type_id: str) -> bool:

@@ -19,14 +19,11 @@ from interfaces.hfsm import (
     AutomatonStructure,
     ComponentStructure,
     HfsmMonitorPrx,
-    InvalidValue,
-    NoSuchElement,
-    ReloadRefused,
     TransitionStructure,
 )
 from visualhfsm.errors import VisualHfsmError
 from visualhfsm.monitoring.automata import Automata
-from visualhfsm.monitoring.realm import MONITOR_PREFIX, did_you_mean, missing_component
+from visualhfsm.monitoring.realm import MONITOR_PREFIX, did_you_mean, missing_component, refusals
 from zenoh_ice import ObjectNotExistException, Settings, initialize
 from zenoh_ice.text import printable
 
@@ -69,14 +66,8 @@ def steered(settings: Settings, name: str) -> Iterator[Target]:
             monitor = HfsmMonitorPrx.checkedCast(communicator.stringToProxy(identity))
         except ObjectNotExistException as error:
             raise missing_component(communicator, name, _SETTLING) or error from error
-        try:
+        with refusals(name):
             yield Target(name, monitor, monitor.getStructure())
-        except (NoSuchElement, InvalidValue) as error:
-            raise VisualHfsmError(printable(error.what)) from error
-        except ReloadRefused as error:
-            raise VisualHfsmError(
-                f"not reloaded, {name} runs on as it was: {printable(error.reason)}"
-            ) from error
 
 
 @dataclass(frozen=True, slots=True)
