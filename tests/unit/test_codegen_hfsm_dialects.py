@@ -305,9 +305,8 @@ def test_functions_of_the_component_and_of_states_come_to_their_automaton() -> N
     (root,) = document.automata
     assert root.functions.text == "def a(self): pass\ndef b(self): pass\ndef c(self): pass"
     assert root.variables.text == "self.x = 1"
-    # Whose they were stays known.
-    assert document.extras[0] == Element("functions", (), "def a(self): pass\n")
-    assert root.states[0].extras == (Element("functions", (), "def c(self): pass"),)
+    assert [extra.tag for extra in document.extras if isinstance(extra, Element)] == ["pseudostate"]
+    assert root.states[0].extras == ()
 
 
 def test_the_namespace_of_a_state_without_states_is_kept_and_not_used() -> None:

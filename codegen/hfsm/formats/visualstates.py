@@ -10,7 +10,7 @@ from __future__ import annotations
 import ast
 import re
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import count
 from pathlib import Path
@@ -70,8 +70,8 @@ class VisualStatesReader(ElementReader):
         self._namespaces: dict[XmlElement, Parts] = {}
         self._ids: dict[XmlElement, int] = {}
         self._owned: dict[XmlElement, int] = {}
-        self._moved: set[XmlElement] = set()
-        """Functions and variables that stand in an automaton, and nowhere else."""
+        self._kept_namespaces: set[XmlElement] = set()
+        """The namespaces in which something has no word here."""
         self._functions: set[str] = set()
         self._renamed: defaultdict[XmlElement | _Level, dict[str, str]] = defaultdict(dict)
         """The new names of functions, for the code of a level and for that of one state."""
@@ -93,25 +93,25 @@ class VisualStatesReader(ElementReader):
                     self._read(state)
         shared_element = parts.first("global_namespace")
         shared = self._namespace(shared_element)
-        # Before any state is made, for what is moved is no longer kept with the state.
         code = {level: self._code_of(level, (parts, shared)) for level in levels}
         outgoing = self._outgoing(levels)
         self._ids |= self.ids(
             [each for level in levels for each, _ in outgoing[level]],
             lambda transition: transition.attributes.get("id"),
         )
+        owners = [self._parts[each.owner].first("namespace") for each in levels if each.owner is not None]
+        parameters = self._read_parameters([shared_element, *owners])
         automata = tuple(self._automaton(level, outgoing[level], code[level], parts) for level in levels)
-        owners = [self._namespaces[level.owner] for level in levels if level.owner is not None]
         libraries, libraries_extras = _read_libraries(self, parts.first("libraries"))
         interfaces, config_extras = _read_interfaces(self, parts.first("config"), parts.first("configs"))
         fields = node_fields(
             root, parts, native={**_DOCUMENT, "configs": "" if parts.first("config") else "config"}
         )
-        fields["extras"] += self._kept_code(parts) + self._kept_namespace(shared_element)
+        fields["extras"] += self._kept_namespace(shared_element)
         if levels[0].owner is not None:
             fields["extras"] += (self._pseudo_state(levels[0].owner),)
         return Document(
-            parameters=_read_parameters(self, [shared, *owners]),
+            parameters=parameters,
             automata=automata,
             libraries=libraries,
             interfaces=interfaces,
@@ -131,8 +131,13 @@ class VisualStatesReader(ElementReader):
         self._namespaces[state] = self._namespace(self._parts[state].first("namespace"))
 
     def _namespace(self, element: XmlElement | None) -> Parts:
-        """Return what a namespace holds; what is unknown in it is kept with it."""
-        return NOTHING if element is None else self.parts(element, leaves=_CODE, containers=("parameters",))
+        """Return what a namespace holds; where anything in it is unknown all of it is kept, too."""
+        if element is None:
+            return NOTHING
+        parts = self.parts(element, leaves=_CODE, containers=("parameters",))
+        if parts.extras or parts.details:
+            self._kept_namespaces.add(element)
+        return parts
 
     def _code_of(self, level: _Level, shared: tuple[Parts, ...]) -> tuple[Text, ...]:
         """Return the functions and the variables of an automaton; the root has the `shared` ones, too."""
@@ -206,17 +211,12 @@ class VisualStatesReader(ElementReader):
     def _code(
         self, tag: str, level: _Level, around: Iterable[Parts], inside: Iterable[tuple[XmlElement, Parts]]
     ) -> Text:
-        """Return the functions or variables of an automaton: those of the states around and inside it.
-
-        What is the only one, and around it, is moved; all others are copied, and stay known where they were.
-        """
+        """Return the functions or variables of an automaton: those of the states around and inside it."""
         outer = [found for parts in around if (found := parts.first(tag)) is not None]
         inner = {found: state for state, parts in inside if (found := parts.first(tag)) is not None}
         pieces = [piece for piece in (*outer, *inner) if piece.text.strip()]
         if not pieces:
             return text_of(outer[-1]) if outer else Text()
-        if len(pieces) == 1 and pieces[0] in outer:
-            self._moved.add(pieces[0])
         texts = [self._with_new_names(text_of(each), inner.get(each), level).text for each in pieces]
         joined = "".join(text if text.endswith("\n") else f"{text}\n" for text in texts[:-1])
         return Text(joined + texts[-1], pieces[0].text_line, pieces[0].text_column)
@@ -233,11 +233,11 @@ class VisualStatesReader(ElementReader):
                 message = "the `timestep` of a state that holds none is kept, and not used"
                 self.remark(timestep, message)
             fields["extras"] += (self.kept(timestep),)
-        fields["extras"] += self._kept_code(parts)
-        namespace = self._kept_namespace(parts.first("namespace"))
-        if namespace and owned == NO_CHILD:
+        namespace = parts.first("namespace")
+        if namespace is not None and owned == NO_CHILD and not _is_blank(namespace):
             self.remark(element, "the namespace of a state that holds none is kept, and not used")
-        fields["extras"] += namespace
+            self._kept_namespaces.add(namespace)
+        fields["extras"] += self._kept_namespace(namespace)
         return State(
             id=self._ids[element],
             name=text_of(parts.first("name")).text,
@@ -307,49 +307,46 @@ class VisualStatesReader(ElementReader):
             ),
         )
 
-    def _kept_code(self, parts: Parts) -> tuple[Extra, ...]:
-        """Return the functions and variables that are to be kept where they stand."""
-        found = [found for tag in _CODE if (found := parts.first(tag)) is not None]
-        return tuple(self.kept(each) for each in found if not self._is_left_out(each))
-
     def _kept_namespace(self, element: XmlElement | None) -> tuple[Extra, ...]:
-        """Return a namespace without what stands elsewhere, if anything is left of it."""
-        if element is None:
-            return ()
-        children = self._without(element, lambda child: self._is_left_out(child) or _is_empty_list(child))
-        return (Element(element.tag, (), "", children),) if children else ()
-
-    def _is_left_out(self, element: XmlElement) -> bool:
-        return element.tag in _CODE and (not element.text.strip() or element in self._moved)
+        return () if element is None or element not in self._kept_namespaces else (self.kept(element),)
 
     def _pseudo_state(self, element: XmlElement) -> Element:
         """Return what the outermost state has, for it is no state of any automaton."""
-        children = self._without(
-            element,
-            lambda child: (
-                child.tag in ("state", "transition", "namespace", "timestep") or self._is_left_out(child)
-            ),
-        )
-        parts = self._parts[element]
-        children += parts.lost_details(_STATE) + self._kept_namespace(parts.first("namespace"))
-        return Element(PSEUDO_STATE, tuple(element.attributes.items()), "", children)
-
-    def _without(self, element: XmlElement, left_out: Callable[[XmlElement], bool]) -> tuple[Extra, ...]:
-        """Return what an element holds without some elements and the comments before them."""
+        elsewhere = ("state", "transition", "namespace", "timestep", *_CODE)
         kept: list[Extra] = []
         comments: list[Extra] = []
         for child in element.children:
             if isinstance(child, XmlComment):
                 comments.append(Comment(child.text))
                 continue
-            if not left_out(child):
+            if child.tag not in elsewhere:
                 kept += [*comments, self.kept(child)]
             comments.clear()
-        return (*kept, *comments)
+        parts = self._parts[element]
+        kept += [*comments, *parts.lost_details(_STATE), *self._kept_namespace(parts.first("namespace"))]
+        return Element(PSEUDO_STATE, tuple(element.attributes.items()), "", tuple(kept))
+
+    def _read_parameters(self, namespaces: Iterable[XmlElement | None]) -> tuple[Parameter, ...]:
+        """Return the parameters of namespaces; one with others that cannot be ours is kept."""
+        found: dict[str, Parameter] = {}
+        for namespace in namespaces:
+            containers = () if namespace is None else namespace.elements()
+            for element in (each for one in containers if one.tag == "parameters" for each in one.elements()):
+                parameter = _parameter(element) if element.tag == "param" else None
+                if parameter is not None and parameter.name not in found:
+                    found[parameter.name] = parameter
+                elif namespace is not None:
+                    name = element.attributes.get("name", "")
+                    self.remark(element, f"the parameter `{name}` is kept, and not used")
+                    self._kept_namespaces.add(namespace)
+        return tuple(found.values())
 
 
-def _is_empty_list(element: XmlElement) -> bool:
-    return element.tag == "parameters" and not element.children and not element.attributes
+def _is_blank(element: XmlElement) -> bool:
+    """Return whether nothing is written in an element."""
+    return not element.text.strip() and all(
+        not each.attributes and _is_blank(each) for each in element.elements()
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -477,21 +474,6 @@ def _read_libraries(
         for each in elements
     )
     return libraries, parts.extras
-
-
-def _read_parameters(reader: ElementReader, namespaces: Iterable[Parts]) -> tuple[Parameter, ...]:
-    """Return the parameters of all namespaces; those that cannot be ours are told."""
-    found: dict[str, Parameter] = {}
-    for namespace in namespaces:
-        for container in namespace.all("parameters"):
-            for element in container.elements():
-                parameter = _parameter(element) if element.tag == "param" else None
-                if parameter is None or parameter.name in found:
-                    name = element.attributes.get("name", "")
-                    reader.remark(element, f"the parameter `{name}` is kept, and not used")
-                else:
-                    found[parameter.name] = parameter
-    return tuple(found.values())
 
 
 def _parameter(element: XmlElement) -> Parameter | None:
