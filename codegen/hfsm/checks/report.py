@@ -4,28 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Protocol
 
 from ...diagnostics import Diagnostics, Location, Note
-from ..document import State, Text, Transition
+from ..document import Node, State, Text, Transition
 
-__all__ = ["Node", "Report", "state_label", "transition_label"]
-
-
-class Node(Protocol):
-    """An element of the model: it stands in `path`, or in the document's own file where that is None."""
-
-    @property
-    def line(self) -> int:
-        """The line of its first character, from 1."""
-
-    @property
-    def column(self) -> int:
-        """The column of its first character, from 1."""
-
-    @property
-    def path(self) -> Path | None:
-        """The file that it was imported from."""
+__all__ = ["Report", "state_label", "transition_label"]
 
 
 class Report:

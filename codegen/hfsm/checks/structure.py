@@ -4,24 +4,19 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterable, Sequence
-from typing import Final, Protocol
+from typing import Final
 
 from ...diagnostics import Note
 from ..code.values import INPUT_TYPES, ValueTextError, parse_value
 from ..codes import Code
 from ..document import NO_CHILD, Argument, Automaton, Document, Parameter, State, Transition
 from .constants import delay, milliseconds
-from .report import Node, Report, state_label, transition_label
+from .report import Report, state_label, transition_label
 
 __all__ = ["check_arguments", "check_automaton", "check_tree"]
 
 _MAX_DEPTH: Final = 64
 """Automata above one another: far more than a person draws, far less than Python's stack."""
-
-
-class _Numbered(Node, Protocol):
-    @property
-    def id(self) -> int: ...
 
 
 def check_tree(document: Document, report: Report) -> None:
@@ -47,9 +42,9 @@ def check_tree(document: Document, report: Report) -> None:
             _check_ancestors(automaton, automata, report)
 
 
-def check_unique_ids(items: Sequence[_Numbered], kind: str, report: Report) -> None:
+def check_unique_ids(items: Sequence[Automaton | State | Transition], kind: str, report: Report) -> None:
     """Check that ids are at least 1 and that no two of `items` share one."""
-    first: dict[int, _Numbered] = {}
+    first: dict[int, Automaton | State | Transition] = {}
     for item in items:
         if item.id == 0:
             report.error(Code.REPEATED_ID, f"the id of a {kind} is at least 1", report.place(item))
