@@ -14,6 +14,7 @@ from functools import partial
 from pathlib import Path, PurePath
 from typing import Annotated, Any, Final, NoReturn
 
+import msgspec
 import typer
 
 from interfaces.hfsm import Breakpoint
@@ -22,6 +23,7 @@ from zenoh_ice import Settings, command, initialize
 
 from .component import Component, Parameter, parameters_of
 from .debugger.monitor import Monitor
+from .debugger.snapshot import structure_of
 from .errors import ComponentError, OnError, OnRefused
 from .robot import commands_taken, servers_present, stop_robot
 from .robot import connect as connect_proxies
@@ -161,6 +163,7 @@ Exit codes: 0 done, 1 an error, 2 wrong usage, 130 Ctrl-C, 143 SIGTERM."""
                 runtime = RecordedRuntime(
                     made, communicator.clock, recorder, on_error, present, on_refused=on_refused
                 )
+                recorder.action("structure", **msgspec.to_builtins(structure_of(runtime)))
             if first is not None:
                 runtime.begin_at(*first)
             with Monitor(runtime, communicator, breakpoints):

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import time
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
 import msgspec
 
-from codegen.diagnostics import Diagnostics
-from codegen.hfsm import parse_document
-from codegen.hfsm.document import Automaton, Document, Transition
 from hfsm_recording.messages import (
     Action,
     Change,
@@ -34,11 +32,8 @@ from interfaces.hfsm import (
     ComponentStructure,
     ErrorReport,
     GuardSnapshot,
-    ParameterStructure,
     StateStructure,
     TimerSnapshot,
-    TransitionKind,
-    TransitionStructure,
 )
 from visualhfsm.errors import VisualHfsmError
 from visualhfsm.monitoring.run_log import LiveSnapshot, RunLog, is_sound
@@ -55,11 +50,6 @@ _MOST_AUTOMATA: Final = 10_000
 _MOST_MARKS: Final = 128
 _MARK_SHOWN: Final = 500_000_000
 """Nanoseconds for which a mark is shown, as by a running component."""
-_KINDS: Final = {
-    "time": TransitionKind.OnTime,
-    "event": TransitionKind.OnEvent,
-    "finished": TransitionKind.OnFinished,
-}
 _OF_AUTOMATA: Final = (Cycle, Failure, Firing, Guard, Timers, Variables)
 
 
@@ -84,8 +74,10 @@ def open_recording(path: Path) -> RecordedRun:
         recording = RecordingFile(path)
         file, content = recording.files.get("document", ("", b""))
         text = content.decode("utf-8", "replace")
-        document = parse_document(text, Path(file), Diagnostics()) if text else None
-        run = _Run(structure_of(document or Document(), recording.name, file), recording.start)
+        structure = ComponentStructure(
+            name=recording.name, document=file, generation=0, parameters=[], automata=[]
+        )
+        run = _Run(structure, recording.start)
         deadline = time.monotonic() + _PATIENCE
         complete = True
         for message in recording.messages():
@@ -178,6 +170,11 @@ class _Run:
             self._status = ComponentStatus.Paused
         elif action.kind == "resume":
             self._status = ComponentStatus.Running
+        elif action.kind == "structure":
+            with suppress(msgspec.ValidationError):  # what happened in it is shown all the same
+                found = msgspec.convert(action.arguments, ComponentStructure)
+                if len(found.automata) <= _MOST_AUTOMATA:
+                    self.structure = found
 
     def _mark(self, mark: Mark) -> None:
         self._marks = {key: made for key, made in self._marks.items() if self._now - made[0] <= _MARK_SHOWN}
@@ -244,22 +241,8 @@ def _shown(value: object) -> str:
     return repr(value)[:_LONGEST_TEXT]
 
 
-def structure_of(document: Document, name: str, file: str) -> ComponentStructure:
-    """Return the structure of the component of a document."""
-    return ComponentStructure(
-        name=name,
-        document=file,
-        generation=0,
-        parameters=[
-            ParameterStructure(each.name, each.type.text.strip(), each.description.text)
-            for each in document.parameters
-        ],
-        automata=[_automaton(document, automaton, name) for automaton in document.automata],
-    )
-
-
 def add_state(structure: ComponentStructure, automaton: int, title: str, state: int, name: str) -> None:
-    """Add a state that a recording has and its document does not, as of what it imports."""
+    """Add a state that a recording has and its structure does not, as after a reload."""
     found = next((each for each in structure.automata if each.id == automaton), None)
     if found is None:
         found = AutomatonStructure(
@@ -270,50 +253,3 @@ def add_state(structure: ComponentStructure, automaton: int, title: str, state: 
         found.states.append(
             StateStructure(id=state, name=name, initial=False, final=False, children=[], restart=False)
         )
-
-
-def _automaton(document: Document, automaton: Automaton, name: str) -> AutomatonStructure:
-    owner = document.owner(automaton)
-    return AutomatonStructure(
-        id=automaton.id,
-        name=owner.name if owner else name,
-        parent=automaton.father,
-        owner=owner.id if owner else 0,
-        period=_number(automaton.iteration_time.text) / 1000,
-        source="",
-        states=[
-            StateStructure(
-                id=state.id,
-                name=state.name,
-                initial=state.initial,
-                final=state.final,
-                children=list(state.children),
-                restart=state.history.text.strip() == "restart",
-            )
-            for state in automaton.states
-        ],
-        transitions=[_transition(automaton, transition) for transition in automaton.transitions],
-    )
-
-
-def _transition(automaton: Automaton, transition: Transition) -> TransitionStructure:
-    kind = _KINDS.get(transition.type, TransitionKind.OnCondition)
-    trigger = transition.trigger.text.strip()
-    return TransitionStructure(
-        id=transition.id,
-        name=transition.name,
-        origin=transition.origin,
-        destination=transition.destination,
-        kind=kind,
-        seconds=_number(trigger) / 1000 if kind == TransitionKind.OnTime else 0.0,
-        event=trigger if kind == TransitionKind.OnEvent else "",
-        condition=trigger if kind == TransitionKind.OnCondition else transition.guard.text.strip(),
-        order=automaton.outgoing(transition.origin).index(transition) + 1,
-    )
-
-
-def _number(text: str) -> float:
-    try:
-        return max(0.0, float(text))
-    except ValueError:
-        return 0.0
