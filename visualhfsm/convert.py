@@ -147,12 +147,13 @@ def _read_xml(path: Path, diagnostics: Diagnostics) -> Document | None:
             head = file.read(_HEAD)
     except OSError:
         head = b""  # told when all of it is read
-    read = read_scxml if is_scxml(head) else read_document
-    return read(path, diagnostics, remarks=diagnostics)
+    if is_scxml(head):
+        return read_scxml(path, diagnostics)
+    return read_document(path, diagnostics, remarks=diagnostics)
 
 
 def _read_scxml(path: Path, diagnostics: Diagnostics) -> Document | None:
-    return read_scxml(path, diagnostics, remarks=diagnostics)
+    return read_scxml(path, diagnostics)
 
 
 def _write_xml(document: Document, source: Path, diagnostics: Diagnostics) -> str:

@@ -119,12 +119,12 @@ def import_scxml(content: bytes, name: str) -> tuple[Document, list[str]]:
 
     Raises EditError.
     """
-    diagnostics, remarks = Diagnostics(), Diagnostics()
-    document = parse_scxml(content, Path(name), diagnostics, remarks)
+    diagnostics = Diagnostics()
+    document = parse_scxml(content, Path(name), diagnostics)
     if document is None:
         why = _with_line(diagnostics.errors[0])
         raise EditError(f"Cannot open {name}", why, "see docs/scxml.md for what is understood")
-    return document, [_with_line(each) for each in (*diagnostics, *remarks)]
+    return document, [_with_line(each) for each in diagnostics]
 
 
 def _with_line(found: Diagnostic) -> str:

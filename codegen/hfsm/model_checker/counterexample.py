@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any, Final
+from typing import Final
 
 from .exploration import Move, Run
 from .model import Model, TransitionModel
@@ -62,10 +62,6 @@ class Counterexample:
     ends_ms: float
     repeats: int | None = None
     repeats_ms: float | None = None
-
-    def to_json(self) -> dict[str, Any]:
-        """Return the counterexample as JSON objects."""
-        return asdict(self)
 
     def __str__(self) -> str:
         """Return the steps, one a line and numbered, with their times in seconds."""

@@ -60,18 +60,13 @@ def is_scxml(head: bytes) -> bool:
     return _START.match(head) is not None
 
 
-def read_scxml(path: Path, diagnostics: Diagnostics, remarks: Diagnostics | None = None) -> Document | None:
-    """Return the document in a file of SCXML, or None after errors were reported.
-
-    `remarks` gets notes about what is kept without being used.
-    """
+def read_scxml(path: Path, diagnostics: Diagnostics) -> Document | None:
+    """Return the document in a file of SCXML, or None after errors were reported."""
     content = read_bytes(path, diagnostics)
-    return None if content is None else parse_scxml(content, path, diagnostics, remarks)
+    return None if content is None else parse_scxml(content, path, diagnostics)
 
 
-def parse_scxml(
-    content: bytes | str, path: Path, diagnostics: Diagnostics, remarks: Diagnostics | None = None
-) -> Document | None:
+def parse_scxml(content: bytes | str, path: Path, diagnostics: Diagnostics) -> Document | None:
     """Return the document in SCXML, or None after errors were reported; `path` is for the messages."""
     parsed = parse_xml(content.encode() if isinstance(content, str) else content, path, diagnostics)
     if parsed is None:
@@ -85,7 +80,7 @@ def parse_scxml(
         return None
     element = next(inside(root, f"{OWN_PREFIX}:document"), None)
     if element is not None:
-        native = _native(element, path, findings, remarks)
+        native = _native(element, path, findings)
         if native is None:
             return None
         if _is_chart_of(native, root):
@@ -111,13 +106,11 @@ def _is_chart_of(native: Document, root: XmlElement) -> bool:
     return charts[0] == charts[1]
 
 
-def _native(
-    element: XmlElement, path: Path, findings: Findings, remarks: Diagnostics | None
-) -> Document | None:
+def _native(element: XmlElement, path: Path, findings: Findings) -> Document | None:
     """Return the native document in an element, or None after an error was reported."""
     found = Diagnostics()
     # Empty lines before it give its parts their lines in the file.
-    native = parse_document("\n" * (element.text_line - 1) + element.text, path, found, remarks)
+    native = parse_document("\n" * (element.text_line - 1) + element.text, path, found)
     if native is None:
         first = found.errors[0]
         line = f"line {first.location.line}: " if first.location.line else ""
