@@ -181,15 +181,7 @@ class Resolver:
         if base is None:
             return
         note = Note("first defined here", base.token.location)
-        if base.name == definition.name:
-            message = f"{definition.kind} `{definition.name}` is inherited already"
-            self.error(Code.REDEFINITION, message, definition.token, note)
-        else:
-            message = (
-                f"{definition.kind} `{definition.name}` differs only in capitalization "
-                f"from the inherited `{base.name}`"
-            )
-            self.error(Code.CAPITALIZATION, message, definition.token, note)
+        self._report_same_name(definition, base, note, "is inherited already", "the inherited ")
 
     def _may_follow(self, definition: ast.Definition, before: ast.Definition) -> bool:
         """Return whether a second definition of a name only continues the first; report it if not."""
@@ -214,14 +206,17 @@ class Resolver:
     def _report_taken(self, definition: ast.Definition, before: ast.Definition) -> None:
         kind = declared_kind(before).kind
         note = Note(f"first defined here, as {with_article(kind)}", before.token.location)
+        self._report_same_name(definition, before, note, "is defined again")
+
+    def _report_same_name(
+        self, definition: ast.Definition, before: ast.Definition, note: Note, problem: str, which: str = ""
+    ) -> None:
+        """Report a name that is taken, or that differs from one that is only in capitalization."""
+        name = f"{declared_kind(definition).kind} `{definition.name}`"
         if before.name == definition.name:
-            message = f"{declared_kind(definition).kind} `{definition.name}` is defined again"
-            self.error(Code.REDEFINITION, message, definition.token, note)
+            self.error(Code.REDEFINITION, f"{name} {problem}", definition.token, note)
         else:
-            message = (
-                f"{declared_kind(definition).kind} `{definition.name}` differs only in capitalization "
-                f"from `{before.name}`"
-            )
+            message = f"{name} differs only in capitalization from {which}`{before.name}`"
             self.error(Code.CAPITALIZATION, message, definition.token, note)
 
     def _report_name_of_module_around(self, definition: ast.Definition, scope: Scope) -> None:
