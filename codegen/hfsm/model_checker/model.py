@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -13,14 +12,13 @@ from typing import Final
 from ...diagnostics import Location, Note
 from ..analysis import Analysis, analyze
 from ..checks import delay as transition_time
+from ..checks import milliseconds
 from ..code.pieces import is_foreign
 from ..document import DEFAULT_PERIOD, Automaton, Document, State, Text, Transition
 from .guards import Answer, Answers, Conjunction, conjunction
 
 __all__ = ["AutomatonModel", "Model", "StateModel", "TransitionModel", "nanoseconds", "read_model"]
 
-_LONGEST: Final = 1e12
-"""Milliseconds; a longer time is a mistake that the structural checks tell."""
 _DEEPEST: Final = 200
 
 
@@ -271,10 +269,7 @@ class _Reader:
 
 def nanoseconds(text: Text) -> int | None:
     """Return milliseconds that a person wrote in ns, or None when they are no positive time."""
-    try:
-        value = float(text.text.strip().replace("_", "?"))
-    except ValueError:
-        return None
-    if not math.isfinite(value) or not 0 < value <= _LONGEST:
-        return None
-    return round(value / 1000 * 1e9) or None  # by the seconds in which components are written
+    value = milliseconds(text)
+    return (
+        None if value is None else round(value / 1000 * 1e9)
+    )  # by the seconds in which components are written
