@@ -91,7 +91,7 @@ def until_it_works(calculator: CalculatorPrx) -> float:
 
 def pending(calculator: CalculatorPrx) -> Future[None]:
     """Begin a call that takes long."""
-    future = patient(calculator).sleepAsync(LONG)
+    future = patient(calculator).sleep.begin(LONG)
     time.sleep(0.05)  # lets it arrive
     return future
 
@@ -251,7 +251,7 @@ def refusals(figures: Figures) -> None:
         adapter.add(CalculatorI(), "Calculator")
         note(figures, "identity served already: `activate`", failing(adapter.activate))
         running = pending(calculator)
-        calls = [patient(calculator).countAsync() for _ in range(80)]
+        calls = [patient(calculator).count.begin() for _ in range(80)]
         newest = calls[-1]
         note(figures, "overload: a call beyond the queue", failing(lambda: newest.result(LONG)))
         assert not running.done()

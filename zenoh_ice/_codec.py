@@ -7,17 +7,18 @@ from __future__ import annotations
 
 import os
 import re
+import types
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from contextvars import ContextVar
 from dataclasses import dataclass
-from functools import cached_property, partial, reduce
+from functools import cached_property, lru_cache, partial, reduce
 from operator import attrgetter
-from typing import Any, Final, Generic, NamedTuple, Protocol, TypeVar
+from typing import Any, Final, Generic, NamedTuple, Protocol, TypeVar, Union, get_args, get_origin
 
 import msgspec
 
-from ._values import PROXY_TEXT, TYPE_FIELD, Reference, Resolve, Value, WireTypes
+from ._values import PROXY_TEXT, TYPE_FIELD, MissingMember, Reference, Resolve, Value, WireTypes, decoding
 from .exceptions import MarshalException
 from .text import printable
 
@@ -38,6 +39,7 @@ _ENCODED_MARK: Final = msgspec.msgpack.encode(_MARK)
 
 _PATH: Final = re.compile(r" - at `(?:key in )?(\$[^`]*)`$")
 _MISSING_FIELD: Final = re.compile(r"missing required field `([^`]+)`")
+_MOST_SEQUENCES: Final = 256  # byte sequences in a struct that may travel apart
 _MOST_SLICED: Final = 16  # unknown classes in one payload
 _UNKNOWN_CLASS: Final = re.compile(rf"^Invalid value '.*' - at `\$.*\.{TYPE_FIELD}`$", re.DOTALL)
 # A type field as MessagePack has it: key, header of the text, type ids.
@@ -90,6 +92,7 @@ class Pieces:
         return _EMPTY.join(self.small)
 
 
+@lru_cache(maxsize=512)
 def byte_sequences(struct: type[msgspec.Struct]) -> tuple[tuple[str, ...], ...]:
     """Return the ways to the byte sequences in a struct: the names of the members on each of them."""
     found: list[tuple[str, ...]] = []
@@ -99,7 +102,26 @@ def byte_sequences(struct: type[msgspec.Struct]) -> tuple[tuple[str, ...], ...]:
             found.append((field.name,))
         elif isinstance(kind, type) and issubclass(kind, msgspec.Struct) and not issubclass(kind, Value):
             found += ((field.name, *rest) for rest in byte_sequences(kind))
-    return tuple(found)
+    return tuple(found[:_MOST_SEQUENCES])
+
+
+@lru_cache(maxsize=512)
+def _types_in(struct: type[msgspec.Struct]) -> frozenset[type]:
+    """Return every type in a struct, anywhere, apart from containers."""
+    found: set[type] = set()
+    waiting: list[Any] = [struct]
+    while waiting:
+        kind = waiting.pop()
+        if get_origin(kind) in {Union, types.UnionType, list, dict}:
+            waiting += get_args(kind)
+        elif isinstance(kind, type) and kind not in found:
+            found.add(kind)
+            waiting += (
+                [field.type for field in msgspec.structs.fields(kind)]
+                if issubclass(kind, msgspec.Struct)
+                else ()
+            )
+    return frozenset(found)
 
 
 def _marked(struct: Any, path: tuple[str, ...], place: int, taken: dict[int, bytes]) -> Any:  # noqa: ANN401
@@ -154,36 +176,34 @@ class Codec(Generic[S]):
     def __init__(self, struct: type[S]) -> None:
         self.struct = struct
         self.fields: tuple[str, ...] = struct.__struct_fields__
+        self._byte_sequences = byte_sequences(struct)
+        self._plain = not any(issubclass(each, Value | Reference) for each in _types_in(struct))
         by_position = len(struct.__match_args__) == len(self.fields)
         self.make: Callable[..., S] = struct if by_position else self._make_by_name
         """Makes the struct of its field values."""
+        single = len(self.fields) == 1 and not self._byte_sequences
+        self.make_single: Callable[[object], S] | None = self.make if single else None
+        """Makes the struct of its one field's value; None where there are more, or byte sequences."""
+        self.value_of: Callable[[S], object] = attrgetter(*self.fields) if self.fields else lambda _: None
+        """Returns what stands for a struct: None, a value or a tuple."""
         self._decoders: tuple[object, dict[tuple[str, ...], msgspec.msgpack.Decoder[S]]] = None, {}
         """The classes that were known, and decoders by unknown ones."""
 
-    # Made when first needed: the struct may refer to types defined after the operation.
-
     @cached_property
-    def _types(self) -> WireTypes:
-        return WireTypes(self.struct)
-
-    @property
     def holds_bytes(self) -> bool:
         """Whether a byte sequence stands anywhere in the type: such payloads may be larger."""
-        return bytes in self._types.leaves
+        return bytes in (_types_in(self.struct) if self._plain else WireTypes(self.struct).leaves)
 
     @cached_property
-    def value_of(self) -> Callable[[S], object]:
-        """Returns what stands for a struct: None, a value or a tuple."""
-        return attrgetter(*self.fields) if self.fields else lambda _: None
+    def _decoder_of_plain(self) -> Callable[[bytes], S]:
+        return msgspec.msgpack.Decoder(self.struct).decode
 
-    @cached_property
-    def make_single(self) -> Callable[[object], S] | None:
-        """Makes the struct of its one field's value; None where there are more, or byte sequences."""
-        return self.make if len(self.fields) == 1 and not self._byte_sequences else None
-
-    @cached_property
-    def _byte_sequences(self) -> tuple[tuple[str, ...], ...]:
-        return byte_sequences(self.struct)
+    def _decode_plain(self, payload: bytes) -> S:
+        decoding.active = True
+        try:
+            return self._decoder_of_plain(payload)
+        finally:
+            decoding.active = False
 
     def _make_by_name(self, *values: object) -> S:
         if len(values) != len(self.fields):
@@ -231,7 +251,7 @@ class Codec(Generic[S]):
         try:
             return self.decoder(resolve)(payload)
         except DECODE_ERRORS as error:
-            raise misfit(error, what) from error
+            raise self.misfit(error, payload, what) from error
 
     def unpack_result(self, payload: bytes | Parted, what: str, resolve: Resolve | None = None) -> object:
         """Return what stands for the struct that `unpack` returns: None, a value or a tuple."""
@@ -239,7 +259,16 @@ class Codec(Generic[S]):
 
     def decoder(self, resolve: Resolve | None) -> Callable[[bytes], S]:
         """Return what does as `unpack`, and raises DECODE_ERRORS instead, which `misfit` explains."""
-        return self._decoder(()).decode if self._types.plain else partial(self._decode, resolve)
+        return self._decode_plain if self._plain else partial(self._decode, resolve)
+
+    def misfit(self, error: BaseException, payload: bytes, what: str) -> MarshalException:
+        """Return what reports one of DECODE_ERRORS of a payload, with the path of what does not fit."""
+        if isinstance(error, MissingMember):  # it does not know where it is
+            try:
+                msgspec.msgpack.decode(payload, type=WireTypes(self.struct).root)
+            except DECODE_ERRORS as exact:
+                error = exact
+        return misfit(error, what)
 
     def _decode(self, resolve: Resolve | None, payload: bytes) -> S:
         token = _resolve.set(resolve)
@@ -259,7 +288,7 @@ class Codec(Generic[S]):
         if known is not Value.ice_known or len(decoders) > _MOST_SLICED:
             _, decoders = self._decoders = Value.ice_known, {}  # at once: other threads decode, too
         if sliced not in decoders:
-            wire = self.struct if self._types.plain else WireTypes(self.struct, sliced).root
+            wire = WireTypes(self.struct, sliced).root
             decoders[sliced] = msgspec.msgpack.Decoder(wire, dec_hook=_proxy)
         return decoders[sliced]
 

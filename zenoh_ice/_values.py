@@ -1,20 +1,23 @@
 """What msgspec alone does not decode: classes, which may arrive as what extends them, and proxies, as text.
 
 For each such type there is a wire type that msgspec decodes and checks: one of all known classes in place of
-a class, and a struct whose members with default values are required all the same, as a payload of empty maps
-must not grow a hundredfold. Values of wire types become those of the interface as they are decoded.
+a class. Values of wire types become those of the interface as they are decoded.
+
+Members have default values in Python, as in Ice's mapping, but are required on the wire: a payload of empty
+maps must not grow a hundredfold.
 """
 
 from __future__ import annotations
 
 import sys
+import threading
 import types
 from abc import ABC, abstractmethod
 from array import array
 from collections.abc import Callable
 from functools import lru_cache, reduce
 from operator import or_
-from typing import Annotated, Any, ClassVar, Final, Self, Union, get_args, get_origin
+from typing import Annotated, Any, ClassVar, Final, Self, Union, cast, get_args, get_origin
 
 import msgspec
 
@@ -39,7 +42,64 @@ _Never: Final = Annotated[str, msgspec.Meta(min_length=1, max_length=0)]
 _NoClass: Final = msgspec.defstruct("_NoClass", [("never", _Never)], tag="", tag_field=TYPE_FIELD)
 
 
-class Struct(msgspec.Struct):
+NULL: Final[Any] = object()
+"""The default value of a member that is None where it is not given, but must be there on the wire."""
+
+
+class _Decoding(threading.local):
+    active = False
+    """Whether this thread decodes: a default value is asked for only where a member is missing then."""
+
+
+decoding: Final = _Decoding()
+
+
+class MissingMember(msgspec.ValidationError):
+    """A payload lacks a member that has a default value in Python."""
+
+
+def slice_name(name: str) -> str:
+    """Return the name in Slice of what has a name in Python: those that Python needs begin with `_` there."""
+    return name[1:] if name[:1] == "_" else name
+
+
+_Field: Final = type(msgspec.field(default=None))
+
+
+class _Default:
+    """Make the default value of a member: for constructors, not for payloads, where it must be there."""
+
+    def __init__(self, member: str, value: object) -> None:
+        self._member: Final = slice_name(member)
+        self._value: Final = value
+        self._make: Final = type(value) if isinstance(value, list | dict | msgspec.Struct) else None
+
+    def __call__(self) -> object:
+        if decoding.active:
+            raise MissingMember(f"Object missing required field `{self._member}`")
+        return self._value if self._make is None else self._make()
+
+
+class StructType(msgspec.StructMeta):
+    """Makes structs of which constructors alone use the default values, unless that is None."""
+
+    def __new__(
+        cls,
+        name: str,
+        bases: tuple[type, ...],
+        namespace: dict[str, Any],
+        **options: Any,  # noqa: ANN401
+    ) -> StructType:
+        for member in namespace.get("__annotations__", ()):
+            value = namespace.get(member)
+            if value is not None and not isinstance(value, _Field):
+                make = _Default(member, None if value is NULL else value)
+                namespace[member] = msgspec.field(default_factory=make)
+        made: StructType = super().__new__(cls, name, bases, namespace, **options)
+        return made
+
+
+class Struct(msgspec.Struct, metaclass=StructType, rename=slice_name):
     """The root of generated structs: mutable, compared by value.
 
     A struct whose members all have a hash has one, too, as Slice lets such structs be keys of dictionaries.
@@ -126,9 +186,6 @@ class WireTypes:
         while self._waiting:  # classes refer to each other: their members come when all classes are there
             cls, wire = self._waiting.pop()
             wire.__annotations__.update(self._members(cls))
-        references = any(issubclass(each, Reference) for each in self.leaves)
-        self.plain: Final = self.root is struct and not references
-        """Whether msgspec alone can decode the struct."""
 
     def _of(self, kind: Any) -> Any:  # noqa: ANN401 - a type or what stands for one in annotations
         origin = get_origin(kind)
@@ -174,8 +231,8 @@ class WireTypes:
 
 
 def _optional(field: msgspec.structs.FieldInfo) -> bool:
-    """Return whether a member may be absent: others that have a default value are required on the wire."""
-    return not field.required and type(None) in get_args(field.type)
+    """Return whether a member may be absent: all others are required on the wire, whatever their default."""
+    return field.default is None
 
 
 def _wire_struct(
@@ -187,13 +244,13 @@ def _wire_struct(
         self.__class__ = cls
 
     fields = msgspec.structs.fields(cls)
-    return msgspec.defstruct(
-        cls.__name__,
-        [(f.name, members[f.name], None) if _optional(f) else (f.name, members[f.name]) for f in fields],
-        bases=(cls,),
-        namespace={"__post_init__": become},
-        module=_WIRE_MODULE,
-        rename={field.name: field.encode_name for field in fields},
-        kw_only=True,
-        tag=tag,
-    )
+    namespace = {
+        "__annotations__": {field.name: members[field.name] for field in fields},
+        "__module__": _WIRE_MODULE,
+        "__post_init__": become,
+        **{field.name: None for field in fields if _optional(field)},
+    }
+    rename = {field.name: field.encode_name for field in fields}
+    options = {} if tag is None else {"tag": tag}
+    made = StructType(cls.__name__, (cls,), namespace, rename=rename, kw_only=True, **options)
+    return cast("type[msgspec.Struct]", made)

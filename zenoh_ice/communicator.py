@@ -31,7 +31,7 @@ from .exceptions import (
     SystemException,
     TimeoutException,
 )
-from .interface import Operation
+from .interface import Operation, StreamedOperation
 from .proxy import ObjectPrx, _Call, fail
 from .servant import ObjectAdapter, ServedObject
 from .settings import Settings, load_settings
@@ -389,12 +389,11 @@ class _ClockReading(msgspec.Struct):
     simulated: bool
 
 
-_GET_TIME: Final[Operation[[], _ClockReading]] = Operation(
+_GET_TIME: Final[StreamedOperation[[], _ClockReading]] = StreamedOperation(
     "getTime",
     arguments=msgspec.defstruct("Arguments", []),
     result=msgspec.defstruct("Result", [("returnValue", _ClockReading)]),
     idempotent=True,
-    streamed=True,
 )
 
 

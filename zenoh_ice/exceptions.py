@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import partial
-from typing import Any, ClassVar
+from typing import Any, ClassVar, cast, dataclass_transform
 
 import msgspec
 
+from ._values import Struct, StructType
 from .text import cut, printable
 
 
@@ -97,17 +98,31 @@ class ConfigurationException(SystemException):
     """A setting, an identity or a proxy string is not valid."""
 
 
+@dataclass_transform()
 class UserException(ZenohIceError):
     """The root of the exceptions that interfaces declare.
 
-    A generated subclass has its Slice type id and a struct `Members` of the members that travel, those of its
-    bases first, which is also the order of its constructor's parameters.
+    A subclass with an `id`, its Slice type id, declares its members as a dataclass does: its constructor
+    takes those of its bases first. They are attributes, and `args` has their values.
     """
 
     ice_type_id: ClassVar[str] = "::Ice::UserException"
+    Members: ClassVar[type[Struct]] = Struct
+    """The members that travel, those of the bases included."""
 
-    class Members(msgspec.Struct):
-        """The members that travel."""
+    def __init_subclass__(cls, *, id: str = "", **options: Any) -> None:  # noqa: ANN401
+        super().__init_subclass__(**options)
+        if id:
+            cls.ice_type_id = id
+            annotations = vars(cls).get("__annotations__", {})
+            members = {"__annotations__": annotations, "__module__": cls.__module__}
+            members |= {name: vars(cls)[name] for name in annotations if name in vars(cls)}
+            cls.Members = cast("type[Struct]", StructType(f"{cls.__name__}Members", (cls.Members,), members))
+
+    def __init__(self, /, *values: object, **named: object) -> None:  # of any name, `self` included
+        members = msgspec.structs.asdict(self.Members(*values, **named))
+        super().__init__(*members.values())
+        self.__dict__.update(members)
 
     def ice_members(self) -> msgspec.Struct:
         """Return the members as they travel."""

@@ -2,35 +2,38 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Coroutine
 from concurrent.futures import Future
+from enum import IntEnum
 from typing import Annotated, Any, TypeAlias, TypeVar
 
 from msgspec import Meta
 
-from ._values import Struct, Value
+from ._values import NULL, Struct, Value
 from .exceptions import UserException
-from .interface import Interface, Operation
-from .proxy import ObjectPrx, streamed
-from .servant import Current, Object
-from .streams import Publisher
+from .interface import operation, stream
+from .proxy import ObjectPrx
+from .servant import Current, Object, publisher
 
 __all__ = [
+    "NULL",
     "Byte",
     "Current",
     "Dispatched",
     "Int",
-    "Interface",
+    "IntEnum",
     "Long",
     "Object",
     "ObjectPrx",
-    "Operation",
-    "Publisher",
     "Short",
     "Struct",
     "UserException",
     "Value",
-    "streamed",
+    "abstractmethod",
+    "operation",
+    "publisher",
+    "stream",
 ]
 
 V = TypeVar("V")

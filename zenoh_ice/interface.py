@@ -1,62 +1,200 @@
-"""Interfaces and their operations, as generated code describes them, and the roots of what they carry."""
+"""Interfaces and their operations: a class with annotated methods declares them, the rest is derived from it.
+
+    class PoseHeadPrx(ObjectPrx, id="::nao::PoseHead", fingerprint="8c1929ab33b66aff"):
+        @operation(throws=(InvalidValueException,))
+        def setPose(self, pan: float, tilt: float) -> HeadPose:
+            \"\"\"Turn the head to a pose in rad.\"\"\"
+
+`head.setPose(0.5, 0.0)` calls, `head.setPose.begin(0.5, 0.0)` returns a future. What travels is derived from
+the annotations when an operation is first called or served.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
-from typing import Any, Final, Generic, ParamSpec, TypeVar
+from typing import (
+    TYPE_CHECKING,
+    Any,
+    Concatenate,
+    Final,
+    Generic,
+    ParamSpec,
+    Self,
+    TypedDict,
+    TypeVar,
+    Unpack,
+    get_args,
+    get_type_hints,
+    overload,
+)
 
 import msgspec
 
 from ._codec import Codec
-from ._values import TYPE_FIELD, Struct, Value, type_ids_of
+from ._values import TYPE_FIELD, Struct, StructType, Value, slice_name, type_ids_of
 from .exceptions import UserException
 
-__all__ = ["OBJECT_TYPE_ID", "TYPE_FIELD", "Interface", "Operation", "Struct", "Value", "type_ids_of"]
+if TYPE_CHECKING:
+    from .proxy import Call, ObjectPrx, StreamedCall
+
+__all__ = [
+    "OBJECT_TYPE_ID",
+    "RETURN_VALUE",
+    "TYPE_FIELD",
+    "Interface",
+    "Operation",
+    "OperationOptions",
+    "StreamedOperation",
+    "Struct",
+    "StructType",
+    "Value",
+    "operation",
+    "stream",
+    "type_ids_of",
+]
 
 OBJECT_TYPE_ID: Final = "::Ice::Object"
 """The type id that every servant answers to."""
+
+RETURN_VALUE: Final = "returnValue"
+"""The name of what an operation returns, among its results."""
 
 P = ParamSpec("P")
 V = TypeVar("V")
 
 
+class OperationOptions(TypedDict, total=False):
+    """What a declaration says of an operation beside its signature."""
+
+    throws: tuple[type[UserException], ...]
+    results: tuple[str, ...]
+    """Names of what it returns, out-parameters included; without, its return value alone."""
+    optional: tuple[str, ...]
+    """Names of parameters and results that may be absent."""
+    idempotent: bool
+    stop: bool
+    """It stops what the interface commands."""
+    amd: bool
+    """The servant's method may return a future, or be a coroutine."""
+
+
 class Operation(Generic[P, V]):
     """An operation of an interface: `P` are its in-parameters in Python, `V` is what its proxy returns.
 
-    `method` is its name in Python where that is another one: `_from` for `from`. `amd` lets the
-    servant's method return a future, or be a coroutine. With `stop` it stops what the interface commands.
+    As an attribute of a proxy it is what calls it.
     """
+
+    streamed = False
+    """Whether its results are also published as a stream."""
 
     def __init__(
         self,
-        name: str,
+        declared: str | Callable[Concatenate[Any, P], V],
         *,
-        arguments: type[msgspec.Struct],
-        result: type[msgspec.Struct],
-        exceptions: tuple[type[UserException], ...] = (),
-        method: str | None = None,
-        idempotent: bool = False,
-        streamed: bool = False,
-        stop: bool = False,
-        amd: bool = False,
+        arguments: type[msgspec.Struct] | None = None,
+        result: type[msgspec.Struct] | None = None,
+        **options: Unpack[OperationOptions],
     ) -> None:
-        self.name: Final = name
-        self.method: Final = method or name
-        self.arguments: Final = Codec(arguments)
-        self.result: Final = Codec(result)
-        self.exceptions: Final = exceptions
-        self.idempotent: Final = idempotent
-        self.streamed: Final = streamed
-        self.stop: Final = stop
-        self.amd: Final = amd
+        """Make an operation of an annotated method, or of a name and the structs of arguments and result."""
+        self.method: Final = declared if isinstance(declared, str) else declared.__name__
+        """Its name in Python: `_from` for `from`."""
+        self.name: Final = slice_name(self.method)
+        self.exceptions: Final = options.get("throws", ())
+        self.idempotent: Final = options.get("idempotent", False)
+        self.stop: Final = options.get("stop", False)
+        self.amd: Final = options.get("amd", False)
         self.interface: Interface | None = None
         """The interface that declares it, once there is one."""
+        self.__doc__ = declared.__doc__
+        self._declared: Final = declared
+        self._results: Final = options.get("results", (RETURN_VALUE,))
+        self._optional: Final = options.get("optional", ())
+        if arguments is not None and result is not None:
+            self.arguments, self.result = Codec(arguments), Codec(result)
+
+    @overload
+    def __get__(self, proxy: None, owner: type | None = None) -> Self: ...
+    @overload
+    def __get__(self, proxy: ObjectPrx, owner: type | None = None) -> Call[P, V]: ...
+    def __get__(self, proxy: ObjectPrx | None, owner: type | None = None) -> Self | Call[P, V]:
+        """Return what calls the operation; the proxy holds it from then on."""
+        if proxy is None:
+            return self
+        call = vars(proxy)[self.method] = proxy.ice_call(self)
+        return call
+
+    def __call__(self, proxy: ObjectPrx, *args: P.args, **kwargs: P.kwargs) -> V:
+        """Call the operation of a proxy: `PoseHeadPrx.getPose(head)`, as Python has it of methods."""
+        return proxy.ice_call(self)(*args, **kwargs)
+
+    @cached_property
+    def arguments(self) -> Codec[Any]:
+        """The codec of its arguments."""
+        return self._codec(
+            "Arguments", {name: each for name, each in self._types.items() if name != "return"}
+        )
+
+    @cached_property
+    def result(self) -> Codec[Any]:
+        """The codec of its results."""
+        returned = self._types["return"]
+        several = len(self._results) > 1
+        kinds = get_args(returned) if several else () if returned is type(None) else (returned,)
+        return self._codec("Result", dict(zip(self._results, kinds, strict=False)))
+
+    @cached_property
+    def _types(self) -> dict[str, Any]:
+        return get_type_hints(self._declared, include_extras=True)
+
+    def _codec(self, role: str, members: dict[str, Any]) -> Codec[Any]:
+        optional = [name in self._optional for name in members]
+        struct = msgspec.defstruct(
+            f"{self.name}_{role}",
+            [
+                (name, kind, None) if name in self._optional else (name, kind)
+                for name, kind in members.items()
+            ],
+            rename=slice_name,
+            module=self._declared.__module__,
+            kw_only=optional != sorted(optional),  # one that must be there follows one that need not
+        )
+        return Codec(struct)
 
     @property
     def oneway(self) -> bool:
         """Whether it may be called one way: it returns nothing and declares no exceptions."""
         return not self.result.fields and not self.exceptions
+
+
+class StreamedOperation(Operation[P, V]):
+    """An operation whose results are also published as a stream, under the same name."""
+
+    streamed = True
+
+    if TYPE_CHECKING:
+
+        @overload
+        def __get__(self, proxy: None, owner: type | None = None) -> Self: ...
+        @overload
+        def __get__(self, proxy: ObjectPrx, owner: type | None = None) -> StreamedCall[P, V]: ...
+        def __get__(self, proxy: ObjectPrx | None, owner: type | None = None) -> Self | StreamedCall[P, V]:
+            """Return what calls the operation and follows its stream."""
+
+
+def operation(
+    **options: Unpack[OperationOptions],
+) -> Callable[[Callable[Concatenate[Any, P], V]], Operation[P, V]]:
+    """Declare an operation by a method of a proxy: parameters, what it returns, and docs."""
+    return lambda declared: Operation(declared, **options)
+
+
+def stream(
+    **options: Unpack[OperationOptions],
+) -> Callable[[Callable[Concatenate[Any, P], V]], StreamedOperation[P, V]]:
+    """Declare an operation whose results are also published as a stream."""
+    return lambda declared: StreamedOperation(declared, **options)
 
 
 @dataclass(eq=False, repr=False)

@@ -8,12 +8,10 @@ import time
 from collections.abc import AsyncIterator, Callable
 from concurrent.futures import Future, InvalidStateError
 from contextlib import suppress
-from functools import cached_property, wraps
 from typing import (
     TYPE_CHECKING,
     Any,
     ClassVar,
-    Concatenate,
     Final,
     Generic,
     NoReturn,
@@ -23,7 +21,9 @@ from typing import (
     cast,
 )
 
-from ._codec import DECODE_ERRORS, ENCODE_ERRORS, misfit, not_encoded, to_msgpack
+import msgspec
+
+from ._codec import DECODE_ERRORS, ENCODE_ERRORS, encode, not_encoded, to_msgpack
 from ._values import Reference, Resolve
 from ._wire import decode_error, encode_attachment, encode_call_attachment
 from .exceptions import (
@@ -43,7 +43,7 @@ from .transport import NoAnswer, Outcome, Parted, Target
 if TYPE_CHECKING:
     from .communicator import Communicator
 
-__all__ = ["ObjectPrx", "StreamedCall", "streamed"]
+__all__ = ["Call", "ObjectPrx", "StreamedCall"]
 
 P = ParamSpec("P")
 V = TypeVar("V")
@@ -62,6 +62,19 @@ class ObjectPrx(Reference):
 
     ice_interface: ClassVar[Interface] = OBJECT_INTERFACE
 
+    def __init_subclass__(cls, *, id: str = "", fingerprint: str = "", **options: Any) -> None:  # noqa: ANN401
+        """Make the interface that a class declares: its type id, and the digest of its canonical form."""
+        super().__init_subclass__(**options)
+        if id:
+            extended = (base.ice_interface for base in cls.__bases__ if issubclass(base, ObjectPrx))
+            cls.ice_interface = Interface(
+                id,
+                bases=tuple(each for each in extended if each is not OBJECT_INTERFACE),
+                operations=tuple(each for each in vars(cls).values() if isinstance(each, Operation)),
+                fingerprint=fingerprint,
+                module=cls.__module__,
+            )
+
     def __init__(
         self, communicator: Communicator, target: Target, timeout: float, *, oneway: bool = False
     ) -> None:
@@ -71,7 +84,7 @@ class ObjectPrx(Reference):
         self._oneway: Final = oneway
         # Of calls that wait for the servant, in their order: none waits for one with a longer limit.
         self._line: Final = target, timeout
-        self._calls: Final[dict[Operation[..., Any], _Call]] = {}
+        self._calls: Final[dict[Operation[..., Any], Call[..., Any]]] = {}
 
     @classmethod
     def checkedCast(cls, proxy: ObjectPrx) -> Self:
@@ -169,69 +182,22 @@ class ObjectPrx(Reference):
         """
         return parse_schema(self.ice_invoke(ICE_DESCRIBE))
 
-    # How generated code calls.
+    # How it calls what.
+
+    def ice_call(self, operation: Operation[P, V]) -> Call[P, V]:
+        """Return what calls an operation, and follows its stream if it has one; the proxy keeps it."""
+        if operation not in self._calls:
+            kind = StreamedCall if operation.streamed else Call
+            self._calls[operation] = kind(self, operation)
+        return cast("Call[P, V]", self._calls[operation])
 
     def ice_invoke(self, operation: Operation[P, V], *args: P.args, **kwargs: P.kwargs) -> V:
-        """Call an operation and wait for its outcome.
+        """Call an operation and wait for its outcome, as `Call` does."""
+        return self.ice_call(operation)(*args, **kwargs)
 
-        Raises the exceptions that the operation declares, or a SystemException; always within the limit.
-        """
-        call = self._calls.get(operation)
-        if call is None:
-            if self._communicator.pool.holds_line(self._line):  # not before those that wait for the servant
-                return ObjectPrx.ice_invokeAsync(self, operation, *args, **kwargs).result()
-            call = self._prepare(operation, time.monotonic())
-        if self._oneway:
-            return cast("V", call.send(args))
-        # As `_Call.request` does, in place: each step into another function costs a small call a microsecond.
-        try:
-            payload = to_msgpack(call.make(*args))
-        except ENCODE_ERRORS as error:
-            raise not_encoded(error, call.what) from error
-        if len(payload) > call.limit or self._communicator.destroyed:
-            call.refuse(payload)
-        number = next(call.numbers)
-        attachment = encode_attachment(
-            (call.fingerprint, number, math.nan, time.time(), f"{call.client}/{number}", call.patience)
-        )
-        started = time.monotonic()
-        try:
-            ok, answer = call.call(payload, attachment)
-        except NoAnswer as end:
-            ok, answer = call.retry(payload, attachment, end, started)
-        if ok and isinstance(answer, bytes):
-            try:
-                return cast("V", call.value_of(call.decode(answer)))
-            except DECODE_ERRORS as error:
-                raise misfit(error, f"reply of {call.what}") from error
-        return cast("V", call.result(ok, answer))
-
-    def ice_invokeAsync(
-        self,
-        operation: Operation[P, V],
-        *args: P.args,
-        **kwargs: P.kwargs,  # noqa: ARG002 - as above
-    ) -> Future[V]:
-        """Call an operation without waiting; the future has what `ice_invoke` would return or raise."""
-        communicator, line = self._communicator, self._line
-        future: Future[V] = communicator.new_future()
-        began = time.monotonic()
-
-        def begin() -> None:
-            try:
-                call = self._calls.get(operation) or self._prepare(operation, began)
-                call.begin(args, future)
-            except Exception as error:  # noqa: BLE001 - the future raises it
-                fail(future, error)
-
-        try:
-            if communicator.pool.holds_line(line) or not communicator.knows(self._target):
-                communicator.pool.submit_in_line(line, begin)  # it may take a while
-            else:
-                begin()
-        except ZenohIceError as error:
-            fail(future, error)
-        return future
+    def ice_invokeAsync(self, operation: Operation[P, V], *args: P.args, **kwargs: P.kwargs) -> Future[V]:
+        """Call an operation without waiting, as `Call.begin` does."""
+        return self.ice_call(operation).begin(*args, **kwargs)
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, ObjectPrx):
@@ -244,28 +210,6 @@ class ObjectPrx(Reference):
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.ice_toWire()}>"
-
-    def _prepare(self, operation: Operation[..., Any], began: float) -> _Call:
-        """Wait until the servant is there, and get ready to call it.
-
-        Both together take as long as a call may, from a moment of the monotonic clock on.
-        """
-        communicator, target, limit = self._communicator, self._target, self._timeout
-        if self._oneway and not operation.oneway:
-            raise TwowayOnlyException(
-                f"{target.identity}.{operation.name} returns something or declares exceptions, which a "
-                "oneway call would not get: call it by a twoway proxy"
-            )
-        # A call of a servant that was lost fails at once, as every later one.
-        if not communicator.knows(target) and not communicator.presence.is_lost(target):
-            communicator.find(target, None, began + limit - time.monotonic(), since=began)
-        call = communicator.call_of(self, operation, limit)
-        self._calls[operation] = call
-        left = began + limit - time.monotonic()
-        if left >= 0.95 * limit:
-            return call
-        # In tenths: for each other limit there is another querier.
-        return communicator.call_of(self, operation, limit * max(1, int(10 * left / limit)) / 10)
 
     def _check_interface(self) -> None:
         wanted, timeout = self.ice_interface, self._timeout
@@ -291,13 +235,107 @@ class ObjectPrx(Reference):
             )
 
 
+class Call(Generic[P, V]):
+    """An operation of a proxy: call it and wait for its outcome, or begin to."""
+
+    def __init__(self, proxy: ObjectPrx, operation: Operation[P, V]) -> None:
+        self._proxy: Final = proxy
+        self._operation: Final = operation
+        self._oneway: Final = proxy._oneway
+        self._prepared: _Call | None = None
+        self.__doc__ = operation.__doc__
+
+    def __call__(self, *args: P.args, **kwargs: P.kwargs) -> V:
+        """Call the operation and wait for its outcome.
+
+        Raises the exceptions that the operation declares, or a SystemException; always within the limit.
+        """
+        call = self._prepared
+        if call is None:
+            proxy = self._proxy
+            if proxy._communicator.pool.holds_line(proxy._line):  # not before those that wait for the servant
+                return self.begin(*args, **kwargs).result()
+            call = self._prepare(time.monotonic())
+        arguments = call.make(*args, **kwargs) if kwargs else call.make(*args)
+        if self._oneway:
+            return cast("V", call.send(arguments))
+        # As `_Call.request` does, in place: each step into another function costs a small call a microsecond.
+        try:
+            payload = to_msgpack(arguments)
+        except ENCODE_ERRORS as error:
+            raise not_encoded(error, call.what) from error
+        if len(payload) > call.limit or call.communicator.destroyed:
+            call.refuse(payload)
+        number = next(call.numbers)
+        attachment = encode_attachment(
+            (call.fingerprint, number, math.nan, time.time(), f"{call.client}/{number}", call.patience)
+        )
+        started = time.monotonic()
+        try:
+            ok, answer = call.call(payload, attachment)
+        except NoAnswer as end:
+            ok, answer = call.retry(payload, attachment, end, started)
+        if ok and isinstance(answer, bytes):
+            try:
+                return cast("V", call.value_of(call.decode(answer)))
+            except DECODE_ERRORS as error:
+                codec = self._operation.result
+                raise codec.misfit(error, answer, f"reply of {call.what}") from error
+        return cast("V", call.result(ok, answer))
+
+    def begin(self, *args: P.args, **kwargs: P.kwargs) -> Future[V]:
+        """Call the operation without waiting; the future has what the call would return or raise."""
+        proxy = self._proxy
+        communicator, line = proxy._communicator, proxy._line
+        arguments = self._operation.arguments.make(*args, **kwargs)
+        future: Future[V] = communicator.new_future()
+        began = time.monotonic()
+
+        def begin() -> None:
+            try:
+                (self._prepared or self._prepare(began)).begin(arguments, future)
+            except Exception as error:  # noqa: BLE001 - the future raises it
+                fail(future, error)
+
+        try:
+            if communicator.pool.holds_line(line) or not communicator.knows(proxy._target):
+                communicator.pool.submit_in_line(line, begin)  # it may take a while
+            else:
+                begin()
+        except ZenohIceError as error:
+            fail(future, error)
+        return future
+
+    def _prepare(self, began: float) -> _Call:
+        """Wait until the servant is there, and get ready to call it.
+
+        Both together take as long as a call may, from a moment of the monotonic clock on.
+        """
+        proxy, operation = self._proxy, self._operation
+        communicator, target, limit = proxy._communicator, proxy._target, proxy._timeout
+        if self._oneway and not operation.oneway:
+            raise TwowayOnlyException(
+                f"{target.identity}.{operation.name} returns something or declares exceptions, which a "
+                "oneway call would not get: call it by a twoway proxy"
+            )
+        # A call of a servant that was lost fails at once, as every later one.
+        if not communicator.knows(target) and not communicator.presence.is_lost(target):
+            communicator.find(target, None, began + limit - time.monotonic(), since=began)
+        call = self._prepared = communicator.call_of(proxy, operation, limit)
+        left = began + limit - time.monotonic()
+        if left >= 0.95 * limit:
+            return call
+        # In tenths: for each other limit there is another querier.
+        return communicator.call_of(proxy, operation, limit * max(1, int(10 * left / limit)) / 10)
+
+
 class _Call:
     """Call one operation of one servant, within one limit of time; proxies share it."""
 
     def __init__(self, proxy: ObjectPrx, operation: Operation[..., Any], timeout: float) -> None:
         communicator, target, interface = proxy._communicator, proxy._target, proxy.ice_interface
         self.what: Final = f"{target.identity}.{operation.name}"
-        self._communicator: Final = communicator
+        self.communicator: Final = communicator
         self._target: Final = target
         self._operation: Final = operation
         self._interface: Final = interface
@@ -315,30 +353,30 @@ class _Call:
         self._begin: Final = caller.begin
         self._send: Final = caller.send
 
-    def request(self, arguments: tuple[Any, ...]) -> tuple[bytes, bytes]:
+    def request(self, arguments: msgspec.Struct) -> tuple[bytes, bytes]:
         """Return arguments as they travel, and what travels beside them; raises MarshalException."""
-        payload = self._operation.arguments.pack(arguments, self.what)
-        if len(payload) > self.limit or self._communicator.destroyed:
+        payload = encode(arguments, self.what)
+        if len(payload) > self.limit or self.communicator.destroyed:
             self.refuse(payload)
         number = next(self.numbers)
         return payload, encode_call_attachment(self.fingerprint, number, self.client, self.patience)
 
     def refuse(self, payload: bytes) -> NoReturn:
         """Raise why a request is not sent: after a fork, say, the session must not be touched."""
-        self._communicator.check()
+        self.communicator.check()
         raise MarshalException(
             f"{self.what}: a request of {len(payload)} bytes where at most {self.limit} are sent"
         )
 
     def result(self, ok: bool, answer: bytes | Parted) -> object:
         """Return what an operation returns, or raise what it raises."""
-        operation, resolve = self._operation, self._communicator.stringToProxy
+        operation, resolve = self._operation, self.communicator.stringToProxy
         if ok:
             return operation.result.unpack_result(answer, f"reply of {self.what}", resolve)
         failure = decode_error(cast("bytes", answer), operation.exceptions, self.what, resolve)
         # Not of the call that asks for the difference: one that refused it, too, would be asked for ever.
         if isinstance(failure, InterfaceMismatchException) and not failure.member and self.fingerprint:
-            proxy = ObjectPrx(self._communicator, self._target, self._timeout)
+            proxy = ObjectPrx(self.communicator, self._target, self._timeout)
             difference = _difference(proxy, self._interface)
             raise InterfaceMismatchException(
                 f"{failure}; {difference}", failure.expected, failure.found, difference
@@ -350,7 +388,7 @@ class _Call:
 
         Otherwise raise what says why there was no answer.
         """
-        communicator, target = self._communicator, self._target
+        communicator, target = self.communicator, self._target
         error = communicator.explain_no_answer(target, self.what, started, self._timeout, end)
         left = started + self._timeout - time.monotonic()
         presence = communicator.presence
@@ -368,14 +406,14 @@ class _Call:
         except NoAnswer as second:
             raise communicator.explain_no_answer(target, self.what, again, self._timeout, second) from None
 
-    def send(self, arguments: tuple[Any, ...]) -> None:
+    def send(self, arguments: msgspec.Struct) -> None:
         """Call without an answer; raises SystemException when nobody is there."""
-        communicator, target = self._communicator, self._target
+        communicator, target = self.communicator, self._target
         if not communicator.knows(target):
             raise communicator.presence.explain_absence(target)
         self._send(*self.request(arguments))
 
-    def begin(self, arguments: tuple[Any, ...], future: Future[Any]) -> None:
+    def begin(self, arguments: msgspec.Struct, future: Future[Any]) -> None:
         """Call without waiting, and let a future have the outcome."""
         if future.done():  # cancelled while its servant was looked for
             return
@@ -387,7 +425,7 @@ class _Call:
                 return
             try:
                 if isinstance(outcome, NoAnswer):
-                    with self._communicator.pool.blocked():  # it may call again
+                    with self.communicator.pool.blocked():  # it may call again
                         outcome = self.retry(payload, attachment, outcome, started)
                 if isinstance(outcome, SystemException):
                     raise outcome
@@ -416,25 +454,14 @@ def fail(future: Future[Any], error: BaseException) -> None:
         future.set_exception(error)
 
 
-class StreamedCall(Generic[P, V]):
+class StreamedCall(Call[P, V]):
     """A streamed operation of a proxy: call it for the value now, or follow its stream.
 
     The first use of the stream subscribes; the servant publishes from then on, until the last subscription is
     closed and nobody has asked for a sample for 10 s. The next question subscribes again.
     """
 
-    def __init__(
-        self, proxy: ObjectPrx, call: Callable[Concatenate[Any, P], V], operation: Operation[..., V]
-    ) -> None:
-        self._proxy: Final = proxy
-        self._call: Final = call
-        self._operation: Final = operation
-        self._reader: StreamReader[V] | None = None
-        self.__doc__ = call.__doc__
-
-    def __call__(self, *args: P.args, **kwargs: P.kwargs) -> V:
-        """Call the operation."""
-        return self._call(self._proxy, *args, **kwargs)
+    _reader: StreamReader[V] | None = None
 
     def latest(self) -> Sample[V] | None:
         """Return the newest sample without a round trip, or None before the first has come.
@@ -493,18 +520,3 @@ class StreamedCall(Generic[P, V]):
         streams, target = self._proxy.ice_getCommunicator().streams, self._proxy._target
         self._reader = streams.reader(target, self._operation)
         return self._reader
-
-
-def streamed(
-    operation: Operation[..., V],
-) -> Callable[[Callable[Concatenate[Any, P], V]], cached_property[StreamedCall[P, V]]]:
-    """Give a proxy's method the stream of its operation."""
-
-    def decorate(call: Callable[Concatenate[Any, P], V]) -> cached_property[StreamedCall[P, V]]:
-        @wraps(call)
-        def bind(proxy: ObjectPrx) -> StreamedCall[P, V]:
-            return StreamedCall(proxy, call, operation)
-
-        return cached_property(bind)
-
-    return decorate

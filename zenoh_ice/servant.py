@@ -13,7 +13,7 @@ from concurrent.futures import CancelledError, Future
 from contextlib import ExitStack
 from dataclasses import dataclass
 from enum import Enum
-from functools import partial
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, ClassVar, Final, NamedTuple, TypeVar
 
 import msgspec
@@ -130,6 +130,11 @@ class Object(ABC):  # noqa: B024 - the abstract methods are those of the generat
     ice_concurrent: bool = False
     """Whether calls of this servant may overlap."""
 
+    def __init_subclass__(cls, *, proxy: type[ObjectPrx] | None = None, **options: Any) -> None:  # noqa: ANN401
+        super().__init_subclass__(**options)
+        if proxy is not None:
+            cls.ice_interface = proxy.ice_interface
+
     def ice_ping(self, current: Current) -> None:  # noqa: B027 - it answers, and that is all
         """Do nothing: the answer shows that the servant is there."""
 
@@ -157,6 +162,11 @@ class Object(ABC):  # noqa: B024 - the abstract methods are those of the generat
         # Servants need not call our constructor, as in Ice, so there is none.
         publishers: dict[str, Publisher[Any]] = self.__dict__.setdefault("_ice_publishers", {})
         return publishers.setdefault(operation.name, Publisher(operation))
+
+
+def publisher(operation: Operation[..., V]) -> cached_property[Publisher[V]]:
+    """Return an attribute of servants: what publishes a streamed operation."""
+    return cached_property(lambda servant: servant.ice_publisher(operation))
 
 
 class _Here(threading.local):
@@ -413,7 +423,7 @@ class ServedObject:
         method = call.method
         if stage is _Stage.ADMITTED:
             if isinstance(error, DECODE_ERRORS):
-                error = misfit(error, method.what)
+                error = method.operation.arguments.misfit(error, call.payload, method.what)
             if isinstance(error, ZenohIceError):
                 with self._turn.changed:
                     self._executed -= 1

@@ -51,7 +51,7 @@ class OurClient:
 
     def stepAsync(self) -> Future[Any]:
         """Call without waiting."""
-        future: Future[Any] = self._robot.stepAsync(self._angles)
+        future: Future[Any] = self._robot.step.begin(self._angles)
         return future
 
     def follow(self, stream: str, got: Got) -> AbstractContextManager[object]:

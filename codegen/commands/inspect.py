@@ -43,8 +43,8 @@ def fingerprint(
     order of definitions and the names of files do not count.
     """
     from codegen.idl import ast
-    from codegen.idl.fingerprint import canonical_definition
-    from codegen.idl.fingerprint import fingerprint as digest
+    from codegen.idl.schema import canonical_definition
+    from codegen.idl.schema import fingerprint as digest
 
     given = {path.resolve() for path in files}
     for scoped, definition in sorted(_load(files, include, error_format).items()):

@@ -8,9 +8,8 @@ from enum import Enum, StrEnum
 from typing import TypeVar
 
 from . import ast
-from .fingerprint import canonical_type
 from .lexer import Token
-from .signature import type_name
+from .schema import canonical_type, type_name
 
 __all__ = ["Break", "BreakingChange", "BreakingRule", "breaking_changes"]
 

@@ -389,7 +389,7 @@ class _Checker:
         operations = {each.name: each for each in inherited.values() if isinstance(each, ast.Operation)}
         operations |= {operation.name: operation for operation in own}
         for operation in operations.values():
-            for suffix in ("Async", "Publisher") if operation.streamed else ("Async",):
+            for suffix in ("Publisher",) if operation.streamed else ():
                 other = operations.get(operation.name + suffix)
                 if other is None or (operation not in own and other not in own):
                     continue

@@ -41,6 +41,7 @@ class Code(StrEnum):
     BAD_TAG = "E035"
     LOCAL = "E036"
     BAD_STOP = "E037"
+    MODULES_IN_CYCLE = "E038"
 
     UNKNOWN_METADATA = "W001"
     TOLERATED_KEYWORD = "W002"

@@ -12,14 +12,21 @@ from codegen.files import GeneratedFile
 
 from . import ast
 from .codes import Code
-from .leftovers import earlier_modules
 from .lexer import Source
 from .loading import Unit, Units
 from .names import exported_names, module_package
-from .packages import ModuleSummary, package_files, packages_in_cycles
-from .places import FileNames, GeneratedModule, NestedModules, Places
+from .packages import (
+    GENERATED_BY,
+    EarlierModules,
+    GeneratedModule,
+    ModuleSummary,
+    NestedModules,
+    Places,
+    package_files,
+    report_cycles,
+)
+from .python_writer import write_module
 from .schema import schema_entry
-from .writer import GENERATED_BY, module_text, write_module
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +90,7 @@ def compile_interfaces(
 
 def _places_of(units: dict[Source, Unit | None], nested: NestedModules) -> dict[Source, Places]:
     """Return the places of each file in its own unit, or else in the first one that includes it."""
-    names = FileNames()
+    names: dict[tuple[Source, str], Path] = {}
     own = {source: Places(unit.tree, nested, names) for source, unit in units.items() if unit is not None}
     places: dict[Source, Places] = {}
     for source in units:
@@ -98,7 +105,9 @@ def _places_of(units: dict[Source, Unit | None], nested: NestedModules) -> dict[
 def _generate_all(roots: Sequence[_Root], output: Path | None, diagnostics: Diagnostics) -> Compilation:
     for root in roots:
         _report_clashes(root, diagnostics)
-    compilations = [_generate(root) for root in roots]
+        report_cycles(root.modules(), diagnostics)
+    # Modules in a cycle have no order in which they could be written.
+    compilations = [] if diagnostics.has_errors else [_generate(root) for root in roots]
     generated = [file for compilation in compilations for file in compilation.files]
     for file in generated:
         _report_foreign_file(file.path, diagnostics)
@@ -136,37 +145,22 @@ def _generate(root: _Root) -> Compilation:
     summaries: defaultdict[str, list[ModuleSummary]] = defaultdict(list)
     for module, places in root.modules():
         files.append(GeneratedFile(root.path(module), write_module(module, places)))
-        exported = {name for definition in module.definitions for name in exported_names(definition)}
-        summary = ModuleSummary(
-            module.name,
-            module.source.path.name,
-            module_text(module),
-            tuple(exported),
-            frozenset(places.needed_packages(module)),
-            {each.scoped: schema_entry(each, module.name) for each in module.definitions},
-        )
+        entries = {each.scoped: schema_entry(each, module.name) for each in module.definitions}
+        summary = ModuleSummary(module.name, module.source.path.name, module.text, entries)
         summaries[module.slice_module].append(summary)
         parts = module.slice_module.split("::")
         for length in range(1, len(parts)):
             summaries.setdefault("::".join(parts[:length]), [])
-    earlier = earlier_modules(
+    packages = {name: root.directory.joinpath(*module_package(name)) for name in summaries}
+    earlier = EarlierModules(
         root.directory,
-        [module_package(slice_module) for slice_module in summaries],
+        packages.values(),
         {file.path for file in files},
         [source.path for source in root.sources],
         knows_all_sources=root.knows_all_sources,
     )
-    for slice_module, modules in summaries.items():
-        modules.extend(earlier.kept[module_package(slice_module)])
-    needed = {
-        module_package(slice_module): frozenset().union(*(module.needs for module in modules))
-        for slice_module, modules in summaries.items()
-    }
-    lazy = packages_in_cycles(needed)
-    for slice_module, modules in summaries.items():
-        package = module_package(slice_module)
-        directory = root.directory.joinpath(*package)
-        files += package_files(directory, slice_module, modules, lazy=package in lazy)
+    for name, modules in summaries.items():
+        files += package_files(packages[name], name, [*modules, *earlier.kept(packages[name])])
     return Compilation(tuple(files), tuple(earlier.leftovers))
 
 

@@ -16,8 +16,7 @@ from codegen.diagnostics import did_you_mean
 
 from . import ast
 from .doc_comments import DocComment, parse_doc_comment
-from .fingerprint import canonical_definition, fingerprint
-from .signature import operation_signature, type_name
+from .schema import canonical_definition, fingerprint, operation_signature, type_name
 
 __all__ = ["UnknownNameError", "describe", "find_definition"]
 

@@ -13,8 +13,7 @@ from pathlib import Path
 from . import ast
 from .layout import INDENT, LINE_LENGTH, source_order
 
-RUNTIME = "zenoh_ice.generated"
-EMPTY_STRUCT = "_Nothing"
+_RUNTIME = "zenoh_ice", "generated", "ice"  # package, module, and how it is known in generated modules
 
 # As in Ice's mapping to Python a name that Python or the base class needs gets an underscore before it. No
 # name of Slice begins or ends with one, so these, and those made below with one behind, clash with nothing.
@@ -81,14 +80,12 @@ class ModuleNames:
         self._shadowed: set[str] = set()
         self._defined: set[str] = set()
         self._external: dict[str, str] = {}
-        self._at_the_end: dict[str, str] = {}
-        self._private = {EMPTY_STRUCT}
         for definition in definitions:
             self._defined |= exported_names(definition)
             for member in members_of(definition):
                 self._shadowed.add(python_name(member))
                 if isinstance(member, ast.Operation):
-                    self._shadowed |= {f"{member.name}Async", f"{member.name}Publisher"}
+                    self._shadowed.add(f"{member.name}Publisher")
 
     @property
     def _builtins(self) -> str:
@@ -115,20 +112,13 @@ class ModuleNames:
         self._imports[module][name] = local
         return local
 
-    def imported_at_the_end(self, module: str) -> str:
-        """Return the name under which a module that needs this one, too, is known here, and import it."""
-        if module not in self._at_the_end:
-            wanted = "_".join(module.strip(".").split("."))
-            taken = self._shadowed | self._defined | {*self._external, *self._at_the_end.values()}
-            while wanted in taken:
-                wanted += "_"
-            self._external[wanted] = module
-            self._at_the_end[module] = wanted
-        return self._at_the_end[module]
-
     def runtime(self, name: str) -> str:
-        """Return the name under which something of the run-time library is known here, and import it."""
-        return self.imported(RUNTIME, name)
+        """Return how something of the run-time library is written here, and import that."""
+        package, module, known_as = _RUNTIME
+        if known_as in self._shadowed or known_as in self._defined:
+            known_as += "_"
+        self._imports[package][module] = known_as
+        return f"{known_as}.{name}"
 
     def defined(self, name: str) -> str:
         """Return how a definition of this module is written in annotations of its classes."""
@@ -141,16 +131,6 @@ class ModuleNames:
         """
         return name in self._shadowed or hasattr(builtins, name)
 
-    def private(self, *parts: str) -> str:
-        """Return a name of the module's own, made of these parts."""
-        name = wanted = "_" + "_".join(parts)
-        number = 2
-        while name in self._private or name in self._defined:  # A_b.c and A.b_c
-            name = f"{wanted}_{number}"
-            number += 1
-        self._private.add(name)
-        return name
-
     def relative(self, package: tuple[str, ...], module: str) -> str:
         """Return the relative name of a module of another generated package, or of this one."""
         shared = 0
@@ -160,18 +140,6 @@ class ModuleNames:
             shared += 1
         dots = "." * (len(self._package) - shared + 1)
         return dots + ".".join((*package[shared:], module))
-
-    def lines_at_the_end(self) -> list[str]:
-        """Return the import statements that stand at the end of the module, if there are any."""
-        if not self._at_the_end:
-            return []
-        lines = ["# At the end, and by module: these modules need this one, too."]
-        for module, local in sorted(self._at_the_end.items()):
-            parent, _, name = module.rpartition(".")
-            parent = parent if parent.strip(".") else f"{parent}."
-            known_as = "" if name == local else f" as {local}"
-            lines.append(f"from {parent} import {name}{known_as}  # noqa: E402")
-        return lines
 
     def import_lines(self) -> list[str]:
         """Return the import statements, grouped as isort does."""
@@ -190,7 +158,7 @@ class ModuleNames:
             items = [
                 name if names[name] == name else f"{name} as {names[name]}" for name in source_order(names)
             ]
-            group = 3 if module.startswith(".") else 2 if module == RUNTIME else 1
+            group = 3 if module.startswith(".") else 2 if module == _RUNTIME[0] else 1
             groups[group] += _import_lines(module, items)
         return [line for group in groups if group for line in ("", *group)][1:]
 

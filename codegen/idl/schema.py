@@ -1,10 +1,15 @@
-"""Write the schema of a generated package: what it defines, as data that programs read at run time.
+"""Describe definitions as data: signatures, canonical forms with their fingerprints, schemas of packages.
 
-It is JSON: `comment`, and `definitions` by scoped name. `zenoh_ice.reflection` is its reader.
+Two definitions have the same canonical form exactly when they are the same on the wire: comments, files, the
+order of definitions and of members, the names of sequences and dictionaries, default values, the numbers of
+optional members and those of classes do not count.
+
+The schema is JSON: `comment`, and `definitions` by scoped name. `zenoh_ice.reflection` is its reader.
 """
 
 from __future__ import annotations
 
+import hashlib
 import json
 import re
 from collections.abc import Collection, Iterable, Mapping
@@ -12,16 +17,169 @@ from typing import Any
 
 from . import ast
 from .doc_comments import DocComment, parse_doc_comment
-from .fingerprint import canonical_definition, fingerprint
 from .names import python_name
-
-__all__ = ["SCHEMA_FILE", "kept_entries", "schema_entry", "schema_text"]
 
 SCHEMA_FILE = "schema.json"
 
 _SURROGATE = re.compile("[\ud800-\udfff]")
 
 Entry = dict[str, Any]
+
+
+# Signatures
+
+
+def type_name(kind: ast.Type | None) -> str:
+    """Return the name of a type: from the root where it has one, `void` for None."""
+    match kind:
+        case None:
+            return "void"
+        case ast.ProxyType(target=target):
+            return f"{type_name(target)}*"
+        case ast.NamedType(definition=ast.Definition() as definition):
+            return definition.scoped
+    return kind.name
+
+
+def operation_signature(operation: ast.Operation) -> str:
+    """Return an operation on one line: metadata that counts, types, parameters, exceptions."""
+    parameters = ", ".join(
+        f"{'out ' if each.out else ''}{_tag(each.tag)}{type_name(each.type)} {each.name}"
+        for each in operation.parameters
+    )
+    given = {"amd": operation.amd, "stream": operation.streamed, "stop": operation.stop}
+    marks = [f'"{mark}"' for mark, is_given in given.items() if is_given]
+    thrown = [named.definition.scoped if named.definition else named.name for named in operation.throws]
+    return "".join(
+        (
+            f"[{', '.join(marks)}] " if marks else "",
+            "idempotent " if operation.idempotent else "",
+            f"{_tag(operation.return_tag)}{type_name(operation.returns)} {operation.name}({parameters})",
+            f" throws {', '.join(thrown)}" if thrown else "",
+        )
+    )
+
+
+def _tag(tag: ast.Literal | None) -> str:
+    return f"optional({tag.value}) " if tag is not None else ""
+
+
+# Canonical forms
+
+FINGERPRINT_DIGITS = 16
+
+
+def fingerprint(definition: str) -> str:
+    """Return the first hexadecimal digits of the SHA-256 of a canonical definition."""
+    return hashlib.sha256(definition.encode()).hexdigest()[:FINGERPRINT_DIGITS]
+
+
+def canonical_definition(definition: ast.Definition) -> str:
+    """Return an interface or a type, what it extends and every type that they use, one member a line, sorted.
+
+    Each line stands for itself, so that two definitions can be compared line by line.
+    """
+    form = _CanonicalForm()
+    form.add(definition)
+    form.describe_all()
+    return "\n".join(sorted(form.lines)) + "\n"
+
+
+def canonical_type(kind: ast.Type) -> str:
+    """Return a type as it stands in canonical forms: sequences and dictionaries by what they are made of."""
+    return _CanonicalForm().type(kind)
+
+
+class _CanonicalForm:
+    def __init__(self) -> None:
+        self.lines: list[str] = []
+        self._seen: set[str] = set()
+        self._waiting: list[ast.Definition] = []
+
+    def add(self, definition: ast.Definition | None) -> None:
+        """Remember a definition that is used, once."""
+        if definition is not None and definition.scoped not in self._seen:
+            self._seen.add(definition.scoped)
+            self._waiting.append(definition)
+
+    def describe_all(self) -> None:
+        """Write the lines of every definition remembered and of those that turn up meanwhile."""
+        while self._waiting:
+            self._describe(self._waiting.pop())
+
+    def _describe(self, definition: ast.Definition) -> None:
+        name = definition.scoped
+        match definition:
+            case ast.Interface():
+                bases = sorted(base.scoped for base in definition.base_definitions)
+                self.lines.append(f"interface {name}{_extends(bases)}")
+                self.lines += [self._operation(operation) for operation in definition.operations]
+                for base in definition.base_definitions:
+                    self.add(base)
+            case ast.Struct():
+                self.lines.append(f"struct {name}")
+                self.lines += [self._member(member) for member in definition.members]
+            case ast.Class() | ast.ExceptionType():
+                parent = definition.base_definition
+                self.lines.append(f"{definition.kind} {name}{_extends([parent.scoped] if parent else [])}")
+                self.lines += [self._member(member) for member in definition.members]
+                self.add(parent)
+            case ast.Enumeration():
+                self.lines.append(f"enum {name}")
+                self.lines += [f"{each.scoped} = {each.value}" for each in definition.enumerators]
+            case ast.Sequence():
+                self.lines.append(f"sequence<{self.type(definition.element)}>")
+            case ast.Dictionary():
+                self.lines.append(f"dictionary<{self.type(definition.key)}, {self.type(definition.value)}>")
+            case ast.Constant():
+                self.lines.append(
+                    f"const {name}: {self.type(definition.type)} = {definition.literal.value!r}"
+                )
+
+    def _member(self, member: ast.Member) -> str:
+        return f"{member.scoped}: {self.type(member.type, member.tag)}"
+
+    def _operation(self, operation: ast.Operation) -> str:
+        inputs = ", ".join(f"{self.type(each.type, each.tag)} {each.name}" for each in operation.inputs)
+        results = [f"{self.type(each.type, each.tag)} {each.name}" for each in operation.outputs]
+        if operation.returns is not None:
+            results.insert(0, self.type(operation.returns, operation.return_tag))
+        line = f"{operation.scoped}({inputs}): {', '.join(results) or 'void'}"
+        thrown = [named.definition for named in operation.throws if named.definition]
+        if thrown:
+            line += " throws " + ", ".join(sorted(exception.scoped for exception in thrown))
+        for exception in thrown:
+            self.add(exception)
+        if operation.idempotent:
+            line += " idempotent"
+        if operation.streamed:
+            line += " stream"
+        return line
+
+    def type(self, kind: ast.Type, tag: ast.Literal | None = None) -> str:
+        if tag is not None:
+            return f"optional {self.type(kind)}"
+        match kind:
+            case ast.BuiltinType(name=name):
+                return name
+            case ast.ProxyType(target=target):
+                known = target.definition if isinstance(target, ast.NamedType) else None
+                return f"{known.scoped if known else target.name}*"
+            case ast.NamedType(definition=ast.Sequence(element=element)):
+                return f"sequence<{self.type(element)}>"
+            case ast.NamedType(definition=ast.Dictionary(key=key, value=value)):
+                return f"dictionary<{self.type(key)}, {self.type(value)}>"
+            case ast.NamedType(definition=definition):
+                self.add(definition)
+                return definition.scoped if definition else kind.name
+        raise AssertionError(f"no canonical form for {kind}")
+
+
+def _extends(bases: list[str]) -> str:
+    return f" extends {', '.join(bases)}" if bases else ""
+
+
+# The schema of a package
 
 
 def schema_text(comment: str, entries: Mapping[str, Entry]) -> str:
@@ -65,11 +223,11 @@ def schema_entry(definition: ast.Definition, module: str) -> Entry:
                 for each in definition.enumerators
             ]
         case ast.Sequence():
-            entry["element"] = _type_name(definition.element)
+            entry["element"] = type_name(definition.element)
         case ast.Dictionary():
-            entry["key"], entry["value"] = _type_name(definition.key), _type_name(definition.value)
+            entry["key"], entry["value"] = type_name(definition.key), type_name(definition.value)
         case ast.Constant():
-            entry["type"], entry["constant"] = _type_name(definition.type), _value(definition.literal)
+            entry["type"], entry["constant"] = type_name(definition.type), _value(definition.literal)
     return _filled(entry)
 
 
@@ -77,7 +235,7 @@ def _operation(operation: ast.Operation) -> Entry:
     doc = parse_doc_comment(operation.doc)
     results = _members(operation.outputs, doc)
     if operation.returns is not None:
-        returned = {"name": "returnValue", "type": _type_name(operation.returns), "doc": doc.returns}
+        returned = {"name": "returnValue", "type": type_name(operation.returns), "doc": doc.returns}
         results.insert(0, _filled({**returned, "optional": operation.return_tag is not None}))
     return _filled(
         {
@@ -103,7 +261,7 @@ def _members(
         _filled(
             {
                 "name": member.name,
-                "type": _type_name(member.type),
+                "type": type_name(member.type),
                 "doc": (operation.parameters.get(member.name) if operation else None)
                 or parse_doc_comment(member.doc).text,
                 "optional": member.tag is not None,
@@ -112,16 +270,6 @@ def _members(
         )
         for member in members
     ]
-
-
-def _type_name(kind: ast.Type) -> str:
-    """Return the name of a type, from the root where it has one."""
-    match kind:
-        case ast.ProxyType(target=target):
-            return f"{_type_name(target)}*"
-        case ast.NamedType(definition=ast.Definition() as definition):
-            return definition.scoped
-    return kind.name
 
 
 def _value(literal: ast.Literal | None) -> ast.Value | None:

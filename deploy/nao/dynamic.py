@@ -9,13 +9,13 @@ from __future__ import annotations
 import keyword
 from collections.abc import Iterable, Mapping
 from enum import IntEnum
-from typing import Any, Final
+from typing import Any, Final, cast
 
 import msgspec
 
 from zenoh_ice import MarshalException, ObjectPrx, UserException
-from zenoh_ice.generated import Byte, Int, Interface, Long, Operation, Short, Struct
-from zenoh_ice.interface import Value
+from zenoh_ice.generated import Byte, Int, Long, Short
+from zenoh_ice.interface import Interface, Operation, StreamedOperation, Struct, StructType, Value
 from zenoh_ice.proxy import StreamedCall
 from zenoh_ice.reflection import (
     OBJECT_OPERATIONS,
@@ -49,10 +49,6 @@ _BUILTIN_TYPES: Final[Mapping[str, Any]] = {
 class _DeclaredException(UserException):
     """An exception that an interface declares, with its members as attributes."""
 
-    def __init__(self, /, **members: object) -> None:  # of any name, `self` and `args` included
-        super().__init__(*members.values())
-        self.__dict__.update(members)
-
     def __str__(self) -> str:
         text = super().__str__()
         name = self.ice_type_id.removeprefix("::")
@@ -80,13 +76,13 @@ class Types:
         """Return what calls an operation; raises MarshalException when no types can be made of its own."""
         name = description.name
         try:
-            return Operation(
+            kind = StreamedOperation if description.streamed else Operation
+            return kind(
                 name,
                 arguments=self._struct(f"{name}_Arguments", description.parameters),
                 result=self._struct(f"{name}_Result", description.results),
-                exceptions=tuple(self._exception(type_id) for type_id in description.exceptions),
+                throws=tuple(self._exception(type_id) for type_id in description.exceptions),
                 idempotent=description.idempotent,
-                streamed=description.streamed,
             )
         except (TypeError, ValueError, RuntimeError) as error:
             raise MarshalException(f"the types of {name} cannot be made: {printable(str(error))}") from error
@@ -102,13 +98,12 @@ class Types:
         base = self.class_of(definition.bases[0]) if definition.bases else Value
         names = {_python(member.name): member.name for member in definition.members}
         # Classes refer to each other: the types of the members come when the class is there.
-        made: Any = msgspec.defstruct(
+        made: Any = StructType(
             _python(type_id),
-            [(name, object) for name in names],
-            bases=(base,),
+            (base,),
+            {"__annotations__": dict.fromkeys(names, object), "__module__": __name__},
             tag=" ".join(self._schema.lineage(type_id)),
             rename=names,
-            module=__name__,
         )
         self._made[type_id] = made
         for member in definition.members:
@@ -139,12 +134,12 @@ class Types:
     def _struct(
         self, name: str, members: Iterable[Member], base: type[msgspec.Struct] = Struct
     ) -> type[msgspec.Struct]:
-        fields: list[tuple[str, Any] | tuple[str, Any, Any]] = []
-        for member in members:
-            entry = (_python(member.name), self.of(member.type, optional=member.optional))
-            fields.append((*entry, None) if member.optional else entry)
-        rename = {_python(member.name): member.name for member in members}
-        return msgspec.defstruct(name, fields, bases=(base,), rename=rename, kw_only=True, module=__name__)
+        named = {_python(member.name): member for member in members}
+        types = {known: self.of(member.type, optional=member.optional) for known, member in named.items()}
+        namespace: dict[str, Any] = {"__annotations__": types, "__module__": __name__}
+        namespace |= {known: None for known, member in named.items() if member.optional}
+        rename = {known: member.name for known, member in named.items()}
+        return cast("type[msgspec.Struct]", StructType(name, (base,), namespace, rename=rename, kw_only=True))
 
     def _exception(self, type_id: str) -> type[UserException]:
         if type_id not in self._made:
@@ -210,10 +205,7 @@ class DynamicProxy:
 
     def stream(self, name: str) -> StreamedCall[..., Any]:
         """Return the stream of an operation."""
-        operation = self.operation(name)
-        return StreamedCall(
-            self.proxy, lambda proxy, *arguments: proxy.ice_invoke(operation, *arguments), operation
-        )
+        return StreamedCall(self.proxy, self.operation(name))
 
     def is_there(self) -> bool:
         """Return whether the servant is there, as far as known."""

@@ -6,7 +6,7 @@ import hashlib
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cache, partial
+from functools import partial
 from typing import Any, Final
 
 import msgspec
@@ -23,7 +23,6 @@ _BULK: Final = 1024
 """Bytes sequences of more bytes than this are kept apart from the values that hold them."""
 _LARGEST: Final = 256 * 1024
 _REMEMBERED: Final = 64
-_paths: Final = cache(byte_sequences)
 _MALFORMED: Final = (ValueError, TypeError, RecursionError, OverflowError, MemoryError)
 
 Bulk = list[tuple[Missing, bytes]]
@@ -88,7 +87,7 @@ def take_bulk(operation: Operation[..., Any], payload: bytes | Parted) -> tuple[
     """Return a result without the long byte sequences in it, and these."""
     found: Bulk = []
     if isinstance(payload, Parted):
-        paths = _paths(operation.result.struct)
+        paths = byte_sequences(operation.result.struct)
         for place, data in zip(payload.places, payload.large, strict=True):
             if 0 <= place < len(paths):  # otherwise decoding it fails
                 found.append((Missing(list(paths[place]), len(data), digest(data)), data))

@@ -5,113 +5,18 @@ leds.idl, motions.idl, posehead.idl, safety.idl, scene.idl, sonar.idl, speech.id
 not edit: change the IDL and run codegen.
 """
 
-from __future__ import annotations
-
-from .battery import Battery, BatteryPrx, BatteryReading
-from .clock import Clock, ClockPrx, ClockReading
-from .footpressure import FeetReading, FootPressure, FootPressurePrx, FootReading
-from .health import Health, HealthEvent, HealthEventSeq, HealthPrx, HealthReport, RateByCamera, Severity
-from .inertial import InertialReading, InertialUnit, InertialUnitPrx
-from .joints import (
-    JointLimits,
-    JointLimitsSeq,
-    JointNames,
-    JointState,
-    JointTargets,
-    JointValues,
-    Joints,
-    JointsPrx,
-)
-from .leds import LedColor, LedColors, LedNames, LedState, Leds, LedsPrx
-from .motions import (
-    ActionNames,
-    ActionState,
-    ActionStatus,
-    MotionFacts,
-    MotionFactsSeq,
-    Motions,
-    MotionsPrx,
-    Postures,
-    PosturesPrx,
-)
-from .posehead import HeadLimits, HeadPose, PoseHead, PoseHeadPrx
-from .safety import Safety, SafetyPrx, SafetyState
-from .scene import GroundTruth, GroundTruthPrx, GroundTruthReading, Poses, Scene, SceneNames, ScenePrx
-from .sonar import Sonar, SonarLimits, SonarPrx, SonarReading
-from .speech import Speech, SpeechPrx, SpeechState
-from .touch import Touch, TouchNames, TouchPrx, TouchReading
-from .vectors import Pose, Quaternion, Vector3
-
-__all__ = [
-    "ActionNames",
-    "ActionState",
-    "ActionStatus",
-    "Battery",
-    "BatteryPrx",
-    "BatteryReading",
-    "Clock",
-    "ClockPrx",
-    "ClockReading",
-    "FeetReading",
-    "FootPressure",
-    "FootPressurePrx",
-    "FootReading",
-    "GroundTruth",
-    "GroundTruthPrx",
-    "GroundTruthReading",
-    "HeadLimits",
-    "HeadPose",
-    "Health",
-    "HealthEvent",
-    "HealthEventSeq",
-    "HealthPrx",
-    "HealthReport",
-    "InertialReading",
-    "InertialUnit",
-    "InertialUnitPrx",
-    "JointLimits",
-    "JointLimitsSeq",
-    "JointNames",
-    "JointState",
-    "JointTargets",
-    "JointValues",
-    "Joints",
-    "JointsPrx",
-    "LedColor",
-    "LedColors",
-    "LedNames",
-    "LedState",
-    "Leds",
-    "LedsPrx",
-    "MotionFacts",
-    "MotionFactsSeq",
-    "Motions",
-    "MotionsPrx",
-    "Pose",
-    "PoseHead",
-    "PoseHeadPrx",
-    "Poses",
-    "Postures",
-    "PosturesPrx",
-    "Quaternion",
-    "RateByCamera",
-    "Safety",
-    "SafetyPrx",
-    "SafetyState",
-    "Scene",
-    "SceneNames",
-    "ScenePrx",
-    "Severity",
-    "Sonar",
-    "SonarLimits",
-    "SonarPrx",
-    "SonarReading",
-    "Speech",
-    "SpeechPrx",
-    "SpeechState",
-    "Touch",
-    "TouchNames",
-    "TouchPrx",
-    "TouchReading",
-    "Vector3",
-]
+from .battery import *  # noqa: F403
+from .clock import *  # noqa: F403
+from .footpressure import *  # noqa: F403
+from .health import *  # noqa: F403
+from .inertial import *  # noqa: F403
+from .joints import *  # noqa: F403
+from .leds import *  # noqa: F403
+from .motions import *  # noqa: F403
+from .posehead import *  # noqa: F403
+from .safety import *  # noqa: F403
+from .scene import *  # noqa: F403
+from .sonar import *  # noqa: F403
+from .speech import *  # noqa: F403
+from .touch import *  # noqa: F403
+from .vectors import *  # noqa: F403

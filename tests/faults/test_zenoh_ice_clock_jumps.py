@@ -56,9 +56,9 @@ def test_calls_that_wait_are_executed_whatever_becomes_of_the_date(
     servant = CalculatorI()
     pair.adapter.add(servant, "Calculator")
     calculator = CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
-    busy = calculator.sleepAsync(LIMIT)
+    busy = calculator.sleep.begin(LIMIT)
     assert servant.entered.wait(LIMIT)
-    waiting = calculator.countAsync()
+    waiting = calculator.count.begin()
     date.set_by = jump
     servant.leave.set()
     busy.result(LIMIT)

@@ -73,7 +73,7 @@ class TestNoServer:
         with pytest.raises(ConnectFailedException):
             calculator.add(1.0, 2.0)
         with pytest.raises(ConnectFailedException):
-            calculator.addAsync(1.0, 2.0).result(LIMIT)
+            calculator.add.begin(1.0, 2.0).result(LIMIT)
         with pytest.raises(ConnectFailedException):
             calculator.getReading.wait(timeout=0.1)
 
@@ -117,7 +117,7 @@ class TestServerKilled:
         client = make_communicator(connect=[endpoint], timeout=LIMIT)
         calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
         sample = calculator.getReading.wait(timeout=LIMIT)
-        call = calculator.sleepAsync(LIMIT)
+        call = calculator.sleep.begin(LIMIT)
         outcome: list[BaseException] = []
 
         def follow() -> None:
@@ -178,7 +178,7 @@ class TestServerKilled:
             calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
             calculator.add(1.0, 2.0)
             calculator.count()
-            calculator.sleepAsync(LIMIT)  # both calls wait behind this one
+            calculator.sleep.begin(LIMIT)  # both calls wait behind this one
             outcomes: dict[str, object] = {}
 
             def call(name: str, function: Callable[[], object]) -> None:
@@ -316,7 +316,7 @@ class TestLinkThatStandsStill:
             relay.hold()
             resume = threading.Timer(0.4, relay.resume)
             resume.start()
-            large, small = calculator.echoAsync(data), calculator.addAsync(1.0, 2.0)
+            large, small = calculator.echo.begin(data), calculator.add.begin(1.0, 2.0)
             assert large.result(LIMIT) == data
             assert small.result(LIMIT) == 3.0
             resume.join()
@@ -335,10 +335,10 @@ class TestLinkThatStandsStill:
             hurried = calculator.ice_invocationTimeout(500)
             relay.hold()
             started = time.monotonic()
-            large = hurried.echoAsync(bytes(8 << 20))
+            large = hurried.echo.begin(bytes(8 << 20))
             with pytest.raises(TimeoutException):
                 large.result(LIMIT)
-            for call in [hurried.countAsync() for _ in range(1100)]:
+            for call in [hurried.count.begin() for _ in range(1100)]:
                 with pytest.raises(TimeoutException):
                     call.result(LIMIT)
             assert time.monotonic() - started < AT_ONCE
@@ -496,7 +496,7 @@ class TestEndOfTheProgram:
             calculator = CalculatorPrx.checkedCast(communicator.stringToProxy("Calculator"))
             calculator.getReading.subscribe(lambda sample: None)
             calculator.getReading.wait(timeout=60)
-            calculator.sleepAsync(1.0)
+            calculator.sleep.begin(1.0)
             print("end")
             """,
             endpoint,
@@ -661,7 +661,7 @@ def test_destroy_in_the_middle_of_everything(
 
     def use(proxy: CalculatorPrx) -> None:
         proxy.add(1.0, 2.0)
-        proxy.addAsync(1.0, 2.0)
+        proxy.add.begin(1.0, 2.0)
         proxy.getReading.latest()
 
     steps: list[Callable[[], object]] = [publish, publish]
@@ -706,7 +706,7 @@ def test_servants_that_never_return_hold_up_the_end_for_a_second_together(
     servants = [CalculatorI() for _ in range(4)]
     for number, servant in enumerate(servants):
         pair.adapter.add(servant, f"Stuck{number}")
-        CalculatorPrx.checkedCast(pair.client.stringToProxy(f"Stuck{number}")).sleepAsync(LIMIT)
+        CalculatorPrx.checkedCast(pair.client.stringToProxy(f"Stuck{number}")).sleep.begin(LIMIT)
         assert servant.entered.wait(LIMIT)
     pair.server.shutdown()
     assert len(waited) == len(servants)

@@ -271,14 +271,14 @@ class TestCallIds:
         adapter.add(servant, "Gripper")
         adapter.activate()
         gripper = GripperPrx.checkedCast(client.stringToProxy("Gripper"))
-        calls = [gripper.closeAsync(1.0) for _ in range(2)]  # of 16 bytes each
+        calls = [gripper.close.begin(1.0) for _ in range(2)]  # of 16 bytes each
         for _ in calls:
             assert servant.begun.acquire(timeout=LIMIT)
         with pytest.raises(BusyException, match="2 calls are not answered yet"):
             gripper.close(1.0)
         servant.futures[0].set_result(1.0)
         wait(calls, LIMIT, "FIRST_COMPLETED")
-        calls.append(gripper.closeAsync(1.0))
+        calls.append(gripper.close.begin(1.0))
         assert servant.begun.acquire(timeout=LIMIT)
         for future in servant.futures[1:]:
             future.set_result(2.0)
@@ -324,7 +324,7 @@ class TestClient:
                         case 2:
                             assert isinstance(calculator.getReading(), Reading)
                         case _:
-                            assert isinstance(calculator.addAsync(1.0, 2.0).result(LIMIT), float)
+                            assert isinstance(calculator.add.begin(1.0, 2.0).result(LIMIT), float)
                 except ZenohIceError as error:
                     if not isinstance(error, UserException):
                         check_error(error)
@@ -344,12 +344,12 @@ class TestClient:
             calculator = CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
             kept: list[Any] = []  # what a program may keep: errors have the frames that they came through
             for _ in range(3):
-                kept.append(calculator.addAsync(1.0, 2.0))
+                kept.append(calculator.add.begin(1.0, 2.0))
                 kept.append(kept[-1].exception(LIMIT))
                 with pytest.raises(MarshalException) as caught:
                     calculator.add(1.0, 2.0)
                 kept.append(caught)
-            kept.append(calculator.addAsync(1.0, 2.0))  # nobody asks for its outcome
+            kept.append(calculator.add.begin(1.0, 2.0))  # nobody asks for its outcome
             assert calculator.getReading() == Reading(1, [1.5])
 
     def test_a_servant_that_finds_every_interface_different_is_asked_for_its_own_once(

@@ -16,6 +16,7 @@ from tests.support.limits import CALL_LIMIT, LIMIT
 from tests.support.processes import free_endpoint
 from tests.support.waiting import until
 from zenoh_ice import Communicator, Current, InterfaceMismatchException, Object, Publisher, generated
+from zenoh_ice.interface import Interface, StreamedOperation
 
 MakeCommunicator = Callable[..., Communicator]
 
@@ -109,15 +110,15 @@ class _Nothing(generated.Struct):
     pass
 
 
-_get_reading: generated.Operation[[], NewerReading] = generated.Operation(
-    "getReading", arguments=_Nothing, result=_Result, idempotent=True, streamed=True
+_get_reading: StreamedOperation[[], NewerReading] = StreamedOperation(
+    "getReading", arguments=_Nothing, result=_Result, idempotent=True
 )
 
 
 class NewerCalculatorI(Object):
     """Of a newer version: its sums are of integers, its readings have fewer members."""
 
-    ice_interface: ClassVar[generated.Interface] = generated.Interface(
+    ice_interface: ClassVar[Interface] = Interface(
         "::test::Calculator",
         operations=(*NEWER_CALCULATOR.operations, _get_reading),
         fingerprint=NEWER_CALCULATOR.fingerprint,

@@ -68,7 +68,7 @@ def patient(calculator: CalculatorPrx) -> CalculatorPrx:
 
 
 def test_a_cut_is_told_at_once_and_calls_go_on_after_it(line: Line) -> None:
-    pending = patient(line.calculator).sleepAsync(LIMIT)
+    pending = patient(line.calculator).sleep.begin(LIMIT)
     assert line.servant.entered.wait(LIMIT)
     line.relay.cut()
     with pytest.raises(ConnectionLostException, match="went away"):
@@ -202,7 +202,7 @@ class TestRouter:
         )
         servant = self.serve(server)
         calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
-        pending = patient(calculator).sleepAsync(LIMIT)
+        pending = patient(calculator).sleep.begin(LIMIT)
         assert servant.entered.wait(LIMIT)
         router.process.kill()
         with pytest.raises(ConnectionLostException):

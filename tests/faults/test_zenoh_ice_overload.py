@@ -45,8 +45,8 @@ def test_too_many_calls_are_refused_and_take_no_memory(
         data = bytes(MEGABYTE)
         assert calculator.echo(data) == data
         before = own_memory(server)
-        calculator.sleepAsync(LIMIT)
-        calls = [calculator.echoAsync(data) for _ in range(300)]
+        calculator.sleep.begin(LIMIT)
+        calls = [calculator.echo.begin(data) for _ in range(300)]
         for call in calls[WAITING:]:  # of which none waits
             with pytest.raises(BusyException, match="not executed"):
                 call.result(LIMIT)
@@ -67,7 +67,7 @@ def test_oneway_calls_beyond_the_queue_are_dropped_and_counted(
     servant = CalculatorI()
     pair.adapter.add(servant, "Calculator")
     calculator = CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
-    busy = calculator.sleepAsync(LIMIT)
+    busy = calculator.sleep.begin(LIMIT)
     assert servant.entered.wait(LIMIT)
     oneway = CalculatorPrx.uncheckedCast(calculator.ice_oneway())
     for _ in range(1100):

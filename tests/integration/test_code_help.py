@@ -316,7 +316,6 @@ def test_the_interfaces_are_described(typing: Type) -> None:
         assert operations["getPose"]["streamed"]
         assert operations["setPose"]["signature"] == ("(self, pan: float, tilt: float, fraction: float)")
         assert "getImageData" in {each["name"] for each in found["jderobot::Camera"]["operations"]}
-        assert "setPoseAsync" not in operations
 
     typing(go)
 

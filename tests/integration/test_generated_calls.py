@@ -131,7 +131,7 @@ def test_classes_arrive_as_what_they_are(api: Any, camera: Any) -> None:
     assert camera.echo(tree) == (tree, tree, tree)
     assert camera.echo(None) == (None, None, api.Empty())
     assert camera.root(leaf) == leaf
-    assert camera.echoAsync(leaf).result(LIMIT)[0] == leaf
+    assert camera.echo.begin(leaf).result(LIMIT)[0] == leaf
 
 
 def test_a_value_that_holds_itself_is_refused(api: Any, camera: Any) -> None:
@@ -152,7 +152,7 @@ def test_optional_parameters_and_results_may_be_absent(api: Any, camera: Any) ->
 @pytest.mark.parametrize("how", ["value", "future", "coroutine"])
 def test_servants_answer_now_or_later(camera: Any, how: str) -> None:
     assert camera.improve(how, "light") == f"{how} of light"
-    assert camera.improveAsync(how, "sound").result(LIMIT) == f"{how} of sound"
+    assert camera.improve.begin(how, "sound").result(LIMIT) == f"{how} of sound"
 
 
 def test_exceptions_carry_anything(api: Any, camera: Any) -> None:
@@ -263,7 +263,7 @@ def test_operations_can_have_names_that_python_keeps_for_itself(tmp_path: Path, 
 
         pair.adapter.add(servant := NamesI(), "Names")
         names = api.NamesPrx.checkedCast(pair.client.stringToProxy("Names"))
-        assert names._lambda(5, 2) == names.lambdaAsync(5, 2).result(LIMIT) == 3
+        assert names._lambda(5, 2) == names._lambda.begin(5, 2).result(LIMIT) == 3
         names._checkedCast()
         assert names._from() == 7
         names._from.latest()

@@ -340,7 +340,7 @@ def test_two_reloads_at_once_are_one_reload_and_one_refusal(pair: Pair, version:
     version.write(walker().replace("count = 0", f"count = 0\n{waiting}"))
     with running(pair, version) as (_, proxy):
         gate.unlink()
-        futures = [proxy.reloadAsync(), proxy.reloadAsync()]
+        futures = [proxy.reload.begin(), proxy.reload.begin()]
         wait(futures, LIMIT, FIRST_COMPLETED)  # the one that is refused
         gate.touch()
         outcomes = [future.exception(LIMIT) for future in futures]

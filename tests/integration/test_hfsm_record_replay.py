@@ -45,7 +45,8 @@ from zenoh_ice import (
     initialize,
     streams,
 )
-from zenoh_ice.generated import Interface, Object, ObjectPrx, Operation, Struct
+from zenoh_ice import generated as ice
+from zenoh_ice.generated import Object, ObjectPrx
 from zenoh_ice.transport import Target, encode_sample_attachment
 
 FOREVER = 10**18
@@ -289,7 +290,7 @@ def test_asynchronous_results_arrive_in_the_same_cycle(tmp_path: Path, world: Wo
         def look(self, count: int) -> list[Any]:
             found: list[Any] = [self.arrived]
             if self.pending is None:
-                self.pending = self.head.getPoseAsync()
+                self.pending = self.head.getPose.begin()
                 self.pending.add_done_callback(self.note)
             elif self.pending.done():
                 found.append(self.pending.result())
@@ -503,28 +504,13 @@ def test_a_gap_in_the_recording_is_told_and_ends_the_replay(
 # What passes the transport.
 
 
-class _Nothing(Struct):
-    pass
+class DirectoryPrx(ObjectPrx, id="::test::Directory", fingerprint="c0ffee000000000d"):
+    @ice.operation()
+    def find(self) -> PoseHeadPrx | None: ...
 
 
-class _Found(Struct):
-    returnValue: PoseHeadPrx | None
-
-
-_find: Operation[[], PoseHeadPrx | None] = Operation("find", arguments=_Nothing, result=_Found)
-
-
-class DirectoryPrx(ObjectPrx):
-    ice_interface = Interface("::test::Directory", operations=(_find,), fingerprint="c0ffee000000000d")
-
-    def find(self) -> PoseHeadPrx | None:
-        return self.ice_invoke(_find)
-
-
-class Directory(Object):
+class Directory(Object, proxy=DirectoryPrx):
     """Knows a head."""
-
-    ice_interface = DirectoryPrx.ice_interface
 
     def __init__(self, head: ObjectPrx) -> None:
         self._head = PoseHeadPrx.uncheckedCast(head)
@@ -875,7 +861,7 @@ class RandomComponent(Component, document="random.xml"):
             elif deed == "random":
                 seen = random.random()
             elif deed == "async":
-                seen = self.head.getPoseAsync().result().tilt
+                seen = self.head.getPose.begin().result().tilt
 
         def holds(trigger: str) -> bool:
             return {

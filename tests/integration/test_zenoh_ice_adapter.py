@@ -133,9 +133,9 @@ class TestLife:
         servant.leave.clear()
         pair.adapter.add(servant, "Gripper")
         proxy = gripper(pair.client, "Gripper").ice_invocationTimeout(LIMIT * 1000)
-        first = proxy.moveAsync(1.0)
+        first = proxy.move.begin(1.0)
         assert servant.entered.acquire(timeout=LIMIT)
-        second = proxy.moveAsync(2.0)
+        second = proxy.move.begin(2.0)
         until(lambda: waiting(pair, "Gripper") == 1)
         servant.leave.set()
         assert first.exception(LIMIT) is None
@@ -156,7 +156,7 @@ class TestLife:
         slow = GripperI()
         slow.leave.clear()
         pair.adapter.add(slow, "Ball")
-        busy = gripper(pair.client, "Ball").ice_invocationTimeout(LIMIT * 1000).moveAsync(1.0)
+        busy = gripper(pair.client, "Ball").ice_invocationTimeout(LIMIT * 1000).move.begin(1.0)
         assert slow.entered.acquire(timeout=LIMIT)
         pair.adapter.deactivate()
         assert "a call of Ball@nao still runs" in caplog.text

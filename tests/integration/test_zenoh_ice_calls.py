@@ -42,7 +42,7 @@ from zenoh_ice import (
 )
 from zenoh_ice._presence import client_token
 from zenoh_ice._wire import ERROR_ENCODING, decode_error
-from zenoh_ice.generated import Operation, Struct
+from zenoh_ice.interface import Operation, Struct
 from zenoh_ice.transport import Target
 
 
@@ -96,11 +96,11 @@ class TestValues:
         assert calculator.add(numpy.float64(1.0), numpy.float32(2.0)) == 3.0
 
     def test_future_has_the_result(self, calculator: ScientificPrx) -> None:
-        assert calculator.addAsync(1.0, 2.0).result(LIMIT) == 3.0
+        assert calculator.add.begin(1.0, 2.0).result(LIMIT) == 3.0
 
     def test_first_call_of_a_proxy_may_be_asynchronous(self, pair: Pair, servant: CalculatorI) -> None:
         proxy = CalculatorPrx.uncheckedCast(pair.client.stringToProxy("Calculator"))
-        assert proxy.addAsync(1.0, 2.0).result(LIMIT) == 3.0
+        assert proxy.add.begin(1.0, 2.0).result(LIMIT) == 3.0
 
     def test_servant_is_told_who_calls(self, calculator: ScientificPrx) -> None:
         assert calculator.who() == calculator.ice_getCommunicator().client_id
@@ -165,7 +165,7 @@ class TestExceptions:
 
     def test_future_has_the_exception(self, calculator: ScientificPrx) -> None:
         with pytest.raises(DivisionByZero):
-            calculator.divideAsync(1.0, 0.0).result(LIMIT)
+            calculator.divide.begin(1.0, 0.0).result(LIMIT)
 
     def test_missing_operation_is_named(self, calculator: ScientificPrx) -> None:
         class _Nothing(Struct):
@@ -352,7 +352,7 @@ class TestPresence:
         for name, servant in servants.items():
             pair.adapter.add(servant, name)
         for name, servant in servants.items():
-            CalculatorPrx.checkedCast(pair.client.stringToProxy(name)).sleepAsync(LIMIT)
+            CalculatorPrx.checkedCast(pair.client.stringToProxy(name)).sleep.begin(LIMIT)
             assert servant.entered.wait(LIMIT)
         assert pair.adapter.removeAll([*names, "Absent"] if named else None) == servants
         assert len(waited) == len(servants)
@@ -390,7 +390,7 @@ class TestPresence:
         with pytest.raises(InterfaceMismatchException) as caught:
             proxy.add(1.0, 2.0)
         with pytest.raises(InterfaceMismatchException) as caught_async:
-            proxy.addAsync(1.0, 2.0).result(LIMIT)
+            proxy.add.begin(1.0, 2.0).result(LIMIT)
         for error in (caught.value, caught_async.value):
             assert "the proxy has `::test::Calculator::add(int a, double b): double` where" in error.member
             assert error.member in str(error)
@@ -426,13 +426,13 @@ class TestTime:
 
     def test_future_ends_with_a_timeout(self, calculator: ScientificPrx, servant: CalculatorI) -> None:
         with pytest.raises(TimeoutException):
-            calculator.ice_invocationTimeout(200).sleepAsync(LIMIT).result(LIMIT)
+            calculator.ice_invocationTimeout(200).sleep.begin(LIMIT).result(LIMIT)
         servant.leave.set()
 
     def test_call_whose_caller_gave_up_is_not_executed(
         self, remote: ScientificPrx, servant: CalculatorI
     ) -> None:
-        busy = remote.sleepAsync(LIMIT)
+        busy = remote.sleep.begin(LIMIT)
         assert servant.entered.wait(LIMIT)
         with pytest.raises(TimeoutException):
             remote.ice_invocationTimeout(100).count()
@@ -444,7 +444,7 @@ class TestTime:
         self, pair: Pair, remote: ScientificPrx, servant: CalculatorI
     ) -> None:
         pair.adapter.add(CalculatorI(), "Quick")
-        busy = remote.sleepAsync(LIMIT)
+        busy = remote.sleep.begin(LIMIT)
         assert servant.entered.wait(LIMIT)
         quick = CalculatorPrx.checkedCast(pair.client.stringToProxy("Quick"))
         assert quick.add(1.0, 2.0) == 3.0
@@ -453,7 +453,7 @@ class TestTime:
         busy.result(LIMIT)
 
     def test_calls_of_a_servant_run_one_at_a_time(self, remote: ScientificPrx, servant: CalculatorI) -> None:
-        wait([remote.sleepAsync(0.02) for _ in range(10)], LIMIT)
+        wait([remote.sleep.begin(0.02) for _ in range(10)], LIMIT)
         assert servant.most_running == 1
 
     @pytest.mark.parametrize("oneway", [False, True])
@@ -467,7 +467,7 @@ class TestTime:
         try:
             for burst in range(0, 2000, 50):
                 calls = [
-                    (gripper.ice_oneway() if oneway else gripper).moveAsync(float(number))
+                    (gripper.ice_oneway() if oneway else gripper).move.begin(float(number))
                     for number in range(burst, burst + 50)
                 ]
                 assert [call.result(LIMIT) for call in calls] == [None] * 50
@@ -481,7 +481,7 @@ class TestTime:
         servant.ice_concurrent = True
         pair.adapter.add(servant, "Concurrent")
         proxy = CalculatorPrx.checkedCast(pair.client.stringToProxy("Concurrent"))
-        calls = [proxy.sleepAsync(LIMIT) for _ in range(2)]
+        calls = [proxy.sleep.begin(LIMIT) for _ in range(2)]
         deadline = time.monotonic() + LIMIT
         while servant.most_running < 2 and time.monotonic() < deadline:
             time.sleep(0.005)
@@ -490,9 +490,9 @@ class TestTime:
         assert servant.most_running == 2
 
     def test_overload_is_told_and_not_executed(self, remote: ScientificPrx, servant: CalculatorI) -> None:
-        busy = remote.sleepAsync(LIMIT)
+        busy = remote.sleep.begin(LIMIT)
         assert servant.entered.wait(LIMIT)
-        calls = [remote.countAsync() for _ in range(80)]
+        calls = [remote.count.begin() for _ in range(80)]
         for call in calls[64:]:
             with pytest.raises(BusyException, match="64 calls wait already; this one was not executed"):
                 call.result(LIMIT)
@@ -542,7 +542,7 @@ class TestThreads:
                 return a + b
 
         pair.adapter.add(Named(), "Named")
-        future = CalculatorPrx.checkedCast(pair.client.stringToProxy("Named")).addAsync(1.0, 2.0)
+        future = CalculatorPrx.checkedCast(pair.client.stringToProxy("Named")).add.begin(1.0, 2.0)
 
         def note(_future):
             names.append(threading.current_thread().name)
@@ -561,7 +561,7 @@ class TestThreads:
             results.append(remote.add(future.result(), 1.0))
             done.set()
 
-        remote.addAsync(1.0, 2.0).add_done_callback(again)
+        remote.add.begin(1.0, 2.0).add_done_callback(again)
         assert done.wait(LIMIT)
         assert results == [4.0]
 
@@ -570,7 +570,7 @@ class TestLife:
     def test_destroy_ends_a_call_that_waits(
         self, pair: Pair, remote: ScientificPrx, servant: CalculatorI
     ) -> None:
-        call = remote.sleepAsync(LIMIT)
+        call = remote.sleep.begin(LIMIT)
         assert servant.entered.wait(LIMIT)
         started = time.monotonic()
         pair.client.destroy()
@@ -585,7 +585,7 @@ class TestLife:
         with pytest.raises(CommunicatorDestroyedException):
             remote.add(1.0, 2.0)
         with pytest.raises(CommunicatorDestroyedException):
-            remote.addAsync(1.0, 2.0)
+            remote.add.begin(1.0, 2.0)
         with pytest.raises(CommunicatorDestroyedException):
             remote.getReading.latest()
         with pytest.raises(CommunicatorDestroyedException):
@@ -598,7 +598,7 @@ class TestLife:
                 return 1
 
         pair.adapter.add(Last(), "Last")
-        call = CalculatorPrx.checkedCast(pair.client.stringToProxy("Last")).countAsync()
+        call = CalculatorPrx.checkedCast(pair.client.stringToProxy("Last")).count.begin()
         assert pair.server.waitForShutdown(5)
         assert call.exception(5) is not None  # the way back was closed
 

@@ -33,11 +33,11 @@ def calculator(request: pytest.FixtureRequest, pair: Pair, servant: CalculatorI)
 
 class TestWaiting:
     def test_results_come_in_any_order(self, calculator: CalculatorPrx) -> None:
-        futures = [calculator.addAsync(float(number), 1.0) for number in range(40)]
+        futures = [calculator.add.begin(float(number), 1.0) for number in range(40)]
         assert [future.result() for future in reversed(futures)] == [40.0 - number for number in range(40)]
 
     def test_result_can_be_asked_for_again(self, calculator: CalculatorPrx) -> None:
-        future = calculator.addAsync(1.0, 2.0)
+        future = calculator.add.begin(1.0, 2.0)
         assert future.result() == future.result(0.0) == 3.0
         assert future.exception() is None
         assert future.done()
@@ -46,7 +46,7 @@ class TestWaiting:
     def test_short_wait_raises_and_a_longer_one_has_the_result(
         self, calculator: CalculatorPrx, servant: CalculatorI
     ) -> None:
-        future = calculator.sleepAsync(LIMIT)
+        future = calculator.sleep.begin(LIMIT)
         with pytest.raises(TimeoutError):
             future.result(0.01)
         with pytest.raises(TimeoutError):
@@ -58,7 +58,7 @@ class TestWaiting:
     def test_several_threads_have_the_same_result(
         self, calculator: CalculatorPrx, servant: CalculatorI
     ) -> None:
-        future = calculator.sleepAsync(LIMIT)
+        future = calculator.sleep.begin(LIMIT)
         results: list[object] = []
         threads = [
             threading.Thread(target=lambda wait: results.append(future.result(wait)), args=(limit,))
@@ -73,10 +73,10 @@ class TestWaiting:
         assert results == [None] * 4
 
     def test_several_futures_can_be_waited_for(self, calculator: CalculatorPrx) -> None:
-        futures = [calculator.addAsync(float(number), 0.0) for number in range(20)]
+        futures = [calculator.add.begin(float(number), 0.0) for number in range(20)]
         done, missing = wait(futures, LIMIT)
         assert (len(done), len(missing)) == (20, 0)
-        more = [calculator.addAsync(float(number), 0.0) for number in range(20)]
+        more = [calculator.add.begin(float(number), 0.0) for number in range(20)]
         assert sorted(future.result() for future in as_completed(more, LIMIT)) == sorted(
             map(float, range(20))
         )
@@ -89,17 +89,17 @@ class TestWaiting:
         pair.adapter.add(quick, "Quick")
         proxies = [CalculatorPrx.checkedCast(pair.client.stringToProxy(name)) for name in ("Slow", "Quick")]
         ended: list[object] = []
-        sleeping = [proxies[0].sleepAsync(LIMIT) for _ in range(12)]
+        sleeping = [proxies[0].sleep.begin(LIMIT) for _ in range(12)]
         for future in sleeping:
             future.add_done_callback(ended.append)
-        results = [proxies[1].addAsync(float(number), 0.0) for number in range(30)]
+        results = [proxies[1].add.begin(float(number), 0.0) for number in range(30)]
         assert not wait(results, AT_ONCE).not_done
         assert ended == []
         slow.leave.set()
         assert not wait(sleeping, LIMIT).not_done
 
     def test_exception_is_that_of_the_call(self, calculator: CalculatorPrx) -> None:
-        future = calculator.divideAsync(1.0, 0.0)
+        future = calculator.divide.begin(1.0, 0.0)
         assert isinstance(future.exception(), DivisionByZero)
         with pytest.raises(DivisionByZero):
             future.result()
@@ -108,13 +108,13 @@ class TestWaiting:
     def test_limit_of_the_call_ends_it(
         self, calculator: CalculatorPrx, servant: CalculatorI, limit: float | None
     ) -> None:
-        future = calculator.ice_invocationTimeout(100).sleepAsync(LIMIT)
+        future = calculator.ice_invocationTimeout(100).sleep.begin(LIMIT)
         with pytest.raises(TimeoutException):
             future.result(limit)
         servant.leave.set()
 
     def test_callback_is_told_of_an_outcome_that_is_known(self, calculator: CalculatorPrx) -> None:
-        future = calculator.addAsync(1.0, 2.0)
+        future = calculator.add.begin(1.0, 2.0)
         future.result()
         told: list[float] = []
         future.add_done_callback(lambda done: told.append(done.result()))
@@ -123,7 +123,7 @@ class TestWaiting:
 
 class TestCancelling:
     def test_wait_ends_at_once(self, calculator: CalculatorPrx, servant: CalculatorI) -> None:
-        future = calculator.sleepAsync(LIMIT)
+        future = calculator.sleep.begin(LIMIT)
         assert servant.entered.wait(LIMIT)
         ended = threading.Event()
 
@@ -146,7 +146,7 @@ class TestCancelling:
         servant.leave.set()
 
     def test_known_outcome_cannot_be_cancelled(self, calculator: CalculatorPrx) -> None:
-        future = calculator.addAsync(1.0, 2.0)
+        future = calculator.add.begin(1.0, 2.0)
         assert future.result() == 3.0
         assert not future.cancel()
         assert future.result() == 3.0
@@ -154,7 +154,7 @@ class TestCancelling:
     def test_call_that_has_not_been_sent_can_be_cancelled(self, pair: Pair) -> None:
         """The servant is looked for first."""
         proxy = CalculatorPrx.uncheckedCast(pair.client.stringToProxy("Late"))
-        future = proxy.addAsync(1.0, 2.0)
+        future = proxy.add.begin(1.0, 2.0)
         assert future.cancel()
         with pytest.raises(CancelledError):
             future.result(AT_ONCE)
@@ -163,15 +163,15 @@ class TestCancelling:
 class TestAsyncio:
     def test_calls_are_awaited(self, calculator: CalculatorPrx) -> None:
         async def calls() -> list[float]:
-            assert await asyncio.wrap_future(calculator.addAsync(1.0, 1.0)) == 2.0
-            futures = [calculator.addAsync(float(number), 0.0) for number in range(20)]
+            assert await asyncio.wrap_future(calculator.add.begin(1.0, 1.0)) == 2.0
+            futures = [calculator.add.begin(float(number), 0.0) for number in range(20)]
             return await asyncio.gather(*map(asyncio.wrap_future, futures))
 
         assert asyncio.run(calls()) == [float(number) for number in range(20)]
 
     def test_exception_is_raised_where_it_is_awaited(self, calculator: CalculatorPrx) -> None:
         async def call() -> None:
-            await asyncio.wrap_future(calculator.divideAsync(1.0, 0.0))
+            await asyncio.wrap_future(calculator.divide.begin(1.0, 0.0))
 
         with pytest.raises(DivisionByZero):
             asyncio.run(call())
@@ -182,7 +182,7 @@ class TestAsyncio:
         futures: list[Future[None]] = []
 
         async def call() -> None:
-            futures.append(calculator.sleepAsync(LIMIT))
+            futures.append(calculator.sleep.begin(LIMIT))
             await asyncio.wait_for(asyncio.wrap_future(futures[0]), 0.05)
 
         with pytest.raises(TimeoutError):
@@ -197,7 +197,7 @@ class TestTheEnd:
         self, pair: Pair, servant: CalculatorI, watched: bool
     ) -> None:
         proxy = CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
-        futures = [proxy.sleepAsync(LIMIT) for _ in range(8)]
+        futures = [proxy.sleep.begin(LIMIT) for _ in range(8)]
         assert servant.entered.wait(LIMIT)
         told = threading.Semaphore(0)
         if watched:
@@ -212,14 +212,14 @@ class TestTheEnd:
         servant.leave.set()
 
     def test_call_that_nobody_waits_for_has_its_outcome(self, calculator: CalculatorPrx) -> None:
-        future = calculator.addAsync(1.0, 2.0)
+        future = calculator.add.begin(1.0, 2.0)
         until(future.done)
         assert future.result(0.0) == 3.0
 
     def test_calls_that_wait_cost_no_threads(self, calculator: CalculatorPrx, servant: CalculatorI) -> None:
         calculator.add(1.0, 2.0)
         before = threading.active_count()
-        futures = [calculator.sleepAsync(LIMIT) for _ in range(50)]
+        futures = [calculator.sleep.begin(LIMIT) for _ in range(50)]
         assert servant.entered.wait(LIMIT)
         assert threading.active_count() <= before + 4
         servant.leave.set()

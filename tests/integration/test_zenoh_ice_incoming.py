@@ -199,7 +199,7 @@ class TestProcessStatus:
     def test_status_says_what_runs_and_how_many_calls_wait(self, pair: Pair, servant: GripperI) -> None:
         servant.leave.clear()
         proxy = GripperPrx.checkedCast(pair.client.stringToProxy("Gripper"))
-        calls = [proxy.moveAsync(float(number)) for number in range(80)]
+        calls = [proxy.move.begin(float(number)) for number in range(80)]
         assert servant.entered.acquire(timeout=LIMIT)
         until(lambda: status(pair).refused == 15)  # one runs, 64 wait
         busy = status(pair)
@@ -293,7 +293,7 @@ class TestServersThatFail:
             with pytest.raises(UnknownException, match="RuntimeError: out of order"):
                 gripper.who()
             with pytest.raises(UnknownException, match="RuntimeError: out of order"):
-                gripper.closeAsync(1.0).result(LIMIT)
+                gripper.close.begin(1.0).result(LIMIT)
         assert "internal error" in caplog.text
 
     def test_error_while_a_call_is_executed_costs_the_servant_no_turn(
@@ -302,7 +302,7 @@ class TestServersThatFail:
         """Not one of the servant's: one of ours, with another call in the line behind it."""
         servant.leave.clear()
         gripper = GripperPrx.checkedCast(pair.client.stringToProxy("Gripper"))
-        calls = [gripper.moveAsync(float(number)) for number in range(3)]
+        calls = [gripper.move.begin(float(number)) for number in range(3)]
         assert servant.entered.acquire(timeout=LIMIT)
         until(lambda: status(pair).waiting == 2)
         with monkeypatch.context() as patch:

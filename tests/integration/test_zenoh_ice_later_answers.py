@@ -86,7 +86,7 @@ class TestFutures:
     ) -> None:
         servant = Later()
         proxy = serve(pair, servant, caller)
-        calls = [proxy.closeAsync(1.0) for _ in range(2)]
+        calls = [proxy.close.begin(1.0) for _ in range(2)]
         for _ in calls:
             assert servant.begun.acquire(timeout=LIMIT)
         assert proxy.who() == ":Gripper"
@@ -106,7 +106,7 @@ class TestFutures:
 
     def test_cancelled_future_is_told(self, pair: Pair, caller: Communicator) -> None:
         servant = Later()
-        call = serve(pair, servant, caller).closeAsync(1.0)
+        call = serve(pair, servant, caller).close.begin(1.0)
         assert servant.begun.acquire(timeout=LIMIT)
         servant.futures[0].cancel()
         with pytest.raises(ConnectionLostException, match=r"Gripper\.close: its server gave it up"):
@@ -114,7 +114,7 @@ class TestFutures:
 
     def test_result_that_does_not_fit_is_told(self, pair: Pair, caller: Communicator) -> None:
         servant = Later()
-        call = serve(pair, servant, caller).closeAsync(1.0)
+        call = serve(pair, servant, caller).close.begin(1.0)
         assert servant.begun.acquire(timeout=LIMIT)
         servant.futures[0].set_result("strong")  # type: ignore[arg-type]
         with pytest.raises(MarshalException):
@@ -126,14 +126,14 @@ class TestFutures:
         monkeypatch.setattr("zenoh_ice.servant._MOST_UNANSWERED", 3)
         servant = Later()
         proxy = serve(pair, servant, caller)
-        calls = [proxy.closeAsync(1.0) for _ in range(3)]
+        calls = [proxy.close.begin(1.0) for _ in range(3)]
         for _ in calls:
             assert servant.begun.acquire(timeout=LIMIT)
         with pytest.raises(BusyException, match="3 calls are not answered yet"):
             proxy.close(1.0)
         servant.futures[0].set_result(1.0)
         wait(calls, LIMIT, "FIRST_COMPLETED")
-        again = proxy.closeAsync(2.0)
+        again = proxy.close.begin(2.0)
         assert servant.begun.acquire(timeout=LIMIT)
         for future in servant.futures[1:]:
             future.set_result(2.0)
@@ -141,7 +141,7 @@ class TestFutures:
 
     def test_removing_the_servant_waits_for_its_answers(self, pair: Pair) -> None:
         servant = Later()
-        call = serve(pair, servant, pair.client).closeAsync(1.0)
+        call = serve(pair, servant, pair.client).close.begin(1.0)
         assert servant.begun.acquire(timeout=LIMIT)
         threading.Timer(0.2, servant.futures[0].set_result, (5.0,)).start()
         pair.adapter.removeAll(["Gripper"])
@@ -151,7 +151,7 @@ class TestFutures:
     def test_answers_after_the_removal_still_arrive(self, pair: Pair) -> None:
         servant = Later()
         gripper = serve(pair, servant, pair.client)
-        calls = [gripper.closeAsync(1.0) for _ in range(2)]
+        calls = [gripper.close.begin(1.0) for _ in range(2)]
         for _ in calls:
             assert servant.begun.acquire(timeout=LIMIT)
         pair.adapter.removeAll(["Gripper"])
@@ -193,21 +193,21 @@ class TestCoroutines:
                 return force
 
         proxy = serve(pair, Meeting(), caller)
-        calls = [proxy.closeAsync(float(number)) for number in range(5)]
+        calls = [proxy.close.begin(float(number)) for number in range(5)]
         assert [call.result(LIMIT) for call in calls] == [0.0, 1.0, 2.0, 3.0, 4.0]
 
     def test_coroutine_may_await_other_calls(self, pair: Pair) -> None:
         class Delegating(GripperI):
             async def close(self, force: float, current: Current) -> float:
                 other = GripperPrx.uncheckedCast(current.communicator.stringToProxy("Other"))
-                return await asyncio.wrap_future(other.closeAsync(force))
+                return await asyncio.wrap_future(other.close.begin(force))
 
         pair.adapter.add(Coroutine(), "Other")
         assert serve(pair, Delegating(), pair.client).close(4.0) == 8.0
 
     def test_the_end_of_the_communicator_cancels_it(self, pair: Pair) -> None:
         servant = Coroutine()
-        call = serve(pair, servant, pair.client).closeAsync(1000.0)
+        call = serve(pair, servant, pair.client).close.begin(1000.0)
         assert servant.begun.acquire(timeout=LIMIT)
         started = time.monotonic()
         pair.server.destroy()

@@ -109,7 +109,7 @@ class TestOneway:
     def test_future_of_a_oneway_call_ends_when_it_is_executed_or_refused(
         self, proxy: NotebookPrx, notebook: Notebook
     ) -> None:
-        future = proxy.ice_oneway().noteAsync("sent")
+        future = proxy.ice_oneway().note.begin("sent")
         assert future.result(LIMIT) is None
         assert notebook.wait_for(1) == ["sent"]
 
@@ -129,7 +129,7 @@ class TestOneway:
         with pytest.raises(ObjectNotExistException):
             oneway.note("lost")
         with pytest.raises(ObjectNotExistException):
-            remote.ice_oneway().noteAsync("lost").result(LIMIT)
+            remote.ice_oneway().note.begin("lost").result(LIMIT)
 
     def test_wrong_argument_is_told(self, remote: NotebookPrx) -> None:
         with pytest.raises(MarshalException):

@@ -53,7 +53,7 @@ def test_calls_of_an_absent_servant_hold_up_no_others(make_communicator: Callabl
     adapter.add(Notebook("here"), "Local")
     adapter.activate()
     absent = NotebookPrx.uncheckedCast(communicator.stringToProxy("Absent"))
-    futures = [absent.ice_invocationTimeout(1000 * LIMIT).noteAsync("lost") for _ in range(40)]
+    futures = [absent.ice_invocationTimeout(1000 * LIMIT).note.begin("lost") for _ in range(40)]
     assert NotebookPrx.uncheckedCast(communicator.stringToProxy("Local")).about()["servant"] == "here"
     assert not any(future.done() for future in futures)
     communicator.destroy()
@@ -66,14 +66,14 @@ def test_calls_made_before_the_servant_came_arrive_in_their_order(
     endpoint = free_endpoint()
     client = make_communicator(connect=[endpoint])
     proxy = NotebookPrx.uncheckedCast(client.stringToProxy("Late"))
-    futures = [proxy.noteAsync(str(number)) for number in range(50)]
+    futures = [proxy.note.begin(str(number)) for number in range(50)]
     server = make_communicator(listen=[endpoint], connect=[])
     notebook = Notebook()
     adapter = server.createObjectAdapter("Late")
     adapter.add(notebook, "Late")
     adapter.activate()
     while len(futures) < 60:  # while the first are being sent
-        futures.append(proxy.noteAsync(str(len(futures))))
+        futures.append(proxy.note.begin(str(len(futures))))
     assert [future.result(LIMIT) for future in futures] == [None] * len(futures)
     assert notebook.wait_for(len(futures)) == [str(number) for number in range(len(futures))]
 
@@ -84,7 +84,7 @@ def test_call_that_was_cancelled_before_it_was_sent_is_not(
     endpoint = free_endpoint()
     client = make_communicator(connect=[endpoint])
     proxy = CalculatorPrx.uncheckedCast(client.stringToProxy("Late"))
-    given_up, wanted = proxy.countAsync(), proxy.countAsync()
+    given_up, wanted = proxy.count.begin(), proxy.count.begin()
     assert given_up.cancel()
     server = make_communicator(listen=[endpoint], connect=[])
     adapter = server.createObjectAdapter("Late")
@@ -107,7 +107,7 @@ def test_first_call_and_its_search_end_within_one_limit(
         def sleep(self, seconds: float, current: Current) -> None:
             limits.append(current.timeout)
 
-    future = proxy.sleepAsync(LIMIT)
+    future = proxy.sleep.begin(LIMIT)
     threading.Event().wait(0.06 * limit)  # more than what is left out of account
     server = make_communicator(listen=[endpoint], connect=[])
     adapter = server.createObjectAdapter("Late")
@@ -123,9 +123,9 @@ def test_first_call_and_its_search_end_within_one_limit(
 def test_short_limit_does_not_wait_for_a_long_one(make_communicator: Callable[..., Communicator]) -> None:
     communicator = make_communicator(connect=[free_endpoint()])
     absent = NotebookPrx.uncheckedCast(communicator.stringToProxy("Absent"))
-    patient = absent.ice_invocationTimeout(1000 * LIMIT).noteAsync("lost")
+    patient = absent.ice_invocationTimeout(1000 * LIMIT).note.begin("lost")
     hurried = absent.ice_invocationTimeout(50)
-    assert isinstance(hurried.noteAsync("lost").exception(AT_ONCE), ConnectFailedException)
+    assert isinstance(hurried.note.begin("lost").exception(AT_ONCE), ConnectFailedException)
     with pytest.raises(ConnectFailedException):
         hurried.who()
     assert not patient.done()
@@ -134,6 +134,6 @@ def test_short_limit_does_not_wait_for_a_long_one(make_communicator: Callable[..
 def test_calls_of_nobody_are_told_together(pair: Pair) -> None:
     """Each waits for half a second from when it was made, not after the one before it."""
     absent = NotebookPrx.uncheckedCast(pair.client.stringToProxy("Absent"))
-    futures = [absent.noteAsync("lost") for _ in range(40)]
+    futures = [absent.note.begin("lost") for _ in range(40)]
     assert not wait(futures, CALL_LIMIT / 2).not_done
     assert {type(future.exception()) for future in futures} == {ObjectNotExistException}

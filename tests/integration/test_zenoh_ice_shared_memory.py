@@ -67,7 +67,7 @@ def test_answers_travel_through_shared_memory(pair: Pair, servant: ImageI) -> No
     until(lambda: proxy.getImageData("GRAY8") == image() and open_memory_files())
     for _ in range(100):  # more than there is room for at once
         assert proxy.getImageData("GRAY8") == image()
-    calls = [proxy.getImageDataAsync("GRAY8") for _ in range(30)]
+    calls = [proxy.getImageData.begin("GRAY8") for _ in range(30)]
     assert all(call.result(LIMIT) == image() for call in calls)
 
 
@@ -184,7 +184,7 @@ def test_answer_of_a_server_that_ends_then_is_received(pair: Pair) -> None:
     until(lambda: proxy.getImageData("GRAY8") == image() and open_memory_files())
     while begun.acquire(blocking=False):
         pass
-    answer = proxy.getImageDataAsync("GRAY8")
+    answer = proxy.getImageData.begin("GRAY8")
     assert begun.acquire(timeout=LIMIT)
     pair.adapter.removeAll(["Camera"])  # waits for the calls that run
     pair.server.destroy()

@@ -9,7 +9,7 @@ from types import ModuleType
 
 import msgspec
 
-from zenoh_ice import UserException
+from zenoh_ice import ObjectPrx, UserException
 from zenoh_ice.interface import Interface
 
 
@@ -19,17 +19,28 @@ def modules_of(package: ModuleType) -> Iterator[ModuleType]:
         yield importlib.import_module(module.name)
 
 
+def interfaces_of(package: ModuleType) -> list[Interface]:
+    """Return every interface that a package defines."""
+    return [
+        value.ice_interface
+        for module in modules_of(package)
+        for value in vars(module).values()
+        if isinstance(value, type) and issubclass(value, ObjectPrx) and value.__module__ == module.__name__
+    ]
+
+
 def structs_of(package: ModuleType) -> list[type[msgspec.Struct]]:
     """Return every struct, every exception's members, and the arguments and results of every operation."""
     found: dict[str, type[msgspec.Struct]] = {}
     for module in modules_of(package):
         for value in vars(module).values():
-            if isinstance(value, Interface):
-                for operation in value.operations:
+            if not isinstance(value, type) or value.__module__ != module.__name__:
+                continue
+            if issubclass(value, ObjectPrx):
+                for operation in value.ice_interface.operations:
                     for struct in (operation.arguments.struct, operation.result.struct):
                         found[f"{struct.__module__}.{struct.__qualname__}"] = struct
-            elif isinstance(value, type) and value.__module__ == module.__name__:
-                kind = value.Members if issubclass(value, UserException) else value
-                if issubclass(kind, msgspec.Struct):
-                    found[f"{kind.__module__}.{value.__qualname__}"] = kind
+            kind = value.Members if issubclass(value, UserException) else value
+            if issubclass(kind, msgspec.Struct):
+                found[f"{kind.__module__}.{value.__qualname__}"] = kind
     return [found[name] for name in sorted(found)]

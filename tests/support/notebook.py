@@ -1,71 +1,35 @@
 """A servant that keeps notes, and says under which name it was called."""
 
+# mypy: disable-error-code="empty-body"
 from __future__ import annotations
 
 import threading
-from concurrent.futures import Future
-from typing import ClassVar, Final
 
 from tests.support.limits import LIMIT
-from zenoh_ice.generated import Current, Interface, Object, ObjectPrx, Operation, Struct
+from zenoh_ice import generated as ice
+from zenoh_ice.generated import Current
 
 __all__ = ["Notebook", "NotebookPrx"]
 
 
-class _Nothing(Struct):
-    pass
+class NotebookPrx(ice.ObjectPrx, id="::test::Notebook", fingerprint="c0ffee0000000005"):
+    @ice.operation()
+    def note(self, text: str) -> None: ...
+
+    @ice.operation(idempotent=True)
+    def notes(self) -> list[str]: ...
+
+    @ice.operation()
+    def about(self) -> dict[str, str]: ...
+
+    @ice.operation(idempotent=True)
+    def who(self) -> dict[str, str]: ...
 
 
-class _Text(Struct):
-    text: str
+NotebookPrx.ice_interface.module = ""  # it has no schema
 
 
-class _Texts(Struct):
-    returnValue: list[str]
-
-
-class _About(Struct):
-    returnValue: dict[str, str]
-
-
-_note: Final[Operation[[str], None]] = Operation("note", arguments=_Text, result=_Nothing)
-_notes: Final[Operation[[], list[str]]] = Operation(
-    "notes", arguments=_Nothing, result=_Texts, idempotent=True
-)
-_about: Final[Operation[[], dict[str, str]]] = Operation("about", arguments=_Nothing, result=_About)
-_who: Final[Operation[[], dict[str, str]]] = Operation(
-    "who", arguments=_Nothing, result=_About, idempotent=True
-)
-
-NOTEBOOK: Final = Interface(
-    "::test::Notebook",
-    operations=(_note, _notes, _about, _who),
-    fingerprint="c0ffee0000000005",
-)
-
-
-class NotebookPrx(ObjectPrx):
-    ice_interface: ClassVar[Interface] = NOTEBOOK
-
-    def note(self, text: str) -> None:
-        return self.ice_invoke(_note, text)
-
-    def noteAsync(self, text: str) -> Future[None]:
-        return self.ice_invokeAsync(_note, text)
-
-    def notes(self) -> list[str]:
-        return self.ice_invoke(_notes)
-
-    def about(self) -> dict[str, str]:
-        return self.ice_invoke(_about)
-
-    def who(self) -> dict[str, str]:
-        return self.ice_invoke(_who)
-
-
-class Notebook(Object):
-    ice_interface: ClassVar[Interface] = NOTEBOOK
-
+class Notebook(ice.Object, proxy=NotebookPrx):
     def __init__(self, name: str = "") -> None:
         self._name = name
         self._changed = threading.Condition()

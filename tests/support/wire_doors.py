@@ -101,17 +101,9 @@ class Introduction(Struct):
     proxy: ObjectPrx
 
 
-class NoRoomError(UserException):
-    ice_type_id = "::circus::NoRoomError"
-
-    class Members(Struct):
-        animal: Animal | None
-        place: Place
-
-    def __init__(self, animal: Animal | None, place: Place) -> None:
-        super().__init__("no room")
-        self.animal = animal
-        self.place = place
+class NoRoomError(UserException, id="::circus::NoRoomError"):
+    animal: Animal | None
+    place: Place
 
 
 @dataclass(frozen=True)

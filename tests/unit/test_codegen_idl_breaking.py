@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from codegen.diagnostics import Diagnostics
 from codegen.idl import ast
 from codegen.idl.breaking import Break, BreakingChange, BreakingRule, breaking_changes
-from codegen.idl.fingerprint import canonical_definition
 from codegen.idl.loading import load_definitions
+from codegen.idl.schema import canonical_definition
 
 BASE = """\
 module m {

@@ -104,7 +104,7 @@ def test_what_keeps_the_rules_passes(tmp_path: Path, text: str) -> None:
         ("interface I { void ice_ping(); };", "E026", 20),
         ("struct T { int a; }; interface I { T f(); void t(); };", "E027", 48),
         ('["stream"] struct S { int a; };', "E029", 2),
-        ("interface I { void f(); void fAsync(); };", "E030", 30),
+        ('interface I { ["stream"] int f(); void fPublisher(); };', "E030", 40),
         ('interface A { ["stream"] int f(); }; interface B extends A { void fPublisher(); };', "E030", 67),
         ('interface I { ["stream"] void f(); };', "E029", 31),
         ('["stop"] struct S { int a; };', "E037", 2),

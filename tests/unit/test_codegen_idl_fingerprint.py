@@ -40,7 +40,7 @@ def description(directory: Path, text: str, **others: str) -> tuple[str, str]:
     fingerprint = schema.definitions["::m::Lamp"].fingerprint
     assert hashlib.sha256(form.encode()).hexdigest().startswith(fingerprint)
     modules = "".join(file.text for file in compilation.files if file.path.suffix == ".py")
-    generated = re.search(r'Interface\(\n    "::m::Lamp",.*?fingerprint="(\w+)"', modules, re.DOTALL)
+    generated = re.search(r'id="::m::Lamp",\s+fingerprint="(\w+)"', modules)
     assert generated is not None
     assert generated[1] == fingerprint
     return fingerprint, form

@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 
 from codegen.diagnostics import Diagnostics
 from codegen.idl import ast
-from codegen.idl.fingerprint import canonical_definition
 from codegen.idl.formatter import FormattingError, format_file, format_source, words_of
 from codegen.idl.lexer import Kind, Source
 from codegen.idl.loading import load_definitions
+from codegen.idl.schema import canonical_definition
 from tests.support.examples import examples
 from tests.support.slice_grammar import slice_files
 from tests.support.slice_texts import slice_like_texts

@@ -64,8 +64,8 @@ CALLS: list[Callable[[Nothing], object]] = [
     lambda c: c.Head.ice_ids(),
     lambda c: c.Head.ice_isA("::nao::PoseHead"),
     lambda c: Pose3DMotorsPrx.checkedCast(c.Head),
-    lambda c: c.Head.getPoseAsync().result(),
-    lambda c: c.Head.setPoseAsync(math.inf, 0.0, 0.5).result(),
+    lambda c: c.Head.getPose.begin().result(),
+    lambda c: c.Head.setPose.begin(math.inf, 0.0, 0.5).result(),
 ]
 
 
@@ -100,7 +100,7 @@ def test_no_thread_is_started(behavior: MakeBehavior) -> None:
     b = behavior(Nothing, robot="fake")
     b.component.Head.getPose.latest()
     b.component.Camera.getImageData.wait()
-    b.component.Head.getPoseAsync().result()
+    b.component.Head.getPose.begin().result()
     assert threading.active_count() == before
 
 

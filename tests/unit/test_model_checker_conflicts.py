@@ -68,7 +68,7 @@ class Holder:
     ("code", "expected"),
     [
         ("self.Head.setPose(1, 2, 3)", {("Head", "setPose")}),
-        ("self.Head.setPoseAsync(1, 2, 3)", {("Head", "setPose")}),
+        ("self.Head.setPose.begin(1, 2, 3)", {("Head", "setPose")}),
         ("self.Head.stop()", {("Head", "stop")}),
         ("self.Head.getPose()", set()),
         ("self.Head.getPose.latest()", set()),

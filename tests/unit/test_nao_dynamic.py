@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -20,7 +21,7 @@ import interfaces.nao
 from deploy.nao import NaoError
 from deploy.nao.dynamic import Types
 from deploy.nao.values import FromJson, to_json
-from tests.support.generated_types import modules_of
+from tests.support.generated_types import interfaces_of
 from tests.support.slice_compiler import imported
 from tests.support.wire_values import Desk, plain, struct_values
 from zenoh_ice import MarshalException
@@ -33,11 +34,6 @@ from zenoh_ice.servant import OBJECT_INTERFACE
 
 EVERYTHING = Path(__file__).parents[1] / "data" / "slice_output" / "everything" / "everything.idl"
 DESK: Any = Desk()
-
-
-def interfaces_of(package: Any) -> list[Interface]:
-    found = (value for module in modules_of(package) for value in vars(module).values())
-    return list({each.type_id: each for each in found if isinstance(each, Interface)}.values())
 
 
 OURS = [
@@ -71,7 +67,8 @@ def hold_alike(interface: Interface, data: st.DataObject) -> None:
             (description.parameters, made.arguments, generated.arguments),
             (description.results, made.result, generated.result),
         ):
-            value = data.draw(struct_values(theirs.struct, DESK))
+            struct: type[msgspec.Struct] = theirs.struct
+            value = data.draw(struct_values(struct, DESK))
             payload = encode(value, name)
             arrived = ours.unpack(payload, name, DESK)
             if TYPE_FIELD.encode() in payload:

@@ -142,7 +142,7 @@ def test_a_communicator_stands_on_it_alone(communicator: Communicator) -> None:
         servant = CalculatorI()
         proxy = calculator(communicator, servant)
         assert proxy.add(1.0, 2.0) == 3.0
-        assert proxy.addAsync(1.0, 2.0).result(LIMIT) == 3.0
+        assert proxy.add.begin(1.0, 2.0).result(LIMIT) == 3.0
         assert proxy.getReading.latest() is None
         servant.getReadingPublisher.publish(Reading(7, []))
         assert proxy.getReading.wait(timeout=LIMIT).value == Reading(7, [])

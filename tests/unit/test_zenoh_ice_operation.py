@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from zenoh_ice.generated import Interface, Operation, Struct
+from zenoh_ice.interface import Interface, Operation, Struct
 from zenoh_ice.reflection import Schema, first_difference, parse_schema
 
 

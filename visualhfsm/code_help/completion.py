@@ -151,7 +151,7 @@ class _Boosts:
             return _OWN
         if name in self._our:
             return _OUR
-        behind = name in _CASTS or name.startswith("ice_") or name.endswith("Async")
+        behind = name in _CASTS or name.startswith("ice_")
         return _INTERNAL if behind else 0
 
 

@@ -34,17 +34,17 @@ class DescribedOperation:
 
 
 def describe_operations(known: KnownInterface) -> list[DescribedOperation]:
-    """Return the operations of an interface and of those that it extends, without their `Async` twins."""
+    """Return the operations of an interface and of those that it extends."""
     found: dict[str, DescribedOperation] = {}
     for module, proxy in _classes(known.file, known.proxy):
         for node in proxy.body:
-            if isinstance(node, ast.FunctionDef) and not node.name.endswith("Async"):
+            if isinstance(node, ast.FunctionDef):
                 found.setdefault(node.name, _describe(node, module))
     return list(found.values())
 
 
 def typed_proxy(known: KnownInterface, name: str) -> str:
-    """Return the source of a class `name`: the proxy of an interface, with what its streams give spelled out.
+    """Return the source of a class `name`: the proxy of an interface, with its operations spelled out.
 
     A tool that follows no descriptors understands it. It belongs into a module that imports `StreamedCall`
     and `Iterator`.
@@ -53,12 +53,18 @@ def typed_proxy(known: KnownInterface, name: str) -> str:
     lines = [f"import {_module_name(known.file)} as {package}"]
     body: list[str] = []
     for operation in describe_operations(known):
-        if not operation.is_streamed:
-            continue
         module = f"_{name}_{operation.name}"
         lines.append(f"import {operation.module} as {module}")
-        body += _stream(operation, _qualified(operation.result, module))
+        result = _qualified(operation.result, module)
+        body += _stream(operation, result) if operation.is_streamed else _method(operation, result)
     return "\n".join([*lines, f"class {name}({package}.{known.proxy}):", *(body or ["    pass"]), ""])
+
+
+def _method(operation: DescribedOperation, result: str) -> list[str]:
+    return [
+        f"    def {operation.name}{operation.signature} -> {result}:",
+        f"        {operation.documentation!r}",
+    ]
 
 
 def _stream(operation: DescribedOperation, result: str) -> list[str]:
@@ -87,7 +93,7 @@ def _stream(operation: DescribedOperation, result: str) -> list[str]:
 
 def _describe(node: ast.FunctionDef, module: str) -> DescribedOperation:
     streamed = any(
-        isinstance(each, ast.Call) and isinstance(each.func, ast.Name) and each.func.id == "streamed"
+        isinstance(each, ast.Call) and isinstance(each.func, ast.Attribute) and each.func.attr == "stream"
         for each in node.decorator_list
     )
     return DescribedOperation(

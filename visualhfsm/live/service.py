@@ -284,44 +284,44 @@ class _Steering:
 
     async def pause(self) -> None:
         """Let running cycles end and start none."""
-        await asyncio.wrap_future(self._monitor.pauseAsync())
+        await asyncio.wrap_future(self._monitor.pause.begin())
 
     async def resume(self) -> None:
         """Go on after a pause."""
-        await asyncio.wrap_future(self._monitor.resumeAsync())
+        await asyncio.wrap_future(self._monitor.resume.begin())
 
     async def step(self, automaton: Id = 0, count: Count = 1) -> None:
         """Run cycles of one automaton, or of all with 0, while paused."""
         for _ in range(count):
-            await asyncio.wrap_future(self._monitor.stepAsync(automaton))
+            await asyncio.wrap_future(self._monitor.step.begin(automaton))
 
     async def setBreakpoints(self, breakpoints: Annotated[list[Breakpoint], Meta(max_length=1000)]) -> None:
         """Replace all breakpoints."""
-        await asyncio.wrap_future(self._monitor.setBreakpointsAsync(breakpoints))
+        await asyncio.wrap_future(self._monitor.setBreakpoints.begin(breakpoints))
 
     async def force(self, automaton: Id, transition: Id) -> None:
         """Fire a transition at the next cycle of its automaton, whatever its condition says."""
-        await asyncio.wrap_future(self._monitor.forceTransitionAsync(automaton, transition))
+        await asyncio.wrap_future(self._monitor.forceTransition.begin(automaton, transition))
 
     async def set(self, automaton: Id, name: Name, value: Any) -> None:  # noqa: ANN401 - JSON
         """Set a variable of an automaton, or with 0 a parameter of the component."""
-        await asyncio.wrap_future(self._monitor.setVariableAsync(automaton, name, _json(value)))
+        await asyncio.wrap_future(self._monitor.setVariable.begin(automaton, name, _json(value)))
 
     async def send(self, name: Name, data: Any = None) -> None:  # noqa: ANN401 - JSON
         """Send an event."""
-        await asyncio.wrap_future(self._monitor.sendEventAsync(name, "" if data is None else _json(data)))
+        await asyncio.wrap_future(self._monitor.sendEvent.begin(name, "" if data is None else _json(data)))
 
     async def explain(self, automaton: Id) -> Explanation:
         """Say of each transition out of the current state why it has not fired."""
-        return await asyncio.wrap_future(self._monitor.explainAsync(automaton))
+        return await asyncio.wrap_future(self._monitor.explain.begin(automaton))
 
     async def reload(self) -> ReloadReport:
         """Load the component's file again and go on in it."""
-        return await asyncio.wrap_future(self._monitor.ice_invocationTimeout(RELOAD_PATIENCE).reloadAsync())
+        return await asyncio.wrap_future(self._monitor.ice_invocationTimeout(RELOAD_PATIENCE).reload.begin())
 
     async def stop(self) -> None:
         """End the component; it stops the robot first."""
-        await asyncio.wrap_future(self._monitor.stopAsync())
+        await asyncio.wrap_future(self._monitor.stop.begin())
 
 
 def _arguments_of(method: Callable[..., object]) -> type[msgspec.Struct]:
@@ -369,10 +369,10 @@ class StopReport(msgspec.Struct, frozen=True, rename="camel"):
 
 
 _STOPS: Final[Mapping[str, Callable[[ObjectPrx], Future[Any]]]] = {
-    "Safety": lambda proxy: SafetyPrx.uncheckedCast(proxy).emergencyStopAsync(_REASON),
-    "Head": lambda proxy: PoseHeadPrx.uncheckedCast(proxy).stopAsync(),
-    "Body": lambda proxy: JointsPrx.uncheckedCast(proxy).stopAsync(),
-    "Motors": lambda proxy: MotorsPrx.uncheckedCast(proxy).stopAsync(),
+    "Safety": lambda proxy: SafetyPrx.uncheckedCast(proxy).emergencyStop.begin(_REASON),
+    "Head": lambda proxy: PoseHeadPrx.uncheckedCast(proxy).stop.begin(),
+    "Body": lambda proxy: JointsPrx.uncheckedCast(proxy).stop.begin(),
+    "Motors": lambda proxy: MotorsPrx.uncheckedCast(proxy).stop.begin(),
 }
 
 
@@ -403,7 +403,7 @@ async def stop_robot(communicator: Communicator) -> StopReport:
 async def reset_robot(communicator: Communicator) -> None:
     """Let a robot take commands again after its emergency stop. Raises ZenohIceError when it cannot."""
     safety = SafetyPrx.uncheckedCast(communicator.stringToProxy("Safety"))
-    await asyncio.wrap_future(safety.resetEmergencyStopAsync())
+    await asyncio.wrap_future(safety.resetEmergencyStop.begin())
 
 
 def free_endpoint() -> str:

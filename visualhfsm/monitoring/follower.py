@@ -64,8 +64,8 @@ class Follower:
         self._communicator = communicator
         self._robot = robot
         self._publish = publish
-        self._polled_structure = PolledValue(self.monitor.getStructureAsync)
-        self._breakpoints: PolledValue[list[Breakpoint]] = PolledValue(self.monitor.getBreakpointsAsync)
+        self._polled_structure = PolledValue(self.monitor.getStructure.begin)
+        self._breakpoints: PolledValue[list[Breakpoint]] = PolledValue(self.monitor.getBreakpoints.begin)
         self._structure: LiveStructure | None = None
         self._run = 1
         self._restarted = False

@@ -57,8 +57,8 @@ class RobotMonitor:
         self._safety = Newest(
             SafetyPrx.uncheckedCast(proxy("Safety")).getSafetyState.latest, oldest=_STALE_HEALTH
         )
-        self._names = PolledValue(body.getJointNamesAsync)
-        self._limits = PolledValue(body.getJointLimitsAsync)
+        self._names = PolledValue(body.getJointNames.begin)
+        self._limits = PolledValue(body.getJointLimits.begin)
 
     def update(self) -> None:
         """Ask for what is missing; without a robot nothing is asked."""

@@ -90,7 +90,7 @@ class Telemetry:
         self._automata: Automata | None = None
         self._pictures = pictures
         outside = CameraPrx.uncheckedCast(communicator.stringToProxy("CameraOutside"))
-        self._outside_image = PolledValue(lambda: outside.getImageDataAsync(_RGB8))
+        self._outside_image = PolledValue(lambda: outside.getImageData.begin(_RGB8))
         self.camera_album = Album()
         self.outside_album = Album()
         self._look_through(CAMERA)
@@ -176,7 +176,7 @@ class Telemetry:
         self.camera = camera
         proxy = CameraPrx.uncheckedCast(self._communicator.stringToProxy(camera))
         self._image = Newest(proxy.getImageData.latest, STALE)
-        self._image_description = PolledValue(proxy.getImageDescriptionAsync)
+        self._image_description = PolledValue(proxy.getImageDescription.begin)
 
     def _take_pictures(self, snapshot: ComponentSnapshot | None) -> None:
         time = snapshot.time if snapshot is not None else 0.0

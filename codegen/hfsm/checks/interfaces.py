@@ -128,7 +128,7 @@ def _check_type(interface: Interface, known: KnownInterfaces, report: Report) ->
     )
 
 
-_BASE: Final = "ObjectPrx"
+_BASE: Final = "ice.ObjectPrx"
 """The proxy class that all others extend; its own methods begin with `ice_`."""
 _MAX_BASES: Final = 100
 
@@ -145,13 +145,16 @@ class Operation:
     """Further parameters, which are given by name."""
 
 
+_BEGIN: Final = "begin"
+"""What calls an operation without waiting, with the parameters of the call."""
+
 STREAM: Final = {
     "latest": Operation("latest", (), 0),
     "wait": Operation("wait", ("after", "timeout"), 0),
     "samples": Operation("samples", ("timeout",), 0, by_name=frozenset({"rate"})),
     "subscribe": Operation("subscribe", ("callback",), 1, by_name=frozenset({"rate", "queue"})),
 }
-"""What a streamed operation offers beside its call."""
+"""What a streamed operation offers beside its calls."""
 
 
 def operations_of(interface: KnownInterface) -> dict[str, Operation] | None:
@@ -180,10 +183,10 @@ def operations_of(interface: KnownInterface) -> dict[str, Operation] | None:
         for operation in _methods(proxy):
             found.setdefault(operation.name, operation)
         for base in proxy.bases:
-            if not isinstance(base, ast.Name):
-                return None
-            if base.id != _BASE:
+            if isinstance(base, ast.Name):
                 pending.append((file, base.id))
+            elif ast.unparse(base) != _BASE:
+                return None
     return found or None
 
 
@@ -223,8 +226,8 @@ def _methods(proxy: ast.ClassDef) -> list[Operation]:
         required = len(names) - len(node.args.defaults)
         streamed = any(
             isinstance(decorator, ast.Call)
-            and isinstance(decorator.func, ast.Name)
-            and decorator.func.id == "streamed"
+            and isinstance(decorator.func, ast.Attribute)
+            and decorator.func.attr == "stream"
             for decorator in node.decorator_list
         )
         found.append(Operation(node.name, tuple(names), required, streamed))
@@ -321,11 +324,14 @@ def _check_stream(access: Access, operation: Operation, report: Report) -> None:
     name = access.path[2]
     if name.startswith("__"):
         return
-    if not operation.is_streamed:
+    if name == _BEGIN:
+        if len(access.path) == 3:
+            _check_arguments(access, operation, report)
+    elif not operation.is_streamed:
         message = f"`{operation.name}` is not streamed, and has no `{name}`: it can only be called"
         report.warning(Code.UNKNOWN_OPERATION, message, _place(access, 2))
     elif name not in STREAM:
-        message = f"a streamed operation has no `{name}`: it has {', '.join(STREAM)}"
+        message = f"a streamed operation has no `{name}`: it has {', '.join([_BEGIN, *STREAM])}"
         report.warning(Code.UNKNOWN_OPERATION, message, _place(access, 2), did_you_mean(name, STREAM))
     elif len(access.path) == 3:
         _check_arguments(access, STREAM[name], report)

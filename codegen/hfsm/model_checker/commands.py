@@ -299,6 +299,8 @@ class Commands:
             return frozenset({_OTHER})
         if owner.kind == "proxy":
             return frozenset({_Value("operation", f"{owner.name}.{name}")})
+        if owner.kind == "operation" and name == "begin":  # without waiting
+            return frozenset({owner})
         if owner.kind != "self":
             return _NOTHING
         if name in self._interfaces:
@@ -438,9 +440,8 @@ class Commands:
     def _command(self, attribute: str, method: str) -> Command | None:
         identity, kind = self._interfaces[attribute]
         known = self._operations.get(kind, {})
-        operation = method if method in known else method.removesuffix("Async")
-        commands = known[operation] if operation in known else is_command(operation)
-        return Command(identity, attribute, operation) if commands else None
+        commands = known[method] if method in known else is_command(method)
+        return Command(identity, attribute, method) if commands else None
 
 
 @lru_cache(maxsize=1024)
