@@ -176,12 +176,12 @@ class Codec(Generic[S]):
     def __init__(self, struct: type[S]) -> None:
         self.struct = struct
         self.fields: tuple[str, ...] = struct.__struct_fields__
-        self._byte_sequences = byte_sequences(struct)
+        self.byte_sequences = byte_sequences(struct)
         self._plain = not any(issubclass(each, Value | Reference) for each in _types_in(struct))
         by_position = len(struct.__match_args__) == len(self.fields)
         self.make: Callable[..., S] = struct if by_position else self._make_by_name
         """Makes the struct of its field values."""
-        single = len(self.fields) == 1 and not self._byte_sequences
+        single = len(self.fields) == 1 and not self.byte_sequences
         self.make_single: Callable[[object], S] | None = self.make if single else None
         """Makes the struct of its one field's value; None where there are more, or byte sequences."""
         self.value_of: Callable[[S], object] = attrgetter(*self.fields) if self.fields else lambda _: None
@@ -227,10 +227,10 @@ class Codec(Generic[S]):
             expected = f"a tuple ({', '.join(self.fields)})" if self.fields else "None"
             raise MarshalException(f"{what}: expected {expected}, got {type(value).__name__}")
         struct = self.make(*values)
-        if not self._byte_sequences:
+        if not self.byte_sequences:
             return encode(struct, what)
         taken: dict[int, bytes] = {}
-        for place, path in enumerate(self._byte_sequences):
+        for place, path in enumerate(self.byte_sequences):
             struct = _marked(struct, path, place, taken)
         encoded = encode(struct, what)
         return Pieces(encoded.split(_ENCODED_MARK), list(taken.values()), tuple(taken)) if taken else encoded
@@ -243,9 +243,9 @@ class Codec(Generic[S]):
         if isinstance(payload, Parted):
             struct = self.unpack(payload.rest, what, resolve)
             for place, large in zip(payload.places, payload.large, strict=True):
-                if not 0 <= place < len(self._byte_sequences):
+                if not 0 <= place < len(self.byte_sequences):
                     raise MarshalException(f"{what}: large bytes where there are none")
-                *way, name = self._byte_sequences[place]
+                *way, name = self.byte_sequences[place]
                 setattr(reduce(getattr, way, struct), name, large)
             return struct
         try:

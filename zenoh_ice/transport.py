@@ -14,7 +14,7 @@ import time
 from collections.abc import Callable, Sequence
 from typing import Any, Final, NamedTuple, Protocol
 
-from ._codec import Buffer, Parted, Pieces, byte_sequences
+from ._codec import Buffer, Parted, Pieces
 from ._threads import Job
 from ._values import NAME
 from ._wire import decode_attachment, decode_error, encode_error, encode_sample_attachment
@@ -38,7 +38,6 @@ __all__ = [
     "Served",
     "Target",
     "Transport",
-    "byte_sequences",
     "check_name",
     "decode_attachment",
     "decode_error",

@@ -14,7 +14,7 @@ import msgspec
 from hfsm_recording.messages import Image, Message, Missing, Result, Stamp
 from zenoh_ice import MarshalException, ObjectPrx, ZenohIceError
 from zenoh_ice.interface import Operation
-from zenoh_ice.transport import Parted, byte_sequences, encode_error
+from zenoh_ice.transport import Parted, encode_error
 
 from .recorder import Recorder, describe_error
 from .values import readable
@@ -87,7 +87,7 @@ def take_bulk(operation: Operation[..., Any], payload: bytes | Parted) -> tuple[
     """Return a result without the long byte sequences in it, and these."""
     found: Bulk = []
     if isinstance(payload, Parted):
-        paths = byte_sequences(operation.result.struct)
+        paths = operation.result.byte_sequences
         for place, data in zip(payload.places, payload.large, strict=True):
             if 0 <= place < len(paths):  # otherwise decoding it fails
                 found.append((Missing(list(paths[place]), len(data), digest(data)), data))
