@@ -205,10 +205,10 @@ class Codec(Generic[S]):
         finally:
             decoding.active = False
 
-    def _make_by_name(self, *values: object) -> S:
-        if len(values) != len(self.fields):
+    def _make_by_name(self, *values: object, **named: object) -> S:
+        if len(values) > len(self.fields):
             raise TypeError(f"{len(values)} values where {len(self.fields)} are wanted")
-        return self.struct(**dict(zip(self.fields, values, strict=True)))
+        return self.struct(**dict(zip(self.fields, values, strict=False)), **named)
 
     def pack(self, values: tuple[object, ...], what: str) -> bytes:
         """Return the struct of these field values as MessagePack.

@@ -107,7 +107,7 @@ class Operation(Generic[P, V]):
         self.amd: Final = options.get("amd", False)
         self.interface: Interface | None = None
         """The interface that declares it, once there is one."""
-        self.__doc__ = declared.__doc__
+        self.__doc__, self.__name__ = declared.__doc__, self.method
         self._declared: Final = declared
         self._results: Final = options.get("results", (RETURN_VALUE,))
         self._optional: Final = options.get("optional", ())
