@@ -1,0 +1,147 @@
+"""Names that one piece of code assigns and uses within a cycle are local to it; all others are shared."""
+
+from __future__ import annotations
+
+import textwrap
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from codegen.hfsm.code.python import Code, analyze_block
+from codegen.hfsm.code.scopes import local_names
+from codegen.hfsm.document import Text
+from tests.support.examples import examples
+
+
+def piece(code: str) -> Code:
+    found = analyze_block(Text(code, 1, 1))
+    assert found is not None
+    return found
+
+
+def local(code: str, *others: str, outside: tuple[str, ...] = ()) -> set[str]:
+    pieces = [piece(text) for text in (code, *others)]
+    return set(local_names(pieces, outside)[0])
+
+
+@pytest.mark.parametrize(
+    ("code", "expected"),
+    [
+        ("ball = look()\nif ball: go(ball)", {"ball"}),
+        ("if a:\n  x = 1\nelse:\n  x = 2\nuse(x)", {"x"}),
+        ("if a:\n  x = 1\nelif b:\n  return\nelse:\n  raise E\nuse(x)", {"x"}),
+        ("for i in range(3):\n  j = i\n  use(i, j)", {"i", "j"}),
+        ("try:\n  f()\nexcept E as e:\n  use(e)", {"e"}),
+        ("try:\n  x = f()\nexcept E:\n  return\nuse(x)", {"x"}),
+        ("with f() as g:\n  use(g)", {"g"}),
+        ("import time\nx, (y, *z) = time.f()\nuse(x, y, z)", {"time", "x", "y", "z"}),
+        ("x = [1]\nuse([a + i for i in x])", {"x"}),
+        ("x = 1\nx += 1\nuse(x)", {"x"}),
+        ("for i in range(3): f()", {"i"}),
+        ("_, x = f()\nuse(x)", {"_", "x"}),
+    ],
+)
+def test_what_is_assigned_before_it_is_read_is_local(code: str, expected: set[str]) -> None:
+    assert local(code) == expected
+
+
+@pytest.mark.parametrize(
+    "code",
+    [
+        "use(x)\nx = 1",
+        "x += 1",
+        "if a: x = 1\nuse(x)",
+        "while a: x = 1\nuse(x)",
+        "for x in a: pass\nuse(x)",
+        "try:\n  x = f()\nexcept E: pass\nuse(x)",
+        "with f():\n  x = 1\nuse(x)",
+        "match a:\n  case 1: x = 1\nuse(x)",
+        "x = 1\nlater(lambda: x)",
+        "x = 1\ndef f(): return x\nkeep(f)",
+        "x = 1\nkeep(x for _ in a)",
+        "if (x := f()): pass",
+        "x = 1\nuse(eval('x'))",
+        "x = 1\ndel x",
+        "try:\n  f()\nexcept E as x: pass\nuse(x)",
+        "use([x for x in a])\nx = 1\nuse(x)",
+    ],
+)
+def test_what_a_later_cycle_or_a_function_may_see_is_shared(code: str) -> None:
+    assert "x" not in local(code)
+
+
+@pytest.mark.parametrize("code", ["x = 1", "x = 1\nx += 1", "y, [x] = f()\nuse(y)"])
+def test_what_nothing_reads_is_shared_for_the_monitor_to_show(code: str) -> None:
+    assert "x" not in local(code)
+
+
+@pytest.mark.parametrize("other", ["use(x)", "x = 2", "y = lambda: x", "def f():\n  nonlocal x\n  x = 1"])
+def test_what_other_code_mentions_is_shared(other: str) -> None:
+    assert local("x = 1\nuse(x)", other) == set()
+
+
+def test_variables_and_inputs_are_shared() -> None:
+    assert local("x = y = 1\nuse(x, y)", outside=("x",)) == {"y"}
+
+
+_simple = st.sampled_from(
+    [
+        "x = next(n)", "y = next(n)", "x, y = y, x", "x += 1", "out(x)", "out(y)", "z = x", "out(z)",
+        "import math as y", "out([z for z in (x,)])", "f = lambda: x", "out(f())", "return", "1 / 0",
+        "if (z := next(n)) % 2: out(z)",
+    ]
+)  # fmt: skip
+
+
+def _nested(inner: st.SearchStrategy[str]) -> st.SearchStrategy[str]:
+    body = st.lists(inner, min_size=1, max_size=3).map(lambda lines: textwrap.indent("\n".join(lines), "  "))
+    return st.one_of(
+        st.builds("if next(n) % 2:\n{}\nelse:\n{}".format, body, body),
+        st.builds("for x in range(next(n) % 3):\n{}".format, body),
+        st.builds("try:\n{}\nexcept ZeroDivisionError as y:\n{}".format, body, body),
+        st.builds("try:\n{}\nfinally:\n{}".format, body, body),
+        st.builds("while next(n) % 3:\n{}\n  if next(n) % 2: break".format, body),
+        st.builds("with swallowed():\n{}".format, body),
+    )
+
+
+_code = st.lists(st.recursive(_simple, _nested, max_leaves=6), min_size=1, max_size=5).map("\n".join)
+
+
+@settings(max_examples=examples(300), deadline=None)
+@given(st.lists(_code, min_size=1, max_size=3))
+def test_code_does_the_same_with_local_names(codes: list[str]) -> None:
+    pieces = [piece(code) for code in codes]
+    local = local_names(pieces, ())
+    assert trace(pieces, [frozenset()] * len(pieces)) == trace(pieces, local)
+
+
+def trace(pieces: list[Code], local: list[frozenset[str]]) -> list[object]:
+    """Run the pieces by turns, as an automaton does, and return what they put out and raise."""
+    shared = sorted(set().union(*(code.bound - names for code, names in zip(pieces, local, strict=True))))
+    lines = ["def automaton(n, out, swallowed):", *(f"    {name}: object" for name in shared), "    pass"]
+    for number, (code, names) in enumerate(zip(pieces, local, strict=True)):
+        lines.append(f"    def piece_{number}():")
+        if code.bound - names:
+            lines.append(f"        nonlocal {', '.join(sorted(code.bound - names))}")
+        lines += code.indented(2)
+    functions = ", ".join(f"piece_{number}" for number in range(len(pieces)))
+    lines.append(f"    return [{functions}]")
+    namespace: dict[str, Any] = {}
+    exec("\n".join(lines), namespace)
+    found: list[object] = []
+
+    class Swallowed:
+        def __enter__(self) -> None: ...
+        def __exit__(self, *_: object) -> bool:
+            return True
+
+    made = namespace["automaton"](iter(range(300)), lambda value: found.append(repr(value)[:40]), Swallowed)
+    for function in made * 4:
+        try:
+            function()
+        except Exception as error:  # noqa: BLE001 - whatever the code raises
+            found.append(type(error) if not isinstance(error, NameError) else NameError)
+    return found
