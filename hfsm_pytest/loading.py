@@ -18,6 +18,7 @@ from codegen.hfsm import compile_document, read_document, resolve
 from codegen.hfsm.document import Document
 from hfsm_runtime import Component
 from hfsm_runtime.debugger.reload import components_in
+from hfsm_runtime.loading import naming_libraries
 
 from .errors import DocumentInvalid, says_it_all
 
@@ -64,14 +65,16 @@ def load_component(document: Path, include: Sequence[Path] = ()) -> type[Compone
     on_disk = target.is_file() and target.read_text(encoding="utf-8") == text
     # As long as the committed component is the current one, tracebacks and debuggers show that file.
     file = str(target) if on_disk else f"<compiled>/{target.name}"
-    if not on_disk:
+    if on_disk:
+        linecache.checkcache(file)
+    else:
         linecache.cache[file] = (len(text), None, text.splitlines(keepends=True), file)
     module = ModuleType(f"{target.stem}{_MARK}{next(_numbers)}")
     module.__file__ = file
     vars(module)["__builtins__"] = dict(vars(builtins))  # its imports are its own, for `time` to be virtual
     sys.modules[module.__name__] = module  # where dataclasses and pickle look for the module of a class
     try:
-        with _importable(target.parent, *include):
+        with _importable(target.parent, *include), naming_libraries(file):
             exec(_code(text, file), vars(module))  # noqa: S102 - the component under test
         (found,) = components_in(module)
     except BaseException:

@@ -8,10 +8,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from .automaton import Automaton, Event, Input, State, Transition
-from .component import Component, Parameter, Proxy, libraries, load_extension
-from .errors import ComponentError
-from .virtual import VirtualRun, run
+from .loading import load_extension, prepare_program
+
+prepare_program()  # before what takes long to import
+
+from .automaton import Automaton, Event, Input, State, Transition  # noqa: E402
+from .component import Component, Parameter, Proxy  # noqa: E402
+from .errors import ComponentError  # noqa: E402
+from .virtual import VirtualRun, run  # noqa: E402
 
 if TYPE_CHECKING:
     from typing import NoReturn
@@ -27,7 +31,6 @@ __all__ = [
     "State",
     "Transition",
     "VirtualRun",
-    "libraries",
     "load_extension",
     "main",
     "run",

@@ -3,15 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import KW_ONLY, dataclass, field
 from functools import cached_property
 from typing import Any, Final
 
 from .errors import DefinitionError
+from .source_map import text_of_guard
 
 REQUIRED: Final = object()
 """Stands for the default of an input that has none."""
+
+_BY_PLACE: Final = -1
+"""The id of a state or a transition that gets its place in the automaton as its id."""
+
+Arguments = Mapping[str, object] | Mapping[int, Mapping[str, object]]
+"""Values for inputs by their names; for the inputs of several automata by the automaton's id first."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,18 +44,20 @@ class Input:
     default: object = REQUIRED
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class State:
     """A state: `code` runs once a cycle while it is the current one; it may own automata, its children.
 
-    `entry` runs when the state is entered and `exit` when it is left. Then `arguments` returns the values for
-    the inputs of the children, by the id of the child and the input's name. `restart` restarts the children
-    each time the state is entered, instead of going on where they were. An automaton in a `final` state
+    Its `id` is by default its place in the automaton, from 1. `entry` runs when the state is entered and
+    `exit` when it is left. After the entry `arguments` returns the values for the inputs of the children: by
+    the input's name for the only child, else by the id of the child and the input's name. With `restart` the
+    children start again each time the state is entered, instead of resuming. An automaton in a `final` state
     has finished.
     """
 
-    id: int
     name: str
+    _: KW_ONLY
+    id: int = _BY_PLACE
     initial: bool = False
     final: bool = False
     entry: Callable[[], object] | None = None
@@ -56,23 +65,41 @@ class State:
     exit: Callable[[], object] | None = None
     children: tuple[Automaton, ...] = ()
     restart: bool = False
-    arguments: Callable[[], Mapping[int, Mapping[str, object]]] | None = None
+    arguments: Callable[[], Arguments] | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
+class _End:
+    """An end of a transition: given as a state or its id, read as the id."""
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self._name = name
+
+    def __get__(self, transition: Transition | None, owner: type) -> int:
+        if transition is None:
+            raise AttributeError(self._name)  # so that the dataclass sees a field without a default
+        state: State | int = vars(transition)[self._name]
+        return state if isinstance(state, int) else state.id
+
+    def __set__(self, transition: Transition, state: State | int) -> None:
+        vars(transition)[self._name] = state
+
+
+@dataclass(frozen=True)
 class Transition:
-    """A transition from the state `origin` to the state `destination`, both ids.
+    """A transition from the state `origin` to the state `destination`.
 
-    It fires `seconds` of active time after the entry into its origin, at the `event` of that name, when the
-    origin's children have `finished`, or else when `guard` returns something true. The others may have a
-    guard, too, which must hold as well; `condition` is the guard as text. `code` runs after the change of
-    state. Guard and code of one with an event take the `Event`.
+    Its `id` is by default its place in the automaton, from 1. It fires `seconds` of active time after the
+    entry into its origin, at the `event` of that name, when the origin's children have `finished`, or else
+    when `guard` returns something true. The others may have a guard, too, which must hold as well. Its text
+    is `condition`, by default what it says in a generated component. `code` runs after the change of state.
+    Guard and code of a transition with an event take the `Event`.
     """
 
-    id: int
-    name: str = ""
-    origin: int
-    destination: int
+    name: str
+    origin: _End = _End()
+    destination: _End = _End()
+    _: KW_ONLY
+    id: int = _BY_PLACE
     seconds: float | None = None
     event: str = ""
     finished: bool = False
@@ -81,23 +108,28 @@ class Transition:
     priority: int | None = None
     code: Callable[..., object] | None = None
 
+    def __post_init__(self) -> None:
+        if self.guard is not None and not self.condition:
+            object.__setattr__(self, "condition", text_of_guard(self.guard))
+
     @cached_property
     def delay(self) -> int | None:
         """The time after which it fires in ns, None for one without."""
         return None if self.seconds is None else round(self.seconds * 1e9)
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Automaton:
-    """An automaton; `period` is the time between its cycles in s. Raises DefinitionError.
+    """An automaton, whose `id` no other of the component has. Raises DefinitionError.
 
-    `set_inputs` takes a value for each of `inputs`, by name. Transitions out of a state are tried by
-    priority, 1 first, and those without one after them, in their order. `source` names the file that it was
-    imported from.
+    `period` is the time between its cycles in s. `set_inputs` takes a value for each of `inputs`, by name.
+    Transitions out of a state are tried by priority, 1 first, and those without one after them, in their
+    order. `source` names the file that it was imported from.
     """
 
-    id: int
     name: str
+    _: KW_ONLY
+    id: int
     period: float = 0.1
     states: tuple[State, ...]
     transitions: tuple[Transition, ...] = ()
@@ -108,6 +140,8 @@ class Automaton:
     _outgoing: dict[int, tuple[Transition, ...]] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
+        _number(self.states)
+        _number(self.transitions)
         by_id = {state.id: state for state in self.states}
         object.__setattr__(self, "_by_id", by_id)
         leaving: dict[int, list[Transition]] = {origin: [] for origin in by_id}
@@ -175,6 +209,13 @@ class Automaton:
                 raise DefinitionError(f"{what} needs a time, an event or a guard")
             if transition.seconds is not None and not _positive(transition.seconds):
                 raise DefinitionError(f"{what} fires after {transition.seconds} s: it is a positive number")
+
+
+def _number(items: Sequence[State | Transition]) -> None:
+    """Give each item without an id its place."""
+    for place, item in enumerate(items, 1):
+        if item.id == _BY_PLACE:
+            object.__setattr__(item, "id", place)
 
 
 def _positive(seconds: float) -> bool:

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-import importlib
 import inspect
 import logging
-import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from pathlib import Path, PurePath
-from types import ModuleType
+from collections.abc import Callable
+from pathlib import PurePath
 from typing import Any, ClassVar, Generic, Self, TypeVar, overload
 
 from zenoh_ice.clock import Clock, WallClock
@@ -17,16 +13,9 @@ from zenoh_ice.exceptions import ZenohIceError
 
 from .automaton import Automaton
 from .automaton_run import make_event
-from .errors import (
-    ComponentError,
-    MissingLibraryError,
-    NotConnectedError,
-    OnError,
-    OnRefused,
-    VariablesError,
-    locate,
-)
+from .errors import ComponentError, NotConnectedError, OnError, OnRefused, VariablesError
 from .marks import Mark, make_mark
+from .source_map import locate
 
 P = TypeVar("P")
 _D = TypeVar("_D", bound="_Declared[Any]")
@@ -222,7 +211,7 @@ def make_automata(component: Component) -> Automaton:
     except (ComponentError, ZenohIceError):
         raise
     except Exception as error:
-        place = locate(error, source_of(component), component._hfsm_document)
+        place = locate(error, source_of(component))
         message = f"the variables of the component failed: {type(error).__name__}: {error}"
         raise VariablesError(f"{message} at {place}" if place else message) from error
     finally:
@@ -233,77 +222,3 @@ def _too_early(*_: object) -> None:
     raise RuntimeError(
         "`self.send` and `self.sleep` are for entry code: no automaton runs when variables are set"
     )
-
-
-@contextmanager
-def libraries(document: str, module: str = "") -> Iterator[None]:
-    """Import the libraries of a document in a `with` block of the component's `module`.
-
-    One that is missing or fails becomes a MissingLibraryError, which ends the program that the component is.
-    """
-    try:
-        yield
-    except ImportError as error:
-        problem = MissingLibraryError(_explain(error, document), name=error.name)
-        if module == "__main__":  # nobody is there to catch it
-            sys.exit(f"{PurePath(sys.argv[0]).name}: error: {problem}")
-        raise problem from error
-
-
-def _explain(error: ImportError, document: str) -> str:
-    if not isinstance(error, ModuleNotFoundError):
-        return f"a library of {document} cannot be imported: {error}"
-    hint = {"cv2": "opencv-python-headless"}.get(error.name or "", error.name)
-    return (
-        f"{document} uses the library {error.name}, which is not installed: "
-        f"try `pip install {hint}`, or `pip install 'visualhfsm[vision]'` for what the examples see with"
-    )
-
-
-def load_extension(file: str, package: str | None, module: str, name: str) -> type[Any]:
-    """Return the class `name` of a module that lies in the directory of a component's `file`.
-
-    In a package it is the package's module, and otherwise, as when the file is run or loaded by its path, the
-    one of its directory. Raises ComponentError when there is no such file or no such class in it, which ends
-    the program that the component is, and what importing raises.
-    """
-    try:
-        return _class(Path(file), package, module, name)
-    except ComponentError as error:
-        if getattr(sys.modules.get("__main__"), "__file__", None) == file:  # nobody is there to catch it
-            sys.exit(f"{PurePath(sys.argv[0]).name}: error: {error}")
-        raise
-
-
-def _class(component: Path, package: str | None, module: str, name: str) -> type[Any]:
-    path = component.with_name(f"{module}.py")
-    if not path.is_file():
-        raise ComponentError(
-            f"{path.name} is gone, which {component.name} extends: bring it back, or run codegen"
-        )
-    loaded = importlib.import_module(f"{package}.{module}") if package else _load_once(path.resolve())
-    found = getattr(loaded, name, None)
-    if not isinstance(found, type):
-        raise ComponentError(f"{path.name} has no class {name}: write it, or remove the file and run codegen")
-    return found
-
-
-def _load_once(path: Path) -> ModuleType:
-    known = sys.modules.get(path.stem)
-    if known is not None and Path(getattr(known, "__file__", None) or "").resolve() == path:
-        return known
-    return load_module(path.stem, path)
-
-
-def load_module(name: str, path: Path, package: str = "") -> ModuleType:
-    """Run a file as a new module, as it is on the disk now; raises what it raises."""
-    module = ModuleType(name)
-    module.__file__, module.__package__ = str(path), package
-    sys.modules[name] = module  # where the module of its classes and functions is looked for
-    try:
-        # Never what was cached: that may be of the same second and the same size.
-        exec(compile(path.read_bytes(), str(path), "exec"), vars(module))  # noqa: S102 - the component's file
-    except BaseException:
-        sys.modules.pop(name, None)
-        raise
-    return module

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Mapping
 from typing import Final, Protocol
 
-from .automaton import REQUIRED, Automaton, Event, State, Transition
+from .automaton import REQUIRED, Arguments, Automaton, Event, State, Transition
 from .errors import ArgumentError, ComponentStoppedError, CycleCutError
 from .tree import Run, Tree
 from .variables import convert
@@ -225,19 +225,36 @@ def _call(tree: Tree, run: Run, code: Callable[[], object], supervisor: Supervis
         return None
 
 
-def hand_over(state: State, arguments: Mapping[int, Mapping[str, object]]) -> None:
+def hand_over(state: State, arguments: Arguments) -> None:
     """Set the inputs of a state's automata; those without an argument keep their value.
 
-    `arguments` are values by the automaton's id and the input's name. Nothing is set when one of them cannot
-    be: raises ArgumentError, and ValueTypeError for a value of another type.
+    Nothing is set when one of them cannot be: raises ArgumentError, and ValueTypeError for a value of another
+    type.
     """
-    unknown = arguments.keys() - {child.id for child in state.children}
+    by_child = _by_child(state, arguments)
+    unknown = by_child.keys() - {child.id for child in state.children}
     if unknown:
         raise ArgumentError(f"the state {state.name!r} owns no automaton {min(unknown)}")
-    checked = [(child, _check(state, child, arguments.get(child.id, {}))) for child in state.children]
+    checked = [(child, _check(state, child, by_child.get(child.id, {}))) for child in state.children]
     for child, values in checked:
         if values and child.set_inputs is not None:
             child.set_inputs(values)
+
+
+def _by_child(state: State, arguments: Arguments) -> dict[int, Mapping[str, object]]:
+    values: dict[str, object] = {}
+    found: dict[int, Mapping[str, object]] = {}
+    for key, value in arguments.items():
+        if isinstance(key, str):
+            values[key] = value
+        else:
+            assert isinstance(value, Mapping)
+            found[key] = value
+    if values:
+        if len(state.children) != 1:
+            raise ArgumentError(f"the state {state.name!r} does not own one automaton: say which by its id")
+        found[state.children[0].id] = values
+    return found
 
 
 def _check(state: State, child: Automaton, values: Mapping[str, object]) -> dict[str, object]:

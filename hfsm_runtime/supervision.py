@@ -23,8 +23,9 @@ from zenoh_ice.exceptions import (
 from .automaton import Event
 from .component import Component, source_of
 from .cycle import CycleEnded
-from .errors import OnError, OnRefused, describe, locate, part_of_component
+from .errors import OnError, OnRefused, describe, part_of_component
 from .observer import Observer
+from .source_map import locate
 from .timeline import Timeline
 from .tree import DropReason, Run, Tree
 
@@ -128,7 +129,7 @@ class Supervision(Observer):
         on_error, on_refused = self._policies
         self._on_error = on_error or component._hfsm_on_error
         self._on_refused = on_refused or component._hfsm_on_refused
-        self._file, self._document = source_of(component), component._hfsm_document
+        self._file = source_of(component)
 
     @property
     def records(self) -> tuple[ErrorReport, ...]:
@@ -144,7 +145,7 @@ class Supervision(Observer):
         """Take an exception of user code; raises CycleEnded when the cycle is not to go on."""
         if isinstance(error, CommunicatorDestroyedException):
             raise CycleEnded from error  # the component has ended without this cycle
-        location = locate(error, self._file, self._document)
+        location = locate(error, self._file)
         message = describe(error)[:_LONGEST_MESSAGE]
         if isinstance(error, UNAVAILABLE):
             self._wait(self._without_server, run, location, message, "waiting for the server")

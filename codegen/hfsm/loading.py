@@ -103,10 +103,10 @@ def load_document(
     if program is None or len(diagnostics.errors) > errors:
         return None
     component = generate(program)
-    check_component(program, component, path, diagnostics)
+    check_component(component, path, diagnostics)
     if len(diagnostics.errors) > errors:
         return None
-    return LoadedDocument(document, analysis, interfaces, component)
+    return LoadedDocument(document, analysis, interfaces, component.text)
 
 
 def component_path(document: Path, output: Path | None) -> Path:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 
 from .code.text import Code
 from .document import Automaton, State, Transition
@@ -15,6 +16,7 @@ __all__ = [
     "ExtensionProgram",
     "FunctionsProgram",
     "InputProgram",
+    "LibraryProgram",
     "ParameterProgram",
     "Program",
     "ProxyProgram",
@@ -106,10 +108,26 @@ class AutomatonProgram:
 
 @dataclass(frozen=True, slots=True)
 class FunctionsProgram:
-    """Functions, which become methods of the component, and the name of the file that they stand in."""
+    """Functions, which become methods of the component.
+
+    They stand in the file `path`, None for the document itself, which is called `file`; `automaton` is the id
+    of theirs, 0 for those that belong to none.
+    """
 
     file: str
     code: Code
+    path: Path | None = None
+    automaton: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class LibraryProgram:
+    """An import; `code` is that of the document, None for one of ours; `file` and `path` as of functions."""
+
+    statement: str
+    code: Code | None = None
+    file: str = ""
+    path: Path | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,7 +173,7 @@ class Program:
     on_error: str
     on_refused: str
     extension: ExtensionProgram | None
-    imports: tuple[str, ...]
+    libraries: tuple[LibraryProgram, ...]
     parameters: tuple[ParameterProgram, ...]
     proxies: tuple[ProxyProgram, ...]
     functions: tuple[FunctionsProgram, ...]

@@ -23,14 +23,15 @@ from zenoh_ice import ZenohIceError
 from ..automaton import Automaton
 from ..component import (
     Component,
-    load_module,
     make_automata,
     parameters_of,
     proxies_of,
     source_of,
 )
-from ..errors import ComponentError, ReloadRefusedError, locate
+from ..errors import ComponentError, ReloadRefusedError
+from ..loading import load_module
 from ..runtime import Runtime
+from ..source_map import locate
 from ..tree import Replaced, Run, Tree, grow
 from ..variables import cells_of, values_of
 from ..virtual import VirtualRun
@@ -274,7 +275,7 @@ def _load_again(former: type[Component], path: Path) -> type[Component]:
     except (Exception, SystemExit) as error:
         if former_extension is not None:
             sys.modules[extension] = former_extension
-        raise ReloadRefusedError(_explain(error, str(path), former)) from error
+        raise ReloadRefusedError(_explain(error, str(path))) from error
     finally:
         linecache.checkcache(str(path))
     found = components_in(module)
@@ -302,9 +303,9 @@ def _forget(component: type[Component]) -> None:
         sys.modules.pop(component.__module__, None)
 
 
-def _explain(error: BaseException, path: str, former: type[Component]) -> str:
+def _explain(error: BaseException, path: str) -> str:
     if isinstance(error, SyntaxError) and error.filename == path:
         return f"{Path(path).name}:{error.lineno}: {error.msg}"
-    place = locate(error, path, former._hfsm_document)
+    place = locate(error, path)
     text = f"{Path(path).name} cannot be loaded: {type(error).__name__}: {error}"
     return f"{text} at {place}" if place else text

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import contextlib
 import inspect
 import logging
@@ -28,6 +27,7 @@ from ..component import Component, parameter_values, proxies_of, source_of
 from ..errors import ComponentStoppedError, CycleCutError, OnError, OnRefused, ReloadRefusedError
 from ..marks import Mark
 from ..runtime import Runtime
+from ..source_map import sources_of
 from ..supervision import Refusal
 from ..timeline import Timeline
 from ..tree import Replaced, Run, Tree
@@ -291,25 +291,14 @@ def _sources(component: Component) -> dict[str, str]:
     classes = (base for base in type(component).__mro__ if base not in (object, Component))
     if extension.name in {Path(inspect.getfile(base)).name for base in classes}:
         found[f"{by_hand}/{extension.name}"] = extension
-    found |= {f"{imported}/{name}": file.parent / name for name in _imported(file)}
+    names = sources_of(type(component).automaton.__globals__) - {component._hfsm_document}
+    found |= {f"{imported}/{name}": file.parent / name for name in names}
     texts: dict[str, str] = {}
     for name, path in found.items():
         with contextlib.suppress(OSError):  # it ran all the same, and replay says what it misses
             if path.stat().st_size <= _LARGEST_SOURCE:
                 texts[name] = path.read_bytes().decode("utf-8", "surrogateescape")
     return texts
-
-
-def _imported(file: Path) -> set[str]:
-    """Return the documents that automata of a generated component come from, as it names them."""
-    try:
-        tree = ast.parse(file.read_bytes())
-    except (OSError, SyntaxError, ValueError):  # it was changed while it runs; the automata are as they were
-        return set()
-    sources = {
-        node.value for node in ast.walk(tree) if isinstance(node, ast.keyword) and node.arg == "source"
-    }
-    return {node.value for node in sources if isinstance(node, ast.Constant) and isinstance(node.value, str)}
 
 
 def _version(package: str) -> str:

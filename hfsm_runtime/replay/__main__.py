@@ -22,9 +22,10 @@ from hfsm_recording.reader import RecordingError
 from zenoh_ice.command import finite
 from zenoh_ice.command import run as run_command
 
-from ..component import Component, load_module
+from ..component import Component
 from ..debugger.reload import components_in
 from ..errors import ComponentError
+from ..loading import load_module
 from .engine import Replay
 from .script import Recording, ReplayError
 

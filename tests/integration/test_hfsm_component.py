@@ -73,7 +73,9 @@ def test_a_library_that_is_not_installed_is_told_in_one_line(tmp_path: Path, end
     text = document(sub(1, 0, state(1, "a", initial=True)), libraries=("no_such_thing",))
     with start(compile_to(tmp_path, text, "seer"), endpoint) as component:
         assert component.wait(LIMIT) == 1
-        assert component.output.startswith("seer.py: error: seer.xml uses the library no_such_thing")
+        assert component.output.startswith(
+            "seer.py: error: seer.xml:9: the library no_such_thing is not installed: "
+        )
         assert component.output.count("\n") == 1
 
 

@@ -267,8 +267,8 @@ def test_the_code_of_the_state_runs_before_transitions_are_tried_again(pair: Pai
             State(id=2, name="b", entry=lambda: ran.append("entry"), code=lambda: ran.append("code")),
         ),
         transitions=(
-            Transition(id=1, origin=1, destination=2, event="go", code=lambda event: ran.append("fired")),
-            Transition(id=2, origin=2, destination=1, guard=lambda: not ran.append("guard")),  # type: ignore[func-returns-value]
+            Transition("", 1, 2, id=1, event="go", code=lambda event: ran.append("fired")),
+            Transition("", 2, 1, id=2, guard=lambda: not ran.append("guard")),  # type: ignore[func-returns-value]
         ),
     )  # fmt: skip
     with monitored(pair, root) as (_, proxy):
@@ -319,7 +319,7 @@ def test_an_automaton_that_wakes_for_the_first_time_reaches_a_breakpoint_at_its_
     root = Automaton(
         id=2, name="root", period=0.02,
         states=(State(id=1, name="idle", initial=True), State(id=2, name="busy", children=(child,))),
-        transitions=(Transition(id=1, origin=1, destination=2, event="go"),),
+        transitions=(Transition("", 1, 2, id=1, event="go"),),
     )  # fmt: skip
     with monitored(pair, root) as (_, proxy):
         proxy.setBreakpoints([Breakpoint(1, 1, 0, "")])
@@ -431,9 +431,7 @@ def test_an_event_takes_its_data_to_the_automata(pair: Pair) -> None:
         period=0.02,
         states=(State(id=1, name="a", initial=True), State(id=2, name="b")),
         transitions=(
-            Transition(
-                id=1, origin=1, destination=2, event="ball_lost", code=lambda event: taken.append(event.data)
-            ),
+            Transition("", 1, 2, id=1, event="ball_lost", code=lambda event: taken.append(event.data)),
         ),
     )
     with monitored(pair, root) as (_, proxy):

@@ -243,8 +243,12 @@ def test_a_file_that_cannot_be_loaded_changes_nothing(
         ("count = 0", "count = 1 / 0", r"variables of the component failed: ZeroDivisionError.*walker.xml"),
         ("initial=True", "initial=False", "exactly one initial state"),
         ("period=0.02", "period=-1", "a positive number of seconds"),
-        ("destination=2", "destination=9", "states that do not exist"),
-        ("name='walker'", "name='runner'", "that of runner now, not of walker"),
+        ("states=(a, b)", "states=(a,)", "states that do not exist"),
+        (
+            "Automaton(\n            'walker'",
+            "Automaton(\n            'runner'",
+            "that of runner now, not of walker",
+        ),
     ],
 )
 def test_automata_that_make_no_sense_change_nothing(

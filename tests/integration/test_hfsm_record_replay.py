@@ -872,7 +872,12 @@ class RandomComponent(Component, document="random.xml"):
             }[trigger]()
 
         def transition(number: int, origin: int, destination: int, trigger: str) -> Transition:
-            common: dict[str, Any] = {"id": number, "origin": origin + 1, "destination": destination + 1}
+            common: dict[str, Any] = {
+                "name": "",
+                "id": number,
+                "origin": origin + 1,
+                "destination": destination + 1,
+            }
             if trigger == "event":
                 return Transition(**common, event="ping", code=lambda event: do("count"))
             if trigger[0].isdigit():

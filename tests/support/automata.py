@@ -17,27 +17,27 @@ __all__ = ["Code", "after", "automaton", "component", "finished", "on", "when"]
 
 
 def after(
-    seconds: float, origin: int, destination: int, code: Code | None = None, **others: Any
+    seconds: float, origin: int, destination: int, code: Code | None = None, *, name: str = "", **others: Any
 ) -> Transition:
     """Return a timed transition."""
-    return Transition(
-        id=next(_ids), origin=origin, destination=destination, seconds=seconds, code=code, **others
-    )
+    return Transition(name, origin, destination, id=next(_ids), seconds=seconds, code=code, **others)
 
 
-def when(guard: Code, origin: int, destination: int, code: Code | None = None, **others: Any) -> Transition:
+def when(
+    guard: Code, origin: int, destination: int, code: Code | None = None, *, name: str = "", **others: Any
+) -> Transition:
     """Return a transition with a guard."""
-    return Transition(id=next(_ids), origin=origin, destination=destination, guard=guard, code=code, **others)
+    return Transition(name, origin, destination, id=next(_ids), guard=guard, code=code, **others)
 
 
-def on(event: str, origin: int, destination: int, **others: Any) -> Transition:
+def on(event: str, origin: int, destination: int, *, name: str = "", **others: Any) -> Transition:
     """Return a transition that fires at an event."""
-    return Transition(id=next(_ids), origin=origin, destination=destination, event=event, **others)
+    return Transition(name, origin, destination, id=next(_ids), event=event, **others)
 
 
-def finished(origin: int, destination: int, **others: Any) -> Transition:
+def finished(origin: int, destination: int, *, name: str = "", **others: Any) -> Transition:
     """Return a transition that fires when the children of its origin have finished."""
-    return Transition(id=next(_ids), origin=origin, destination=destination, finished=True, **others)
+    return Transition(name, origin, destination, id=next(_ids), finished=True, **others)
 
 
 def automaton(

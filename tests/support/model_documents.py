@@ -279,9 +279,10 @@ class Player(Observer):
 
         guarded = source.type == "condition" or not source.guard.is_blank
         return runtime.Transition(
+            source.name,
+            source.origin,
+            source.destination,
             id=source.id,
-            origin=source.origin,
-            destination=source.destination,
             seconds=float(source.trigger.text) / 1000 if source.type == "time" else None,
             event=source.trigger.text if source.type == "event" else "",
             finished=source.type == "finished",

@@ -129,7 +129,7 @@ def test_libraries_parameters_and_interfaces_come_along_once(tmp_path: Path) -> 
     assert VirtualRun(made).errors == ()
     alone = compile_to(tmp_path, document(root(2), imported("lib.xml")), "alone").read_text()
     for line in (
-        "    from math import pi",
+        "\nfrom math import pi",
         "    speed = Parameter(0.5)",
         '    head = Proxy("Head", PoseHeadPrx)',
     ):

@@ -151,7 +151,7 @@ def family(*, final: bool) -> Automaton:
         id=2,
         name="child",
         states=(State(id=1, name="x", initial=True), State(id=2, name="y", final=final)),
-        transitions=(Transition(id=1, origin=1, destination=2, seconds=0.5),),
+        transitions=(Transition("", 1, 2, id=1, seconds=0.5),),
     )
     return Automaton(
         id=1,

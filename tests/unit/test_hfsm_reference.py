@@ -429,9 +429,10 @@ class Recorder(Observer):
             ),
             transitions=tuple(
                 Transition(
+                    "",
+                    transition.origin,
+                    transition.destination,
                     id=index,
-                    origin=transition.origin,
-                    destination=transition.destination,
                     seconds=None if transition.delay is None else transition.delay / 1000,
                     event=transition.event,
                     finished=transition.finished,

@@ -96,7 +96,7 @@ def test_states_are_found_by_id_and_then_by_their_name() -> None:
     moved = Automaton(
         id=1, name="walker",
         states=(State(id=7, name="rest", initial=True), State(id=9, name="salsa")),
-        transitions=(Transition(id=1, origin=9, destination=7, seconds=10.0),),
+        transitions=(Transition("", 9, 7, id=1, seconds=10.0),),
     )  # fmt: skip
     assert reload(run, moved) == ()
     assert run.active == "salsa"
@@ -125,7 +125,7 @@ def test_the_timers_of_an_automaton_that_begins_anew_count_from_then_on() -> Non
     rest = State(id=7, name="rest", initial=True, children=(timed("x", "y", id=2, name="rest", seconds=1.0),))
     new = Automaton(
         id=1, name="walker", states=(rest, State(id=8, name="over")),
-        transitions=(Transition(id=1, origin=7, destination=8, seconds=3.0),),
+        transitions=(Transition("", 7, 8, id=1, seconds=3.0),),
     )  # fmt: skip
     reload(run, new)
     assert run.active == "rest/x"
@@ -343,7 +343,7 @@ def test_inputs_and_events_on_their_way_are_kept() -> None:
 
         child = Automaton(
             id=2, name="child", states=(State(id=1, name="a", initial=True, code=code), State(id=2, name="b")),
-            transitions=(Transition(id=1, origin=1, destination=2, event="lost"),),
+            transitions=(Transition("", 1, 2, id=1, event="lost"),),
             inputs=(Input(name="color", type=str, default="red"),), set_inputs=set_inputs,
         )  # fmt: skip
         state = State(

@@ -367,4 +367,4 @@ def test_a_guard_that_fails_drops_its_event_when_errors_are_ignored() -> None:
 )
 def test_a_transition_fires_by_one_thing(more: dict[str, object], words: str) -> None:
     with pytest.raises(DefinitionError, match=words):
-        automaton(1, "root", states("a", "b"), [Transition(id=1, origin=1, destination=2, **more)])  # type: ignore[arg-type]
+        automaton(1, "root", states("a", "b"), [Transition("", 1, 2, id=1, **more)])  # type: ignore[arg-type]

@@ -121,7 +121,7 @@ def test_pieces_that_share_a_line_are_told_apart(tmp_path: Path) -> None:
 
     def place(function: str) -> Place | None:
         above = next(number for number, line in enumerate(lines, 1) if f"def {function}(" in line)
-        found = origins.find(f'  File "{component}", line {above + 2}, in {function}')
+        found = origins.find(f'  File "{component}", line {above + 1}, in {function}')
         return found and found.place
 
     def automaton(number: int, kind: Literal["state", "transition"], id: int, part: str) -> Place:

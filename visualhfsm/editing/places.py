@@ -162,33 +162,22 @@ class Locator:
             return Located(self._owners[index], 0, 0)
         return Located(spot.place, inside + 1, column - spot.column + 1 if inside == 0 else column)
 
-    def find_code(
-        self, line: int, *, code: str = "", part: str = "", automaton: int = 0, state: int = 0
-    ) -> Located | None:
+    def find_code(self, line: int, *, automaton: int = 0, state: int = 0) -> Located | None:
         """Return the piece of code that has a line of the file, or None when there is none in it.
 
-        Several pieces may share a line. Then the one counts that holds the text `code` there, is the `part`,
-        and belongs to the `automaton` and to its `state`, or to a transition at that one, as far as those are
-        known; what comes first decides.
+        Several pieces may share a line. Then the one counts that belongs to the `automaton` and to its
+        `state`, or to a transition at that one, as far as those are known; what comes first decides.
         """
         found = [spot for spot in self._spots if _has_code(spot, line)]
         if not found:
             return None
-        wanted = " ".join(code.split())
         near = self._near(automaton, state) if len(found) > 1 else frozenset()
 
         def likeness(spot: Spot) -> tuple[bool, ...]:
             assert spot.text is not None
             place = spot.place
-            written = " ".join(spot.text.split("\n")[line - spot.line].split())
-            return (
-                bool(wanted) and wanted == written,
-                bool(written) and written in wanted,
-                place.part == part,
-                place.automaton == automaton,
-                (place.kind, place.id) in near,
-                bool(written),
-            )
+            written = spot.text.split("\n")[line - spot.line].strip()
+            return place.automaton == automaton, (place.kind, place.id) in near, bool(written)
 
         best = max(found, key=likeness)  # the first of those that are alike
         return Located(best.place, line - best.line + 1, 0)

@@ -20,8 +20,9 @@ from typing import Final, Literal, NamedTuple
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import component_path, extension_path, read_document, write_document
 from codegen.hfsm.document import Document
+from codegen.hfsm.source_map import SourceMap, SourceRow
 from visualhfsm.child import ChildProcess, Lines, child_environment
-from visualhfsm.editing.places import Locator, Place
+from visualhfsm.editing.places import Locator, Place, spots
 from visualhfsm.errors import VisualHfsmError
 from visualhfsm.generate import generate_component
 from visualhfsm.services import Output, OutputLine, Publish, RunPush, ServiceError, Source, complete
@@ -39,15 +40,11 @@ _TERMINATED: Final = 143
 _UNTITLED: Final = "untitled"
 _CLOSE_PATIENCE: Final = (3.0, 2.0)
 
-_MARKER: Final = re.compile(r"\s*# (.+):(\d{1,9})(?:-(\d{1,9}))?\s*")
-"""What the generator writes above each piece of code: file, first line, and the last of several."""
-_FUNCTION: Final = re.compile(r"        def (entry|state|exit|guard|fired)_\w+\(.*")
-_AUTOMATON: Final = re.compile(r'        """Return automaton (\d{1,10}), .*')
-_PARTS: Final = {"entry": "entry", "state": "code", "exit": "exit", "fired": "fired"}
-"""What the functions of the pieces of code are called after, by the parts; a guard may be one of two."""
 _FRAME: Final = re.compile(r'\s*File "(.+)", line (\d+)')
-_TOLD: Final = re.compile(r"\((.{1,200}?\.xml):(\d{1,9})\)", re.IGNORECASE)
+_LOGGED: Final = re.compile(r"\((.{1,200}?\.xml):(\d{1,9})\)", re.IGNORECASE)
 """How the component's own log names a place: `follow_ball.py:57 (follow_ball.xml:31)`."""
+_STATE: Final = frozenset({"entry", "code", "exit", "argument"})
+_TRANSITION: Final = frozenset({"trigger", "guard", "fired"})
 
 
 class RunningComponents:
@@ -323,62 +320,41 @@ class Origin(NamedTuple):
 class Origins:
     """Where the lines of one generated component come from."""
 
-    def __init__(self, document: Document, name: str, component: Path, text: str) -> None:
+    def __init__(self, document: Document, name: str, component: Path, source_map: SourceMap) -> None:
+        self._document = document
         self._locator = Locator(document)
         self._name = name
         self._component = component
-        self._lines = text.split("\n")
+        self._source_map = source_map
 
     def find(self, line: str, *, automaton: int = 0, state: int = 0) -> Origin | None:
-        """Return the piece of code of which a line of output speaks; None for other documents'.
+        """Return the piece of code that a line of output refers to; None for other documents'.
 
         Of pieces that share a line of the document that of the `automaton` and the `state` is preferred, the
         ids in a report of the component.
         """
         frame = _FRAME.match(line)
         if frame is not None:
-            return self._generated(int(frame[2])) if Path(frame[1]).name == self._component.name else None
-        told = _TOLD.search(line)
-        return self._written(told[1], int(told[2]), automaton=automaton, state=state) if told else None
-
-    def _generated(self, line: int) -> Origin | None:
-        """Return where a line of the component comes from; None when it is none of a person's code.
-
-        The lines below a comment of the generator are skipped: a person's comment there may look the same.
-        """
-        number = 1
-        while number < min(line, len(self._lines)):
-            marker = _MARKER.fullmatch(self._lines[number - 1])
-            number += 1
-            if marker:
-                first = int(marker[2])
-                count = max(0, int(marker[3] or first) - first + 1)
-                if line < number + count:
-                    part, automaton = self._around(number - 1)
-                    written, code = first + line - number, self._lines[line - 1]
-                    return self._written(marker[1], written, code=code, part=part, automaton=automaton)
-                number += count
-        return None
-
-    def _around(self, line: int) -> tuple[str, int]:
-        """Return in which part of which automaton a line of the component stands, as far as it tells."""
-        part = ""
-        for number in range(line - 1, -1, -1):
-            function = _FUNCTION.fullmatch(self._lines[number])
-            if function and not part:
-                part = _PARTS.get(function[1], "")
-            method = _AUTOMATON.fullmatch(self._lines[number])
-            if method:
-                return part, int(method[1])
-        return "", 0
-
-    def _written(
-        self, file: str, line: int, *, code: str = "", part: str = "", automaton: int = 0, state: int = 0
-    ) -> Origin | None:
-        if file != self._name:
+            number = int(frame[2])
+            row = self._source_map.find(number) if Path(frame[1]).name == self._component.name else None
+            return self._written(row, row.line_of(number)) if row and row.file == self._name else None
+        logged = _LOGGED.search(line)
+        if logged is None or logged[1] != self._name:
             return None
-        found = self._locator.find_code(line, code=code, part=part, automaton=automaton, state=state)
+        found = self._locator.find_code(int(logged[2]), automaton=automaton, state=state)
         return Origin(found.place, found.line) if found else None
+
+    def _written(self, row: SourceRow, line: int) -> Origin | None:
+        """Return the place of a row of the source map; `line` is the document's."""
+        kind: Literal["automaton", "state", "transition"]
+        kind = "state" if row.part in _STATE else "transition" if row.part in _TRANSITION else "automaton"
+        for spot in spots(self._document):
+            place = spot.place
+            if (place.kind, place.automaton, place.id, place.part) != (kind, *row[4:], row.part):
+                continue
+            if spot.text is not None and 0 <= line - spot.line <= spot.text.count("\n"):
+                return Origin(place, line - spot.line + 1)
+        return None
 
 
 def read_origins(document: Path, component: Path) -> Origins | None:
@@ -393,4 +369,4 @@ def read_origins(document: Path, component: Path) -> Origins | None:
         text = component.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError):
         text = ""
-    return Origins(read, document.name, component, text)
+    return Origins(read, document.name, component, SourceMap.read(text))

@@ -21,7 +21,7 @@ __all__ = [
 ]
 
 RESERVED: Final = frozenset(
-    {"Any", "Automaton", "Component", "Proxy", "State", "Transition", "libraries", "main", "self"}
+    {"Automaton", "Component", "Proxy", "SOURCE_MAP", "State", "Transition", "main", "self"}
 )
 """Names that every generated component needs for itself; `reserved_names` tells those of one document."""
 
@@ -45,7 +45,7 @@ def reserved_names(document: Document) -> frozenset[str]:
     if document.parameters:
         names.add("Parameter")
     if any(automaton.inputs for automaton in document.automata):
-        names |= {"Input", "Mapping", "bool", "float", "int", "object", "str"}
+        names |= {"Input", "bool", "float", "int", "object", "str"}
     return frozenset(names)
 
 

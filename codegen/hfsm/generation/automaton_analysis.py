@@ -13,6 +13,7 @@ from ..checks import delay, milliseconds
 from ..code.literals import literal
 from ..code.python import analyze_block, analyze_condition, analyze_expression, global_names
 from ..code.reader import CodeReader
+from ..code.scopes import local_names
 from ..code.text import Code
 from ..code.values import INPUT_TYPES, ValueTextError, parse_value
 from ..codes import Code as DocumentCode
@@ -88,7 +89,7 @@ class AutomatonAnalysis:
                     "automaton assigns its own: strike it here, or say it there, too"
                 )
                 self._error(DocumentCode.BAD_CODE, message, line, 1)
-        return program
+        return _with_local_names(program)
 
     def _states(self) -> Iterator[StateProgram]:
         states = self._automaton.states
@@ -217,6 +218,29 @@ class AutomatonAnalysis:
 
     def _error(self, code: str, message: str, line: int, column: int, notes: Sequence[Note] = ()) -> None:
         self._diagnostics.error(code, message, Location(self._path, line, max(1, column)), notes)
+
+
+def _with_local_names(program: AutomatonProgram) -> AutomatonProgram:
+    """Return a program whose pieces bind only names that they share."""
+    variables = program.variables
+    outside = {item.name for item in program.inputs}
+    outside |= (variables.bound | variables.used) if variables else set()
+    pieces = list(program.pieces())
+    # By the object: two pieces may be equal.
+    local = {id(code): names for code, names in zip(pieces, local_names(pieces, outside), strict=True)}
+
+    def shared(code: Code | None) -> Code | None:
+        names = local.get(id(code))
+        return replace(code, bound=code.bound - names) if code and names else code
+
+    states = (
+        replace(state, entry=shared(state.entry), code=shared(state.code), exit=shared(state.exit))
+        for state in program.states
+    )
+    transitions = (
+        replace(each, guard=shared(each.guard), code=shared(each.code)) for each in program.transitions
+    )
+    return replace(program, states=tuple(states), transitions=tuple(transitions))
 
 
 def _default(item: Parameter, type_name: str) -> tuple[str | None, str]:

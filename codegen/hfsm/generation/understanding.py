@@ -12,6 +12,7 @@ from ..code.literals import literal, printable
 from ..code.names import OLD_MODULES, camel_case, component_name, reserved_names
 from ..code.python import analyze_library, analyze_methods
 from ..code.reader import CodeReader, first_foreign, report_foreign
+from ..code.text import Code as PythonCode
 from ..code.values import PARAMETER_TYPES, ValueTextError, parse_value
 from ..codes import Code
 from ..document import Automaton, Document, Parameter, State, Text
@@ -20,6 +21,7 @@ from ..program import (
     AutomatonProgram,
     ExtensionProgram,
     FunctionsProgram,
+    LibraryProgram,
     ParameterProgram,
     Program,
     ProxyProgram,
@@ -51,7 +53,7 @@ def understand(
         report_foreign(piece, document.language.text.strip()[:20], diagnostics)
         return None
     understanding = _Understanding(document, path, diagnostics, extension)
-    imports = understanding.imports()
+    libraries = understanding.libraries()
     functions = tuple(understanding.functions())
     programs = understanding.automata()
     parameters = tuple(understanding.parameters())
@@ -70,7 +72,7 @@ def understand(
         on_error=document.on_error.text.strip() or ON_ERROR[0],
         on_refused=document.on_refused.text.strip() or ON_REFUSED[0],
         extension=extension,
-        imports=imports,
+        libraries=libraries,
         parameters=parameters,
         proxies=tuple(
             ProxyProgram(interface.name, interface.identity.strip(), interfaces.find(interface.type)[0])
@@ -95,34 +97,36 @@ class _Understanding:
         if extension is not None:
             self._reserved |= {"load_extension", extension.class_name}
 
-    def imports(self) -> tuple[str, ...]:
-        """Return the import statements of the libraries, each once."""
+    def libraries(self) -> tuple[LibraryProgram, ...]:
+        """Return the imports of the libraries, each statement once."""
         modules = OLD_MODULES if self._document.is_old else ()
-        statements = dict.fromkeys(f"import {module}" for module in modules)
+        found = {f"import {module}": LibraryProgram(f"import {module}") for module in modules}
         for library in self._document.libraries:
             if library.name.is_blank or not library.is_module:
                 continue
-            found = self._reader.read(analyze_library, "a library", library.name, library.path)
-            if found is None:
+            read = self._reader.read(analyze_library, "a library", library.name, library.path)
+            if read is None:
                 continue
-            statement, names = found
+            statement, names = read
             for name in sorted(self._reserved & names):
                 message = f"`{name}` is a name that the component needs: choose another"
                 place = Location(library.path or self._path, library.name.line)
                 self._diagnostics.error(Code.RESERVED_NAME, message, place)
-            statements[statement] = None
-        return tuple(statements)
+            code = PythonCode((statement,), library.name.line)
+            program = LibraryProgram(statement, code, self._file(library.path), library.path)
+            found.setdefault(statement, program)
+        return tuple(found.values())
 
     def functions(self) -> Iterator[FunctionsProgram]:
         """Yield the functions in the order of the document."""
-        for what, text, source in self._function_texts():
+        for what, text, source, automaton in self._function_texts():
             found = self._reader.read(analyze_methods, what, text, source)
             if found is None:
                 continue
             code, lines = found
             path = source or self._path
             self._attributes.add_functions({name: Location(path, line) for name, line in lines.items()})
-            yield FunctionsProgram(self._file(source), code)
+            yield FunctionsProgram(self._file(source), code, source, automaton)
 
     def automata(self) -> dict[int, AutomatonProgram]:
         """Return all automata by id."""
@@ -165,11 +169,12 @@ class _Understanding:
         """Report what is wrong with the code."""
         self._reader.report()
 
-    def _function_texts(self) -> Iterator[tuple[str, Text, Path | None]]:
+    def _function_texts(self) -> Iterator[tuple[str, Text, Path | None, int]]:
         for automaton in self._document.automata:
-            yield f"a function of automaton {automaton.id}", automaton.functions, automaton.path
+            what = f"a function of automaton {automaton.id}"
+            yield what, automaton.functions, automaton.path, automaton.id
         for functions in self._document.functions:
-            yield "a function", functions.text, functions.path
+            yield "a function", functions.text, functions.path, 0
 
     def _file(self, source: Path | None) -> str:
         """Return the name of a file: relative to the document where it lies below it."""

@@ -10,17 +10,9 @@ Parts of it come from library/patrol.xml.
 
 from __future__ import annotations
 
-if __name__ == "__main__":
-    import startup
+from hfsm_runtime import Automaton, Component, Input, Parameter, State, Transition, main
 
-    startup.end_at_ctrl_c()  # while what follows is imported
-
-from collections.abc import Mapping
-
-from hfsm_runtime import Automaton, Component, Input, Parameter, State, Transition, libraries, main
-
-with libraries("imports.xml", __name__):
-    import math
+import math
 
 
 class Imports(Component, document="imports.xml", on_error="stop"):
@@ -28,173 +20,152 @@ class Imports(Component, document="imports.xml", on_error="stop"):
 
     pace = Parameter(0.4)
 
-    # library/patrol.xml:15-17
     def step(self, goal):
         """Go a step towards a goal."""
         self.position = min(goal, self.position + self.pace)
 
     def automaton(self) -> Automaton:
-        """Return automaton 1, that of the component."""
-        # imports.xml:10
+        """Return the automaton of the component."""
         self.position = 0.0
 
-        def arguments_near() -> object:
+        def arguments_near():
             return {
-                2: {
-                    # imports.xml:5
-                    "goal": 0.5,
-                },
+                "goal": 0.5,
             }
 
-        def arguments_far() -> object:
+        def arguments_far():
             return {
-                3: {
-                    # imports.xml:6
-                    "goal": math.pi / 2,
-                },
+                "goal": math.pi / 2,
             }
 
+        near = State("near", initial=True, children=(self.automaton_near(),), arguments=arguments_near)
+        far = State("far", children=(self.automaton_far(),), arguments=arguments_far)
+        home = State("home", final=True)
         return Automaton(
+            "imports",
             id=1,
-            name="imports",
             period=0.1,
-            states=(
-                State(
-                    id=1,
-                    name="near",
-                    initial=True,
-                    children=(self.automaton_near(),),
-                    arguments=arguments_near,
-                ),
-                State(id=2, name="far", children=(self.automaton_far(),), arguments=arguments_far),
-                State(id=3, name="home", final=True),
-            ),
+            states=(near, far, home),
             transitions=(
-                Transition(id=1, name="", origin=1, destination=2, finished=True),
-                Transition(id=2, name="", origin=2, destination=3, finished=True),
+                Transition("", near, far, finished=True),
+                Transition("", far, home, finished=True),
             ),
         )
 
     def automaton_near(self) -> Automaton:
-        """Return automaton 2, that of the state 'near', from library/patrol.xml."""
+        """Return the automaton of the state 'near', from library/patrol.xml."""
         goal: float = 1.0  # input
 
-        def set_inputs(values: Mapping[str, object]) -> None:
+        def set_inputs(values):
             nonlocal goal
             goal = values.get("goal", goal)
 
-        def state_go() -> None:
-            # library/patrol.xml:8
+        def state_go():
             self.step(math.copysign(goal, 1))
 
-        def guard_there() -> object:
-            # library/patrol.xml:11
+        def guard_there():
             return self.position >= goal
 
+        go = State("go", initial=True, code=state_go)
+        turn = State("turn", children=(self.automaton_turn(),))
+        back = State("back", final=True)
         return Automaton(
+            "near",
             id=2,
-            name="near",
             source="library/patrol.xml",
             period=0.1,
             inputs=(
                 Input(name="goal", type=float, default=1.0),
             ),
             set_inputs=set_inputs,
-            states=(
-                State(id=1, name="go", initial=True, code=state_go),
-                State(id=2, name="turn", children=(self.automaton_turn(),)),
-                State(id=3, name="back", final=True),
-            ),
+            states=(go, turn, back),
             transitions=(
-                Transition(
-                    id=1,
-                    name="there",
-                    origin=1,
-                    destination=2,
-                    guard=guard_there,
-                    condition="self.position >= goal",
-                ),
-                Transition(id=2, name="", origin=2, destination=3, finished=True),
+                Transition("there", go, turn, guard=guard_there),
+                Transition("", turn, back, finished=True),
             ),
         )
 
     def automaton_turn(self) -> Automaton:
-        """Return automaton 2002, that of the state 'turn', from library/patrol.xml."""
+        """Return the automaton of the state 'turn', from library/patrol.xml."""
 
+        turning = State("turning", initial=True)
+        turned = State("turned", final=True)
         return Automaton(
+            "turn",
             id=2002,
-            name="turn",
             source="library/patrol.xml",
             period=0.1,
-            states=(
-                State(id=1, name="turning", initial=True),
-                State(id=2, name="turned", final=True),
-            ),
+            states=(turning, turned),
             transitions=(
-                Transition(id=1, name="", origin=1, destination=2, seconds=0.1),
+                Transition("", turning, turned, seconds=0.1),
             ),
         )
 
     def automaton_far(self) -> Automaton:
-        """Return automaton 3, that of the state 'far', from library/patrol.xml."""
+        """Return the automaton of the state 'far', from library/patrol.xml."""
         goal: float = 1.0  # input
 
-        def set_inputs(values: Mapping[str, object]) -> None:
+        def set_inputs(values):
             nonlocal goal
             goal = values.get("goal", goal)
 
-        def state_go() -> None:
-            # library/patrol.xml:8
+        def state_go():
             self.step(math.copysign(goal, 1))
 
-        def guard_there() -> object:
-            # library/patrol.xml:11
+        def guard_there():
             return self.position >= goal
 
+        go = State("go", initial=True, code=state_go)
+        turn = State("turn", children=(self.automaton_turn_3002(),))
+        back = State("back", final=True)
         return Automaton(
+            "far",
             id=3,
-            name="far",
             source="library/patrol.xml",
             period=0.1,
             inputs=(
                 Input(name="goal", type=float, default=1.0),
             ),
             set_inputs=set_inputs,
-            states=(
-                State(id=1, name="go", initial=True, code=state_go),
-                State(id=2, name="turn", children=(self.automaton_turn_3002(),)),
-                State(id=3, name="back", final=True),
-            ),
+            states=(go, turn, back),
             transitions=(
-                Transition(
-                    id=1,
-                    name="there",
-                    origin=1,
-                    destination=2,
-                    guard=guard_there,
-                    condition="self.position >= goal",
-                ),
-                Transition(id=2, name="", origin=2, destination=3, finished=True),
+                Transition("there", go, turn, guard=guard_there),
+                Transition("", turn, back, finished=True),
             ),
         )
 
     def automaton_turn_3002(self) -> Automaton:
-        """Return automaton 3002, that of the state 'turn', from library/patrol.xml."""
+        """Return the automaton of the state 'turn', from library/patrol.xml."""
 
+        turning = State("turning", initial=True)
+        turned = State("turned", final=True)
         return Automaton(
+            "turn",
             id=3002,
-            name="turn",
             source="library/patrol.xml",
             period=0.1,
-            states=(
-                State(id=1, name="turning", initial=True),
-                State(id=2, name="turned", final=True),
-            ),
+            states=(turning, turned),
             transitions=(
-                Transition(id=1, name="", origin=1, destination=2, seconds=0.1),
+                Transition("", turning, turned, seconds=0.1),
             ),
         )
 
+
+SOURCE_MAP = (  # lines of this file, where they come from, and which code they are
+    (15, 15, "imports.xml:3", "library"),
+    (23, 25, "library/patrol.xml:15", "functions", 2),
+    (29, 29, "imports.xml:10", "variables", 1),
+    (33, 33, "imports.xml:5", "argument", 1, 1),
+    (38, 38, "imports.xml:6", "argument", 1, 2),
+    (64, 64, "library/patrol.xml:8", "code", 2, 1),
+    (67, 67, "library/patrol.xml:11", "trigger", 2, 1),
+    (75, 75, "library/patrol.xml:7", "automaton", 2),
+    (96, 96, "library/patrol.xml:20", "automaton", 2002),
+    (113, 113, "library/patrol.xml:8", "code", 3, 1),
+    (116, 116, "library/patrol.xml:11", "trigger", 3, 1),
+    (124, 124, "library/patrol.xml:7", "automaton", 3),
+    (145, 145, "library/patrol.xml:20", "automaton", 3002),
+)
 
 if __name__ == "__main__":
     main(Imports)

@@ -1,0 +1,104 @@
+"""Look up the lines of a generated component in the source map at its end.
+
+The table has a row for each piece of code: see `codegen.hfsm.source_map`, which writes it.
+"""
+
+from __future__ import annotations
+
+import ast
+import linecache
+from bisect import bisect_right
+from collections.abc import Callable, Mapping
+from operator import itemgetter
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Final, NamedTuple
+
+_NAME: Final = "SOURCE_MAP"
+
+
+class SourceRow(NamedTuple):
+    """Code in lines `first` to `last` of a component; `source` is where the first stands, as `FILE:LINE`."""
+
+    first: int
+    last: int
+    source: str
+    part: str
+    automaton: int = 0
+    id: int = 0
+
+    @property
+    def file(self) -> str:
+        """The name of the document's file."""
+        return self.source.rpartition(":")[0]
+
+    def place_of(self, line: int) -> str:
+        """Return where a line of the component stands in the document, as `FILE:LINE`."""
+        file, _, number = self.source.rpartition(":")
+        return f"{file}:{int(number) + line - self.first}"
+
+
+def sources_of(namespace: Mapping[str, object]) -> set[str]:
+    """Return the names of the files in which the code of a component stands; `namespace` is its module's."""
+    return {SourceRow(*row).file for row in _rows(namespace)}
+
+
+def last_line(error: BaseException, file: str) -> tuple[int, SourceRow | None]:
+    """Return the innermost line of a component's file in a traceback, and the piece of code there.
+
+    The line is 0 when the file is not involved; the row None where no person's code stands.
+    """
+    found: TracebackType | None = None
+    trace = error.__traceback__
+    while trace is not None:
+        found = trace if trace.tb_frame.f_code.co_filename == file else found
+        trace = trace.tb_next
+    if found is None:
+        return 0, None
+    line = found.tb_lineno
+    # While the module is being imported it has no map yet.
+    rows = _rows(found.tb_frame.f_globals) or _read(file)
+    index = bisect_right(rows, line, key=itemgetter(0)) - 1
+    row = SourceRow(*rows[index]) if index >= 0 else None
+    return line, row if row and line <= row.last else None
+
+
+def locate(error: BaseException, file: str) -> str:
+    """Return where an exception was raised in a component, as `follow_ball.py:57 (follow_ball.xml:31)`.
+
+    The innermost line of the component's `file` counts. For a line that no person wrote only that of the file
+    is returned; the text is empty when the file is not involved.
+    """
+    line, row = last_line(error, file)
+    if not line:
+        return ""
+    place = f"{Path(file).name}:{line}"
+    return f"{place} ({row.place_of(line)})" if row else place
+
+
+def text_of_guard(guard: Callable[..., object]) -> str:
+    """Return the condition of a guard on one line; empty for one that stands in no generated component."""
+    code = getattr(guard, "__code__", None)
+    rows = _rows(getattr(guard, "__globals__", {}))
+    index = bisect_right(rows, code.co_firstlineno, key=itemgetter(0)) if code else len(rows)
+    if code is None or index == len(rows):
+        return ""
+    row = SourceRow(*rows[index])  # the code that follows the `def`
+    lines = linecache.getlines(code.co_filename)[row.first - 1 : row.last]
+    return " ".join(" ".join(lines).split()).removeprefix("return ")
+
+
+def _rows(namespace: Mapping[str, object]) -> tuple[Any, ...]:
+    table = namespace.get(_NAME)
+    return table if isinstance(table, tuple) else ()
+
+
+def _read(file: str) -> tuple[Any, ...]:
+    """Return the source map in the file of a component."""
+    _, found, table = "".join(linecache.getlines(file)).rpartition(f"\n{_NAME} = ")
+    if not found:
+        return ()
+    try:
+        return _rows({_NAME: ast.literal_eval(table.partition("\n)")[0] + "\n)")})
+    except (SyntaxError, ValueError):  # somebody has edited it
+        return ()
