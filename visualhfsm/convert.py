@@ -1,33 +1,19 @@
-"""`visualhfsm convert IN OUT`: write documents of any age in the format of today.
-
-Formats go by the extension of a file.
-"""
+"""`visualhfsm convert IN OUT`: write documents of any age in the format of today."""
 
 from __future__ import annotations
 
-import io
-import string
-import tokenize
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import replace
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Final, TypeVar
 
 import typer
 
 from codegen.commands.options import ErrorFormat, report
-from codegen.diagnostics import Diagnostics, Location, Note
+from codegen.diagnostics import Diagnostics
 from codegen.files import FilesNotWrittenError, GeneratedFile, apply, compare_with_disk
-from codegen.hfsm import read_document, write_document
-from codegen.hfsm.code.pieces import change_code, is_foreign, pieces_of
-from codegen.hfsm.code.python2 import bound_names, fix_python2, python2_mark
-from codegen.hfsm.code.text import parse_piece
-from codegen.hfsm.codes import Code
-from codegen.hfsm.document import Document, Library, Text
-from codegen.hfsm.scxml import is_scxml, read_scxml, write_scxml
 from visualhfsm.errors import VisualHfsmError
 
-__all__ = ["EPILOG", "READERS", "WRITERS", "convert", "convert_document", "convert_python2"]
+__all__ = ["EPILOG", "convert"]
 
 EPILOG: Final = """Examples:
 
@@ -40,17 +26,7 @@ visualhfsm convert follow_ball.xml follow_ball.scxml
 visualhfsm convert --error-format json old.xml - > new.xml"""
 
 _STANDARD_OUTPUT: Final = "-"
-_WORD: Final = string.ascii_letters + string.digits + "_"
-_DIVISION: Final = "`/` rounds whole numbers down in Python 2, and does not in Python 3"
 
-Reader = Callable[[Path, Diagnostics], Document | None]
-"""Returns the document in a file, or None after it reported errors."""
-
-_HEAD: Final = 1 << 16
-"""Bytes of a file among which its root stands."""
-
-Writer = Callable[[Document, Path, Diagnostics], str]
-"""Returns the text of a document that was read from a path, and tells what it cannot carry."""
 _T = TypeVar("_T")
 
 
@@ -77,6 +53,9 @@ def convert(
     fixed on request; C++ is kept, and does not run here. OUT is written whole
     or not at all.
     """
+    # Here: other commands need not wait for the readers of documents.
+    from visualhfsm.conversion import READERS, WRITERS, convert_document
+
     read = _format_of(source.suffix, READERS, "IN")
     path = Path(target)
     to_file = target != _STANDARD_OUTPUT
@@ -119,148 +98,3 @@ def _format_of(suffix: str, known: Mapping[str, _T], name: str) -> _T:
         expected = " or ".join(known)
         raise typer.BadParameter(f"expected a file that ends with {expected}", param_hint=name)
     return found
-
-
-def convert_document(
-    source: Path, read: Reader, write: Writer, diagnostics: Diagnostics, *, fixes_python2: bool
-) -> str:
-    """Return the text of the new document; worth nothing after errors were reported.
-
-    Raises ModuleNotFoundError when it `fixes_python2` and the library for that is not there.
-    """
-    document = read(source, diagnostics)
-    if document is None:
-        return ""
-    if is_foreign(document):
-        # the reader of an old dialect has reported it
-        if not any(each.code == Code.KEPT_LANGUAGE for each in diagnostics):
-            _tell_of_language(document, source, diagnostics)
-    else:
-        document = convert_python2(document, source, diagnostics, fixes=fixes_python2)
-    return write(document, source, diagnostics)
-
-
-def _read_xml(path: Path, diagnostics: Diagnostics) -> Document | None:
-    """Return the document in a file, which may be SCXML by its root."""
-    try:
-        with path.open("rb") as file:
-            head = file.read(_HEAD)
-    except OSError:
-        head = b""  # told when all of it is read
-    if is_scxml(head):
-        return read_scxml(path, diagnostics)
-    return read_document(path, diagnostics, remarks=diagnostics)
-
-
-def _read_scxml(path: Path, diagnostics: Diagnostics) -> Document | None:
-    return read_scxml(path, diagnostics)
-
-
-def _write_xml(document: Document, source: Path, diagnostics: Diagnostics) -> str:
-    del source, diagnostics  # this format holds all that any reader makes
-    return write_document(document)
-
-
-def _tell_of_language(document: Document, source: Path, diagnostics: Diagnostics) -> None:
-    language = document.language.text.strip()
-    first = next(pieces_of(document, source), None)
-    place = Location(source) if first is None else first.place
-    diagnostics.note(Code.KEPT_LANGUAGE, f"the code is {language}: it is kept, and does not run here", place)
-
-
-READERS: Final[Mapping[str, Reader]] = {".xml": _read_xml, ".scxml": _read_scxml}
-WRITERS: Final[Mapping[str, Writer]] = {".xml": _write_xml, ".scxml": write_scxml}
-
-
-def convert_python2(document: Document, path: Path, diagnostics: Diagnostics, *, fixes: bool) -> Document:
-    """Return a document without Python 2, if that `fixes`, after reporting each line that has some.
-
-    A piece of code with which more is wrong stays as it is. Raises ModuleNotFoundError, which names the
-    command that installs fissix, when that is needed and not there.
-    """
-    return _Python2Converter(document, path, diagnostics, fixes=fixes).document()
-
-
-class _Python2Converter:
-    def __init__(self, document: Document, path: Path, diagnostics: Diagnostics, *, fixes: bool) -> None:
-        self._document = document
-        self._path = path
-        self._diagnostics = diagnostics
-        self._fixes = fixes
-        self._missing = ""
-        """Why nothing can be fixed: the library is not there."""
-
-    def document(self) -> Document:
-        """Return the document, after reporting what is in it."""
-        pieces = [piece.text.text for piece in pieces_of(self._document, self._path)]
-        trees = (parse_piece(self._fixed(code) or "") for code in pieces)
-        self._bound = frozenset[str]().union(*(bound_names(tree) for tree in trees if tree is not None))
-        document = change_code(self._document, self._code)
-        return replace(document, libraries=tuple(self._library(each) for each in document.libraries))
-
-    def _library(self, library: Library) -> Library:
-        """Fix the name of a module, which becomes `queue as Queue` where that was `Queue`."""
-        name = library.name
-        if not library.is_module or name.is_blank:
-            return library
-        if name.text.lstrip().startswith(("from ", "import ")):
-            return replace(library, name=self._code(name))
-        fixed = self._code(replace(name, text=f"import {name.text}", column=name.column - len("import ")))
-        return replace(library, name=replace(name, text=fixed.text.removeprefix("import ")))
-
-    def _code(self, text: Text) -> Text:
-        """Return a piece of code fixed, if it is to be and can be, after reporting its Python 2."""
-        fixed = self._fixed(text.text, self._bound)
-        if fixed is None:
-            mark = python2_mark(text.text)
-            if mark is not None:
-                before = text.text[: mark.start()].split("\n")
-                note = Note(self._missing or "more than this is wrong with the code: fix it by hand")
-                place = self._place(text, len(before), len(before[-1]))
-                self._diagnostics.warning(Code.PYTHON2, f"Python 2: `{mark[0].strip()}`", place, [note])
-            return text
-        if fixed == text.text:
-            return text
-        notes = [Note(_DIVISION, self._place(text, *place)) for place in _divisions(fixed)]
-        for line, (old, new) in enumerate(zip(text.text.split("\n"), fixed.split("\n"), strict=True), 1):
-            if old != new:
-                place = self._place(text, line, _first_difference(old, new))
-                message = f"`{old.strip()[:60]}` is `{new.strip()[:60]}` in Python 3"
-                if self._fixes:
-                    self._diagnostics.note(Code.PYTHON2_FIXED, f"fixed: {message}", place, notes)
-                else:
-                    how = Note("`visualhfsm convert --fix-python2` fixes it")
-                    self._diagnostics.warning(Code.PYTHON2, f"Python 2: {message}", place, [how, *notes])
-                notes = []
-        return replace(text, text=fixed) if self._fixes else text
-
-    def _fixed(self, code: str, bound: frozenset[str] = frozenset()) -> str | None:
-        try:
-            return fix_python2(code, bound)
-        except ModuleNotFoundError as error:
-            if self._fixes:
-                raise
-            self._missing = str(error)
-            return None
-
-    def _place(self, text: Text, line: int, column: int) -> Location:
-        """Return a place in a piece of code; `line` counts from 1 there, `column` from 0."""
-        first = text.column if line == 1 else 1
-        return Location(self._path, text.line + line - 1, max(1, first + column))
-
-
-def _first_difference(old: str, new: str) -> int:
-    """Return where the word begins in which two lines first differ."""
-    ends = (place for place, pair in enumerate(zip(old, new, strict=False)) if pair[0] != pair[1])
-    place = next(ends, min(len(old), len(new)))
-    return len(old[:place].rstrip(_WORD))
-
-
-def _divisions(code: str) -> Iterator[tuple[int, int]]:
-    """Yield where code divides with `/`: the line from 1, the column from 0."""
-    try:
-        for token in tokenize.generate_tokens(io.StringIO(code).readline):
-            if token.string in ("/", "/="):
-                yield token.start
-    except (tokenize.TokenError, SyntaxError):
-        return

@@ -16,7 +16,7 @@ from codegen.hfsm.code.language import language_of
 from codegen.hfsm.code.python2 import fix_python2
 from codegen.hfsm.code.text import parse_piece
 from tests.support.documents import document, state, sub
-from visualhfsm.convert import convert_python2
+from visualhfsm.conversion import convert_python2
 
 FIXED = [
     ("print x", "print(x)"),

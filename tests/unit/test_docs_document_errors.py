@@ -14,7 +14,7 @@ from codegen.hfsm.checking import check_document
 from codegen.hfsm.codes import Code
 from tests.support.codegen_command import ROOT
 from tests.support.pages import Section, sections_of
-from visualhfsm.convert import READERS, WRITERS, convert_document
+from visualhfsm.conversion import READERS, WRITERS, convert_document
 
 SECTIONS = {section.title.partition(":")[0]: section for section in sections_of("document-errors.md")}
 
@@ -24,7 +24,7 @@ def test_every_code_has_an_entry_and_every_entry_a_code() -> None:
 
 
 def test_every_code_is_reported_somewhere() -> None:
-    paths = [*(ROOT / "codegen" / "hfsm").rglob("*.py"), ROOT / "visualhfsm" / "convert.py"]
+    paths = [*(ROOT / "codegen" / "hfsm").rglob("*.py"), ROOT / "visualhfsm" / "conversion.py"]
     sources = "".join(path.read_text("utf-8") for path in paths)
     assert {code for code in Code if f"Code.{code.name}" not in sources} == set()
 

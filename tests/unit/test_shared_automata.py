@@ -18,7 +18,7 @@ from codegen.hfsm.formats.reader import Dialect, dialect_of
 from codegen.hfsm.formats.xml_tree import parse_xml
 from tests.support.codegen_command import ROOT
 from tests.support.document_comparison import counts, differences
-from visualhfsm.convert import READERS, WRITERS, convert_document
+from visualhfsm.conversion import READERS, WRITERS, convert_document
 
 FOLDER = ROOT.parent / "shared" / "automata"
 MANIFEST = FOLDER / "manifest.tsv"

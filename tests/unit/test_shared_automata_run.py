@@ -18,7 +18,7 @@ from hfsm_runtime import VirtualRun
 from hfsm_runtime.component import proxies_of
 from tests.support.codegen_command import ROOT, codegen
 from tests.support.documents import load
-from visualhfsm.convert import READERS, WRITERS, convert_document
+from visualhfsm.conversion import READERS, WRITERS, convert_document
 
 FOLDER = ROOT.parent / "shared" / "automata"
 MANIFEST = FOLDER / "manifest.tsv"

@@ -14,10 +14,8 @@ import msgspec
 import typer
 
 from codegen.diagnostics import Diagnostics
-from codegen.hfsm import component_path
 from interfaces.hfsm import Breakpoint, ComponentSnapshot, ComponentStatus, Explanation, ReloadRefused
 from visualhfsm.errors import VisualHfsmError
-from visualhfsm.generate import generate_component
 from visualhfsm.monitoring.automata import Automata
 from visualhfsm.monitoring.realm import RELOAD_PATIENCE, did_you_mean
 from visualhfsm.steer.target import Address, Target, steered
@@ -445,6 +443,8 @@ def reload(
     touched when the document has errors, and the component runs on as it was
     when it refuses.
     """
+    from codegen.hfsm import component_path
+
     with steered(settings, component) as target:
         path = document or _find_document(target)
         file = component_path(path, output)
@@ -476,6 +476,8 @@ def _find_document(target: Target) -> Path:
 
 
 def _generate(document: Path, output: Path | None, include: Sequence[Path]) -> Path:
+    from visualhfsm.generate import generate_component  # here: other commands need no compiler
+
     diagnostics = Diagnostics()
     written = generate_component(document, output, diagnostics, include)
     if len(diagnostics):
