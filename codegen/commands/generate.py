@@ -28,6 +28,7 @@ from .options import (
 
 __all__ = ["generate"]
 
+_CLOCK_LAG = 20_000_000  # ns that the time of a file may be behind
 _INTERVAL = 0.2  # s between two looks at the files
 _SETTLED = 0.05  # s after a change, so that few files are read in the middle of writing
 
@@ -190,10 +191,13 @@ def _watch(job: _Job, error_format: ErrorFormat) -> NoReturn:
     """Do a job now and at every change of a file that it depends on; it ends by an exception alone."""
     paths: Collection[Path] = (*job.interfaces, *job.documents)
     while True:
-        before = _look_at(paths)
+        before, started = _look_at(paths), time.time_ns()
         paths = _write_and_list(job, error_format)
-        # What was known before the run may have changed meanwhile.
-        before = {path: before.get(path, now) for path, now in _look_at(paths).items()}
+        # Files may have changed meanwhile, also those of which nothing was known before the run.
+        for path, now in _look_at(paths).items():
+            changed = now is not None and now[0] > started - _CLOCK_LAG
+            before.setdefault(path, None if changed else now)
+        before = {path: before[path] for path in paths}
         while _look_at(before) == before:
             time.sleep(_INTERVAL)
         time.sleep(_SETTLED)
