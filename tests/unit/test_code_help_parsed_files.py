@@ -54,3 +54,16 @@ def test_half_a_file_is_forgotten(tmp_path):
     with pytest.raises(EOFError):
         complete()
     assert with_readable_files(complete) == ["walk"]
+
+
+def test_files_that_another_process_writes_are_left_to_it(tmp_path):
+    jedi.settings.cache_directory = str(tmp_path / "files")
+    asked: list[str] = []
+
+    def question() -> str:
+        asked.append(jedi.settings.cache_directory)
+        if asked[-1] == asked[0]:  # there the file is still being written
+            raise EOFError
+        return "answer"
+
+    assert with_readable_files(question) == "answer"

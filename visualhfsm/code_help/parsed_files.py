@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import os
 import pickle
 import shutil
@@ -34,21 +33,28 @@ def keep_parsed_files(directory: Path | None = None) -> None:
         usable = os.access(directory, os.W_OK)
     except OSError:
         usable = False
-    if not usable:
-        _temporary.append(tempfile.TemporaryDirectory(prefix="visualhfsm-", ignore_cleanup_errors=True))
-        directory = Path(_temporary[-1].name)
-    jedi.settings.cache_directory = str(directory)
+    if usable:
+        jedi.settings.cache_directory = str(directory)
+    else:
+        _keep_apart()
+
+
+def _keep_apart() -> None:
+    """Let jedi use a temporary directory, to which no other process writes."""
+    _temporary.append(tempfile.TemporaryDirectory(prefix="visualhfsm-", ignore_cleanup_errors=True))
+    jedi.settings.cache_directory = _temporary[-1].name
 
 
 def with_readable_files(question: Callable[[], T]) -> T:
     """Return what a function returns; it is asked again without the kept files when one cannot be read.
 
-    Such a file is being written by another process, or was left behind by one that was killed.
+    Such a file is being written by another process, or was left behind by one that was killed: the files go,
+    and this process keeps its own from now on.
     """
     try:
         return question()
     except (EOFError, pickle.UnpicklingError):
-        with contextlib.suppress(FileNotFoundError):
-            shutil.rmtree(jedi.settings.cache_directory)
+        shutil.rmtree(jedi.settings.cache_directory, ignore_errors=True)  # others may be writing there
+        _keep_apart()
         parser_cache.clear()
         return question()
