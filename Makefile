@@ -28,13 +28,11 @@ lint: $(VENV)/dev.stamp ## Check format, style, types, import rules and generate
 	$(BIN)/ruff check .
 	$(BIN)/mypy .
 	$(BIN)/lint-imports --no-cache
-	$(BIN)/codegen fmt --check interfaces/*.idl
 	$(BIN)/codegen --check interfaces/*.idl behaviors/*.xml tests/data/components/*.xml
 
 format: $(VENV)/dev.stamp ## Format the code
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
-	$(BIN)/codegen fmt interfaces/*.idl
 
 bench: $(VENV)/bench.stamp system browser ## Measure the figures and print them as tables
 	@for script in benchmarks/bench_*.py; do $(BIN)/python $$script || exit 1; done

@@ -7,9 +7,8 @@ One command, `codegen FILES...`, and two compilers behind it, chosen by the file
   `GeneratedFile`s it makes, beside the document or in the directory `output` when that is given.
 
 Both report what is wrong to a `codegen.diagnostics.Diagnostics` and touch no file: the command writes all
-that they return, or nothing when there was an error (`codegen.files`). `codegen.commands` has the command and
-its sub-commands, a module each; what these know of Slice stands in `codegen.idl`: `formatter`, `breaking`,
-`describe`.
+that they return, or nothing when there was an error (`codegen.files`). `codegen.command` is the command; it
+shares `codegen.options` with `visualhfsm`.
 """
 
 from __future__ import annotations

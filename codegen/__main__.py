@@ -11,7 +11,7 @@ import startup
 def main() -> None:
     """Run the command; Ctrl-C and SIGTERM end it with exit code 130 and 143."""
     startup.end_at_ctrl_c()
-    from .commands import app
+    from .command import app
 
     signal.signal(signal.SIGINT, _stop)
     signal.signal(signal.SIGTERM, _stop)

@@ -126,7 +126,7 @@ class Diagnostics:
         errors = sum(found.severity is Severity.ERROR for found in self)
         if errors and outcome is not None:
             count = f"{errors} error{'s' if errors > 1 else ''}"
-            blocks.append(f"{count}; {outcome}" if outcome else count)
+            blocks.append(f"{count}; {outcome}")
         return "\n".join(blocks)
 
     def _render(self, found: Diagnostic, color: bool) -> list[str]:

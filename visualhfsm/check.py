@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
-from codegen.commands.options import DOCUMENTS, ErrorFormat, require_directories, require_extensions, show
 from codegen.diagnostics import Diagnostics, Severity
+from codegen.options import DOCUMENTS, ErrorFormat, require_directories, require_extensions, show
 
 if TYPE_CHECKING:
     from codegen.hfsm.model_checker import ModelReport

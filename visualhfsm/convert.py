@@ -8,9 +8,9 @@ from typing import Annotated, Final, TypeVar
 
 import typer
 
-from codegen.commands.options import ErrorFormat, report
 from codegen.diagnostics import Diagnostics
 from codegen.files import FilesNotWrittenError, GeneratedFile, apply, compare_with_disk
+from codegen.options import ErrorFormat, report
 from visualhfsm.errors import VisualHfsmError
 
 __all__ = ["EPILOG", "convert"]

@@ -20,8 +20,8 @@ import msgspec
 import typer
 from msgspec.structs import replace
 
-from codegen.commands.options import ErrorFormat, require_directories, show
 from codegen.diagnostics import Diagnostics
+from codegen.options import ErrorFormat, require_directories, show
 from hfsm_recording.outcome import Begin, Difference, Divergence, Line, Outcome, Progress, Side, Step
 from hfsm_recording.reader import RecordingError, RecordingFile
 from visualhfsm.child import child_environment

@@ -5,10 +5,8 @@ from __future__ import annotations
 import math
 import re
 from bisect import bisect_right
-from collections.abc import Iterator
 from enum import Enum
 from pathlib import Path
-from typing import NamedTuple
 
 from codegen.diagnostics import Location
 
@@ -34,16 +32,6 @@ class Kind(Enum):
     INVALID = "an unexpected character"
     UNTERMINATED = "an unterminated literal or comment"
     END = "the end of the file"
-    SPACE = "space"
-    COMMENT = "a comment"
-
-
-class Lexeme(NamedTuple):
-    """A stretch of a file; a token, or the space or comment between tokens."""
-
-    kind: Kind
-    text: str
-    offset: int
 
 
 class Source:
@@ -63,12 +51,6 @@ class Source:
         if self._tokens is None:
             self._tokens = _tokenize(self)
         return self._tokens
-
-    @property
-    def lexemes(self) -> Iterator[Lexeme]:
-        """The whole file without a gap, comments, spaces and directives as they stand in it."""
-        for match in _TOKEN.finditer(self.text):
-            yield Lexeme(_kind(match.lastgroup, match.group()), match.group(), match.start())
 
     def position(self, offset: int) -> tuple[int, int]:
         """Return line and column, both from 1, of the character at `offset`."""
@@ -155,8 +137,6 @@ def _kind(group: str | None, word: str) -> Kind:
 
 
 _KINDS = {
-    "space": Kind.SPACE,
-    "comment": Kind.COMMENT,
     "mark": Kind.PUNCTUATION,
     "float": Kind.FLOAT,
     "integer": Kind.INTEGER,

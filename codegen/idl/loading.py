@@ -14,7 +14,7 @@ from .lexer import Source
 from .parser import parse
 from .preprocessor import Preprocessor
 
-__all__ = ["Unit", "Units", "load_definitions"]
+__all__ = ["Unit", "Units"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,28 +69,3 @@ class Units:
         included = {each for unit in found.values() if unit is not None for each in unit.included}
         order = sorted(found, key=lambda source: (source in included, source.path.resolve()))
         return {source: found[source] for source in order}
-
-
-def load_definitions(
-    paths: Sequence[Path], include_directories: Sequence[Path], diagnostics: Diagnostics
-) -> dict[str, ast.Definition]:
-    """Return everything that files and what they include define, by scoped name, without modules.
-
-    The order is that of the source. What is wrong goes to `diagnostics`; a file with an error is left out.
-    """
-    units = Units(include_directories, diagnostics)
-    found: dict[str, ast.Definition] = {}
-    for path in paths:
-        source = units.load(path)
-        unit = units.read(source, diagnostics) if source is not None else None
-        for definition in _walk(unit.tree) if unit is not None else ():
-            found.setdefault(definition.scoped, definition)
-    return found
-
-
-def _walk(module: ast.Module) -> Iterator[ast.Definition]:
-    for definition in module.definitions:
-        if isinstance(definition, ast.Module):
-            yield from _walk(definition)
-        elif not isinstance(definition, ast.ForwardDeclaration):
-            yield definition

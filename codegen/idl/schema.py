@@ -1,4 +1,4 @@
-"""Describe definitions as data: signatures, canonical forms with their fingerprints, schemas of packages.
+"""Describe definitions as data: canonical forms with their fingerprints, schemas of packages.
 
 Two definitions have the same canonical form exactly when they are the same on the wire: comments, files, the
 order of definitions and of members, the names of sequences and dictionaries, default values, the numbers of
@@ -26,9 +26,6 @@ _SURROGATE = re.compile("[\ud800-\udfff]")
 Entry = dict[str, Any]
 
 
-# Signatures
-
-
 def type_name(kind: ast.Type | None) -> str:
     """Return the name of a type: from the root where it has one, `void` for None."""
     match kind:
@@ -39,29 +36,6 @@ def type_name(kind: ast.Type | None) -> str:
         case ast.NamedType(definition=ast.Definition() as definition):
             return definition.scoped
     return kind.name
-
-
-def operation_signature(operation: ast.Operation) -> str:
-    """Return an operation on one line: metadata that counts, types, parameters, exceptions."""
-    parameters = ", ".join(
-        f"{'out ' if each.out else ''}{_tag(each.tag)}{type_name(each.type)} {each.name}"
-        for each in operation.parameters
-    )
-    given = {"amd": operation.amd, "stream": operation.streamed, "stop": operation.stop}
-    marks = [f'"{mark}"' for mark, is_given in given.items() if is_given]
-    thrown = [named.definition.scoped if named.definition else named.name for named in operation.throws]
-    return "".join(
-        (
-            f"[{', '.join(marks)}] " if marks else "",
-            "idempotent " if operation.idempotent else "",
-            f"{_tag(operation.return_tag)}{type_name(operation.returns)} {operation.name}({parameters})",
-            f" throws {', '.join(thrown)}" if thrown else "",
-        )
-    )
-
-
-def _tag(tag: ast.Literal | None) -> str:
-    return f"optional({tag.value}) " if tag is not None else ""
 
 
 # Canonical forms
@@ -83,11 +57,6 @@ def canonical_definition(definition: ast.Definition) -> str:
     form.add(definition)
     form.describe_all()
     return "\n".join(sorted(form.lines)) + "\n"
-
-
-def canonical_type(kind: ast.Type) -> str:
-    """Return a type as it stands in canonical forms: sequences and dictionaries by what they are made of."""
-    return _CanonicalForm().type(kind)
 
 
 class _CanonicalForm:

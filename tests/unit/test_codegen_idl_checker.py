@@ -6,7 +6,7 @@ import pytest
 
 from codegen.diagnostics import Diagnostics
 from codegen.idl import ast
-from codegen.idl.loading import load_definitions
+from codegen.idl.loading import Units
 from tests.support.slice_compiler import compile_text, findings, write_sources
 
 
@@ -211,9 +211,14 @@ def test_names_and_numbers_have_their_values_once_checked(tmp_path: Path) -> Non
     """
     (path,) = write_sources(tmp_path, {"main.idl": in_module(text)})
     diagnostics = Diagnostics()
-    found = load_definitions([path], [], diagnostics)
+    units = Units([], diagnostics)
+    source = units.load(path)
+    unit = units.read(source, diagnostics) if source else None
     assert not len(diagnostics), diagnostics.render()
-    class_, interface = found["::m::C"], found["::m::I"]
+    assert unit
+    (module,) = unit.tree.definitions
+    assert isinstance(module, ast.Module)
+    class_, interface = module.definitions[2:]
     assert isinstance(class_, ast.Class)
     assert isinstance(interface, ast.Interface)
     numbers = [class_.compact_id, class_.members[0].tag, class_.members[0].default, class_.members[1].default]

@@ -82,11 +82,6 @@ def test_tokens_stand_in_order_where_they_say(text: str) -> None:
         assert line[token.location.column - 1 :].startswith(text[token.offset])
 
 
-@given(slice_like_texts())
-def test_the_lexemes_of_a_file_are_the_whole_file(text: str) -> None:
-    assert "".join(lexeme.text for lexeme in Source(Path("a.idl"), text).lexemes) == text
-
-
 @given(st.integers(-(2**70), 2**70))
 def test_integers_are_read_in_every_base(value: int) -> None:
     sign = "-" if value < 0 else ""

@@ -16,7 +16,7 @@ from tests.support.processes import REPOSITORY
 README = (REPOSITORY / "README.md").read_text("utf-8")
 APPS = {
     "ballmover": ("ballmover.cli", "app"),
-    "codegen": ("codegen.commands", "app"),
+    "codegen": ("codegen.command", "app"),
     "nao": ("deploy.nao.command", "app"),
     "naoserver-sim": ("naoserver_sim.command", "app"),
     "visualhfsm": ("visualhfsm.command", "app"),

@@ -1,4 +1,4 @@
-"""What commands share: arguments, options, and the report of what is wrong."""
+"""What `codegen` and `visualhfsm` share: checks of arguments, and the report of what is wrong."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ import sys
 from collections.abc import Iterable
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
 
 import typer
 
@@ -23,19 +22,6 @@ class ErrorFormat(StrEnum):
     TEXT = "text"
     JSON = "json"
     GITHUB = "github"
-
-
-InterfaceFiles = Annotated[
-    list[Path], typer.Argument(metavar="FILES", help="Interfaces in Slice (.idl, .ice).")
-]
-Include = Annotated[
-    list[Path] | None,
-    typer.Option("-I", "--include", metavar="DIR", help="Search DIR for included files; repeatable."),
-]
-Format = Annotated[
-    ErrorFormat,
-    typer.Option("--error-format", help="How diagnostics are written to stderr."),
-]
 
 
 def require_extensions(paths: Iterable[Path], allowed: frozenset[str]) -> None:
@@ -71,9 +57,9 @@ def show(
         typer.echo(text, err=True)
 
 
-def report(diagnostics: Diagnostics, error_format: ErrorFormat, outcome: str = "nothing was written") -> None:
+def report(diagnostics: Diagnostics, error_format: ErrorFormat) -> None:
     """Write everything found to stderr, and end the command with exit code 1 when there is an error."""
-    show(diagnostics, error_format, outcome)
+    show(diagnostics, error_format)
     if diagnostics.has_errors:
         raise typer.Exit(1)
 

@@ -1,4 +1,7 @@
-"""`codegen [generate] FILES...`: write the Python of interfaces and automaton documents."""
+"""`codegen FILES...`: write the Python of interfaces and automaton documents.
+
+Nothing heavy is imported before the command runs, so that `--help` and completion answer at once.
+"""
 
 from __future__ import annotations
 
@@ -18,15 +21,27 @@ from .options import (
     DOCUMENTS,
     INTERFACES,
     ErrorFormat,
-    Format,
-    Include,
     report,
     require_directories,
     require_extensions,
     show,
 )
 
-__all__ = ["generate"]
+__all__ = ["app"]
+
+app = typer.Typer(rich_markup_mode=None, pretty_exceptions_enable=False)
+
+_EPILOG = """Examples:
+
+\b
+  codegen interfaces/*.idl              packages beside the files: interfaces/jderobot, ...
+  codegen robot.idl -I slice -o api     the package api/, with includes found in slice/
+  codegen behaviors/follow_ball.xml     the component behaviors/follow_ball.py
+  codegen --check interfaces/*.idl      exit 1 and show a diff when something is stale
+  codegen --watch interfaces/*.idl      generate again at every change
+
+Exit codes: 0 done, 1 errors in the files or, with --check, something stale, 2 wrong usage.
+docs/codegen.md explains all."""
 
 _CLOCK_LAG = 20_000_000  # ns that the time of a file may be behind
 _INTERVAL = 0.2  # s between two looks at the files
@@ -55,12 +70,16 @@ class _Result:
     leftovers: list[Path] = field(default_factory=list)
 
 
+@app.command(epilog=_EPILOG)
 def generate(
     files: Annotated[
         list[Path],
         typer.Argument(metavar="FILES", help="Interfaces in Slice (.idl, .ice) and automata (.xml)."),
     ],
-    include: Include = None,
+    include: Annotated[
+        list[Path] | None,
+        typer.Option("-I", "--include", metavar="DIR", help="Search DIR for included files; repeatable."),
+    ] = None,
     *,
     output: Annotated[
         Path | None,
@@ -76,9 +95,11 @@ def generate(
     watch: Annotated[
         bool, typer.Option("--watch", help="Go on, and generate again when a file changes; Ctrl-C ends it.")
     ] = False,
-    error_format: Format = ErrorFormat.TEXT,
+    error_format: Annotated[
+        ErrorFormat, typer.Option("--error-format", help="How to write diagnostics to stderr.")
+    ] = ErrorFormat.TEXT,
 ) -> None:
-    """Generate Python: the command when none is named.
+    """Generate Python from interfaces in Slice and from automaton documents.
 
     Interfaces become packages of typed structs, proxies and servants; an automaton document becomes a
     component that runs it. All files are written, or none when there is an error; a file that would not
