@@ -88,6 +88,10 @@ def test_a_dropped_file_opens_and_what_is_none_is_refused(shown: EditorPage, roo
     expect(shown.page.get_by_role("heading", name="Draw what your robot does")).to_be_visible()
     drop(shown, "picture.xml", "<svg><script>alert(1)</script></svg>")
     expect(shown.page.get_by_role("alert")).to_contain_text("picture.xml")
+    drop(shown, "walk.mcap", "a recording")
+    expect(shown.page.get_by_role("alert").last).to_contain_text(
+        "walk.mcap is a recording: put it into the folder"
+    )
     drop(shown, "dance.xml", (root / "dance.xml").read_text())
     shown.expect_states("up", "out", "front", "low")
     expect(tab(shown, "dance")).to_have_attribute("aria-selected", "true")

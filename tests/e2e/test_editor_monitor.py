@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -336,15 +335,3 @@ def test_recording_is_played_in_the_same_view(shown: EditorPage, robot: ServedRo
     shown.page.get_by_role("slider", name="Moment of the run").focus()
     shown.press("End")
     expect_current(shown, "go")
-    transfer = shown.page.evaluate_handle(
-        """text => {
-            const transfer = new DataTransfer();
-            const bytes = Uint8Array.from(atob(text), (each) => each.charCodeAt(0));
-            transfer.items.add(new File([bytes], "dropped.mcap"));
-            return transfer;
-        }""",
-        base64.b64encode(path.with_name("walk.mcap").read_bytes()).decode(),
-    )
-    shown.page.locator("hfsm-app").dispatch_event("drop", {"dataTransfer": transfer})
-    expect_current(shown, "wait")
-    expect(status(shown)).to_have_text("Recording")

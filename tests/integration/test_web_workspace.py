@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import json
 import os
-import tempfile
 import threading
 from collections.abc import AsyncGenerator, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -584,20 +583,3 @@ def test_messages_are_what_a_page_can_read(window: Window) -> None:
     window.ask("do", tab=1, command={**ADD_STATE, "name": "“☃”\u2028</script>"})
     assert names(window)[-1] == "“☃”\u2028</script>"
     json.dumps(window.documents)
-
-
-def test_a_recording_is_sent_in_parts_and_gone_once_it_is_open(
-    served: Editor, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
-    before = set(tmp_path.iterdir())
-    with served.window() as window:
-        with pytest.raises(Refused, match="beginning was not sent"):
-            window.ask("sendRecording", name="run.mcap", data="bW9yZQ==")
-        assert window.ask("sendRecording", name="given up.mcap", data="bm8=", begins=True) is None
-        assert window.ask("sendRecording", name="../my run.mcap", data="b25l", begins=True) is None
-        opened = window.ask("sendRecording", name="../my run.mcap", data="dHdv", ends=True)
-        assert opened == {"component": "recording:my_run.mcap", "content": "onetwo"}
-        assert set(tmp_path.iterdir()) == before
-        window.ask("sendRecording", name="left.mcap", data="b25l", begins=True)
-    eventually(lambda: set(tmp_path.iterdir()) == before)

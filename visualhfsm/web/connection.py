@@ -12,8 +12,6 @@ import asyncio
 import logging
 from collections import defaultdict
 from collections.abc import Coroutine
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any, Final
 
 import msgspec
@@ -25,7 +23,6 @@ from visualhfsm.editing.diff import diff_documents
 from visualhfsm.editing.places import search
 from visualhfsm.editing.serialization import copy_states, parse_file
 from visualhfsm.editing.views import view
-from visualhfsm.errors import VisualHfsmError
 from visualhfsm.sessions.files import read_file
 from visualhfsm.sessions.imports import extract, imported_views, inline
 from visualhfsm.sessions.session import Change, Choice
@@ -34,12 +31,10 @@ from visualhfsm.sessions.templates import find_templates
 from . import documents
 from . import protocol as p
 from .errors import MissingError, kind_of
-from .paths import RECORDING_SUFFIX
-from .tab import Threads
 from .window import Window
 from .workspace import Workspace
 
-__all__ = ["CODE_HELP", "CONCURRENT", "LARGEST_UPLOAD", "Upload", "converse", "until_one_ends"]
+__all__ = ["CODE_HELP", "CONCURRENT", "converse", "until_one_ends"]
 
 _UNSUPPORTED_DATA: Final = 1003  # RFC 6455, section 7.4.1
 
@@ -47,13 +42,10 @@ CODE_HELP = p.CodeHelp | p.Interfaces
 """Requests that the page sends while a person types."""
 
 _Reading = p.Diff | p.Export | p.Imported | p.ListFiles | p.Locate | p.Search
-_Running = p.Attach | p.Control | p.Detach | p.Generate | p.Recording | p.Run | p.SendRecording | p.StopRun
+_Running = p.Attach | p.Control | p.Detach | p.Generate | p.Recording | p.Run | p.StopRun
 
 CONCURRENT = CODE_HELP | _Reading | p.Control | p.Generate | p.Recording | p.Run | p.StopRun
 """Requests that change no document: the connection goes on to the next one meanwhile."""
-
-LARGEST_UPLOAD: Final = 256 << 20
-"""Bytes of the largest recording that is taken; larger ones are opened where they lie."""
 
 _SAVED: Final = "saved"  # what a document may be compared with, beside files
 
@@ -104,7 +96,6 @@ class _Connection:
         for task in tasks:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
-        self._operations.close()
 
     async def write(self) -> None:
         while True:
@@ -165,11 +156,6 @@ class _Operations:
     def __init__(self, workspace: Workspace, window: Window) -> None:
         self._workspace = workspace
         self._window = window
-        self._upload = Upload(workspace.threads)
-
-    def close(self) -> None:
-        """Give up what the window has begun to send."""
-        self._upload.close()
 
     async def do(self, request: p.Request) -> object:
         """Do what a request asks for and return its answer."""
@@ -271,13 +257,6 @@ class _Operations:
                 return await live.control(component, action, values)
             case p.Recording(path=path):
                 return await workspace.open_recording(window, workspace.root.recording(path))
-            case p.SendRecording(name=name, data=data, begins=begins, ends=ends):
-                file = await self._upload.add(name, data, begins=begins)
-                try:
-                    return await workspace.open_recording(window, file) if ends else None
-                finally:
-                    if ends:
-                        self._upload.close()
 
     async def _manage(self, request: p.Request) -> object:
         """Open, save and close documents."""
@@ -334,50 +313,6 @@ class _Operations:
         if before is None:
             raise MissingError(f"{tab.shown.name} was never saved")
         return await workspace.threads.do(lambda: _compared(before, after))
-
-
-class Upload:
-    """A recording that one window sends in parts: one file at a time, where only its user reaches it."""
-
-    def __init__(self, threads: Threads, largest: int = LARGEST_UPLOAD) -> None:
-        self._threads = threads
-        self._largest = largest
-        self._folder: TemporaryDirectory[str] | None = None
-        self._size = 0
-
-    async def add(self, name: str, data: bytes, *, begins: bool) -> Path:
-        """Take a part of a file; the first one gives up what was sent before. Raises VisualHfsmError."""
-        if begins:
-            self.close()
-        elif self._folder is None:
-            raise VisualHfsmError(f"Cannot take {name}: its beginning was not sent")
-        self._size += len(data)
-        if self._size > self._largest:
-            self.close()
-            raise VisualHfsmError(
-                f"Cannot take {name}: it is larger than {self._largest >> 20} MiB; "
-                "put it into the folder of the editor and open it there (Alt+R)"
-            )
-        try:
-            return await self._threads.do(lambda: self._write(name, data))
-        except OSError as error:
-            self.close()
-            raise VisualHfsmError(f"Cannot take {name}: {error.strerror}") from error
-
-    def close(self) -> None:
-        """Delete what was sent."""
-        folder, self._folder, self._size = self._folder, None, 0
-        if folder is not None:
-            folder.cleanup()
-
-    def _write(self, name: str, data: bytes) -> Path:
-        if self._folder is None:
-            self._folder = TemporaryDirectory(prefix="visualhfsm-", ignore_cleanup_errors=True)
-        stem = "".join(each if each.isalnum() or each in "-_." else "_" for each in Path(name).stem)
-        file = Path(self._folder.name) / f"{stem[:100] or 'recording'}{RECORDING_SUFFIX}"
-        with file.open("ab") as stream:
-            stream.write(data)
-        return file
 
 
 def _outcome(change: Change) -> dict[str, Any]:

@@ -268,15 +268,6 @@ class Recording(_Request):
     path: Path
 
 
-class SendRecording(_Request):
-    """Send a recording that the page has, such as a dropped file, in parts; the last one opens it."""
-
-    name: Name
-    data: Annotated[bytes, msgspec.Meta(max_length=3_000_000)]
-    begins: bool = False
-    ends: bool = False
-
-
 if TYPE_CHECKING:
     Request = _Request
 else:

@@ -1,4 +1,4 @@
-/** Files that are dropped on the page: documents, SCXML, and recordings of runs. */
+/** Files that are dropped on the page: documents and SCXML. */
 
 import {html, render} from "lit";
 
@@ -12,7 +12,7 @@ export function takeDrops(element) {
   sign.className = "drop-sign";
   sign.hidden = true;
   sign.setAttribute("aria-hidden", "true");
-  render(html`<p><strong>Drop to open</strong><br>documents (.xml, .scxml) and recordings (.mcap)</p>`, sign);
+  render(html`<p><strong>Drop to open</strong><br>a document (.xml) or SCXML (.scxml)</p>`, sign);
   document.body.append(sign);
   element.addEventListener("dragover", (event) => {
     if (!holdsFiles(event)) return; // text goes where it is dropped

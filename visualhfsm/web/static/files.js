@@ -58,7 +58,7 @@ const isHeaped = ({imported, states}) => !imported && states.length > 1 && state
 export async function openDropped(dropped) {
   for (const file of dropped) {
     if (/\.mcap$/i.test(file.name)) {
-      await (await import("./monitor/recordings.js")).sendRecording(file);
+      notify(`${file.name} is a recording: put it into the folder of the editor and open it there (Alt+R).`, "error");
       continue;
     }
     if (file.size > LARGEST) {

@@ -39,7 +39,7 @@ class Start extends PageElement {
       <div class="offers"><button type="button" class="button primary" @click=${openFile}>Open a document</button>
         <button type="button" class="button" @click=${() => this.#tour()}>Take the tour (one minute)</button></div>
       ${recent.length ? html`<h2>Lately</h2><ul class="recent">${recent.map((path) => html`<li><button type="button" @click=${() => openPath(path)}>${icon("file")}${path}</button></li>`)}</ul>` : nothing}
-      <p class="drop">You can also drop a document, SCXML or a recording of a run anywhere on this page.</p>
+      <p class="drop">You can also drop a document or SCXML anywhere on this page.</p>
     </div>`;
   }
 

@@ -6,33 +6,11 @@ import {notify} from "../notices.js";
 import {page} from "../page.js";
 import {monitor} from "./monitor.js";
 
-const PART = 1_500_000; // bytes in a message
-
 /** Ask which one, and open it. */
 export async function openRecording() {
   const path = await chooseFile({title: "Open a recording", verb: "Open", kind: "recording"});
   const found = path && (await ask("recording", {path}));
   if (found) await show(path, found);
-}
-
-/** Open one that lies where only the browser reaches it. @param {File} file */
-export async function sendRecording(file) {
-  let found;
-  for (let at = 0; at === 0 || at < file.size; at += PART) {
-    const data = await inBase64(file.slice(at, at + PART));
-    found = await ask("sendRecording", {name: file.name, data, begins: at === 0, ends: at + PART >= file.size});
-    if (found === undefined) return; // it was told why
-  }
-  await show(file.name, found);
-}
-
-function inBase64(blob) {
-  return new Promise((resolve, reject) => {
-    const reader = new FileReader();
-    reader.addEventListener("load", () => resolve(reader.result.replace(/^[^,]*,?/, "")));
-    reader.addEventListener("error", () => reject(new Error(`The file cannot be read: ${reader.error.message}`)));
-    reader.readAsDataURL(blob);
-  });
 }
 
 async function show(path, found) {
