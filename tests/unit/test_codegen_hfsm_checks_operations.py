@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 
-from codegen.hfsm.checks.interfaces import STREAM
+from codegen.hfsm.checks.attributes import STREAM
 from zenoh_ice.proxy import StreamedCall
 
 

@@ -14,18 +14,12 @@ from ..code.names import RESERVED
 from ..code.pieces import is_foreign
 from ..document import Document
 from ..known_interfaces import KnownInterfaces
+from .attributes import check_attributes
 from .blocking import check_blocking
+from .component import COMPONENT_ATTRIBUTES, ON_ERROR, ON_REFUSED, check_component, check_file_name
 from .constants import delay, milliseconds, truth
 from .events import check_events
 from .flow import assignments_of, check_flow
-from .interfaces import (
-    COMPONENT_ATTRIBUTES,
-    ON_ERROR,
-    ON_REFUSED,
-    check_attributes,
-    check_component,
-    check_file_name,
-)
 from .names import check_names, check_start, check_variables
 from .report import Report
 from .structure import check_arguments, check_automaton, check_tree

@@ -1,0 +1,229 @@
+"""Check every use of `self`: attributes that it does not have, and calls that its proxies do not take."""
+
+from __future__ import annotations
+
+import ast
+import json
+import keyword
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, Final
+
+from ...diagnostics import Location, Note, did_you_mean
+from ..analysis import COMPONENT_ALIASES, Access, Analysis, Piece
+from ..code.text import all_nodes
+from ..codes import Code
+from ..known_interfaces import KnownInterface, KnownInterfaces
+from .component import COMPONENT_ATTRIBUTES
+from .report import Report
+
+__all__ = ["STREAM", "check_attributes"]
+
+_MAX_BASES: Final = 100
+
+
+@dataclass(frozen=True, slots=True)
+class Operation:
+    """A method of a proxy: its parameters after `self`, how many of them have no default, and its stream."""
+
+    name: str
+    parameters: tuple[str, ...]
+    required: int
+    is_streamed: bool = False
+    by_name: frozenset[str] = frozenset()
+    """Further parameters, which are given by name."""
+
+
+_BEGIN: Final = "begin"
+"""What calls an operation without waiting, with the parameters of the call."""
+
+STREAM: Final = {
+    "latest": Operation("latest", (), 0),
+    "wait": Operation("wait", ("after", "timeout"), 0),
+    "samples": Operation("samples", ("timeout",), 0, by_name=frozenset({"rate"})),
+    "subscribe": Operation("subscribe", ("callback",), 1, by_name=frozenset({"rate", "queue"})),
+}
+"""What a streamed operation offers beside its calls."""
+
+
+def operations_of(interface: KnownInterface, known: KnownInterfaces) -> dict[str, Operation] | None:
+    """Return the operations of an interface with those that it inherits, by the names of their methods.
+
+    None when not all of them are known: a proxy that was written by hand may do anything.
+    """
+    found: dict[str, Operation] = {}
+    pending = [interface]
+    for each in pending:  # grows
+        try:
+            schema = each.file.with_name("schema.json")
+            definition = _definitions(schema, schema.stat().st_mtime_ns)[f"::{each.scoped_name}"]
+            for operation in map(_operation, definition.get("operations", ())):
+                found.setdefault(operation.name, operation)
+            bases = [known.find(base) for base in definition.get("bases", ())]
+        except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError):
+            return None  # the model checker reports a broken description
+        if len(pending) > _MAX_BASES or any(len(base) != 1 for base in bases):
+            return None
+        pending += [base for (base,) in bases if base not in pending]
+    return found
+
+
+@lru_cache(maxsize=64)
+def _definitions(schema: Path, _changed: int) -> dict[str, Any]:
+    definitions: dict[str, Any] = json.loads(schema.read_bytes())["definitions"]
+    return definitions
+
+
+def _operation(described: Mapping[str, Any]) -> Operation:
+    parameters = described.get("parameters", ())
+    required = [place for place, each in enumerate(parameters, 1) if not each.get("optional")]
+    return Operation(
+        name=_python_name(described["name"]),
+        parameters=tuple(_python_name(each["name"]) for each in parameters),
+        required=max(required, default=0),
+        is_streamed=described.get("streamed") is True,
+    )
+
+
+def _python_name(name: str) -> str:
+    return f"_{name}" if keyword.iskeyword(name) else name
+
+
+_OF_EVERY_PROXY: Final = frozenset({"checkedCast", "uncheckedCast"})
+
+
+def check_attributes(analysis: Analysis, known: KnownInterfaces, report: Report) -> None:
+    """Check every use of `self`."""
+    document, found = analysis.document, analysis.accesses
+    assigned = {access.name for access in found if access.is_stored}
+    given = assigned | analysis.defined | analysis.extension.attributes
+    proxies: dict[str, KnownInterface] = {}
+    for interface in document.interfaces:
+        candidates = known.find(interface.type)
+        if len(candidates) == 1 and interface.name not in given:
+            proxies.setdefault(interface.name, candidates[0])
+    for alias, name in document.proxy_aliases.items():
+        if name in proxies and alias not in given:
+            proxies.setdefault(alias, proxies[name])
+    if not analysis.extension.is_open and not any(map(_sets_attributes_by_name, analysis.pieces)):
+        names = {
+            *COMPONENT_ATTRIBUTES,
+            *COMPONENT_ALIASES,
+            *given,
+            *(interface.name for interface in document.interfaces),
+            *document.proxy_aliases,
+            *(["lock"] if document.is_old else []),
+            *(parameter.name for parameter in document.parameters),
+        }
+        _check_known(found, names, known, report)
+    _check_calls(found, proxies, known, report)
+
+
+def _sets_attributes_by_name(piece: Piece) -> bool:
+    """Return whether code may give the component attributes whose names do not stand in it."""
+    for node in all_nodes(piece.tree):
+        match node:
+            case ast.Name(id="setattr" | "vars") | ast.Attribute(attr="__dict__" | "__setattr__"):
+                return True
+            case ast.FunctionDef(name="__getattr__" | "__getattribute__"):
+                return True
+    return False
+
+
+def _check_known(found: Iterable[Access], names: set[str], known: KnownInterfaces, report: Report) -> None:
+    told: set[str] = set()
+    for access in found:
+        name = access.name
+        if name in names or name in told or name.startswith("__"):
+            continue
+        told.add(name)
+        notes = list(did_you_mean(name, names))
+        if len(access.path) > 1 and (interface := _guess(name, known)):
+            notes.append(Note(f"a proxy of `{interface}` has to be declared among the interfaces"))
+        message = f"`self.{name}` is no interface, function or parameter, and nothing assigns it"
+        report.warning(Code.UNKNOWN_ATTRIBUTE, message, _place(access, 0), notes)
+
+
+def _guess(name: str, known: KnownInterfaces) -> str | None:
+    candidates = known.find(name) or known.find(name.removesuffix("Prx"))
+    return candidates[0].scoped_name if candidates else None
+
+
+def _check_calls(
+    found: Iterable[Access], proxies: Mapping[str, KnownInterface], known: KnownInterfaces, report: Report
+) -> None:
+    operations: dict[str, dict[str, Operation] | None] = {}
+    for access in found:
+        interface = proxies.get(access.name)
+        if interface is None or len(access.path) < 2 or not _is_operation(access.path[1]):
+            continue
+        if access.name not in operations:
+            operations[access.name] = operations_of(interface, known)
+        available = operations[access.name]
+        if available is None:
+            continue
+        operation = available.get(access.path[1])
+        if operation is None:
+            message = f"`{interface.scoped_name}` has no operation `{access.path[1]}`"
+            notes = did_you_mean(access.path[1], available)
+            report.warning(Code.UNKNOWN_OPERATION, message, _place(access, 1), notes)
+        elif len(access.path) == 2:
+            _check_arguments(access, operation, report)
+        else:
+            _check_stream(access, operation, report)
+
+
+def _is_operation(name: str) -> bool:
+    return not name.startswith(("ice_", "__")) and name not in _OF_EVERY_PROXY
+
+
+def _check_stream(access: Access, operation: Operation, report: Report) -> None:
+    name = access.path[2]
+    if name.startswith("__"):
+        return
+    if name == _BEGIN:
+        if len(access.path) == 3:
+            _check_arguments(access, operation, report)
+    elif not operation.is_streamed:
+        message = f"`{operation.name}` is not streamed, and has no `{name}`: it can only be called"
+        report.warning(Code.UNKNOWN_OPERATION, message, _place(access, 2))
+    elif name not in STREAM:
+        message = f"a streamed operation has no `{name}`: it has {', '.join([_BEGIN, *STREAM])}"
+        report.warning(Code.UNKNOWN_OPERATION, message, _place(access, 2), did_you_mean(name, STREAM))
+    elif len(access.path) == 3:
+        _check_arguments(access, STREAM[name], report)
+
+
+def _check_arguments(access: Access, operation: Operation, report: Report) -> None:
+    call = access.call
+    if call is None or any(isinstance(argument, ast.Starred) for argument in call.args):
+        return
+    names = [keyword.arg for keyword in call.keywords]
+    if None in names:
+        return
+    parameters = operation.parameters
+    given = parameters[: len(call.args)]
+    wrong = next((name for name in names if name not in parameters and name not in operation.by_name), None)
+    missing = [name for name in parameters[: operation.required] if name not in (*given, *names)]
+    if len(call.args) > len(parameters):
+        message = f"`{operation.name}` takes {_count(parameters)}, and is given {len(call.args)}"
+    elif wrong is not None:
+        message = f"`{operation.name}` has no parameter `{wrong}`"
+    elif missing:
+        message = f"`{operation.name}` is not given {' and '.join(f'`{name}`' for name in missing)}"
+    elif repeated := [name for name in names if name in given]:
+        message = f"`{operation.name}` is given `{repeated[0]}` twice"
+    else:
+        return
+    note = Note(f"it is called as `{operation.name}({', '.join(parameters)})`")
+    report.warning(Code.BAD_CALL, message, _place(access, -1), [note])
+
+
+def _count(parameters: Sequence[str]) -> str:
+    return {0: "no argument", 1: "1 argument"}.get(len(parameters), f"{len(parameters)} arguments")
+
+
+def _place(access: Access, index: int) -> Location:
+    return access.piece.place_of_attribute(access.nodes[index])
