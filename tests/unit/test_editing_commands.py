@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
+import msgspec
 import pytest
 
 from codegen.hfsm import write_document
@@ -18,7 +19,7 @@ from codegen.hfsm.document import (
     Transition,
 )
 from tests.support.editing import tree
-from visualhfsm.editing.commands import COMMANDS, Command, decode_command, encode_command
+from visualhfsm.editing.commands import COMMANDS, Command, decode_command
 from visualhfsm.editing.commands.automata import (
     AddAutomaton,
     AddRoot,
@@ -437,7 +438,7 @@ def test_a_command_that_changes_nothing_returns_the_document_itself() -> None:
 def test_commands_come_as_json() -> None:
     command = decode_command('{"command": "addState", "automaton": 1, "x": 10, "y": 20}')
     assert command == AddState(automaton=1, x=10.0, y=20.0)
-    assert decode_command(encode_command(command)) == command
+    assert decode_command(msgspec.json.encode(command)) == command
     assert len({each.__struct_config__.tag for each in COMMANDS}) == len(COMMANDS)
 
 

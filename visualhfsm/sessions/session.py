@@ -13,7 +13,7 @@ from typing import Final
 import msgspec
 
 from codegen.hfsm.document import Automaton, Document
-from visualhfsm.editing.commands import Command, decode_command, encode_command
+from visualhfsm.editing.commands import Command, decode_command
 from visualhfsm.editing.commands.items import DeleteItems
 from visualhfsm.editing.commands.paste import ReplaceDocument
 from visualhfsm.editing.errors import ChangedOutsideError, EditError, OldFormatError
@@ -314,8 +314,8 @@ class DocumentSession:
         merged = self._steps.merges(command.merge_key)
         before = self.document
         name = command.title(before)
-        encoded = encode_command(command)
-        self._apply(command, name, merge=merged, size=len(encoded))
+        encoded = msgspec.json.encode(command)
+        self._take(command.apply(before), command, name, merge=merged, size=len(encoded))
         if self.document is not before:
             self._note(Done(msgspec.Raw(encoded), merged), name)
         return Change(name, self.revision, before, self.document)
@@ -419,8 +419,8 @@ class DocumentSession:
             why = "another program has changed it" if target.exists() else "another program has removed it"
             raise ChangedOutsideError(f"Cannot save {target.name}", why, "merge, take theirs, or keep yours")
 
-    def _apply(self, command: Command, name: str, *, merge: bool, size: int) -> None:
-        document = command.apply(self.document)
+    def _take(self, document: Document, command: Command, name: str, *, merge: bool, size: int) -> None:
+        """Keep what a command of `size` bytes has made; raises EditError when it is too large."""
         if document == self.document:  # cheap: what they share is identical
             return
         bound = self._size_bound + _GROWTH + _ESCAPED * size
@@ -445,7 +445,7 @@ class DocumentSession:
         """Write an entry into the journal; `name` is that of the step, if it is one."""
 
         def whole() -> Done:
-            return Done(msgspec.Raw(encode_command(ReplaceDocument(content=self.text(), name=name))))
+            return Done(msgspec.Raw(msgspec.json.encode(ReplaceDocument(content=self.text(), name=name))))
 
         self._journal.add(entry, whole)
 
@@ -479,7 +479,9 @@ class DocumentSession:
                 match entry:
                     case Done(command=raw, merged=merged):
                         command = decode_command(bytes(raw))
-                        self._apply(command, command.title(self.document), merge=merged, size=len(bytes(raw)))
+                        name = command.title(self.document)
+                        document = command.apply(self.document)
+                        self._take(document, command, name, merge=merged, size=len(bytes(raw)))
                     case Undone():
                         self._steps.undo()
                     case Redone():

@@ -25,7 +25,7 @@ from visualhfsm.editing.serialization import copy_states, parse_file
 from visualhfsm.editing.views import view
 from visualhfsm.sessions.files import read_file
 from visualhfsm.sessions.imports import extract, imported_views, inline
-from visualhfsm.sessions.session import Change, Choice
+from visualhfsm.sessions.session import Change, Choice, DocumentSession
 from visualhfsm.sessions.templates import find_templates
 
 from . import documents
@@ -56,7 +56,7 @@ async def converse(websocket: WebSocket, workspace: Workspace) -> None:
     """Serve one window until it goes away."""
     await websocket.accept()
     window = Window(workspace.limits.output_lines)
-    connection = _Connection(websocket, window, _Operations(workspace, window), workspace)
+    connection = _Connection(websocket, window, workspace)
     try:
         await until_one_ends(connection.read(), connection.write())
     except WebSocketDisconnect:
@@ -81,12 +81,12 @@ async def until_one_ends(*work: Coroutine[object, object, None]) -> None:
 
 
 class _Connection:
-    def __init__(
-        self, websocket: WebSocket, window: Window, operations: _Operations, workspace: Workspace
-    ) -> None:
+    """Reads requests and does them on the workspace; writes what waits in the window."""
+
+    def __init__(self, websocket: WebSocket, window: Window, workspace: Workspace) -> None:
         self._websocket = websocket
         self._window = window
-        self._operations = operations
+        self._workspace = workspace
         self._limits = workspace.limits
         self._under_way: dict[str, set[asyncio.Task[None]]] = defaultdict(set)
 
@@ -128,7 +128,7 @@ class _Connection:
                 await self._answer(request)
 
     def _begin(self, request: p.Request, kind: str) -> None:
-        """p.Answer a request beside those of its kind that are under way, unless they are too many."""
+        """Answer a request beside those of its kind that are under way, unless they are too many."""
         tasks = self._under_way[kind]
         if len(tasks) >= self._limits.concurrent_operations:
             error = "too many requests are under way"
@@ -141,7 +141,7 @@ class _Connection:
     async def _answer(self, request: p.Request) -> None:
         try:
             async with asyncio.timeout(self._limits.operation_seconds):
-                value = await self._operations.do(request)
+                value = await self._do(request)
             self._window.answer(p.Answer(re=request.id, ok=value))
         except Exception as error:
             kind, text = kind_of(error)
@@ -149,19 +149,11 @@ class _Connection:
                 _logger.error("the request %s failed", type(request).__name__, exc_info=error)
             self._window.answer(p.ErrorAnswer(re=request.id, error=text, kind=kind))
 
-
-class _Operations:
-    """The operations of one window on the workspace. Everything raises VisualHfsmError."""
-
-    def __init__(self, workspace: Workspace, window: Window) -> None:
-        self._workspace = workspace
-        self._window = window
-
-    async def do(self, request: p.Request) -> object:
-        """Do what a request asks for and return its answer."""
+    async def _do(self, request: p.Request) -> object:
+        """Do what a request asks for and return its answer. Raises VisualHfsmError."""
         match request:
             case p.Do(tab=tab, command=command):
-                return _outcome(await self._workspace.tab(tab).edit(lambda session: session.do(command)))
+                return _outcome(await self._workspace.tab(tab).edit(DocumentSession.do, command))
             case p.TabEdit():
                 return await self._edit(request)
             case p.CodeHelp(tab=tab, wanted=wanted, place=place, code=code, line=line, column=column):
@@ -183,35 +175,28 @@ class _Operations:
         tab = workspace.tab(request.tab)
         match request:
             case p.Undo(steps=steps):
-                return _outcome(await tab.edit(lambda session: session.undo(steps)))
+                return _outcome(await tab.edit(DocumentSession.undo, steps))
             case p.Redo(steps=steps):
-                return _outcome(await tab.edit(lambda session: session.redo(steps)))
+                return _outcome(await tab.edit(DocumentSession.redo, steps))
             case p.Copy(automaton=automaton, states=states):
                 text = await tab.edit(lambda session: copy_states(session.document, automaton, states))
                 workspace.keep_copied(text, len(states))
                 return None
             case p.Cut(automaton=automaton, states=states):
-                text, change = await tab.edit(lambda session: session.cut(automaton, tuple(states)))
+                text, change = await tab.edit(DocumentSession.cut, automaton, tuple(states))
                 workspace.keep_copied(text, len(states))
                 return _outcome(change)
             case p.Paste(automaton=automaton, x=x, y=y):
                 if not workspace.clipboard:
                     raise MissingError("nothing was copied yet")
                 paste = PasteStates(automaton=automaton, content=workspace.clipboard, x=x, y=y)
-                return _outcome(await tab.edit(lambda session: session.do(paste)))
+                return _outcome(await tab.edit(DocumentSession.do, paste))
             case p.Extract(automaton=automaton, path=path):
                 file = workspace.root.document(path)
-                return _outcome(
-                    await tab.edit(
-                        lambda session: session.do(extract(session.document, automaton, session.path, file))
-                    )
-                )
+                change = await tab.edit(lambda it: it.do(extract(it.document, automaton, it.path, file)))
+                return _outcome(change)
             case p.Inline(automaton=automaton):
-                return _outcome(
-                    await tab.edit(
-                        lambda session: session.do(inline(session.document, automaton, session.path))
-                    )
-                )
+                return _outcome(await tab.edit(lambda it: it.do(inline(it.document, automaton, it.path))))
         raise NotImplementedError(type(request).__name__)
 
     async def _read(self, request: _Reading) -> object:
@@ -224,7 +209,7 @@ class _Operations:
                 return await self._diff(number, against)
             case p.Export(tab=number):
                 tab = workspace.tab(number)
-                text = await tab.edit(lambda session: session.text())
+                text = await tab.edit(DocumentSession.text)
                 return {"name": f"{tab.shown.name}.xml", "text": text}
             case p.Imported(tab=number):
                 shown = workspace.tab(number).shown

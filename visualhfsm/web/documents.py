@@ -83,7 +83,7 @@ async def close(workspace: Workspace, number: int, *, discard: bool) -> None:
     tab = workspace.tab(number)
     if tab.shown.is_unsaved and not discard:
         raise UnsavedError(f"{tab.shown.name} has changes that are not saved")
-    await tab.edit(lambda session: session.close(discard=discard))
+    await tab.edit(DocumentSession.close, discard=discard)
     workspace.remove(tab)
     await workspace.services.running.forget(number)
 
@@ -99,7 +99,7 @@ async def save(
             raise WouldOverwriteError(f"{text} is open in another tab; close that first")
         if path.exists() and path != tab.shown.path and not overwrite:
             raise WouldOverwriteError(f"{text} is there already")
-    saved = await tab.edit(lambda session: session.save(path, overwrite=overwrite))
+    saved = await tab.edit(DocumentSession.save, path, overwrite=overwrite)
     tab.outside = None
     return {"path": workspace.root.name(saved)}
 
@@ -107,7 +107,7 @@ async def save(
 async def resolve(workspace: Workspace, number: int, choice: Choice) -> dict[str, Any]:
     """Settle what another program did to the file."""
     tab = workspace.tab(number)
-    resolution = await tab.edit(lambda session: session.resolve(choice))
+    resolution = await tab.edit(DocumentSession.resolve, choice)
     tab.outside = None
     workspace.publish_state()
     return {"revision": tab.shown.revision, "conflicts": list(resolution.conflicts)}

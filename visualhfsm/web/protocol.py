@@ -8,6 +8,7 @@ docs/editor-protocol.md explains all of them with examples.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Union
 
 import msgspec
@@ -279,7 +280,8 @@ else:
     Request = Union[tuple(_REQUESTS)]  # noqa: UP007 - made of a tuple
     """Any request."""
 
-_requests: msgspec.json.Decoder[Request] = msgspec.json.Decoder(Request)
+decode_request: Final[Callable[[bytes | str], Request]] = msgspec.json.Decoder(Request).decode
+"""Return the request in a message; raises msgspec.DecodeError, and RecursionError if it is too deep."""
 
 
 class _OnlyId(msgspec.Struct):
@@ -287,11 +289,6 @@ class _OnlyId(msgspec.Struct):
 
 
 _only_id = msgspec.json.Decoder(_OnlyId)
-
-
-def decode_request(text: bytes | str) -> Request:
-    """Return the request in a message; raises msgspec.DecodeError, and RecursionError if it is too deep."""
-    return _requests.decode(text)
 
 
 def request_id(text: bytes | str) -> int | None:
@@ -415,9 +412,5 @@ class Outside(Push):
     message: str = ""
 
 
-_ENCODER: Final = msgspec.json.Encoder()
-
-
-def encode(message: Answer | ErrorAnswer | Push) -> bytes:
-    """Return the text of a message."""
-    return _ENCODER.encode(message)
+encode: Final[Callable[[Answer | ErrorAnswer | Push], bytes]] = msgspec.json.Encoder().encode
+"""Return the text of a message."""

@@ -7,17 +7,19 @@ from collections import deque
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import Final, TypeVar
+from typing import Concatenate, Final, ParamSpec, TypeVar
 
 from codegen.hfsm.document import Document
-from visualhfsm.services import OutputLine, RunPush, Source, complete, retrieve
+from visualhfsm.services import OutputLine, RunPush, Source, retrieve
 from visualhfsm.sessions.session import DocumentSession
 
 from .protocol import Outside, Problems
 
 __all__ = ["Shown", "Tab", "Threads"]
 
+P = ParamSpec("P")
 R = TypeVar("R")
 
 _NAMES: Final = 100  # names of steps that are sent; more are there
@@ -29,11 +31,15 @@ class Threads:
     def __init__(self, threads: int) -> None:
         self._pool = ThreadPoolExecutor(threads, thread_name_prefix="editor")
 
-    async def do(self, work: Callable[[], R]) -> R:
-        """Do work in a free thread and return its result; it goes on when the caller is cancelled."""
+    def begin(self, work: Callable[[], R]) -> asyncio.Future[R]:
+        """Begin work in a free thread; it has an end even when its caller is cancelled."""
         future = asyncio.get_running_loop().run_in_executor(self._pool, work)
         future.add_done_callback(retrieve)
-        return await asyncio.shield(future)
+        return future
+
+    async def do(self, work: Callable[[], R]) -> R:
+        """Do work in a free thread and return its result; it goes on when the caller is cancelled."""
+        return await asyncio.shield(self.begin(work))
 
     async def close(self) -> None:
         """Drop what has not begun and wait for what has."""
@@ -82,7 +88,7 @@ class Tab:
         self._threads = threads
         self._changed = changed
         self._lock = asyncio.Lock()
-        self.shown = self._show()
+        self.shown = self._newest = self._show()
 
     @property
     def source(self) -> Source:
@@ -90,32 +96,33 @@ class Tab:
         shown = self.shown
         return Source(self.id, shown.revision, shown.document, shown.path, shown.dirty, shown.name)
 
-    async def edit(self, work: Callable[[DocumentSession], R]) -> R:
+    async def edit(
+        self, work: Callable[Concatenate[DocumentSession, P], R], *args: P.args, **kwargs: P.kwargs
+    ) -> R:
         """Do work on the session in a thread, after the work before it; raises what that raises.
 
         What it changed is shown before this returns. Work that has begun ends even when the caller is
         cancelled, and the next waits for it.
         """
         await self._lock.acquire()
-        return await complete(self._edit(work))
+        work_here = partial(work, self._session, *args, **kwargs)
+        future = self._threads.begin(partial(self._work, work_here))
+        future.add_done_callback(self._worked)
+        return await asyncio.shield(future)
 
-    async def _edit(self, work: Callable[[DocumentSession], R]) -> R:
-        shown = self.shown
-
-        def work_and_show() -> R:
-            nonlocal shown
-            try:
-                return work(self._session)
-            finally:
-                shown = self._show()
-
+    def _work(self, work: Callable[[], R]) -> R:
+        """Do work in its thread."""
         try:
-            return await self._threads.do(work_and_show)
+            return work()
         finally:
-            self._lock.release()
-            if shown != self.shown:
-                self.shown = shown
-                self._changed(self)
+            self._newest = self._show()
+
+    def _worked(self, _future: object) -> None:
+        """Show what work has changed. Called before its caller goes on, also when that was cancelled."""
+        self._lock.release()
+        if self._newest != self.shown:
+            self.shown = self._newest
+            self._changed(self)
 
     def _show(self) -> Shown:
         session = self._session

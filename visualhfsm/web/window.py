@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import asyncio
 from collections import deque
-from collections.abc import Callable, Hashable
+from collections.abc import Hashable
 from dataclasses import replace
 from typing import Any, NamedTuple, TypeVar
 
@@ -48,7 +48,7 @@ class Window:
         self.greeted = False
         self._sent: dict[int, Version] = {}  # the documents as the window has them, by tab
         self._answers: list[bytes] = []
-        self._pushes: dict[tuple[Hashable, object], Callable[[], bytes]] = {}
+        self._pushes: dict[tuple[Hashable, object], Push | Tab] = {}
         self._output: dict[int, deque[OutputLine]] = {}
         self._dropped: dict[int, int] = {}
         self._whole: set[int] = set()
@@ -77,13 +77,13 @@ class Window:
                 if isinstance(push, Snapshot | Structure | Stale)
                 else getattr(push, "tab", None)
             )
-            self._pushes[type(push), about] = lambda: encode(push)
+            self._pushes[type(push), about] = push
         self._filled.set()
 
     def show(self, tab: Tab) -> None:
         """Send what is new in the document of a tab."""
         if self.greeted:
-            self._pushes[DocumentPush, tab.id] = lambda: self._document(tab)
+            self._pushes[DocumentPush, tab.id] = tab
             self._filled.set()
 
     def close(self, tab: int) -> None:
@@ -103,11 +103,12 @@ class Window:
         dropped, self._dropped = self._dropped, {}
         whole, self._whole = self._whole, set()
         # Output first: what a component wrote comes before the news that it ended.
-        messages = [
-            encode(Output(tab=tab, lines=list(lines), dropped=dropped[tab], whole=tab in whole))
+        messages: list[Push] = [
+            Output(tab=tab, lines=list(lines), dropped=dropped[tab], whole=tab in whole)
             for tab, lines in output.items()
         ]
-        return messages + [make() for make in pushes.values()] + answers
+        messages += [self._document(news) if isinstance(news, Tab) else news for news in pushes.values()]
+        return [*map(encode, messages), *answers]
 
     def _add_output(self, push: Output) -> None:
         """Keep lines of output; those that are the whole replace those that wait."""
@@ -122,22 +123,20 @@ class Window:
             lines.popleft()
         self._dropped[push.tab] = self._dropped.get(push.tab, 0) + excess + push.dropped
 
-    def _document(self, tab: Tab) -> bytes:
+    def _document(self, tab: Tab) -> DocumentPush:
         # Made when it is sent: a window that is slow gets one patch over all that happened meanwhile.
         shown = tab.shown
         known = self._sent.get(tab.id)
         version = self._sent[tab.id] = Version(shown.document, shown.name)
         change = None if known is None else patch(known, version)
-        return encode(
-            DocumentPush(
-                tab=tab.id,
-                revision=shown.revision,
-                undo=shown.undo,
-                redo=shown.redo,
-                dirty=shown.dirty,
-                full=full(version) if change is None else msgspec.UNSET,
-                patch=msgspec.UNSET if change is None else change,
-            )
+        return DocumentPush(
+            tab=tab.id,
+            revision=shown.revision,
+            undo=shown.undo,
+            redo=shown.redo,
+            dirty=shown.dirty,
+            full=full(version) if change is None else msgspec.UNSET,
+            patch=msgspec.UNSET if change is None else change,
         )
 
 

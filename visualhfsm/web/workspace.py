@@ -156,7 +156,7 @@ class Workspace:
             except Exception:
                 _logger.exception("%s did not close", type(service).__name__)
         for tab in self._tabs.values():
-            await tab.edit(lambda session: session.abandon())
+            await tab.edit(DocumentSession.abandon)
         await self.threads.close()
 
     # ---------------------------------------------------------------------------------------- tabs
@@ -375,7 +375,7 @@ async def _compare_with_file(tab: Tab) -> Outside | None:
     before = "same" if tab.outside is None else tab.outside.state
     if path is None:
         return None
-    if not await tab.edit(lambda session: session.is_changed_outside()):
+    if not await tab.edit(DocumentSession.is_changed_outside):
         return None if before == "same" else Outside(tab=tab.id, state="same")
     now: Outside
     if not path.exists():
@@ -384,7 +384,7 @@ async def _compare_with_file(tab: Tab) -> Outside | None:
         now = Outside(tab=tab.id, state="changed")
     else:
         try:
-            await tab.edit(lambda session: session.resolve(Choice.THEIRS))
+            await tab.edit(DocumentSession.resolve, Choice.THEIRS)
             return Outside(tab=tab.id, state="reloaded")
         except EditError as error:  # it is no document, or half written: look again
             now = Outside(tab=tab.id, state="changed", message=str(error))

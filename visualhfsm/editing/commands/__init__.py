@@ -1,6 +1,6 @@
 """Every change of a document as a value: it comes as JSON, has a name for the undo list, and can be replayed.
 
-`decode_command` makes one of JSON, `encode_command` the other way around; `AnyCommand` is their type.
+`decode_command` makes one of JSON, `msgspec.json.encode` the other way around; `AnyCommand` is their type.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from ..errors import EditError
 from . import automata, component, group, items, paste, states, transitions
 from .base import Command
 
-__all__ = ["COMMANDS", "AnyCommand", "Command", "decode_command", "encode_command"]
+__all__ = ["COMMANDS", "AnyCommand", "Command", "decode_command"]
 
 COMMANDS: Final[tuple[type[Command], ...]] = tuple(
     found
@@ -39,8 +39,3 @@ def decode_command(content: bytes | str | msgspec.Raw) -> Command:
         return _DECODER.decode(content)
     except (msgspec.MsgspecError, UnicodeDecodeError) as error:
         raise EditError("Cannot understand the command", str(error)) from error
-
-
-def encode_command(command: Command) -> bytes:
-    """Return a command as JSON."""
-    return msgspec.json.encode(command)

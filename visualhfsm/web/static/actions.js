@@ -9,7 +9,7 @@
  *   point?: {x: number, y: number}}} Context `point` is where in the drawing a menu was opened
  */
 
-import {StateTool, TransitionTool} from "./canvas/tools.js";
+import {StateTool, TransitionTool} from "./canvas/pointer.js";
 import * as commands from "./commands.js";
 import {monitorActions, monitoredSelection} from "./monitor/actions.js";
 import {outgoing} from "./outline.js";
@@ -93,8 +93,8 @@ const LIST = [
   {id: "markInitial", label: "Mark as initial", icon: "initial", keys: ["I"], enabled: () => drawable() && oneState() && !page.state.initial, run: () => commands.applyHere("markInitial", {state: page.state.id})},
   {id: "toggleFinal", label: "Final state", icon: "final", keys: ["E"], enabled: () => drawable() && oneState(), run: () => commands.applyHere("markFinal", {state: page.state.id, final: !page.state.final}), hint: "on or off", checked: () => page.state.final},
   {id: "toggleHistory", label: "Begin anew each time", icon: "history", enabled: () => drawable() && oneState() && page.state.children.length > 0, run: () => commands.applyHere("setHistory", {state: page.state.id, history: page.state.history === "restart" ? "" : "restart"}), hint: "on or off", checked: () => page.state.history === "restart"},
-  {id: "loop", label: "Transition to itself", icon: "selfLoop", enabled: () => drawable() && oneState(), run: ({canvas}) => canvas.nameAdded("transition", commands.addTransition(page.state.id, page.state.id))},
-  {id: "group", label: "Group", icon: "group", keys: ["Ctrl+G"], enabled: () => drawable() && anyStates(), run: ({canvas}) => canvas.nameAdded("state", commands.group()), hint: "into a sub-automaton of a new state", help: "Group the selected states into a sub-automaton"},
+  {id: "loop", label: "Transition to itself", icon: "selfLoop", enabled: () => drawable() && oneState(), run: ({canvas}) => canvas.add("transition", "addTransition", {origin: page.state.id, destination: page.state.id})},
+  {id: "group", label: "Group", icon: "group", keys: ["Ctrl+G"], enabled: () => drawable() && anyStates(), run: ({canvas}) => canvas.add("state", "groupStates", {states: [...page.states]}), hint: "into a sub-automaton of a new state", help: "Group the selected states into a sub-automaton"},
   {id: "extract", label: "Move to a file", icon: "exportFile", enabled: () => Boolean(part()?.father) && !part().imported, run: () => commands.extract(part()), hint: "the sub-automaton, which is imported from there then"},
   {id: "inline", label: "Take in from its file", icon: "open", enabled: () => isImport(part()), run: () => commands.inline(part()), hint: "what is imported becomes a part of this document"},
   {id: "copy", label: "Copy", icon: "copy", keys: ["Ctrl+C"], enabled: () => anyStates(), run: commands.copy},

@@ -39,18 +39,8 @@ export const applyHere = (command, fields = {}) => ask("do", {tab: page.tab, com
 /** The selected ids as the fields of a command. */
 export const selected = () => ({states: [...page.states], transitions: [...page.transitions]});
 
-/** Add a state and select it; resolves to its id. */
-export async function addState({x, y}) {
-  return selectAdded(await applyHere("addState", {x, y}), "states");
-}
-
-/** Add a transition and select it; resolves to its id. */
-export async function addTransition(origin, destination) {
-  return selectAdded(await applyHere("addTransition", {origin, destination}), "transitions");
-}
-
-/** Select what a command has brought into the shown automaton; returns the first id. */
-function selectAdded(done, kind) {
+/** Select what a command has brought into the shown automaton; returns the first id. @param {"states" | "transitions"} kind */
+export function selectAdded(done, kind) {
   const added = done?.added?.find((each) => each.automaton === page.automaton?.id);
   if (!added?.[kind]?.length) return undefined;
   page.select({[kind]: added[kind]});
@@ -90,11 +80,6 @@ export async function paste(point) {
   if (first === undefined) return;
   page.dispatchEvent(new Event("reveal"));
   page.dispatchEvent(new Event("focus-canvas"));
-}
-
-/** Put the selected states below a new one, which is then selected; resolves to its id. */
-export async function group() {
-  return selectAdded(await applyHere("groupStates", {states: [...page.states]}), "states");
 }
 
 /** Move an automaton to a file of its own, which a person chooses. */

@@ -125,10 +125,12 @@ class Store extends EventTarget {
   }
 
   #receive(message) {
-    if (message.push) {
-      this.#push(message);
-      return;
-    }
+    if (message.push === "document") this.#takeDocument(message);
+    else if (message.push) this.#push(message);
+    else this.#settle(message);
+  }
+
+  #settle(message) {
     const waiting = this.#waiting.get(message.re);
     this.#waiting.delete(message.re);
     if (message.error !== undefined) {
@@ -148,9 +150,6 @@ class Store extends EventTarget {
           if (!message.tabs.some((each) => each.tab === tab)) this.documents.delete(tab);
         }
         break;
-      case "document":
-        this.#takeDocument(message);
-        return;
       case "problems": {
         const document = this.documents.get(message.tab);
         if (document) Object.assign(document, {problems: message.items, checked: message.revision});

@@ -1,5 +1,6 @@
 /** The canvas: shows the automaton of the page and lets it be drawn. */
 
+import {applyHere, selectAdded} from "../commands.js";
 import {holdKeys} from "../holding.js";
 import {page} from "../page.js";
 import {problemOf} from "../problems.js";
@@ -21,7 +22,7 @@ export class HfsmCanvas extends HTMLElement {
   sketch = make("g", {class: "sketch"});
   /** What is said beside the pointer. */
   tip = make("title");
-  /** The tool in use, see tools.js. */
+  /** The tool in use, see pointer.js. */
   tool = undefined;
   /** A comparison with another version, see comparison.js. */
   comparison = undefined;
@@ -59,7 +60,7 @@ export class HfsmCanvas extends HTMLElement {
     this.append(this.svg, this.empty, this.hint, this.minimap.element, this.rename.input, this.speech);
     new ResizeObserver(() => this.#resized()).observe(this);
     for (const kind of ["document", "problems"]) {
-      store.addEventListener(kind, (event) => event.detail.tab === page.tab && this.#redrawLater());
+      store.addEventListener(kind, ({detail}) => detail.tab === page.tab && this.pointer.whenFree(() => this.redraw()));
     }
     for (const kind of ["tab", "automaton"]) page.addEventListener(kind, () => this.redraw());
     page.addEventListener("selection", () => this.#showSelection());
@@ -133,7 +134,7 @@ export class HfsmCanvas extends HTMLElement {
     return [...[...page.states].map((id) => `s${id}`), ...[...page.transitions].map((id) => `t${id}`)];
   }
 
-  /** Use a tool of tools.js, or none. */
+  /** Use a tool of pointer.js, or none. */
   useTool(Tool) {
     this.tool?.cancel();
     this.tool = Tool && page.automaton && !this.readOnly ? new Tool(this) : undefined;
@@ -166,10 +167,17 @@ export class HfsmCanvas extends HTMLElement {
     if (!this.readOnly) this.rename.begin(kind, id);
   }
 
-  /** Let the name be typed of what is being added; what is typed until it is there is a part of it. @param {Promise<number | undefined>} added its id */
-  nameAdded(kind, added) {
+  /**
+   * Add something to the shown automaton by a command, select it, and let its name be typed; what is typed until it is
+   * there is a part of the name.
+   *
+   * @param {"state" | "transition"} kind
+   * @returns {Promise<number | undefined>} its id
+   */
+  add(kind, command, fields) {
+    const done = applyHere(command, fields);
     return holdKeys(async () => {
-      const id = await added;
+      const id = selectAdded(await done, `${kind}s`);
       if (id !== undefined) this.beginRename(kind, id);
       return id;
     });
@@ -195,12 +203,6 @@ export class HfsmCanvas extends HTMLElement {
     const dx = step(clientX - box.left, box.right - clientX);
     const dy = step(clientY - box.top, box.bottom - clientY);
     if (dx || dy) this.viewport.pan(dx, dy);
-  }
-
-  /** Draw again, but not while something is being dragged. */
-  #redrawLater() {
-    if (this.pointer.isBusy) this.pointer.whenDone(() => this.redraw());
-    else this.redraw();
   }
 
   #reveal() {

@@ -194,3 +194,24 @@ export function bounds(states, arcs) {
     left: Math.min(a.left, b.left), top: Math.min(a.top, b.top), right: Math.max(a.right, b.right), bottom: Math.max(a.bottom, b.bottom),
   }));
 }
+
+/**
+ * The nearest of some things in a direction: those straight ahead are preferred to those aside.
+ *
+ * @template {{x: number, y: number}} T
+ * @param {T[]} things @param {T} from @param {[number, number]} direction
+ * @returns {T | undefined}
+ */
+export function neighbor(things, from, [dx, dy]) {
+  let best;
+  let least = Infinity;
+  for (const each of things) {
+    if (each === from) continue;
+    const along = (each.x - from.x) * dx + (each.y - from.y) * dy;
+    const aside = Math.abs((each.x - from.x) * dy - (each.y - from.y) * dx);
+    if (along <= 1 || aside > along * 2.5) continue;
+    const cost = along + aside * 1.5;
+    if (cost < least) [best, least] = [each, cost];
+  }
+  return best;
+}

@@ -4,7 +4,7 @@
  * Each gesture has `move(event)`, `end(event)` and `cancel()`; nothing of it is in the document before the end.
  */
 
-import {addTransition, applyHere, moveSelected} from "../commands.js";
+import {moveSelected} from "../commands.js";
 import {page} from "../page.js";
 import {drawnArc} from "./geometry.js";
 import {make} from "./svg.js";
@@ -160,8 +160,8 @@ export class Link {
   async end() {
     this.cancel();
     if (this.destination === undefined) return false;
-    const id = await this.canvas.nameAdded("transition", addTransition(this.origin, this.destination));
-    return id !== undefined;
+    const {origin, destination} = this;
+    return (await this.canvas.add("transition", "addTransition", {origin, destination})) !== undefined;
   }
 
   cancel() {
@@ -170,6 +170,3 @@ export class Link {
     this.canvas.classList.remove("linking");
   }
 }
-
-/** Let a handle stand where it stands by itself. */
-export const resetHandle = (id) => applyHere("resetHandles", {transitions: [id]});

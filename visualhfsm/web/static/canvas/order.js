@@ -1,7 +1,7 @@
 /** The order of focus in the drawing: one thing is reached by Tab, the others from there. */
 
 import {page} from "../page.js";
-import {neighbor} from "./tools.js";
+import {neighbor} from "./geometry.js";
 
 export class Order {
   #current = ""; // key of what Tab reaches

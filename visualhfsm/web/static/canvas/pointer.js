@@ -1,12 +1,21 @@
-/** What the pointer does on the canvas: begins gestures, opens things, zooms, and shows tips and the menu. */
+/**
+ * What the pointer does on the canvas: begins gestures, uses tools, opens things, zooms, and shows tips and the menu.
+ *
+ * A tool draws without holding a button: a new state or transition is placed with arrows and Enter, or with clicks.
+ * It has `hint`, `move(event)`, `click(event)`, `key(event)` that says whether it took the key, and `cancel()`.
+ */
 
-import {addState} from "../commands.js";
+import {applyHere} from "../commands.js";
 import {page} from "../page.js";
-import {Band, Link, Move, Pan, resetHandle} from "./gestures.js";
+import {distance, neighbor, RADIUS} from "./geometry.js";
+import {Band, Link, Move, Pan} from "./gestures.js";
 import {idOf} from "./order.js";
+import {make} from "./svg.js";
 
 const WHEEL = 600; // pixels of a wheel for a zoom by e
 const LINE = 16; // pixels of a line, for wheels that count those
+const STEP = 20;
+const ARROWS = {ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1]};
 
 const keyOf = (element) => element.closest?.("[data-key]")?.dataset.key;
 
@@ -38,9 +47,10 @@ export class Pointer {
     return Boolean(this.#gesture);
   }
 
-  /** Do something when nothing is dragged any more. */
-  whenDone(action) {
-    this.#whenDone = action;
+  /** Do something as soon as nothing is dragged. */
+  whenFree(action) {
+    if (this.#gesture) this.#whenDone = action;
+    else action();
   }
 
   #isOther(event) {
@@ -125,13 +135,13 @@ export class Pointer {
     const key = keyOf(target);
     if (!key) {
       const {x, y} = canvas.point(event);
-      if (!canvas.readOnly && page.automaton) canvas.nameAdded("state", addState({x: Math.round(x), y: Math.round(y)}));
+      if (!canvas.readOnly && page.automaton) canvas.add("state", "addState", {x: Math.round(x), y: Math.round(y)});
       return;
     }
     const [kind, id] = [key.startsWith("s") ? "state" : "transition", idOf(key)];
     const state = kind === "state" ? page.automaton.states.find((each) => each.id === id) : undefined;
     if (target.closest(".label")) canvas.beginRename(kind, id);
-    else if (target.closest(".handle") && !canvas.readOnly) resetHandle(id);
+    else if (target.closest(".handle") && !canvas.readOnly) applyHere("resetHandles", {transitions: [id]});
     else if (state?.children.length) page.open(state.children[0]);
     else page.edit({kind, automaton: page.automaton.id, id, part: state ? "code" : "trigger"});
   }
@@ -169,4 +179,140 @@ export class Pointer {
     tip.textContent = scene.view(group.dataset.key)?.tip ?? "";
     group.append(tip);
   }
+}
+
+/** Place a new state. */
+export class StateTool {
+  hint = "New state: click, or move it with the arrows and press Enter. Esc cancels.";
+
+  constructor(canvas) {
+    this.canvas = canvas;
+    this.circle = make("circle", {class: "placed", r: RADIUS});
+    canvas.sketch.append(this.circle);
+    this.#to(freePlace(canvas));
+  }
+
+  move(event) {
+    this.#to(this.canvas.point(event));
+  }
+
+  click(event) {
+    this.#to(this.canvas.point(event));
+    this.#place();
+  }
+
+  key(event) {
+    const arrow = ARROWS[event.key];
+    if (arrow) this.#to({x: this.point.x + arrow[0] * STEP, y: this.point.y + arrow[1] * STEP});
+    else if (event.key === "Enter") this.#place();
+    else return false;
+    this.canvas.viewport.reveal(this.point);
+    return true;
+  }
+
+  cancel() {
+    this.circle.remove();
+  }
+
+  #to({x, y}) {
+    this.point = {x: Math.round(x), y: Math.round(y)};
+    this.circle.setAttribute("cx", x);
+    this.circle.setAttribute("cy", y);
+  }
+
+  #place() {
+    this.canvas.useTool(undefined);
+    this.canvas.add("state", "addState", this.point);
+  }
+}
+
+/** Connect two states; begins at the selected one, if there is one. */
+export class TransitionTool {
+  constructor(canvas) {
+    this.canvas = canvas;
+    const origin = page.state;
+    if (origin) this.#begin(origin);
+  }
+
+  get hint() {
+    return this.link
+      ? "New transition: click the state where it leads, or choose it with the arrows and press Enter. Esc cancels."
+      : "New transition: click the state where it begins, or choose it with the arrows and press Enter. Esc cancels.";
+  }
+
+  move(event) {
+    this.link?.move(event);
+  }
+
+  click(event) {
+    const state = this.canvas.stateAt(this.canvas.point(event));
+    if (!state) this.canvas.useTool(undefined);
+    else if (this.link) this.#end(state);
+    else this.#begin(state);
+  }
+
+  key(event) {
+    const arrow = ARROWS[event.key];
+    if (arrow) this.#choose(arrow);
+    else if (event.key === "Enter") {
+      const chosen = this.chosen ?? page.state;
+      if (!chosen) return true;
+      if (this.link) this.#end(chosen);
+      else this.#begin(chosen);
+    } else return false;
+    return true;
+  }
+
+  cancel() {
+    this.link?.cancel();
+    this.canvas.markTarget(undefined);
+  }
+
+  #begin(state) {
+    this.canvas.markTarget(undefined);
+    this.link = new Link(this.canvas, state.id);
+    this.chosen = undefined;
+    this.#lead(state);
+    this.canvas.showHint(this.hint);
+  }
+
+  /** The first arrow leads on from where it begins; until then it is a loop. */
+  #choose(arrow) {
+    const states = page.automaton.states;
+    const from = this.chosen ?? (this.link && states.find((each) => each.id === this.link.origin)) ?? page.state;
+    const next = from ? neighbor(states, from, arrow) : states[0];
+    if (next) this.#lead(next);
+  }
+
+  #lead(state) {
+    this.chosen = state;
+    if (this.link) this.link.lead(state, state);
+    else this.canvas.markTarget(state.id);
+    this.canvas.viewport.reveal(state);
+    this.canvas.announce(this.link ? `to ${state.name}` : `from ${state.name}`);
+  }
+
+  #end(state) {
+    const {link} = this;
+    link.lead(state, state);
+    this.link = undefined;
+    this.canvas.useTool(undefined);
+    link.end();
+  }
+}
+
+/** A place near the middle of what is seen, where no state stands. */
+function freePlace(canvas) {
+  const {left, top, right, bottom} = canvas.viewport.seen;
+  const middle = {x: Math.round((left + right) / 2), y: Math.round((top + bottom) / 2)};
+  const states = page.automaton?.states ?? [];
+  for (let ring = 0; ring < 12; ring++) {
+    const count = Math.max(1, ring * 6);
+    for (let turn = 0; turn < count; turn++) {
+      const angle = (turn / count) * 2 * Math.PI;
+      const place = {x: Math.round(middle.x + Math.cos(angle) * ring * 60), y: Math.round(middle.y + Math.sin(angle) * ring * 60)};
+      if (states.every((state) => distance(state, place) > RADIUS * 2.6)) return place;
+    }
+  }
+  return middle;
 }
