@@ -82,31 +82,21 @@ class UndoStack:
     def __init__(self, document: Document, clock: Callable[[], float] = time.monotonic) -> None:
         self.document = document
         self._clock = clock
-        self._past: deque[_Step] = deque(maxlen=_MOST_STEPS)
-        self._future: deque[_Step] = deque()
+        self.past: deque[_Step] = deque(maxlen=_MOST_STEPS)
+        self.future: deque[_Step] = deque()
         self._key: Hashable | None = None
         self._changed_at = 0.0
-
-    @property
-    def undo_names(self) -> list[str]:
-        """The names of the steps that can be undone, the latest first."""
-        return [step.name for step in reversed(self._past)]
-
-    @property
-    def redo_names(self) -> list[str]:
-        """The names of the steps that can be done again, the next first."""
-        return [step.name for step in reversed(self._future)]
 
     def merges(self, key: Hashable | None) -> bool:
         """Return whether a change with this key would continue the last step."""
         recent = self._clock() - self._changed_at <= MERGE_WITHIN
-        return key is not None and key == self._key and recent and bool(self._past)
+        return key is not None and key == self._key and recent and bool(self.past)
 
     def add(self, name: str, document: Document, key: Hashable | None, *, merge: bool) -> None:
         """Make a document the present one, as a separate step or as part of the last one."""
         if not merge:
-            self._past.append(_Step(name, self.document))
-        self._future.clear()
+            self.past.append(_Step(name, self.document))
+        self.future.clear()
         self.document = document
         self._key = key
         self._changed_at = self._clock()
@@ -117,11 +107,11 @@ class UndoStack:
 
     def undo(self) -> str | None:
         """Go back one step and return its name, or None when there is none."""
-        return self._move(self._past, self._future)
+        return self._move(self.past, self.future)
 
     def redo(self) -> str | None:
         """Do the step again that was undone last, and return its name, or None when there is none."""
-        return self._move(self._future, self._past)
+        return self._move(self.future, self.past)
 
     def _move(self, source: deque[_Step], target: deque[_Step]) -> str | None:
         if not source:
@@ -292,17 +282,17 @@ class DocumentSession:
     @property
     def is_unsaved(self) -> bool:
         """Whether closing would lose something: a new document that nobody has changed is no loss."""
-        return self.dirty and (self.path is not None or bool(self.undo_names or self.redo_names))
+        return self.dirty and (self.path is not None or bool(self._steps.past or self._steps.future))
 
     @property
     def undo_names(self) -> list[str]:
         """The names of the steps that can be undone, the latest first."""
-        return self._steps.undo_names
+        return [step.name for step in reversed(self._steps.past)]
 
     @property
     def redo_names(self) -> list[str]:
         """The names of the steps that can be done again, the next first."""
-        return self._steps.redo_names
+        return [step.name for step in reversed(self._steps.future)]
 
     @property
     def saved_document(self) -> Document | None:

@@ -88,7 +88,7 @@ class Tab:
         self._threads = threads
         self._changed = changed
         self._lock = asyncio.Lock()
-        self.shown = self._newest = self._show()
+        self.shown = self._show()
 
     @property
     def source(self) -> Source:
@@ -105,23 +105,15 @@ class Tab:
         cancelled, and the next waits for it.
         """
         await self._lock.acquire()
-        work_here = partial(work, self._session, *args, **kwargs)
-        future = self._threads.begin(partial(self._work, work_here))
+        future = self._threads.begin(partial(work, self._session, *args, **kwargs))
         future.add_done_callback(self._worked)
         return await asyncio.shield(future)
 
-    def _work(self, work: Callable[[], R]) -> R:
-        """Do work in its thread."""
-        try:
-            return work()
-        finally:
-            self._newest = self._show()
-
     def _worked(self, _future: object) -> None:
         """Show what work has changed. Called before its caller goes on, also when that was cancelled."""
+        former, self.shown = self.shown, self._show()
         self._lock.release()
-        if self._newest != self.shown:
-            self.shown = self._newest
+        if self.shown != former:
             self._changed(self)
 
     def _show(self) -> Shown:
