@@ -184,7 +184,7 @@ def test_a_change_of_state_is_told_at_once_and_can_be_scrubbed_back_to(
     async def go(opened: Page) -> None:
         await opened.attach()
         await opened.snapshot()
-        await opened.do("send", name="ball_lost")
+        await opened.do("sendEvent", name="ball_lost", data="")
         changed = await opened.snapshot(lambda live: live.component.automata[0].state == 2)
         assert changed.component.automata[1].ghost
         entered = changed.component.automata[0].enteredAt
@@ -206,7 +206,8 @@ def test_pause_step_and_resume(robot: ServedRobot, running: Walker) -> None:
         await opened.do("pause")
         paused = await opened.snapshot(lambda live: live.component.status == 1)
         cycles = paused.component.automata[0].cycles
-        await opened.do("step", automaton=1, count=3)
+        for _ in range(3):
+            await opened.do("step", automaton=1)
         await opened.snapshot(lambda live: live.component.automata[0].cycles >= cycles + 3)
         await opened.do("resume")
         await opened.snapshot(lambda live: live.component.status == 0)
@@ -223,7 +224,7 @@ def test_breakpoints_are_set_told_and_stopped_at(robot: ServedRobot, running: Wa
             lambda: next((p for p in opened.pushes.of(Structure) if p.value.breakpoints), None)
         )
         assert structure.value.breakpoints[0].condition == "tired == 9"
-        await opened.do("set", automaton=2, name="tired", value=9)
+        await opened.do("setVariable", automaton=2, name="tired", value="9")
         stopped = await opened.snapshot(lambda live: live.component.stoppedAt)
         assert stopped.component.automata[1].state == 2
 
@@ -253,9 +254,9 @@ def test_transitions_are_forced_explained_and_variables_set(robot: ServedRobot, 
         await opened.attach()
         why = await opened.do("explain", automaton=2)
         assert "tired" in why.transitions[0].reason
-        await opened.do("force", automaton=2, transition=1)
+        await opened.do("forceTransition", automaton=2, transition=1)
         await opened.snapshot(lambda live: live.component.automata[1].state == 2)
-        await opened.do("set", automaton=0, name="speed", value=0.75)
+        await opened.do("setVariable", automaton=0, name="speed", value="0.75")
         await opened.snapshot(lambda live: live.component.parameters == {"speed": "0.75"})
 
     on_page(robot, go)
@@ -264,10 +265,12 @@ def test_transitions_are_forced_explained_and_variables_set(robot: ServedRobot, 
 @pytest.mark.parametrize(
     ("action", "arguments", "reason"),
     [
-        ("force", {"automaton": 9, "transition": 1}, "9"),
-        ("set", {"automaton": 1, "name": "beats", "value": {}, "more": 1}, "more"),
-        ("set", {"automaton": 1, "name": "nothing", "value": 1}, "nothing"),
+        ("forceTransition", {"automaton": 9, "transition": 1}, "9"),
+        ("setVariable", {"automaton": 1, "name": "beats", "value": "{}", "more": 1}, "more"),
+        ("setVariable", {"automaton": 1, "name": "nothing", "value": "1"}, "nothing"),
         ("step", {"automaton": "1"}, "int"),
+        ("step", {}, "automaton"),
+        ("getStructure", {}, "getStructure"),
         ("dance", {}, "dance"),
         ("at", {}, "time"),
         ("series", {"names": [1]}, "str"),
@@ -287,7 +290,7 @@ def test_what_makes_no_sense_is_refused(
 def test_a_reload_keeps_the_state_and_tells_the_new_structure(robot: ServedRobot, running: Walker) -> None:
     async def go(opened: Page) -> None:
         await opened.attach()
-        await opened.do("force", automaton=2, transition=1)
+        await opened.do("forceTransition", automaton=2, transition=1)
         await opened.snapshot(lambda live: live.component.automata[1].state == 2)
         compile_to(running.file.parent, walker("beats -= 1"), "walker")
         report = await opened.do("reload")

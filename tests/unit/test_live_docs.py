@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from visualhfsm.live.service import ACTIONS
+from visualhfsm.live.service import OPERATIONS
 
 PAGE = Path(__file__).parents[2] / "docs" / "editor-live.md"
 
@@ -16,8 +16,8 @@ def test_every_action_has_its_row_with_its_arguments() -> None:
         if line.startswith("| `"):
             names, arguments = line.split("|")[1:3]
             rows |= dict.fromkeys(re.findall(r"`(\w+)`", names), arguments)
-    assert "pause" in ACTIONS
-    for action, taken in ACTIONS.items():
+    assert "pause" in OPERATIONS
+    for action, operation in OPERATIONS.items():
         assert action in rows
-        for field in taken.__struct_fields__:
+        for field in operation.arguments.fields:
             assert f"`{field}`" in rows[action], f"{action} takes {field}"

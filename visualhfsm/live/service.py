@@ -4,25 +4,18 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import inspect
 import itertools
-import json
 import logging
 import socket
-from collections.abc import AsyncGenerator, Awaitable, Callable, Mapping
+from collections.abc import AsyncGenerator, Callable, Mapping
 from concurrent.futures import Future
 from pathlib import Path
-from typing import Annotated, Any, Final, get_type_hints
+from typing import Annotated, Any, Final
 
 import msgspec
 from msgspec import Meta
 
-from interfaces.hfsm import (
-    Breakpoint,
-    Explanation,
-    HfsmMonitorPrx,
-    ReloadReport,
-)
+from interfaces.hfsm import HfsmMonitorPrx
 from interfaces.jderobot import MotorsPrx
 from interfaces.nao import JointsPrx, PoseHeadPrx, SafetyPrx
 from visualhfsm.errors import VisualHfsmError
@@ -32,6 +25,7 @@ from visualhfsm.monitoring.robot import RobotMonitor
 from visualhfsm.monitoring.run_log import LiveSnapshot, RunLog
 from visualhfsm.services import Components, Publish, ServiceError, Snapshot, Stale, Structure
 from zenoh_ice import Communicator, ObjectPrx, Settings, ZenohIceError, initialize
+from zenoh_ice.interface import Operation
 from zenoh_ice.text import printable
 from zenoh_ice.transport import Target
 
@@ -39,24 +33,19 @@ from .cameras import Cameras
 from .poses import PoseStream
 from .recordings import RecordedRun, open_recording
 
-__all__ = ["ACTIONS", "Monitoring", "StopReport", "control", "free_endpoint", "reset_robot", "stop_robot"]
+__all__ = ["OPERATIONS", "Monitoring", "StopReport", "control", "free_endpoint", "reset_robot", "stop_robot"]
 
 _PERIOD: Final = 0.1
 _RECORDING: Final = "recording:"
 _MOST_RECORDINGS: Final = 4
 _STOP_LIMIT: Final = 2.0
 """Seconds in which a component that is asked to stop is waited for before the robot is stopped again."""
-_LARGEST_VALUE: Final = 100_000
-"""Characters of JSON."""
 _ANSWER_LIMIT: Final = 1.0
 """Wall seconds in which the robot has to answer to being stopped."""
 _REASON: Final = "STOP was pressed in the editor"
 
 _logger = logging.getLogger(__name__)
 
-Id = Annotated[int, Meta(ge=0, le=2**31 - 1)]
-Name = Annotated[str, Meta(max_length=1000)]
-Count = Annotated[int, Meta(ge=1, le=1000)]
 Number = Annotated[float, Meta(ge=-1e12, le=1e12)]
 
 
@@ -74,8 +63,8 @@ class _Series(msgspec.Struct, forbid_unknown_fields=True):
 class Monitoring:
     """Follows and steers components. Make it on the event loop; it listens until `close`.
 
-    Besides `ACTIONS`, the page may ask `control` for these actions: `timeline`, `at` (a moment of the past by
-    its component time), `series` (numbers over time), `facts` of the robot, `identities` in the realm,
+    Besides `OPERATIONS`, the page may ask `control` for these actions: `timeline`, `at` (a moment of the past
+    by its component time), `series` (numbers over time), `facts` of the robot, `identities` in the realm,
     `emergencyStop`, the operator's red button, and `resetEmergencyStop`; the last four need no component. A
     recording that was opened is asked for its past by the name that it was given.
     """
@@ -276,89 +265,42 @@ class Monitoring:
         return ""
 
 
-class _Steering:
-    """What the page may do to a component: each method is an action, its parameters are the arguments."""
-
-    def __init__(self, monitor: HfsmMonitorPrx) -> None:
-        self._monitor = monitor
-
-    async def pause(self) -> None:
-        """Let running cycles end and start none."""
-        await asyncio.wrap_future(self._monitor.pause.begin())
-
-    async def resume(self) -> None:
-        """Go on after a pause."""
-        await asyncio.wrap_future(self._monitor.resume.begin())
-
-    async def step(self, automaton: Id = 0, count: Count = 1) -> None:
-        """Run cycles of one automaton, or of all with 0, while paused."""
-        for _ in range(count):
-            await asyncio.wrap_future(self._monitor.step.begin(automaton))
-
-    async def setBreakpoints(self, breakpoints: Annotated[list[Breakpoint], Meta(max_length=1000)]) -> None:
-        """Replace all breakpoints."""
-        await asyncio.wrap_future(self._monitor.setBreakpoints.begin(breakpoints))
-
-    async def force(self, automaton: Id, transition: Id) -> None:
-        """Fire a transition at the next cycle of its automaton, whatever its condition says."""
-        await asyncio.wrap_future(self._monitor.forceTransition.begin(automaton, transition))
-
-    async def set(self, automaton: Id, name: Name, value: Any) -> None:  # noqa: ANN401 - JSON
-        """Set a variable of an automaton, or with 0 a parameter of the component."""
-        await asyncio.wrap_future(self._monitor.setVariable.begin(automaton, name, _json(value)))
-
-    async def send(self, name: Name, data: Any = None) -> None:  # noqa: ANN401 - JSON
-        """Send an event."""
-        await asyncio.wrap_future(self._monitor.sendEvent.begin(name, "" if data is None else _json(data)))
-
-    async def explain(self, automaton: Id) -> Explanation:
-        """Say of each transition out of the current state why it has not fired."""
-        return await asyncio.wrap_future(self._monitor.explain.begin(automaton))
-
-    async def reload(self) -> ReloadReport:
-        """Load the component's file again and go on in it."""
-        return await asyncio.wrap_future(self._monitor.ice_invocationTimeout(RELOAD_PATIENCE).reload.begin())
-
-    async def stop(self) -> None:
-        """End the component; it stops the robot first."""
-        await asyncio.wrap_future(self._monitor.stop.begin())
-
-
-def _arguments_of(method: Callable[..., object]) -> type[msgspec.Struct]:
-    hints = get_type_hints(method, include_extras=True)
-    fields = [
-        (name, hints[name]) if one.default is one.empty else (name, hints[name], one.default)
-        for name, one in list(inspect.signature(method).parameters.items())[1:]
-    ]
-    return msgspec.defstruct(method.__name__, fields, forbid_unknown_fields=True)
-
-
-ACTIONS: Final[Mapping[str, type[msgspec.Struct]]] = {
-    name: _arguments_of(method) for name, method in vars(_Steering).items() if not name.startswith("_")
+OPERATIONS: Final[Mapping[str, Operation[..., Any]]] = {
+    each.name: each
+    for each in (
+        HfsmMonitorPrx.pause,
+        HfsmMonitorPrx.resume,
+        HfsmMonitorPrx.step,
+        HfsmMonitorPrx.setBreakpoints,
+        HfsmMonitorPrx.forceTransition,
+        HfsmMonitorPrx.setVariable,
+        HfsmMonitorPrx.sendEvent,
+        HfsmMonitorPrx.explain,
+        HfsmMonitorPrx.reload,
+        HfsmMonitorPrx.stop,
+    )
 }
-"""What a component can be asked to do, with the arguments."""
+"""What a component can be asked to do: operations of its monitor, with their own arguments."""
 
 
 async def control(monitor: HfsmMonitorPrx, action: str, arguments: Mapping[str, Any]) -> object:
     """Do what is asked for; return what it gives, None for nothing. Raises VisualHfsmError."""
+    operation = OPERATIONS.get(action)
+    if operation is None:
+        raise VisualHfsmError(f"a component cannot be asked to {printable(action)[:40]}")
+    if operation is HfsmMonitorPrx.reload:
+        monitor = monitor.ice_invocationTimeout(RELOAD_PATIENCE)
+    codec = operation.arguments
     try:
-        if action not in ACTIONS:
-            raise VisualHfsmError(f"a component cannot be asked to {printable(action)[:40]}")
-        found = msgspec.convert(arguments, ACTIONS[action])
-        method: Callable[..., Awaitable[object]] = getattr(_Steering(monitor), action)
+        if unknown := arguments.keys() - set(codec.fields):
+            raise msgspec.ValidationError(f"it takes no {printable(min(unknown))[:40]}")
+        values = msgspec.structs.asdict(msgspec.convert(arguments, codec.struct))
         with refusals("the component"):
-            return await method(**msgspec.structs.asdict(found))
+            return await asyncio.wrap_future(monitor.ice_invokeAsync(operation, **values))
     except msgspec.ValidationError as error:
         raise VisualHfsmError(f"the component cannot be asked to {action}: {error}") from error
     except ZenohIceError as error:
         raise VisualHfsmError(str(error)) from error
-
-
-def _json(value: object) -> str:
-    text = json.dumps(value)
-    if len(text) > _LARGEST_VALUE:
-        raise VisualHfsmError(f"the value is larger than {_LARGEST_VALUE} characters of JSON")
-    return text
 
 
 class StopReport(msgspec.Struct, frozen=True, rename="camel"):

@@ -29,7 +29,7 @@ function toggleBreakpoint() {
 function force() {
   const {automaton, transition} = page;
   const {state} = monitor.now(automaton.id) ?? {};
-  if (transition.origin === state) return monitor.steer("force", {automaton: automaton.id, transition: transition.id});
+  if (transition.origin === state) return monitor.steer("forceTransition", {automaton: automaton.id, transition: transition.id});
   notify(`${transition.name || "The transition"} leaves ${monitor.stateName(automaton.id, transition.origin)}, and ${page.title()} is in ${monitor.stateName(automaton.id, state)} now.`, "error");
   return undefined;
 }

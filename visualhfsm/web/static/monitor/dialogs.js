@@ -34,7 +34,8 @@ export async function askEvent() {
     notify(`${state.data} is no value: write a number, "a text", True, or a list of those.`, "error");
     return;
   }
-  if ((await monitor.steer("send", {name: state.name.trim(), data})) !== undefined) notify(`Sent ${state.name.trim()}.`);
+  const event = {name: state.name.trim(), data: data === null ? "" : JSON.stringify(data)};
+  if ((await monitor.steer("sendEvent", event)) !== undefined) notify(`Sent ${event.name}.`);
 }
 
 /** Ask when a breakpoint is to count. */

@@ -79,7 +79,7 @@ class LiveVariables extends MonitorElement {
       return;
     }
     const {target} = event;
-    if ((await monitor.steer("set", {automaton, name, value})) === undefined) return;
+    if ((await monitor.steer("setVariable", {automaton, name, value: JSON.stringify(value)})) === undefined) return;
     this.typed = target.value;
     target.blur();
     if (target.value !== text) notify(`Set ${name} to ${target.value}.`);
