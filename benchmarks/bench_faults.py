@@ -1,4 +1,4 @@
-"""Measure how soon callers are told of faults: the figures of docs/faults.md.
+"""Measure how soon callers are told of faults: the figures of docs/explanation/faults.md.
 
 Servers and routers run in processes of their own, with the settings that components have unless told
 otherwise: calls of at most 2 s, a lease of 2 s. Each fault is brought about several times; told are the

@@ -1,7 +1,7 @@
 """Measure the simulated robot: pace, lag, memory, cost of physics and images, balance while it dances.
 
 Beside what the project asks for: steps at 30 times real time with walk and senses, three robots with a camera
-each in real time on two cores. docs/comparison-qibullet.md has these figures beside qiBullet's.
+each in real time on two cores. docs/explanation/comparison.md has these figures beside qiBullet's.
 
 The server runs as a process of its own and is read over Zenoh, as its users do; the rest is measured inside.
 

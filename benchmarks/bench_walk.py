@@ -2,7 +2,7 @@
 
 Everything runs in virtual time, with noise in every sense. The largest pushes are drawn, too.
 
-    python benchmarks/bench_walk.py [--programmes 30] [--minutes 10] [--plot docs/walk/pushes.png]
+    python benchmarks/bench_walk.py [--programmes 30] [--minutes 10] [--plot docs/pictures/walk/pushes.png]
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Measure qiBullet, which is no part of this project, for docs/comparison-qibullet.md.
+"""Measure qiBullet, which is no part of this project, for docs/explanation/comparison.md.
 
 It needs an environment of its own:
 

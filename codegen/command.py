@@ -41,7 +41,7 @@ _EPILOG = """Examples:
   codegen --watch interfaces/*.idl      generate again at every change
 
 Exit codes: 0 done, 1 errors in the files or, with --check, something stale, 2 wrong usage.
-docs/codegen.md explains all."""
+docs/reference/codegen.md explains all."""
 
 _CLOCK_LAG = 20_000_000  # ns that the time of a file may be behind
 _INTERVAL = 0.2  # s between two looks at the files

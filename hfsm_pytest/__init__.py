@@ -1,6 +1,6 @@
 """Test behaviors with pytest: in virtual time, with the fake or the simulated robot, in one process.
 
-The fixture `behavior` makes a `Behavior` of a document. See docs/testing.md.
+The fixture `behavior` makes a `Behavior` of a document. See docs/how-to/testing.md.
 """
 
 from __future__ import annotations

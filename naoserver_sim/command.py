@@ -67,7 +67,8 @@ def naoserver_sim(
         str,
         typer.Option(
             metavar="NAME|FILE",
-            help=f"What surrounds the robot: {', '.join(bundled_worlds())}, or a TOML file (docs/worlds.md).",
+            help=f"What surrounds the robot: {', '.join(bundled_worlds())}, "
+            "or a TOML file (docs/how-to/worlds.md).",
         ),
     ] = DEFAULT_WORLD,
     robots: Annotated[

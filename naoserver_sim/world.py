@@ -1,7 +1,8 @@
 """What a world holds, as its file says it: balls, boxes, walls, a soccer field, and where the robot starts.
 
-A world is a TOML file, such as those of `naoserver_sim/worlds`; docs/worlds.md tells its keys. Its frame: x
-and y on the floor, z up. Lengths in m, masses in kg, angles in rad, colors as red, green, blue from 0 to 1.
+A world is a TOML file, such as those of `naoserver_sim/worlds`; docs/how-to/worlds.md lists its keys. Its
+frame: x and y on the floor, z up. Lengths in m, masses in kg, angles in rad,
+colors as red, green, blue from 0 to 1.
 """
 
 from __future__ import annotations

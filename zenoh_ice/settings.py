@@ -102,7 +102,7 @@ class Security(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
 
 
 class Settings(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, dict=True):
-    """What a component needs to know to talk to the others; docs/settings.md explains each setting.
+    """What a component needs to know to talk to the others; docs/reference/settings.md explains each setting.
 
     A bad one raises ConfigurationException, which names the setting and where its value came from.
     """

@@ -1,6 +1,7 @@
 """The codes of everything that is reported of documents.
 
-`docs/document-errors.md` explains those from 500 on, `docs/model-checker.md` those from 600 on.
+`docs/reference/document-errors.md` explains those from 500 on, `docs/explanation/model-checker.md` those
+from 600 on.
 """
 
 from __future__ import annotations

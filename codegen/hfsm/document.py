@@ -292,7 +292,7 @@ class Property(Node):
     """What the model checker is to prove of the automata.
 
     `kind` is `always`, `eventually` or `never`, `within` a number of milliseconds or blank, `expression`
-    what holds, as in `docs/model-checker.md`.
+    what holds, as in `docs/explanation/model-checker.md`.
     """
 
     name: str = ""

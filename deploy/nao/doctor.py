@@ -332,7 +332,8 @@ def _nobody(communicator: Communicator) -> Finding:
         return _fail(str(reason), "start a server in this realm, or name the realm of one with --realm")
     return _fail(
         f"no link: {reason}",
-        "if the port is open, something else has it, or certificates or passwords differ: docs/security.md",
+        "if the port is open, something else has it, or certificates or passwords differ: "
+        "docs/how-to/security.md",
     )
 
 
@@ -354,7 +355,7 @@ def _check_processes(found: list[ServantInfo], processes: _Processes) -> Iterato
                 yield _warn(f"{who} has {name} {theirs}, here it is {own}", "install the same on both sides")
         if status.host == socket.gethostname() and not status.shared_memory:
             text = f"{who} shares no memory: its images go over the network"
-            yield _note(text, "docs/streams.md says what shared memory needs")
+            yield _note(text, "docs/how-to/streams.md says what shared memory needs")
     if not wrong:
         yield _ok("all processes answer, and have the versions of this machine")
 

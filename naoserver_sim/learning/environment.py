@@ -43,7 +43,7 @@ class Options(TypedDict, total=False):
     noise: bool
     """Whether the senses are as imperfect and late as a real robot's; True."""
     world: str
-    """The name or the file of a world (docs/worlds.md); `empty`."""
+    """The name or the file of a world (docs/how-to/worlds.md); `empty`."""
 
 
 class NaoEnvironment(gymnasium.Env[Array, Array]):

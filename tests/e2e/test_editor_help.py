@@ -1,4 +1,4 @@
-"""The help of the page, and docs/editor-keys.md, which holds the same keys.
+"""The help of the page, and docs/reference/keys.md, which holds the same keys.
 
 SCREENSHOTS=1 pytest tests/e2e/test_editor_help.py writes that file anew.
 """
@@ -14,7 +14,7 @@ from tests.support.browser import editor_page
 from tests.support.editor import DOCUMENT, editor
 from tests.support.processes import REPOSITORY
 
-KEYS = REPOSITORY / "docs" / "editor-keys.md"
+KEYS = REPOSITORY / "docs" / "reference/keys.md"
 HEAD = """# All keys of the editor
 
 What the page itself shows at `?`. `SCREENSHOTS=1 pytest tests/e2e/test_editor_help.py` writes this file anew from it.

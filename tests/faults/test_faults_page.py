@@ -1,4 +1,4 @@
-"""docs/faults.md: each of its rows is a test here."""
+"""docs/explanation/faults.md: each of its rows is a test here."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import re
 from pathlib import Path
 
 FOLDER = Path(__file__).parent
-PAGE = FOLDER.parents[1] / "docs" / "faults.md"
+PAGE = FOLDER.parents[1] / "docs" / "explanation/faults.md"
 
 FAULTS, NETWORK, OVERLOAD, IDENTITIES, CLOCKS = (
     f"test_zenoh_ice_{name}" for name in ("faults", "network", "overload", "identities", "clock_jumps")

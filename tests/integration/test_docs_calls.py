@@ -1,4 +1,4 @@
-"""docs/calls.md, followed to the letter: its code runs against a robot that is served."""
+"""docs/explanation/calls.md, followed to the letter: its code runs against a robot that is served."""
 
 from __future__ import annotations
 
@@ -36,13 +36,13 @@ def test_the_code_of_the_page_runs() -> None:
         adapter = client.communicator.createObjectAdapter("Page")
         adapter.activate()
         names |= {"adapter": adapter, "servant": _StillHead()}
-        for block in blocks_of((DOCS / "calls.md").read_text("utf-8")):
+        for block in blocks_of((DOCS / "explanation/calls.md").read_text("utf-8")):
             if block.language == "python":
                 exec(compile(block.text, "calls.md", "exec"), names)
 
 
 def test_every_exception_of_a_call_has_its_row() -> None:
-    text = (DOCS / "calls.md").read_text("utf-8")
+    text = (DOCS / "explanation/calls.md").read_text("utf-8")
     never_of_a_call = {
         "AlreadyRegisteredException",
         "ConfigurationException",

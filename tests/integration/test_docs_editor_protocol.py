@@ -1,4 +1,4 @@
-"""The conversation of docs/editor-protocol.md is held as it stands there."""
+"""The conversation of docs/reference/protocol.md is held as it stands there."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from visualhfsm.services import Push
 from visualhfsm.web.connection import CONCURRENT
 from visualhfsm.web.protocol import ErrorKind, Request
 
-PAGE = Path(__file__).parents[2] / "docs" / "editor-protocol.md"
+PAGE = Path(__file__).parents[2] / "docs" / "reference/protocol.md"
 
 
 def test_the_conversation_is_held_as_it_is_described(tmp_path: Path) -> None:

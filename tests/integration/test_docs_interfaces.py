@@ -1,4 +1,4 @@
-"""docs/interfaces.md and docs/serving.md, followed to the letter: files are written, commands run, outputs compared."""
+"""docs/how-to/interfaces.md and docs/how-to/serving.md, followed to the letter: files are written, commands run, outputs compared."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def matches(expected: str, output: str) -> bool:
     return re.fullmatch(pattern, output, re.S) is not None
 
 
-@pytest.mark.parametrize(("page", "count"), [("interfaces.md", 6), ("serving.md", 3)])
+@pytest.mark.parametrize(("page", "count"), [("how-to/interfaces.md", 6), ("how-to/serving.md", 3)])
 def test_the_page_works_as_it_stands(tmp_path: Path, page: str, count: int) -> None:
     endpoint = free_endpoint()
     own = {"PYTHONPATH": f"{ROOT}{os.pathsep}{tmp_path}", "VISUALHFSM_CONNECT": endpoint}

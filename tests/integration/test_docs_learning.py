@@ -1,4 +1,4 @@
-"""docs/learning.md: its programs print what it says, and it names every environment."""
+"""docs/how-to/learning.md: its programs print what it says, and it names every environment."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tests.support.processes import REPOSITORY
 
 pytestmark = pytest.mark.sim
 
-PAGE = (DOCS / "learning.md").read_text("utf-8")
+PAGE = (DOCS / "how-to/learning.md").read_text("utf-8")
 BLOCKS = blocks_of(PAGE)
 
 

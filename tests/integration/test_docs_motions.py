@@ -1,4 +1,4 @@
-"""docs/motions.md: its program runs, its file is a motion, its table tells every motion."""
+"""docs/how-to/motions.md: its program runs, its file is a motion, its table tells every motion."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from tests.support.motion_rig import MOTIONS
 from tests.support.pages import DOCS
 from tests.support.robot_server import served
 
-PAGE = (DOCS / "motions.md").read_text(encoding="utf-8")
+PAGE = (DOCS / "how-to/motions.md").read_text(encoding="utf-8")
 
 
 def blocks(language: str) -> list[str]:

@@ -1,4 +1,4 @@
-"""docs/nao.md, followed to the letter against a robot: commands run, what they write compared."""
+"""docs/how-to/nao.md, followed to the letter against a robot: commands run, what they write compared."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tests.support.nao_command import at, nao
 from tests.support.pages import DOCS, blocks_of
 from tests.support.robot_server import served
 
-PAGE = (DOCS / "nao.md").read_text("utf-8")
+PAGE = (DOCS / "how-to/nao.md").read_text("utf-8")
 
 
 def commands(text: str) -> list[tuple[str, str]]:

@@ -22,7 +22,7 @@ def test_the_table_of_robots_is_current() -> None:
     assert PAGE.read_text() == robots_page(), "write it anew: python -m tests.support.robots_page"
 
 
-@pytest.mark.parametrize("page", ["robot-safety.md", "senses.md"])
+@pytest.mark.parametrize("page", ["explanation/robot-safety.md", "how-to/senses.md"])
 def test_the_example_of_a_page_does_what_the_page_says(page: str) -> None:
     code, output = blocks_of((DOCS / page).read_text(encoding="utf-8"))
     with served(FakeRobot()) as robot:

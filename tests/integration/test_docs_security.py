@@ -20,7 +20,7 @@ from zenoh_ice.settings import load_settings
 
 def commands(folder: Path) -> list[list[str]]:
     """Return the commands of the page as they are run here: the machine is this one, the keys are the test's."""
-    page = (DOCS / "security.md").read_text("utf-8")
+    page = (DOCS / "how-to/security.md").read_text("utf-8")
     block = re.search(r"## In five commands\n.*?```sh\n(.*?)```", page, re.S)
     assert block is not None
     text = block[1].replace("robotlab.local", "127.0.0.1").replace("keys", str(folder))

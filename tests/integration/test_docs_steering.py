@@ -1,4 +1,4 @@
-"""docs/steering.md, followed to the letter: files are written, commands run, outputs compared."""
+"""docs/how-to/steering.md, followed to the letter: files are written, commands run, outputs compared."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def test_the_page_works_as_it_stands(tmp_path: Path) -> None:
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     ran = 0
     with ExitStack() as stack:
-        for block in blocks_of((DOCS / "steering.md").read_text(encoding="utf-8")):
+        for block in blocks_of((DOCS / "how-to/steering.md").read_text(encoding="utf-8")):
             if block.name is not None:
                 (tmp_path / block.name).write_text(block.text, encoding="utf-8")
                 continue

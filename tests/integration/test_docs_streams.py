@@ -1,4 +1,4 @@
-"""docs/streams.md: its programs run and say what it says."""
+"""docs/how-to/streams.md: its programs run and say what it says."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from naoserver.fake import FakeRobot
 from tests.support.pages import DOCS, blocks_of
 from tests.support.robot_server import served
 
-BLOCKS = blocks_of((DOCS / "streams.md").read_text("utf-8"))
+BLOCKS = blocks_of((DOCS / "how-to/streams.md").read_text("utf-8"))
 PROGRAMS = [block.text for block in BLOCKS if block.language == "python"]
 OUTPUTS = [block.text for block in BLOCKS if block.language == "text"]
 

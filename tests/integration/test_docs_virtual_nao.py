@@ -1,4 +1,4 @@
-"""docs/virtual-nao.md: its programs run, and it names what is there."""
+"""docs/how-to/virtual-nao.md: its programs run, and it names what is there."""
 
 import ast
 import re
@@ -21,7 +21,7 @@ from tests.support.limits import LIMIT
 from tests.support.pages import DOCS, blocks_of
 from tests.support.processes import ComponentProcess, module
 
-PAGE = (DOCS / "virtual-nao.md").read_text("utf-8")
+PAGE = (DOCS / "how-to/virtual-nao.md").read_text("utf-8")
 SERVICES = (
     *(
         ALAutonomousLife,

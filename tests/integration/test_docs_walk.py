@@ -1,4 +1,4 @@
-"""docs/walk.md: its program runs and says what it says, its limits are those of the walk."""
+"""docs/how-to/walk.md: its program runs and says what it says, its limits are those of the walk."""
 
 import re
 
@@ -11,7 +11,7 @@ from tests.support.robot_server import served
 
 pytestmark = pytest.mark.sim
 
-PAGE = (DOCS / "walk.md").read_text()
+PAGE = (DOCS / "how-to/walk.md").read_text()
 
 
 def block(language):

@@ -1,4 +1,4 @@
-"""docs/worlds.md: its world loads and tells every key with its default, its program runs."""
+"""docs/how-to/worlds.md: its world loads and tells every key with its default, its program runs."""
 
 import re
 import tomllib
@@ -24,7 +24,7 @@ from zenoh_ice import VirtualClock
 
 pytestmark = pytest.mark.sim
 
-PAGE = (DOCS / "worlds.md").read_text()
+PAGE = (DOCS / "how-to/worlds.md").read_text()
 TABLES: dict[str, type[msgspec.Struct]] = {
     "robot": Start,
     "carried_balls": CarriedBall,

@@ -1,4 +1,4 @@
-"""What docs/recording.md shows works as it stands there."""
+"""What docs/how-to/recording.md shows works as it stands there."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pathlib import Path
 from tests.support.pages import DOCS
 from tests.support.processes import REPOSITORY, ComponentProcess, module
 
-PAGE = DOCS / "recording.md"
+PAGE = DOCS / "how-to/recording.md"
 
 
 def commands() -> list[str]:

@@ -276,7 +276,7 @@ def _handshake(path: str, headers: dict[str, str]) -> bytes:
 
 
 def patched(document: dict[str, Any], patch: dict[str, Any]) -> None:
-    """Apply a patch as docs/editor-protocol.md says."""
+    """Apply a patch as docs/reference/protocol.md says."""
     document.update(patch.get("document", {}))
     automata = {automaton["id"]: automaton for automaton in document["automata"]}
     automata.update({automaton["id"]: automaton for automaton in patch.get("automata", [])})

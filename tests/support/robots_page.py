@@ -1,4 +1,4 @@
-"""docs/robots.md, made from running servers: `python -m tests.support.robots_page` writes it anew."""
+"""docs/reference/robots.md, made from running servers: `python -m tests.support.robots_page` writes it anew."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from tests.support.robot_server import served_to_client
 
 __all__ = ["PAGE", "robots_page"]
 
-PAGE: Final = Path(__file__).parents[2] / "docs" / "robots.md"
+PAGE: Final = Path(__file__).parents[2] / "docs" / "reference/robots.md"
 
 _TEXT: Final = """# What each robot serves
 

@@ -1,4 +1,4 @@
-"""Pictures of the editor for docs/editor.md, taken by a test that is there anyway.
+"""Pictures of the editor for docs/how-to/editor.md, taken by a test that is there anyway.
 
 SCREENSHOTS=1 pytest tests/e2e/test_editor_experiment.py takes them anew; otherwise nothing is written.
 """
@@ -15,7 +15,7 @@ from playwright.sync_api import Page
 
 __all__ = ["picture"]
 
-FOLDER: Final = Path(__file__).parents[2] / "docs" / "editor"
+FOLDER: Final = Path(__file__).parents[2] / "docs" / "pictures" / "editor"
 COLORS: Final = 255  # enough for the page, and a third of the file
 HIDE_NOTICES: Final = """() => {
     const sheet = new CSSStyleSheet();
@@ -26,7 +26,7 @@ SHOW_NOTICES: Final = "() => document.adoptedStyleSheets.pop()"
 
 
 def picture(page: Page, name: str) -> None:
-    """Keep what a page shows as docs/editor/NAME.png."""
+    """Keep what a page shows as docs/pictures/editor/NAME.png."""
     if not os.environ.get("SCREENSHOTS"):
         return
     page.evaluate(HIDE_NOTICES)  # also those that come just now

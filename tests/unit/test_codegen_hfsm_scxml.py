@@ -137,7 +137,7 @@ def test_states_inside_states_resume_by_their_history_or_restart() -> None:
 
 
 def test_several_automata_of_a_state_are_parallel() -> None:
-    page = (DOCS / "documents.md").read_text("utf-8")
+    page = (DOCS / "reference/documents.md").read_text("utf-8")
     (example,) = re.findall(r"```xml\n(<\?xml.*?)```", page, re.DOTALL)
     text, diagnostics = export(parse(example))
     regions = ET.fromstring(text.encode()).findall("{*}parallel[@id='wave']/{*}state")

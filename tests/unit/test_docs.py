@@ -11,10 +11,10 @@ import typer
 from codegen.command import app
 from tests.support.pages import DOCS
 
-PAGES = sorted(DOCS.glob("*.md"))
+PAGES = sorted(DOCS.rglob("*.md"))
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(DOCS)))
 def test_links_lead_somewhere(page: Path) -> None:
     links = re.findall(r"\]\((?!https?:)([^)#]+)[^)]*\)", page.read_text("utf-8"))
     assert [link for link in links if not (page.parent / link).exists()] == []
@@ -22,11 +22,12 @@ def test_links_lead_somewhere(page: Path) -> None:
 
 def test_the_index_has_every_page() -> None:
     index = (DOCS / "README.md").read_text("utf-8")
-    assert [page.name for page in PAGES if page.name != "README.md" and page.name not in index] == []
+    listed = {page for page in PAGES if page.parent.name != "decisions" and page.name != "README.md"}
+    assert [page.name for page in listed if str(page.relative_to(DOCS)) not in index] == []
 
 
 def test_every_option_of_codegen_is_explained() -> None:
-    text = (DOCS / "codegen.md").read_text("utf-8")
+    text = (DOCS / "reference/codegen.md").read_text("utf-8")
     names = {option for param in typer.main.get_command(app).params for option in param.opts}
     options = {name for name in names if name.startswith("-")}
     assert "--watch" in options

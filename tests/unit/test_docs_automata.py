@@ -1,4 +1,4 @@
-"""docs/automata.md: its documents are checked, compiled and run, and do what the page says."""
+"""docs/reference/automata.md: its documents are checked, compiled and run, and do what the page says."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from hfsm_runtime.tree import ChangeKind
 from tests.support.documents import load
 from tests.support.pages import DOCS, blocks_of
 
-PAGE = (DOCS / "automata.md").read_text("utf-8")
+PAGE = (DOCS / "reference/automata.md").read_text("utf-8")
 BLOCKS = blocks_of(PAGE)
 DOCUMENTS = [block.name for block in BLOCKS if block.name is not None]
 TIMELINES = {block.info.split()[1]: block for block in BLOCKS if block.language == "timeline"}

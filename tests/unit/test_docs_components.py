@@ -1,4 +1,4 @@
-"""docs/components.md: its example is generated and its test passes, and its table has every option."""
+"""docs/reference/components.md: its example is generated and its test passes, and its table has every option."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from codegen.hfsm.generation.attributes import STANDARD_OPTIONS
 from tests.support.codegen_command import ROOT, codegen
 from tests.support.pages import DOCS, blocks_of
 
-PAGE = (DOCS / "components.md").read_text("utf-8")
+PAGE = (DOCS / "reference/components.md").read_text("utf-8")
 
 
 def test_the_example_is_generated_and_its_test_passes(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""docs/document-errors.md: every code has an entry, and every example brings its own code and no other."""
+"""docs/reference/document-errors.md: every code has an entry, and every example brings its own code and no other."""
 
 from __future__ import annotations
 
@@ -16,7 +16,9 @@ from tests.support.codegen_command import ROOT
 from tests.support.pages import Section, sections_of
 from visualhfsm.conversion import READERS, WRITERS, convert_document
 
-SECTIONS = {section.title.partition(":")[0]: section for section in sections_of("document-errors.md")}
+SECTIONS = {
+    section.title.partition(":")[0]: section for section in sections_of("reference/document-errors.md")
+}
 
 
 def test_every_code_has_an_entry_and_every_entry_a_code() -> None:

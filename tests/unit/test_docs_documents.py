@@ -1,4 +1,4 @@
-"""docs/documents.md: its example is written as it stands there, and its tables have what the reader knows."""
+"""docs/reference/documents.md: its example is written as it stands there, and its tables have what the reader knows."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from codegen.hfsm.formats.native import (
 from tests.support.pages import DOCS
 from visualhfsm.convert import EPILOG
 
-PAGE = (DOCS / "documents.md").read_text("utf-8")
+PAGE = (DOCS / "reference/documents.md").read_text("utf-8")
 TABLES = {
     "VisualHFSM": DOCUMENT_TAGS,
     "SubAutomata": AUTOMATON_TAGS,

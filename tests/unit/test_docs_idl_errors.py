@@ -1,4 +1,4 @@
-"""docs/idl-errors.md: every code has an entry, and every example brings its own code and no other."""
+"""docs/reference/idl-errors.md: every code has an entry, and every example brings its own code and no other."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from codegen.idl import compile_interfaces
 from codegen.idl.codes import Code
 from tests.support.pages import Block, Section, sections_of
 
-SECTIONS = {section.title.partition(":")[0]: section for section in sections_of("idl-errors.md")}
+SECTIONS = {section.title.partition(":")[0]: section for section in sections_of("reference/idl-errors.md")}
 
 
 def test_every_code_has_an_entry_and_every_entry_a_code() -> None:

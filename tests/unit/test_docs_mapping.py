@@ -1,4 +1,4 @@
-"""The example of docs/mapping.md is what codegen makes of it."""
+"""The example of docs/reference/mapping.md is what codegen makes of it."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 
 from tests.support.slice_compiler import compile_text
 
-PAGE = Path(__file__).parents[2] / "docs" / "mapping.md"
+PAGE = Path(__file__).parents[2] / "docs" / "reference/mapping.md"
 
 
 def test_the_example_is_what_is_generated(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""docs/model-checker.md: its document is checked, and what the page says of it is so."""
+"""docs/explanation/model-checker.md: its document is checked, and what the page says of it is so."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from codegen.hfsm.model_checker import check_model, report_model
 from tests.support.model_documents import stated
 from tests.support.pages import DOCS, sections_of
 
-PAGE = (DOCS / "model-checker.md").read_text("utf-8")
-SECTIONS = {section.title: section for section in sections_of("model-checker.md")}
+PAGE = (DOCS / "explanation/model-checker.md").read_text("utf-8")
+SECTIONS = {section.title: section for section in sections_of("explanation/model-checker.md")}
 PATH = Path("light.xml")
 ROWS = re.findall(
     r"^\| `(always|never|eventually)` \| `([^`]+)` \| (?:`(\d+)`)? ?\| (holds|violated) \|$", PAGE, re.M

@@ -11,7 +11,7 @@ from naoserver_naoqi.connection import SILENCE
 from naoserver_naoqi.robot import End, Life, Start
 from tests.support.pages import DOCS
 
-PAGE = (DOCS / "naoqi.md").read_text(encoding="utf-8")
+PAGE = (DOCS / "how-to/real-nao.md").read_text(encoding="utf-8")
 
 
 def options(app):

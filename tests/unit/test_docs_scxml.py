@@ -1,4 +1,4 @@
-"""docs/scxml.md: its example is what the command makes of it, in both directions."""
+"""docs/how-to/scxml.md: its example is what the command makes of it, in both directions."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tests.support.scxml_rules import violations
 from visualhfsm.command import app
 
 EXAMPLES = {
-    block.name: block.text for block in blocks_of((DOCS / "scxml.md").read_text("utf-8")) if block.name
+    block.name: block.text for block in blocks_of((DOCS / "how-to/scxml.md").read_text("utf-8")) if block.name
 }
 
 

@@ -11,7 +11,7 @@ from tests.support.pages import DOCS
 from zenoh_ice.command import with_settings
 from zenoh_ice.settings import PROTOCOLS, Security, Settings
 
-TEXT = (DOCS / "settings.md").read_text("utf-8")
+TEXT = (DOCS / "reference/settings.md").read_text("utf-8")
 ROWS = {
     name: (default.strip(), flag.strip(" `"))
     for name, default, flag in re.findall(r"^\| `([\w.]+)` \|([^|]*)\|([^|]*)\|", TEXT, re.M)

@@ -1,4 +1,4 @@
-"""The examples of docs/testing.md are tests that pass, and its tables name what there is."""
+"""The examples of docs/how-to/testing.md are tests that pass, and its tables name what there is."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tests.support.pages import DOCS
 
 pytest_plugins = "pytester"
 
-PAGE = (DOCS / "testing.md").read_text("utf-8")
+PAGE = (DOCS / "how-to/testing.md").read_text("utf-8")
 EXAMPLES = re.findall(r"^```python\n(.*?)^```", PAGE, re.M | re.S)
 
 

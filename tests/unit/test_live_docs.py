@@ -7,7 +7,7 @@ from pathlib import Path
 
 from visualhfsm.live.service import OPERATIONS
 
-PAGE = Path(__file__).parents[2] / "docs" / "editor-live.md"
+PAGE = Path(__file__).parents[2] / "docs" / "how-to/editor-live.md"
 
 
 def test_every_action_has_its_row_with_its_arguments() -> None:

@@ -123,7 +123,7 @@ def import_scxml(content: bytes, name: str) -> tuple[Document, list[str]]:
     document = parse_scxml(content, Path(name), diagnostics)
     if document is None:
         why = _with_line(diagnostics.errors[0])
-        raise EditError(f"Cannot open {name}", why, "see docs/scxml.md for what is understood")
+        raise EditError(f"Cannot open {name}", why, "see docs/how-to/scxml.md for what is understood")
     return document, [_with_line(each) for each in diagnostics]
 
 

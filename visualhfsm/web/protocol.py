@@ -3,7 +3,7 @@
 The page sends requests, `{"id": 1, "op": "undo", "tab": 2}`, and gets one answer for each,
 `{"re": 1, "ok": 3}` or `{"re": 1, "error": "text", "kind": "kind"}`. What changes comes by itself as pushes,
 `{"push": "kind"}`; those of the services are in `visualhfsm.services`. Fields are in camelCase.
-docs/editor-protocol.md explains all of them with examples.
+docs/reference/protocol.md explains all of them with examples.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Who may talk to the server: the page that was opened with the printed address, and nobody else.
 
 Another page in the same browser reaches loopback too, so binding to it does not suffice. What each check is
-against stands in docs/editor-safety.md.
+against stands in docs/explanation/editor-safety.md.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Check a document before it runs: its structure and its code, as far as that can be told without running it.
 
-Each module finds one kind of fault; `docs/document-errors.md` lists them by their codes. What the origin's
-generated code gave a meaning is a warning and not an error, so that its documents still run.
+Each module finds one kind of fault; `docs/reference/document-errors.md` lists them by their codes. What the
+origin's generated code gave a meaning is a warning and not an error, so that its documents still run.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
 `model` reads a document with its `guards`, `fireability` looks at each automaton alone, `transition_system`
 is the exact behavior of several together, `exploration` searches it, and `checker` asks the questions, of
 `reachability`, of `conflicts` between `commands`, of `properties`, and reports what was found.
-`docs/model-checker.md` is for users.
+`docs/explanation/model-checker.md` is for users.
 """
 
 from __future__ import annotations
