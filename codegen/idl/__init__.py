@@ -2,7 +2,7 @@
 
 A file goes through `lexer` (tokens), `preprocessor` (includes, guards), `parser` (the tree of `ast`),
 `checker` with `resolver` and `constants` (names, types, values, rules), `fingerprint` and `writer` (Python).
-`loading` leads it as far as the checked tree, `compiler` to the end.
+`compiler` leads it through all of them.
 Diagnostics carry a code of `codes`; the writers of the parts share `names` and `layout`.
 """
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,22 +11,21 @@ from codegen.diagnostics import Diagnostics, Location, Note
 from codegen.files import GeneratedFile
 
 from . import ast
+from .checker import check
 from .codes import Code
 from .lexer import Source
-from .loading import Unit, Units
 from .names import exported_names, module_package
 from .packages import (
     GENERATED_BY,
-    EarlierModules,
     GeneratedModule,
     ModuleSummary,
-    NestedModules,
-    Places,
+    earlier_modules,
+    modules_of,
     package_files,
-    report_cycles,
 )
+from .parser import parse
+from .preprocessor import Preprocessor
 from .python_writer import write_module
-from .schema import schema_entry
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,26 +34,6 @@ class Compilation:
 
     files: tuple[GeneratedFile, ...] = ()
     leftovers: tuple[Path, ...] = ()
-
-
-@dataclass(slots=True)
-class _Root:
-    """A directory that generated packages go to."""
-
-    directory: Path
-    knows_all_sources: bool
-    """Whether every IDL file of its packages lies in it, so that a module without its file is a leftover."""
-    sources: dict[Source, Places]
-    """The files, each with the places of its translation unit."""
-
-    def modules(self) -> Iterator[tuple[GeneratedModule, Places]]:
-        """Yield all modules."""
-        for source, places in self.sources.items():
-            for module in places.modules_of(source):
-                yield module, places
-
-    def path(self, module: GeneratedModule) -> Path:
-        return self.directory.joinpath(*module.package, f"{module.name}.py")
 
 
 def compile_interfaces(
@@ -72,96 +51,160 @@ def compile_interfaces(
     sources = {source: path for path in paths if (source := units.load(path)) is not None}
     for source in sources:
         units.read(source, diagnostics)
-    if diagnostics.has_errors:
+    if diagnostics.errors:
         return Compilation()
     directories: dict[Path, Path] = {}
     given: defaultdict[Path, list[Source]] = defaultdict(list)
     for source, path in sorted(sources.items(), key=lambda each: each[1].resolve()):
         directory = output or path.parent
         given[directories.setdefault(directory.resolve(), directory)].append(source)
-    with_included = {directory: units.with_included(each) for directory, each in given.items()}
-    nested = NestedModules(units.trees())
-    roots = [
-        _Root(directory, output is None, _places_of(each, nested))
-        for directory, each in with_included.items()
+    made = [
+        _generate(directory, units.with_included(each), diagnostics, knows_all_sources=output is None)
+        for directory, each in given.items()
     ]
-    return _generate_all(roots, output, diagnostics)
-
-
-def _places_of(units: dict[Source, Unit | None], nested: NestedModules) -> dict[Source, Places]:
-    """Return the places of each file in its own unit, or else in the first one that includes it."""
-    names: dict[tuple[Source, str], Path] = {}
-    own = {source: Places(unit.tree, nested, names) for source, unit in units.items() if unit is not None}
-    places: dict[Source, Places] = {}
-    for source in units:
-        if source in own:
-            places[source] = own[source]
-        else:
-            includers = (each for each, unit in units.items() if unit is not None and source in unit.included)
-            places[source] = own[next(includers)]
-    return places
-
-
-def _generate_all(roots: Sequence[_Root], output: Path | None, diagnostics: Diagnostics) -> Compilation:
-    for root in roots:
-        _report_clashes(root, diagnostics)
-        report_cycles(root.modules(), diagnostics)
-    # Modules in a cycle have no order in which they could be written.
-    compilations = [] if diagnostics.has_errors else [_generate(root) for root in roots]
-    generated = [file for compilation in compilations for file in compilation.files]
-    for file in generated:
+    files = [file for compilation in made for file in compilation.files]
+    for file in files:
         _report_foreign_file(file.path, diagnostics)
     if diagnostics.has_errors:
         return Compilation()
     if output is not None:
-        generated += _package_root(output)
-    leftovers = [path for compilation in compilations for path in compilation.leftovers]
-    return Compilation(tuple(generated), tuple(leftovers))
+        files += _package_root(output)
+    return Compilation(tuple(files), tuple(path for compilation in made for path in compilation.leftovers))
 
 
-def _report_clashes(root: _Root, diagnostics: Diagnostics) -> None:
-    """Report names that files which do not include each other define twice, and modules of one path."""
-    defined: dict[tuple[str, ...], ast.Definition] = {}
+# Sources
+
+
+@dataclass(frozen=True, slots=True)
+class Unit:
+    """What one file defines by itself, with all that it includes."""
+
+    tree: ast.Module
+    included: tuple[Source, ...]
+
+
+class Units:
+    """Read each file as the main file of a translation unit, once."""
+
+    def __init__(self, include_directories: Sequence[Path], diagnostics: Diagnostics) -> None:
+        self._preprocessor = Preprocessor(include_directories, diagnostics)
+        self._units: dict[Source, Unit | None] = {}
+
+    def load(self, path: Path) -> Source | None:
+        """Return the source at `path`, or None after reporting why it cannot be read."""
+        return self._preprocessor.load(path)
+
+    def read(self, source: Source, diagnostics: Diagnostics) -> Unit | None:
+        """Return the unit of a file, or None after reporting what is wrong with it."""
+        if source not in self._units:
+            errors_before = len(diagnostics.errors)
+            read = self._preprocessor.unit(source, diagnostics)
+            tree = parse(read, diagnostics)
+            if read.complete:  # else every name of the file that is not found would seem undefined
+                check(tree, diagnostics)
+            sound = len(diagnostics.errors) == errors_before
+            self._units[source] = Unit(tree, tuple(read.included)) if sound else None
+        return self._units[source]
+
+    def with_included(self, given: Iterable[Source]) -> dict[Source, ast.Module | None]:
+        """Return the trees of files and of all that they include, each read by itself, in a fixed order.
+
+        The order depends on the files that it has alone, not on which of them were given: those that no
+        other one includes come first. A file with an error that its includers do not have has no tree.
+        """
+        found: dict[Source, Unit | None] = {}
+        waiting = list(given)
+        while waiting:
+            source = waiting.pop()
+            if source not in found:
+                # The files given have been reported on; one that needs its includers may be wrong alone.
+                unit = found[source] = self.read(source, Diagnostics())
+                waiting += unit.included if unit is not None else ()
+        included = {each for unit in found.values() if unit is not None for each in unit.included}
+        order = sorted(found, key=lambda source: (source in included, source.path.resolve()))
+        return {source: unit.tree if (unit := found[source]) else None for source in order}
+
+
+# Packages
+
+
+def _generate(
+    root: Path,
+    trees: Mapping[Source, ast.Module | None],
+    diagnostics: Diagnostics,
+    *,
+    knows_all_sources: bool,
+) -> Compilation:
+    """Return the packages below the directory `root`, and the leftovers in it."""
+    modules = modules_of(trees)
+    files: list[GeneratedFile] = []
     paths: dict[Path, GeneratedModule] = {}
-    for module, _ in root.modules():
-        path = root.path(module)
+    packages: defaultdict[str, list[ModuleSummary]] = defaultdict(list)
+    needs: defaultdict[str, dict[str, GeneratedModule]] = defaultdict(dict)
+    for module in modules.values():
+        path = root.joinpath(*module.package, f"{module.name}.py")
         other = paths.setdefault(path, module)
         if other is not module:
             message = f"{path} would be made from this file and from {other.source.path}"
             note = Note("rename one of the files, or compile them to different directories")
             diagnostics.error(Code.NAME_CLASH_IN_OUTPUT, message, Location(module.source.path), [note])
+        text, needed = write_module(module, modules)
+        files.append(GeneratedFile(path, text))
+        for name in needed:
+            needs[module.slice_module].setdefault(name, module)
+        packages[module.slice_module].append(ModuleSummary.of(module))
+        parts = module.slice_module.split("::")
+        for length in range(1, len(parts)):
+            packages.setdefault("::".join(parts[:length]), [])
+    _report_redefinitions(modules.values(), diagnostics)
+    _report_cycles(needs, diagnostics)
+    directories = {name: root.joinpath(*module_package(name)) for name in packages}
+    earlier = earlier_modules(
+        root,
+        directories.values(),
+        paths,
+        [source.path for source in trees],
+        knows_all_sources=knows_all_sources,
+    )
+    for name, made in packages.items():
+        kept = earlier.kept.get(directories[name], [])
+        files += package_files(directories[name], name, [*made, *kept])
+    return Compilation(tuple(files), tuple(earlier.leftovers))
+
+
+def _report_redefinitions(modules: Iterable[GeneratedModule], diagnostics: Diagnostics) -> None:
+    """Report names that files which do not include each other define twice."""
+    defined: dict[tuple[str, ...], ast.Definition] = {}
+    for module in modules:
         for definition in module.definitions:
             for name in exported_names(definition):
                 first = defined.setdefault((*module.package, name), definition)
-                same = first.token.source is definition.token.source
-                if first is not definition and not same:
+                if first.token.source is not definition.token.source:
                     note = Note("first defined here", first.token.location)
                     message = f"`{definition.name}` is defined in two files"
                     diagnostics.error(Code.REDEFINITION, message, definition.token.location, [note])
 
 
-def _generate(root: _Root) -> Compilation:
-    files: list[GeneratedFile] = []
-    summaries: defaultdict[str, list[ModuleSummary]] = defaultdict(list)
-    for module, places in root.modules():
-        files.append(GeneratedFile(root.path(module), write_module(module, places)))
-        entries = {each.scoped: schema_entry(each, module.name) for each in module.definitions}
-        summary = ModuleSummary(module.name, module.source.path.name, module.text, entries)
-        summaries[module.slice_module].append(summary)
-        parts = module.slice_module.split("::")
-        for length in range(1, len(parts)):
-            summaries.setdefault("::".join(parts[:length]), [])
-    packages = {name: root.directory.joinpath(*module_package(name)) for name in summaries}
-    earlier = EarlierModules(
-        root.directory,
-        packages.values(),
-        {file.path for file in files},
-        [source.path for source in root.sources],
-        knows_all_sources=root.knows_all_sources,
-    )
-    for name, modules in summaries.items():
-        files += package_files(packages[name], name, [*modules, *earlier.kept(packages[name])])
-    return Compilation(tuple(files), tuple(earlier.leftovers))
+def _report_cycles(needs: Mapping[str, Mapping[str, GeneratedModule]], diagnostics: Diagnostics) -> None:
+    """Report Slice modules that need each other: Python could not import their packages."""
+    for one, needed in needs.items():
+        for name, module in sorted(needed.items()):
+            if one < name and one in _reachable(needs, name):
+                message = f"modules `{one}` and `{name}` need each other: Python could not import them"
+                note = Note("move what both need to a module of its own")
+                place = module.definitions[0].token.location
+                diagnostics.error(Code.MODULES_IN_CYCLE, message, place, [note])
+
+
+def _reachable(needs: Mapping[str, Iterable[str]], start: str) -> set[str]:
+    found: set[str] = set()
+    waiting = [start]
+    while waiting:
+        for name in needs.get(waiting.pop(), ()):
+            if name not in found:
+                found.add(name)
+                waiting.append(name)
+    return found
 
 
 def _report_foreign_file(path: Path, diagnostics: Diagnostics) -> None:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 from . import ast
 from .doc_comments import DocComment, parse_doc_comment
 from .layout import INDENT, bracketed, docstring, source_order, stacked, string
 from .names import ModuleNames, exception_member_name, exported_names, python_name
-from .packages import GeneratedModule, Places, header
+from .packages import GeneratedModule, ModuleKey, header
 from .schema import canonical_definition, fingerprint
 
 _BUILTINS = {"bool": "bool", "string": "str", "float": "float", "double": "float"}
@@ -16,15 +16,22 @@ _INTEGERS = {"byte": "Byte", "short": "Short", "int": "Int", "long": "Long"}
 _INITIAL = {"bool": "False", "string": '""', "float": "0.0", "double": "0.0"} | dict.fromkeys(_INTEGERS, "0")
 
 
-def write_module(module: GeneratedModule, places: Places) -> str:
-    """Return the source of a generated module."""
-    return _ModuleWriter(module, places).write()
+def write_module(
+    module: GeneratedModule, modules: Mapping[ModuleKey, GeneratedModule]
+) -> tuple[str, set[str]]:
+    """Return the source of a generated module, and the other Slice modules that it imports from.
+
+    `modules` are all that are generated together.
+    """
+    writer = _ModuleWriter(module, modules)
+    return writer.write(), writer.needed
 
 
 class _ModuleWriter:
-    def __init__(self, module: GeneratedModule, places: Places) -> None:
+    def __init__(self, module: GeneratedModule, modules: Mapping[ModuleKey, GeneratedModule]) -> None:
         self._module = module
-        self._places = places
+        self._modules = modules
+        self.needed: set[str] = set()
         self._names = ModuleNames(module.package, module.definitions)
 
     def write(self) -> str:
@@ -110,10 +117,12 @@ class _ModuleWriter:
     def _reference(self, definition: ast.Definition, name: str = "") -> str:
         """Return how a definition, or another name that goes with it, is written here."""
         name = name or python_name(definition)
-        place = self._places.of(definition)
-        if place is self._module:
+        module = self._modules[definition.token.source, definition.module]
+        if module is self._module:
             return self._names.defined(name)
-        return self._names.imported(self._names.relative(place.package, place.name), name)
+        if module.slice_module != self._module.slice_module:
+            self.needed.add(module.slice_module)
+        return self._names.imported(self._names.relative(module.package, module.name), name)
 
     def _base(self, definition: ast.Derivable, root: str) -> str:
         base = definition.base_definition

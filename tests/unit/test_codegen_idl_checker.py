@@ -6,7 +6,7 @@ import pytest
 
 from codegen.diagnostics import Diagnostics
 from codegen.idl import ast
-from codegen.idl.loading import Units
+from codegen.idl.compiler import Units
 from tests.support.slice_compiler import compile_text, findings, write_sources
 
 
