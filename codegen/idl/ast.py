@@ -154,8 +154,6 @@ class Interface(Definition):
 
     bases: list[NamedType] = field(default_factory=list)
     operations: list[Operation] = field(default_factory=list)
-    generation: int = 0
-    """The length of its longest line of ancestors; set by the checker."""
     kind: ClassVar[str] = "interface"
 
     @property

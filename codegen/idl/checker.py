@@ -16,6 +16,7 @@ from .constants import ConstantChecker
 from .resolver import Resolver, Scope, declared_kind, with_article
 
 _DEEPEST_TYPE = 100
+_TAG = "the tag of an optional value"
 _KEY_TYPES = frozenset({"bool", "byte", "short", "int", "long", "string"})
 _METADATA = frozenset(
     {
@@ -103,7 +104,8 @@ class _Checker:
                 self._dictionary(definition, scope)
             case ast.Constant():
                 if self._resolver.data_type(definition.type, scope):
-                    self._constants.check_constant(definition, scope)
+                    what = f"constant `{definition.name}`"
+                    self._constants.check_value(definition.literal, definition.type, what, scope)
                 self._resolver.declare(definition, scope)
 
     def _body(self, definition: ast.Definition, scope: Scope) -> Scope:
@@ -151,8 +153,6 @@ class _Checker:
             else:
                 depth = max(depth, self._depths.get(part.scoped, 0))
         self._depths[definition.scoped] = depth + 1
-        if isinstance(definition, ast.Interface):
-            definition.generation = depth
 
     # Structs, exceptions and classes
 
@@ -177,11 +177,12 @@ class _Checker:
                 note = Note("members of classes and exceptions can")
                 self._resolver.error(Code.BAD_TAG, message, member.tag.token, note)
         elif member.tag is not None:
-            self._constants.check_tag(member.tag, scope)
+            self._constants.check_number(member.tag, _TAG, scope)
         if not self._resolver.data_type(member.type, scope):
             self._resolver.declare_inside(member, scope)
             return
-        self._constants.check_default(member, scope)
+        if member.default is not None:
+            self._constants.check_value(member.default, member.type, f"member `{member.name}`", scope)
         new = self._resolver.declare_inside(member, scope)
         self._resolver.report_inherited(member, inherited)
         if (
@@ -205,7 +206,7 @@ class _Checker:
     def _class(self, definition: ast.Class, scope: Scope) -> None:
         number = definition.compact_id
         if number is not None:
-            self._constants.check_compact_id(number, scope)
+            self._constants.check_number(number, "the compact id of a class", scope)
         if definition.base is not None:
             self._resolver.complete(definition.base, ast.Class, definition, scope)
         definition.implements = self._bases(definition, definition.implements, scope)
@@ -297,7 +298,7 @@ class _Checker:
         """Check an operation of what has the body `scope`."""
         self._metadata(operation)
         if operation.return_tag is not None:
-            self._constants.check_tag(operation.return_tag, scope)
+            self._constants.check_number(operation.return_tag, _TAG, scope)
         if operation.returns is not None:
             self._resolver.data_type(operation.returns, scope)
         new = self._resolver.declare_inside(operation, scope)
@@ -321,7 +322,7 @@ class _Checker:
         for parameter in operation.parameters:
             self._metadata(parameter)
             if parameter.tag is not None:
-                self._constants.check_tag(parameter.tag, scope)
+                self._constants.check_number(parameter.tag, _TAG, scope)
             if self._resolver.data_type(parameter.type, scope):
                 self._resolver.warn_of_deprecated_type(parameter.type)
             if self._resolver.declare_inside(parameter, scope):
@@ -389,10 +390,8 @@ class _Checker:
         operations = {each.name: each for each in inherited.values() if isinstance(each, ast.Operation)}
         operations |= {operation.name: operation for operation in own}
         for operation in operations.values():
-            for suffix in ("Publisher",) if operation.streamed else ():
-                other = operations.get(operation.name + suffix)
-                if other is None or (operation not in own and other not in own):
-                    continue
+            other = operations.get(f"{operation.name}Publisher")
+            if operation.streamed and other is not None and (operation in own or other in own):
                 note = Note(f"`{operation.name}` brings `{other.name}` with it", operation.token.location)
                 message = f"operation `{other.name}` has the name of a generated method"
                 self._resolver.error(Code.NAME_CLASH_IN_OUTPUT, message, other.token, note)

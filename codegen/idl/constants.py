@@ -10,15 +10,14 @@ from . import ast
 from .codes import Code
 from .resolver import Resolver, Scope, declared_kind, with_article
 
-INTEGER_RANGES = {
+_INTEGER_RANGES = {
     "byte": (0, 2**8 - 1),
     "short": (-(2**15), 2**15 - 1),
     "int": (-(2**31), 2**31 - 1),
     "long": (-(2**63), 2**63 - 1),
 }
-_HIGHEST_TAG = INTEGER_RANGES["int"][1]
-_VALUES = (ast.Constant, ast.Enumerator)
-_VALUE_TYPES = frozenset({*INTEGER_RANGES, "bool", "float", "double", "string"})
+_HIGHEST_INT = _INTEGER_RANGES["int"][1]
+_VALUE_TYPES = frozenset({*_INTEGER_RANGES, "bool", "float", "double", "string"})
 
 
 class ConstantChecker:
@@ -27,16 +26,8 @@ class ConstantChecker:
     def __init__(self, resolver: Resolver) -> None:
         self._resolver = resolver
 
-    def check_constant(self, constant: ast.Constant, scope: Scope) -> None:
-        """Give a constant its value."""
-        self._check(constant.literal, constant.type, f"constant `{constant.name}`", scope)
-
-    def check_default(self, member: ast.Member, scope: Scope) -> None:
-        """Give a member its default value."""
-        if member.default is not None:
-            self._check(member.default, member.type, f"member `{member.name}`", scope)
-
-    def _check(self, literal: ast.Literal, kind: ast.Type, what: str, scope: Scope) -> None:
+    def check_value(self, literal: ast.Literal, kind: ast.Type, what: str, scope: Scope) -> None:
+        """Give a constant or a member, which messages call `what`, its value of a type."""
         if literal.name is not None and not self._resolve(literal, scope):
             return
         if isinstance(kind, ast.NamedType) and isinstance(kind.definition, ast.Enumeration):
@@ -65,14 +56,12 @@ class ConstantChecker:
     def _check_builtin(self, literal: ast.Literal, kind: str, what: str, scope: Scope) -> None:
         target = literal.target
         if literal.name is not None and target is None:
-            notes = self._resolver.symbols.help(literal.name, scope.name, _VALUES)
-            message = f"`{literal.name}` is not defined"
-            self._resolver.error(Code.UNDEFINED_NAME, message, literal.token, *notes)
+            self._report_undefined(literal.name, literal, scope)
             return
-        if isinstance(target, ast.Enumerator) or _is_enumeration(target):
-            note = Note(f"`{literal.name}` is defined here", target.token.location) if target else None
+        if target is not None and isinstance(_enumerator_or_constant(target), ast.Enumerator):
+            note = Note(f"`{literal.name}` is defined here", target.token.location)
             message = f"the value of {what} is an enumerator, not {with_article(kind)}"
-            self._resolver.error(Code.BAD_CONSTANT, message, literal.token, *([note] if note else []))
+            self._resolver.error(Code.BAD_CONSTANT, message, literal.token, note)
             return
         if isinstance(target, ast.Constant):
             literal.value = target.literal.value
@@ -82,8 +71,8 @@ class ConstantChecker:
         if not _fits(kind, value):
             message = f"the value of {what} is {_described(value)}, not {with_article(kind)}"
             self._resolver.error(Code.BAD_CONSTANT, message, literal.token)
-        elif kind in INTEGER_RANGES and isinstance(value, int):
-            lowest, highest = INTEGER_RANGES[kind]
+        elif kind in _INTEGER_RANGES and isinstance(value, int):
+            lowest, highest = _INTEGER_RANGES[kind]
             if not lowest <= value <= highest:
                 message = f"{what} is out of range: {with_article(kind)} lies between {lowest} and {highest}"
                 self._resolver.error(Code.OUT_OF_RANGE, message, literal.token)
@@ -98,10 +87,8 @@ class ConstantChecker:
             message = f"{what} is an enumerator of `{enumeration.name}`, not {_described(literal.value)}"
             self._resolver.error(Code.BAD_CONSTANT, message, literal.token)
             return
-        target = literal.target
-        if isinstance(target, ast.Constant):
-            target = target.literal.target
-        elif target is None:
+        target = _enumerator_or_constant(literal.target)
+        if literal.target is None:
             # An enumerator can be named as if it stood beside its enumeration.
             container, separator, last = literal.name.rpartition("::")
             name = f"{container}{separator}{enumeration.name}::{last}" if separator else last
@@ -126,9 +113,7 @@ class ConstantChecker:
         if literal.name is not None:
             target = self._resolver.symbols.find(literal.name, scope.name)
             if target is None:
-                notes = self._resolver.symbols.help(literal.name, scope.name, _VALUES)
-                message = f"`{literal.name}` is not defined"
-                self._resolver.error(Code.UNDEFINED_NAME, message, literal.token, *notes)
+                self._report_undefined(literal.name, literal, scope)
                 return
             if isinstance(target, ast.Constant):
                 literal.target = target
@@ -151,8 +136,8 @@ class ConstantChecker:
                 place = enumerator.literal.token
                 value = enumerator.literal.value
             enumerator.value = value
-            if not 0 <= value <= INTEGER_RANGES["int"][1]:
-                message = f"the value {value} of `{enumerator.name}` is not between 0 and 2147483647"
+            if not 0 <= value <= _HIGHEST_INT:
+                message = f"the value {value} of `{enumerator.name}` is not between 0 and {_HIGHEST_INT}"
                 self._resolver.error(Code.BAD_ENUMERATION, message, place)
             elif value in used:
                 note = Note("first used here", used[value].token.location)
@@ -160,17 +145,10 @@ class ConstantChecker:
                 self._resolver.error(Code.BAD_ENUMERATION, message, place, note)
             used.setdefault(value, enumerator)
 
-    # Tags
+    # Tags and compact ids
 
-    def check_tag(self, tag: ast.Literal, scope: Scope) -> None:
-        """Evaluate the number in `optional(n)`."""
-        self._check_number(tag, "the tag of an optional value", scope)
-
-    def check_compact_id(self, number: ast.Literal, scope: Scope) -> None:
-        """Evaluate the number in `class C(n)`."""
-        self._check_number(number, "the compact id of a class", scope)
-
-    def _check_number(self, number: ast.Literal, what: str, scope: Scope) -> None:
+    def check_number(self, number: ast.Literal, what: str, scope: Scope) -> None:
+        """Evaluate the number in `optional(n)` or `class C(n)`, which messages call `what`."""
         if number.name is not None:
             target = self._named_number(number.name, number, scope)
             if target is None:
@@ -183,8 +161,8 @@ class ConstantChecker:
             if value is not None or number.name is not None:
                 self._resolver.error(Code.BAD_TAG, f"{what} is not an integer", number.token)
             number.value = None
-        elif not 0 <= value <= _HIGHEST_TAG:
-            message = f"{what} is out of range: it lies between 0 and {_HIGHEST_TAG}"
+        elif not 0 <= value <= _HIGHEST_INT:
+            message = f"{what} is out of range: it lies between 0 and {_HIGHEST_INT}"
             self._resolver.error(Code.BAD_TAG, message, number.token)
 
     def _named_number(
@@ -202,18 +180,25 @@ class ConstantChecker:
         enumerators = self._resolver.symbols.enumerators(name, scope.name)
         if len(enumerators) == 1:
             return enumerators[0]
-        notes: list[Note] = [Note("it could be this one", each.token.location) for each in enumerators]
         if enumerators:
+            notes = [Note("it could be this one", each.token.location) for each in enumerators]
             message = f"`{name}` is an enumerator of more than one enumeration"
+            self._resolver.error(Code.UNDEFINED_NAME, message, number.token, *notes)
         else:
-            message = f"`{name}` is not defined"
-            notes += self._resolver.symbols.help(name, scope.name, _VALUES)
-        self._resolver.error(Code.UNDEFINED_NAME, message, number.token, *notes)
+            self._report_undefined(name, number, scope)
         return None
 
+    def _report_undefined(self, name: str, literal: ast.Literal, scope: Scope) -> None:
+        notes = self._resolver.symbols.help(name, scope.name, (ast.Constant, ast.Enumerator))
+        self._resolver.error(Code.UNDEFINED_NAME, f"`{name}` is not defined", literal.token, *notes)
 
-def _is_enumeration(target: ast.Constant | ast.Enumerator | None) -> bool:
-    return isinstance(target, ast.Constant) and isinstance(target.literal.target, ast.Enumerator)
+
+def _enumerator_or_constant(
+    target: ast.Constant | ast.Enumerator | None,
+) -> ast.Constant | ast.Enumerator | None:
+    """Return the enumerator that a constant stands for, or else what is given."""
+    stands_for = target.literal.target if isinstance(target, ast.Constant) else None
+    return stands_for if isinstance(stands_for, ast.Enumerator) else target
 
 
 def _as_float(value: float) -> float:
@@ -227,7 +212,7 @@ def _fits(kind: str, value: ast.Value) -> bool:
     if isinstance(value, bool):
         return kind == "bool"
     if isinstance(value, int):
-        return kind in INTEGER_RANGES or kind in {"float", "double"}
+        return kind in _INTEGER_RANGES or kind in {"float", "double"}
     if isinstance(value, float):
         return kind in {"float", "double"}
     return kind == "string"

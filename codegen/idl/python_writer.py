@@ -320,13 +320,13 @@ def _is_nullable(kind: ast.Type) -> bool:
 def _bases(interface: ast.Interface) -> list[ast.Interface]:
     """Return the interfaces that Python's classes derive from: not those that another one implies.
 
-    They come in one order for all interfaces, those with the longest line of ancestors first: then Python
-    finds a method resolution order for every class.
+    They come in one order for all interfaces, those with the most ancestors first: then Python finds a method
+    resolution order for every class.
     """
     direct = interface.base_definitions
     implied = {ancestor.scoped for base in direct for ancestor in base.ancestors()}
     bases = [base for base in direct if base.scoped not in implied]
-    return sorted(bases, key=lambda base: (-base.generation, base.scoped))
+    return sorted(bases, key=lambda base: (-len(list(base.ancestors())), base.scoped))
 
 
 # Documentation

@@ -23,23 +23,14 @@ _DECLARABLE = (ast.Interface, ast.Class)
 Kinds = tuple[type[ast.Definition], ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Introduction:
-    """The first use or declaration of a name in a scope: what it means there from then on."""
-
-    scoped: str
-    kind: type[ast.Definition]
-    token: Token
-
-
 @dataclass(slots=True, eq=False)
 class Scope:
     """A body of the source that names are looked up from; a module has one each time it is opened."""
 
     name: str = ""
     """The scoped name of what it is the body of: `::jderobot`; empty for the root."""
-    introduced: dict[str, Introduction] = field(default_factory=dict)
-    """By name in lower case."""
+    introduced: dict[str, tuple[ast.Definition, Token]] = field(default_factory=dict)
+    """What names mean here, from where each is first used or declared; by name in lower case."""
 
 
 def _enclosing_scopes(scope: str) -> Iterator[str]:
@@ -357,15 +348,13 @@ class Resolver:
             definition = self.symbols.find(first, scope.name)
         if definition is None:
             return
-        kind = declared_kind(definition)
-        introduction = Introduction(definition.scoped, kind, token)
-        before = scope.introduced.setdefault(first.lower(), introduction)
-        if before.scoped == introduction.scoped:
+        before, since = scope.introduced.setdefault(first.lower(), (definition, token))
+        if before.scoped == definition.scoped:
             return
         for apart in (ast.Parameter, ast.Member):
-            if (before.kind is apart) != (kind is apart):
+            if isinstance(before, apart) != isinstance(definition, apart):
                 return
-        note = Note(f"it means `{before.scoped}` here", before.token.location)
+        note = Note(f"it means `{before.scoped}` here", since.location)
         self.error(Code.CHANGED_MEANING, f"`{first}` changes its meaning in this scope", token, note)
 
     def finish(self) -> None:
