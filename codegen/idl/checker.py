@@ -19,24 +19,10 @@ _DEEPEST_TYPE = 100
 _TAG = "the tag of an optional value"
 _KEY_TYPES = frozenset({"bool", "byte", "short", "int", "long", "string"})
 _METADATA = frozenset(
-    {
-        "amd",
-        "async-oneway",
-        "bitset",
-        "deepcopy",
-        "delegate",
-        "deprecate",
-        "deprecated",
-        "format",
-        "marshaled-result",
-        "nonmutating",
-        "preserve-slice",
-        "property",
-        "protected",
-        "stop",
-        "stream",
-        "UserException",
-    }
+    """
+    amd async-oneway bitset deepcopy delegate deprecate deprecated format marshaled-result nonmutating
+    preserve-slice property protected stop stream UserException
+    """.split()  # noqa: SIM905 - a list of words is easier to read than of literals
 )
 """Metadata without a colon that Slice or codegen knows."""
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 from codegen.diagnostics import Diagnostics, Location, Note
@@ -157,7 +158,7 @@ def _generate(
         for length in range(1, len(parts)):
             packages.setdefault("::".join(parts[:length]), [])
     _report_redefinitions(modules.values(), diagnostics)
-    _report_cycles(needs, diagnostics)
+    _report_cycle(needs, diagnostics)
     directories = {name: root.joinpath(*module_package(name)) for name in packages}
     earlier = earlier_modules(
         root,
@@ -185,26 +186,17 @@ def _report_redefinitions(modules: Iterable[GeneratedModule], diagnostics: Diagn
                     diagnostics.error(Code.REDEFINITION, message, definition.token.location, [note])
 
 
-def _report_cycles(needs: Mapping[str, Mapping[str, GeneratedModule]], diagnostics: Diagnostics) -> None:
+def _report_cycle(needs: Mapping[str, Mapping[str, GeneratedModule]], diagnostics: Diagnostics) -> None:
     """Report Slice modules that need each other: Python could not import their packages."""
-    for one, needed in needs.items():
-        for name, module in sorted(needed.items()):
-            if one < name and one in _reachable(needs, name):
-                message = f"modules `{one}` and `{name}` need each other: Python could not import them"
-                note = Note("move what both need to a module of its own")
-                place = module.definitions[0].token.location
-                diagnostics.error(Code.MODULES_IN_CYCLE, message, place, [note])
-
-
-def _reachable(needs: Mapping[str, Iterable[str]], start: str) -> set[str]:
-    found: set[str] = set()
-    waiting = [start]
-    while waiting:
-        for name in needs.get(waiting.pop(), ()):
-            if name not in found:
-                found.add(name)
-                waiting.append(name)
-    return found
+    try:
+        TopologicalSorter(needs).prepare()
+    except CycleError as error:
+        needed, one, *_ = error.args[1]
+        names = " and ".join(f"`{name}`" for name in sorted(set(error.args[1])))
+        message = f"modules {names} need each other: Python could not import them"
+        note = Note("move what both need to a module of its own")
+        place = needs[one][needed].definitions[0].token.location
+        diagnostics.error(Code.MODULES_IN_CYCLE, message, place, [note])
 
 
 def _report_foreign_file(path: Path, diagnostics: Diagnostics) -> None:

@@ -6,6 +6,7 @@ import math
 import re
 from bisect import bisect_right
 from enum import Enum
+from functools import cached_property
 from pathlib import Path
 
 from codegen.diagnostics import Location
@@ -20,42 +21,40 @@ KEYWORDS = frozenset(
 
 
 class Kind(Enum):
-    """What a token is."""
+    """What a token is; the values are the names of groups in the pattern of tokens."""
 
-    NAME = "a name"
-    KEYWORD = "a keyword"
-    INTEGER = "an integer"
-    FLOAT = "a number"
-    STRING = "a string"
+    NAME = "name"
+    KEYWORD = "keyword"
+    INTEGER = "integer"
+    FLOAT = "float"
+    STRING = "string"
     PUNCTUATION = "punctuation"
-    DIRECTIVE = "a preprocessor directive"
-    INVALID = "an unexpected character"
-    UNTERMINATED = "an unterminated literal or comment"
-    END = "the end of the file"
+    DIRECTIVE = "directive"
+    INVALID = "invalid"
+    UNTERMINATED = "unterminated"
+    """A string or a comment without its end."""
+    END = "end"
+    """The end of the file."""
 
 
 class Source:
     """A source file: its path as people know it and its text."""
 
-    __slots__ = ("_line_starts", "_tokens", "path", "text")
-
     def __init__(self, path: Path, text: str) -> None:
         self.path = path
         self.text = text
-        self._line_starts: list[int] | None = None
-        self._tokens: list[Token] | None = None
 
-    @property
+    @cached_property
     def tokens(self) -> list[Token]:
         """The tokens of the file, directives unresolved, with one of kind END last."""
-        if self._tokens is None:
-            self._tokens = _tokenize(self)
-        return self._tokens
+        return _tokenize(self)
+
+    @cached_property
+    def _line_starts(self) -> list[int]:
+        return [0, *(match.end() for match in re.finditer("\n", self.text))]
 
     def position(self, offset: int) -> tuple[int, int]:
         """Return line and column, both from 1, of the character at `offset`."""
-        if self._line_starts is None:
-            self._line_starts = [0, *(match.end() for match in re.finditer("\n", self.text))]
         line = bisect_right(self._line_starts, offset)
         return line, offset - self._line_starts[line - 1] + 1
 
@@ -88,16 +87,16 @@ class Token:
 
 _TOKEN = re.compile(
     r"""
-      (?P<space>   (?: \s | \\\n )+ )
-    | (?P<comment> //(?: \\\n | [^\n] )* | /\*.*?\*/ )
-    | (?P<word>    \\?[A-Za-z_][A-Za-z_0-9]* )
-    | (?P<mark>    :: | \[\[ | \]\] | [{}()\[\]<>,;:=*] )
-    | (?P<float>   [+-]? (?: (?:\d+\.\d*|\.\d+)(?:[eE][+-]?\d+)? | \d+[eE][+-]?\d+ )[fF]?(?!\w) )
-    | (?P<integer> [+-]? (?: 0x[0-9a-fA-F]+ | \d+ ) (?!\w) )
-    | (?P<string>  "(?:[^"\\\x00-\x1f\x7f]|\\(?:[^\x00-\x1f\x7f]|\n))*" )
-    | (?P<hash>    \#(?: /\*.*?(?:\*/|\Z) | \\\n | [^\n] )* )
-    | (?P<open>    " [^\n]* | /\*.* )
-    | (?P<junk>    [+-]?\d\w* | [^\s\w"#/{}()\[\]<>,;:=*]+ | . )
+      (?P<space>        (?: \s | \\\n )+ )
+    | (?P<comment>      //(?: \\\n | [^\n] )* | /\*.*?\*/ )
+    | (?P<name>         \\?[A-Za-z_][A-Za-z_0-9]* )
+    | (?P<punctuation>  :: | \[\[ | \]\] | [{}()\[\]<>,;:=*] )
+    | (?P<float>        [+-]? (?: (?:\d+\.\d*|\.\d+)(?:[eE][+-]?\d+)? | \d+[eE][+-]?\d+ )[fF]?(?!\w) )
+    | (?P<integer>      [+-]? (?: 0x[0-9a-fA-F]+ | \d+ ) (?!\w) )
+    | (?P<string>       "(?:[^"\\\x00-\x1f\x7f]|\\(?:[^\x00-\x1f\x7f]|\n))*" )
+    | (?P<directive>    \#(?: /\*.*?(?:\*/|\Z) | \\\n | [^\n] )* )
+    | (?P<unterminated> " [^\n]* | /\*.* )
+    | (?P<invalid>      [+-]?\d\w* | [^\s\w"#/{}()\[\]<>,;:=*]+ | . )
     """,
     re.VERBOSE | re.DOTALL | re.ASCII,
 )
@@ -109,42 +108,25 @@ def _tokenize(source: Source) -> list[Token]:
     text = source.text
     doc: str | None = None
     for match in _TOKEN.finditer(text):
-        group = match.lastgroup
+        group, word = match.lastgroup, match.group()
         if group == "space":
             continue
-        word = match.group()
         if group == "comment":
             if _DOC_COMMENT.match(word):
                 doc = _note_doc_comment(word, doc, tokens)
             continue
-        token = Token(_kind(group, word), word, source, match.start(), doc)
+        kind = Kind.KEYWORD if word in KEYWORDS else Kind(group)
+        token = Token(kind, word, source, match.start(), doc)
         doc = None
-        if word[0] == "\\" and group == "word":
+        if kind is Kind.NAME and word[0] == "\\":
             token.text = word[1:]
             token.escaped = True
-        elif group == "hash" and tokens and tokens[-1].offset > text.rfind("\n", 0, match.start()):
+        elif kind is Kind.DIRECTIVE and tokens and tokens[-1].offset > text.rfind("\n", 0, match.start()):
             token.kind = Kind.INVALID
             token.text = "#"
         tokens.append(token)
     tokens.append(Token(Kind.END, "", source, len(text)))
     return tokens
-
-
-def _kind(group: str | None, word: str) -> Kind:
-    if group == "word":
-        return Kind.KEYWORD if word in KEYWORDS else Kind.NAME
-    return _KINDS[group or "junk"]
-
-
-_KINDS = {
-    "mark": Kind.PUNCTUATION,
-    "float": Kind.FLOAT,
-    "integer": Kind.INTEGER,
-    "string": Kind.STRING,
-    "hash": Kind.DIRECTIVE,
-    "open": Kind.UNTERMINATED,
-    "junk": Kind.INVALID,
-}
 
 
 def _note_doc_comment(comment: str, pending: str | None, tokens: list[Token]) -> str | None:

@@ -7,7 +7,7 @@ import enum
 import keyword
 import re
 from collections import defaultdict
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from pathlib import Path
 
 from . import ast
@@ -54,17 +54,6 @@ def file_module(path: Path, taken: Iterable[str]) -> str:
     return f"{name}_idl" if name in set(taken) else name
 
 
-def members_of(definition: ast.Definition) -> Iterator[ast.Definition]:
-    """Yield what a definition holds: members, operations or enumerators."""
-    match definition:
-        case ast.Struct() | ast.Class() | ast.ExceptionType():
-            yield from definition.members
-        case ast.Interface():
-            yield from definition.operations
-        case ast.Enumeration():
-            yield from definition.enumerators
-
-
 class ModuleNames:
     """The names in one generated module: what it imports, and under which name that is known in it.
 
@@ -82,10 +71,14 @@ class ModuleNames:
         self._external: dict[str, str] = {}
         for definition in definitions:
             self._defined |= exported_names(definition)
-            for member in members_of(definition):
-                self._shadowed.add(python_name(member))
-                if isinstance(member, ast.Operation):
-                    self._shadowed.add(f"{member.name}Publisher")
+            match definition:
+                case ast.Struct() | ast.Derivable():
+                    self._shadowed.update(map(python_name, definition.members))
+                case ast.Enumeration():
+                    self._shadowed.update(map(python_name, definition.enumerators))
+                case ast.Interface():
+                    self._shadowed.update(map(python_name, definition.operations))
+                    self._shadowed.update(f"{each.name}Publisher" for each in definition.operations)
 
     @property
     def _builtins(self) -> str:
@@ -173,8 +166,4 @@ def _import_lines(module: str, items: list[str]) -> list[str]:
 def exported_names(definition: ast.Definition) -> set[str]:
     """Return the public names that a definition makes in its Python module."""
     name = python_name(definition)
-    if isinstance(definition, ast.Interface):
-        return {name, f"{name}Prx"}
-    if isinstance(definition, ast.ForwardDeclaration | ast.Module):
-        return set()
-    return {name}
+    return {name, f"{name}Prx"} if isinstance(definition, ast.Interface) else {name}

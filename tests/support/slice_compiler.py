@@ -13,9 +13,7 @@ from types import ModuleType
 from codegen.diagnostics import Diagnostics
 from codegen.files import apply, compare_with_disk
 from codegen.idl import Compilation, compile_interfaces
-from codegen.idl.checker import check
-from codegen.idl.parser import parse
-from codegen.idl.preprocessor import Preprocessor
+from codegen.idl.compiler import Units
 
 from .slice_reference import Verdict
 
@@ -40,13 +38,10 @@ def compile_text(directory: Path, text: str, **others: str) -> tuple[Compilation
 def checked(path: Path) -> Diagnostics:
     """Return what is found wrong with a file when it is parsed and checked."""
     diagnostics = Diagnostics()
-    preprocessor = Preprocessor([], diagnostics)
-    source = preprocessor.load(path)
+    units = Units([], diagnostics)
+    source = units.load(path)
     if source is not None:
-        unit = preprocessor.unit(source, diagnostics)
-        tree = parse(unit, diagnostics)
-        if unit.complete:
-            check(tree, diagnostics)
+        units.read(source, diagnostics)
     return diagnostics
 
 
