@@ -33,10 +33,10 @@ class Dance(Component, document="dance.xml", on_error="stop"):
         tilt, roll, elbow_pan, elbow_roll = position
         speed = fraction * 7.0  # rad/s: about the top speed of the arm's joints
         getattr(self, f"{side}ShoulderMotors").setPose3DMotorsData(
-            Pose3DMotorsData(0, 0, 0, 0, tilt, sign * roll, speed, speed)
+            Pose3DMotorsData(tilt=tilt, roll=sign * roll, tiltSpeed=speed)
         )
         getattr(self, f"{side}ElbowMotors").setPose3DMotorsData(
-            Pose3DMotorsData(0, 0, 0, sign * elbow_pan, 0, sign * elbow_roll, speed, speed)
+            Pose3DMotorsData(pan=sign * elbow_pan, roll=sign * elbow_roll, panSpeed=speed, tiltSpeed=speed)
         )
 
     def arm_there(self, side, position):

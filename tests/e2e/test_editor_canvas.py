@@ -23,7 +23,7 @@ LEAST_MOVE = 3.0  # pixels
 def root(tmp_path: Path) -> Path:
     root = tmp_path / "root"
     root.mkdir()
-    for name in ("dance_and_follow", "dance"):
+    for name in ("dance_and_follow", "dance", "follow_ball"):
         (root / f"{name}.xml").write_bytes((BEHAVIORS / f"{name}.xml").read_bytes())
     return root
 

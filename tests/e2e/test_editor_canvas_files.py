@@ -26,7 +26,7 @@ PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
 def root(tmp_path: Path) -> Path:
     root = tmp_path / "root"
     root.mkdir()
-    for name in ("dance_and_follow", "dance"):
+    for name in ("dance_and_follow", "dance", "follow_ball"):
         (root / f"{name}.xml").write_bytes((BEHAVIORS / f"{name}.xml").read_bytes())
     return root
 

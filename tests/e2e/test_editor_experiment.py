@@ -42,8 +42,14 @@ def content(document: Document) -> object:
             automaton.iteration_time.text,
             automaton.variables.text.strip(),
             automaton.functions.text.strip(),
+            automaton.imported and automaton.imported.file.text,
             {
-                state.name: (state.initial, state.code.text, [of(children[each]) for each in state.children])
+                state.name: (
+                    state.initial,
+                    state.code.text,
+                    [(each.name, each.value.text) for each in state.arguments],
+                    [of(children[each]) for each in state.children],
+                )
                 for state in automaton.states
             },
             {
@@ -79,6 +85,7 @@ def robot() -> Iterator[str]:
 def running(robot: str, tmp_path: Path) -> Iterator[Editor]:
     root = tmp_path / "root"
     root.mkdir()
+    (root / "follow_ball.xml").write_bytes((REPOSITORY / "behaviors" / "follow_ball.xml").read_bytes())
     settings = Settings(connect=(robot,), clock="wall", timeout=CALL_LIMIT)
     with editor(root, make_services=make_services(settings)) as running:
         yield running
@@ -95,7 +102,7 @@ def test_the_third_experiment_is_drawn_run_watched_and_changed(
 ) -> None:
     wanted = read(REPOSITORY / "behaviors" / "dance_and_follow.xml")
     path = tmp_path / "root" / "dance_and_follow.xml"
-    draw(shown, wanted)
+    draw(shown, wanted, path)
     save(shown, path)
     assert content(read(path)) == content(wanted)
 
@@ -109,14 +116,19 @@ def test_the_third_experiment_is_drawn_run_watched_and_changed(
     expect(shown.page.locator(".live-status")).to_contain_text("Ended")
 
 
-def draw(shown: EditorPage, wanted: Document) -> None:
-    """Draw a document after the model of another one; `green` is a copy of `red` with another color."""
+def draw(shown: EditorPage, wanted: Document, path: Path) -> None:
+    """Draw a document after the model of another one; `green` is a copy of `red` with another color.
+
+    It is saved on the way, since imports are relative to its file.
+    """
     shown.page.get_by_role("heading", name="Draw what your robot does").wait_for()
     picture(shown.page, "start")
     shown.page.get_by_role("button", name="Empty").click()
     expect(shown.page.locator("hfsm-canvas .empty")).to_be_visible()
     hand = Draftsman(shown, wanted)
     root, follow, red, green, dance = wanted.automata
+    assert red.imported is not None
+    assert green.imported == red.imported
 
     hand.component_data()
     shown.press("Alt+i")
@@ -125,19 +137,17 @@ def draw(shown: EditorPage, wanted: Document) -> None:
     hand.automaton_data(root)
     hand.states(root.states)
     hand.transitions(root)
+    save_as(shown, path)
 
     hand.enter("followBall")
     hand.states(follow.states[:1])
     hand.automaton_data(follow)
     hand.enter("red")
-    hand.automaton_data(red)
-    hand.states(red.states)
-    hand.transitions(red)
-    for state in reversed(red.states):
-        hand.code_of(state)
-    expect(shown.page.locator("hfsm-status")).to_contain_text("No problems")
-    picture(shown.page, "code")
+    hand.import_file(red.imported)
+    shown.expect_states("follow", "search")
     hand.leave()
+    hand.arguments(follow.states[0])
+    expect(shown.page.locator("hfsm-status")).to_contain_text("No problems")
 
     shown.state("red").click()
     shown.press("Control+c", "Control+v")
@@ -151,10 +161,7 @@ def draw(shown: EditorPage, wanted: Document) -> None:
     expect(shown.page.locator(".last-step")).to_have_text("Move “green”")
     shown.button("Fit").click()
     hand.transitions(follow)
-    hand.enter("green")
-    hand.code_of(green.states[0])
-    hand.retype_condition(green.transitions[1])
-    hand.leave()
+    hand.arguments(follow.states[1])
     hand.leave()
 
     hand.enter("dance")
@@ -162,6 +169,7 @@ def draw(shown: EditorPage, wanted: Document) -> None:
     hand.states(dance.states)
     for state in dance.states:
         hand.code_of(state)
+    picture(shown.page, "code")
     hand.transitions(dance)
     hand.leave()
     status = shown.page.locator("hfsm-status")
@@ -172,12 +180,17 @@ def draw(shown: EditorPage, wanted: Document) -> None:
     picture(shown.page, "drawn")
 
 
-def save(shown: EditorPage, path: Path) -> None:
+def save_as(shown: EditorPage, path: Path) -> None:
     shown.press("Control+Shift+S")
     expect(shown.page.get_by_role("textbox", name="Name", exact=True)).to_be_focused()
     shown.type(path.stem)
     shown.press("Enter")
     expect(shown.page.get_by_role("status").filter(has_text=f"Saved {path.name}")).to_be_visible()
+
+
+def save(shown: EditorPage, path: Path) -> None:
+    shown.press("Control+s")
+    expect(shown.page.locator(".dirty")).to_have_count(0)
     expect(shown.page.locator("hfsm-status")).to_contain_text("No problems")
 
 

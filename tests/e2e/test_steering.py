@@ -35,6 +35,7 @@ def test_dance_and_follow_goes_on_in_its_edited_document(stack: ExitStack, tmp_p
         source = source.replace(f">{milliseconds}<", ">600000<")
     path = tmp_path / "dance_and_follow.xml"
     path.write_text(source, encoding="utf-8")
+    (tmp_path / "follow_ball.xml").write_bytes((REPOSITORY / "behaviors" / "follow_ball.xml").read_bytes())
     file = generate(path, tmp_path)
     command = [sys.executable, str(file), "--connect", endpoint, "--clock", "wall"]
     component = stack.enter_context(ComponentProcess(command, {"PYTHONPATH": str(REPOSITORY)}))

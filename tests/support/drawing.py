@@ -8,7 +8,7 @@ from typing import Final
 
 from playwright.sync_api import Locator, expect
 
-from codegen.hfsm.document import Automaton, Document, State, Transition
+from codegen.hfsm.document import Automaton, Document, Import, State, Transition
 from tests.support.browser import EditorPage
 from tests.support.panels import add
 
@@ -60,11 +60,19 @@ class Draftsman:
         self.code(f"Code of the transition {transition.name}", transition.code.text)
         self.shown.press("Escape")
 
-    def retype_condition(self, transition: Transition) -> None:
-        """Replace the condition of a transition."""
-        self.shown.transition(transition.name).locator(".handle").click()
+    def import_file(self, imported: Import) -> None:
+        """Let the content of the shown automaton come from another document."""
+        self.shown.press("Alt+t")
+        self.shown.page.get_by_label("File", exact=True).fill(imported.file.text)
+        self.shown.press("Tab")
+
+    def arguments(self, state: State) -> None:
+        """Hand a state's arguments to its automaton."""
+        self.shown.state(state.name).click()
         self.shown.press("Shift+Enter")
-        self.code(f"Condition of {transition.name}", transition.trigger.text)
+        self.shown.page.get_by_role("tab", name="Arguments").click()
+        for argument in state.arguments:
+            self.code(f"Argument {argument.name}", argument.value.text)
         self.shown.press("Escape")
 
     def code_of(self, state: State) -> None:

@@ -111,6 +111,9 @@ def test_there_is_an_empty_template_and_the_behaviors_without_importing_them() -
     name, document = make_template("follow_ball")
     assert name == "follow_ball"
     assert len(document.automata[0].states) > 1
+    _, document = make_template("dance_and_follow")  # wherever the new document is saved, it is whole
+    assert not [each for each in document.automata if each.imported]
+    assert len(document.automata[2].states) > 1
     with pytest.raises(EditError, match="there is no template"):
         make_template("../x")
 

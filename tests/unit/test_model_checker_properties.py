@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from codegen.diagnostics import Diagnostics, Severity
-from codegen.hfsm import parse_document, read_document, write_document
+from codegen.hfsm import parse_document, read_document, resolve, write_document
 from codegen.hfsm.document import Document, Property
 from codegen.hfsm.model_checker import (
     PropertyResult,
@@ -39,7 +39,7 @@ OPERATIONS = read_operations((ROOT / "interfaces").glob("*/schema.json"), Diagno
 def read(path: Path) -> Document:
     found = read_document(path, Diagnostics())
     assert found is not None
-    return found
+    return resolve(found, path, Diagnostics())
 
 
 def verdicts(doc: Document, *properties: Property, limit: int = 300_000) -> list[PropertyResult]:

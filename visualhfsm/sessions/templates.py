@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from codegen.diagnostics import Diagnostics
-from codegen.hfsm import read_document
+from codegen.hfsm import parse_document, read_document, resolve, write_document
 from codegen.hfsm.document import Automaton, Document
 from visualhfsm.editing.errors import EditError
 
@@ -44,17 +44,17 @@ def find_templates() -> list[Template]:
 def make_template(name: str) -> tuple[str, Document]:
     """Return what a document after a template is called, and the document; blank is the empty one.
 
+    What the template imports is put in its place, since the new document may lie anywhere.
     Raises EditError when there is none of that name.
     """
     if name in ("", EMPTY):
         return _UNTITLED, Document(automata=(Automaton(id=1),))
-    template = next((each for each in find_templates() if each.name == name), None)
-    document = (
-        None if template is None or template.path is None else read_document(template.path, Diagnostics())
-    )
-    if document is None:
+    path = next((each.path for each in find_templates() if each.name == name), None)
+    document = None if path is None else read_document(path, Diagnostics())
+    if path is None or document is None:
         raise EditError("Cannot begin a document", f"there is no template {name[:40]}", f"use {EMPTY}")
-    return name, document
+    whole = parse_document(write_document(resolve(document, path, Diagnostics())), path, Diagnostics())
+    return name, whole or document
 
 
 def _directories() -> list[Path]:
