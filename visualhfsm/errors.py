@@ -1,12 +1,42 @@
-"""The exceptions of the command `visualhfsm`."""
+"""The exceptions of the command `visualhfsm` and of its editor."""
 
 from __future__ import annotations
 
-__all__ = ["MissingPackageError", "VisualHfsmError"]
+from typing import ClassVar, Literal
+
+__all__ = [
+    "ChangedOutsideError",
+    "EditError",
+    "ErrorKind",
+    "ForbiddenPathError",
+    "MissingError",
+    "MissingPackageError",
+    "OldFormatError",
+    "TooManyError",
+    "UnsavedError",
+    "VisualHfsmError",
+    "WouldOverwriteError",
+]
+
+ErrorKind = Literal[
+    "malformed",  # no request of this protocol
+    "refused",  # a document cannot be changed, opened or saved like this
+    "forbidden",  # a path that the page may not reach
+    "missing",  # no such file, tab or component
+    "unsaved",  # closing would lose changes: ask, then close with discard
+    "exists",  # a file is there already: ask, then save with overwrite
+    "outside",  # the file was changed by another program: ask, then resolve
+    "busy",  # too much at a time
+    "timeout",  # it took too long
+    "internal",  # a fault of the program; its log says more
+]
+"""What the editor's page is told of an error beside its text."""
 
 
 class VisualHfsmError(Exception):
     """The root of what the command reports in one line."""
+
+    kind: ClassVar[ErrorKind] = "refused"
 
 
 class MissingPackageError(VisualHfsmError):
@@ -14,3 +44,58 @@ class MissingPackageError(VisualHfsmError):
 
     def __init__(self, package: str, extra: str) -> None:
         super().__init__(f"{package} is not installed; install it with: pip install 'visualhfsm[{extra}]'")
+
+
+class EditError(VisualHfsmError):
+    """A document could not be changed, opened or saved as asked; it is as it was before.
+
+    `what` could not be done, `why`, and `hint`: what to do about it.
+    """
+
+    def __init__(self, what: str, why: str, hint: str = "") -> None:
+        super().__init__(f"{what}: {why}" + (f"; {hint}" if hint else ""))
+        self.what = what
+        self.why = why
+        self.hint = hint
+
+
+class ChangedOutsideError(EditError):
+    """A file was changed by another program since it was read."""
+
+    kind = "outside"
+
+
+class OldFormatError(EditError):
+    """Saving would replace a file of an older format by one of today's."""
+
+    kind = "exists"
+
+
+class WouldOverwriteError(VisualHfsmError):
+    """Saving would overwrite another file."""
+
+    kind = "exists"
+
+
+class UnsavedError(VisualHfsmError):
+    """Closing would lose changes."""
+
+    kind = "unsaved"
+
+
+class ForbiddenPathError(VisualHfsmError):
+    """A path that the page may not reach."""
+
+    kind = "forbidden"
+
+
+class MissingError(VisualHfsmError):
+    """There is no such tab or file."""
+
+    kind = "missing"
+
+
+class TooManyError(VisualHfsmError):
+    """A limit is reached."""
+
+    kind = "busy"

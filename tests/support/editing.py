@@ -9,8 +9,8 @@ import msgspec
 
 from codegen.hfsm.document import Automaton, Document, State, Text, Transition
 from visualhfsm.editing.commands import COMMANDS, Command, decode_command
-from visualhfsm.editing.errors import EditError
 from visualhfsm.editing.serialization import copy_states, written
+from visualhfsm.errors import EditError
 
 __all__ = ["choose_command", "large_document", "tree"]
 

@@ -12,8 +12,8 @@ from visualhfsm.editing.commands.automata import AddAutomaton, SetImport
 from visualhfsm.editing.commands.items import DeleteItems
 from visualhfsm.editing.commands.paste import FillAutomaton, PasteStates
 from visualhfsm.editing.commands.states import RenameState, SetArgument
-from visualhfsm.editing.errors import EditError
 from visualhfsm.editing.serialization import copy_states, parse, written
+from visualhfsm.errors import EditError
 from visualhfsm.sessions.session import DocumentSession
 
 

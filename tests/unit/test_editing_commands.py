@@ -63,8 +63,8 @@ from visualhfsm.editing.commands.transitions import (
     SetTransitionCode,
     SetTransitionType,
 )
-from visualhfsm.editing.errors import EditError
 from visualhfsm.editing.serialization import parse
+from visualhfsm.errors import EditError
 
 
 def automaton(document: Document, id: int = 1) -> Automaton:

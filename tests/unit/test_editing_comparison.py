@@ -20,10 +20,10 @@ from visualhfsm.editing.commands.items import DeleteItems, MoveItems
 from visualhfsm.editing.commands.states import AddState, MarkInitial, RenameState, SetStateCode
 from visualhfsm.editing.commands.transitions import AddTransition, RenameTransition, ReorderTransition
 from visualhfsm.editing.diff import diff_documents
-from visualhfsm.editing.errors import EditError
 from visualhfsm.editing.places import search
 from visualhfsm.editing.serialization import parse
 from visualhfsm.editing.subtrees import without_automata
+from visualhfsm.errors import EditError
 from visualhfsm.sessions.merge import Merged, merge_documents, merge_lines
 
 

@@ -10,8 +10,8 @@ from codegen.hfsm.document import Automaton, Document, State, Text, Transition
 from tests.support.editing import tree
 from tests.support.examples import examples
 from visualhfsm.editing.commands.group import GroupStates, split_variables
-from visualhfsm.editing.errors import EditError
 from visualhfsm.editing.serialization import parse
+from visualhfsm.errors import EditError
 from visualhfsm.sessions.session import DocumentSession
 
 NUMBERS = st.integers(1, 6)

@@ -15,8 +15,8 @@ from tests.support.editing import tree
 from visualhfsm.editing.commands.automata import SetAutomatonCode, SetImport
 from visualhfsm.editing.commands.component import AddEntry
 from visualhfsm.editing.commands.states import SetArgument
-from visualhfsm.editing.errors import EditError
 from visualhfsm.editing.views import view
+from visualhfsm.errors import EditError
 from visualhfsm.sessions.imports import extract, imported_content, inline
 from visualhfsm.sessions.templates import find_templates, make_template
 

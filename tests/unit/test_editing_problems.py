@@ -20,10 +20,10 @@ from tests.support.limits import LIMIT
 from visualhfsm.editing.commands.automata import AddAutomaton
 from visualhfsm.editing.commands.states import SetArgument, SetStateCode
 from visualhfsm.editing.commands.transitions import SetTransitionCode
-from visualhfsm.editing.errors import EditError
 from visualhfsm.editing.places import Locator, Place, spots
 from visualhfsm.editing.problems import CheckProcess, Problem, find_problems
 from visualhfsm.editing.serialization import parse, written
+from visualhfsm.errors import EditError
 
 
 def only(problems: list[Problem], code: str) -> Problem:

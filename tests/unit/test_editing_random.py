@@ -18,8 +18,8 @@ from codegen.hfsm.document import Automaton, Document, State, Transition
 from tests.support.editing import choose_command, tree
 from tests.support.examples import examples
 from visualhfsm.editing.commands import decode_command
-from visualhfsm.editing.errors import EditError
 from visualhfsm.editing.serialization import parse
+from visualhfsm.errors import EditError
 from visualhfsm.sessions.session import DocumentSession
 
 COMMANDS_EACH = 100

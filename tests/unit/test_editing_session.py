@@ -15,7 +15,7 @@ from tests.support.editing import tree
 from visualhfsm.child import child_environment
 from visualhfsm.editing.commands.items import MoveItems
 from visualhfsm.editing.commands.states import AddState, RenameState, SetStateCode
-from visualhfsm.editing.errors import ChangedOutsideError, EditError, OldFormatError
+from visualhfsm.errors import ChangedOutsideError, EditError, OldFormatError
 from visualhfsm.sessions.journal import find_abandoned
 from visualhfsm.sessions.session import Choice, DocumentSession
 

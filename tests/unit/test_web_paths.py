@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from visualhfsm.web.errors import ForbiddenPathError
+from visualhfsm.errors import ForbiddenPathError
 from visualhfsm.web.paths import Root
 
 parts = st.one_of(st.sampled_from(["..", ".", "", "a", "b.xml", "away", "/", "~", "\\"]), st.text(max_size=8))

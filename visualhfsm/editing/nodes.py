@@ -21,8 +21,7 @@ from codegen.hfsm.document import (
     Transition,
 )
 from codegen.hfsm.formats.writer import UNWRITABLE
-
-from .errors import EditError
+from visualhfsm.errors import EditError
 
 __all__ = [
     "MAX_AUTOMATA",

@@ -20,8 +20,8 @@ from codegen.hfsm.codes import Code
 from codegen.hfsm.document import Document
 from codegen.hfsm.model_checker import DEFAULT_LIMIT, ModelReport
 from visualhfsm.child import LineProcess, NoAnswerError, answer_lines
+from visualhfsm.errors import EditError
 
-from .errors import EditError
 from .places import Locator, Place
 from .serialization import written
 

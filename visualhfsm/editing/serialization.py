@@ -22,8 +22,8 @@ from codegen.hfsm.document import Automaton, Document
 from codegen.hfsm.formats.reader import Dialect, dialect_of
 from codegen.hfsm.formats.xml_tree import XmlElement
 from codegen.hfsm.scxml import is_scxml, parse_scxml
+from visualhfsm.errors import EditError
 
-from .errors import EditError
 from .nodes import find_automaton, find_state
 from .subtrees import below
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from codegen.hfsm.formats.xml_tree import MAX_SIZE
-from visualhfsm.editing.errors import EditError
+from visualhfsm.errors import EditError
 
 __all__ = ["FileVersion", "read_file", "write_file"]
 

@@ -12,11 +12,11 @@ from codegen.hfsm.document import NO_CHILD, Automaton, Document
 from visualhfsm.editing.commands import Command
 from visualhfsm.editing.commands.automata import ExtractAutomaton
 from visualhfsm.editing.commands.paste import FillAutomaton
-from visualhfsm.editing.errors import EditError
 from visualhfsm.editing.nodes import changed, find_automaton
 from visualhfsm.editing.serialization import written
 from visualhfsm.editing.subtrees import below
 from visualhfsm.editing.views import view
+from visualhfsm.errors import EditError
 
 from .files import write_file
 

@@ -20,7 +20,7 @@ from typing import Final
 
 import msgspec
 
-from visualhfsm.editing.errors import EditError
+from visualhfsm.errors import EditError
 
 __all__ = [
     "Abandoned",

@@ -16,7 +16,6 @@ from codegen.hfsm.document import Automaton, Document
 from visualhfsm.editing.commands import Command, decode_command
 from visualhfsm.editing.commands.items import DeleteItems
 from visualhfsm.editing.commands.paste import ReplaceDocument
-from visualhfsm.editing.errors import ChangedOutsideError, EditError, OldFormatError
 from visualhfsm.editing.serialization import (
     MAX_SIZE,
     NATIVE,
@@ -25,6 +24,7 @@ from visualhfsm.editing.serialization import (
     parse_file,
     written,
 )
+from visualhfsm.errors import ChangedOutsideError, EditError, OldFormatError
 
 from .files import FileVersion, read_file, write_file
 from .journal import Done, Entry, Header, Journal, Redone, Saved, Undone, journal_directory

@@ -10,7 +10,7 @@ from typing import Final
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import parse_document, read_document, resolve, write_document
 from codegen.hfsm.document import Automaton, Document
-from visualhfsm.editing.errors import EditError
+from visualhfsm.errors import EditError
 
 __all__ = ["EMPTY", "Template", "find_templates", "make_template"]
 

@@ -5,7 +5,7 @@
 | `server` | what is served under which path; socket, address, Ctrl-C |
 | `security`, `paths` | who may come in, and which files they reach |
 | `assets` | the page's files |
-| `protocol`, `errors` | the messages on the websocket, as types, and what refusals are called |
+| `protocol` | the messages on the websocket, as types |
 | `connection`, `documents` | one websocket: what comes in and what each request does |
 | `window` | what goes out |
 | `workspace`, `tab` | the open documents, which every window sees; limits, checks and the services |

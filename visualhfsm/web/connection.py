@@ -23,6 +23,7 @@ from visualhfsm.editing.diff import diff_documents
 from visualhfsm.editing.places import search
 from visualhfsm.editing.serialization import copy_states, parse_file
 from visualhfsm.editing.views import view
+from visualhfsm.errors import ErrorKind, MissingError, VisualHfsmError
 from visualhfsm.sessions.files import read_file
 from visualhfsm.sessions.imports import extract, imported_views, inline
 from visualhfsm.sessions.session import Change, Choice, DocumentSession
@@ -30,7 +31,6 @@ from visualhfsm.sessions.templates import find_templates
 
 from . import documents
 from . import protocol as p
-from .errors import MissingError, kind_of
 from .window import Window
 from .workspace import Workspace
 
@@ -115,8 +115,7 @@ class _Connection:
                 request = p.decode_request(text)
             except (msgspec.DecodeError, RecursionError, UnicodeError) as error:
                 why = "it is nested too deeply" if isinstance(error, RecursionError) else str(error)
-                refusal = p.ErrorAnswer(re=p.request_id(text), error=f"no request: {why}", kind="malformed")
-                self._window.answer(refusal)
+                self._refuse(p.request_id(text), f"no request: {why}", "malformed")
                 continue
             if isinstance(request, CODE_HELP):
                 self._begin(request, "code help")
@@ -131,8 +130,7 @@ class _Connection:
         """Answer a request beside those of its kind that are under way, unless they are too many."""
         tasks = self._under_way[kind]
         if len(tasks) >= self._limits.concurrent_operations:
-            error = "too many requests are under way"
-            self._window.answer(p.ErrorAnswer(re=request.id, error=error, kind="busy"))
+            self._refuse(request.id, "too many requests are under way", "busy")
             return
         task = asyncio.create_task(self._answer(request), name=type(request).__name__)
         tasks.add(task)
@@ -143,11 +141,16 @@ class _Connection:
             async with asyncio.timeout(self._limits.operation_seconds):
                 value = await self._do(request)
             self._window.answer(p.Answer(re=request.id, ok=value))
-        except Exception as error:
-            kind, text = kind_of(error)
-            if kind == "internal":
-                _logger.error("the request %s failed", type(request).__name__, exc_info=error)
-            self._window.answer(p.ErrorAnswer(re=request.id, error=text, kind=kind))
+        except VisualHfsmError as error:
+            self._refuse(request.id, str(error), error.kind)
+        except TimeoutError:
+            self._refuse(request.id, "it took too long", "timeout")
+        except Exception:  # the person gets no details of a fault
+            _logger.exception("the request %s failed", type(request).__name__)
+            self._refuse(request.id, "a fault of the program; what happened stands in its log", "internal")
+
+    def _refuse(self, request: int | None, error: str, kind: ErrorKind) -> None:
+        self._window.answer(p.ErrorAnswer(re=request, error=error, kind=kind))
 
     async def _do(self, request: p.Request) -> object:
         """Do what a request asks for and return its answer. Raises VisualHfsmError."""

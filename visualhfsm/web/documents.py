@@ -11,11 +11,11 @@ from pathlib import Path
 from typing import Any, Final
 
 from visualhfsm.editing.serialization import holds_scxml, import_scxml, parse
+from visualhfsm.errors import MissingError, UnsavedError, WouldOverwriteError
 from visualhfsm.sessions.files import read_file
 from visualhfsm.sessions.session import Choice, DocumentSession
 from visualhfsm.sessions.templates import make_template
 
-from .errors import MissingError, UnsavedError, WouldOverwriteError
 from .paths import DOCUMENT_SUFFIX, FOREIGN_SUFFIX, RECORDING_SUFFIX
 from .workspace import Workspace
 

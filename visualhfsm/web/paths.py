@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Final
 
-from .errors import ForbiddenPathError
+from visualhfsm.errors import ForbiddenPathError
 
 __all__ = ["DOCUMENT_SUFFIX", "FOREIGN_SUFFIX", "RECORDING_SUFFIX", "Root"]
 

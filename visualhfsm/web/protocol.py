@@ -15,6 +15,7 @@ import msgspec
 
 from visualhfsm.editing.commands import AnyCommand
 from visualhfsm.editing.places import Place
+from visualhfsm.errors import ErrorKind
 from visualhfsm.services import Push, tag
 
 # ------------------------------------------------------------------------------------------ requests
@@ -300,19 +301,6 @@ def request_id(text: bytes | str) -> int | None:
 
 
 # ------------------------------------------------------------------------------------------ answers
-
-ErrorKind = Literal[
-    "malformed",  # no request of this protocol
-    "refused",  # a document cannot be changed, opened or saved like this
-    "forbidden",  # a path that the page may not reach
-    "missing",  # no such file, tab or component
-    "unsaved",  # closing would lose changes: ask, then close with discard
-    "exists",  # a file is there already: ask, then save with overwrite
-    "outside",  # the file was changed by another program: ask, then resolve
-    "busy",  # too much at a time
-    "timeout",  # it took too long
-    "internal",  # a fault of the program; its log says more
-]
 
 
 class Answer(msgspec.Struct, kw_only=True):

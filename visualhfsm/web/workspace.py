@@ -14,8 +14,8 @@ from types import TracebackType
 from typing import Final, Self
 
 from visualhfsm.code_help.service import CodeHelper
-from visualhfsm.editing.errors import EditError
 from visualhfsm.editing.problems import CheckProcess
+from visualhfsm.errors import EditError, MissingError, TooManyError
 from visualhfsm.live.service import Monitoring, free_endpoint
 from visualhfsm.running.service import RunningComponents
 from visualhfsm.services import Components, Output, Publish, Push, RunPush, Snapshot, Stale, Structure
@@ -23,7 +23,6 @@ from visualhfsm.sessions.journal import Abandoned, find_abandoned, journal_direc
 from visualhfsm.sessions.session import Choice, DocumentSession
 from zenoh_ice.settings import Settings
 
-from .errors import MissingError, TooManyError
 from .paths import Root
 from .protocol import Outside, Problems, Recoverable, TabState
 from .protocol import Workspace as WorkspacePush

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Final, Union
 
 import msgspec
 
-from ..errors import EditError
+from visualhfsm.errors import EditError
+
 from . import automata, component, group, items, paste, states, transitions
 from .base import Command
 

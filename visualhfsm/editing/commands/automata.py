@@ -8,8 +8,8 @@ from dataclasses import replace
 from typing import Literal
 
 from codegen.hfsm.document import NO_CHILD, Automaton, Document, Import, State, Text
+from visualhfsm.errors import EditError
 
-from ..errors import EditError
 from ..nodes import (
     MAX_AUTOMATA,
     automaton_ids,

@@ -24,8 +24,8 @@ from codegen.hfsm.document import (
     State,
     Text,
 )
+from visualhfsm.errors import EditError
 
-from ..errors import EditError
 from ..nodes import changed, find_automaton, free_name, with_automaton
 from .base import Command, Id, Index
 

@@ -13,8 +13,8 @@ from typing import Final, NamedTuple
 
 from codegen.hfsm.code.text import parse_python
 from codegen.hfsm.document import Automaton, Document, State, Text, Transition
+from visualhfsm.errors import EditError
 
-from ..errors import EditError
 from ..geometry import with_default_handles
 from ..nodes import (
     MAX_AUTOMATA,

@@ -9,9 +9,9 @@ from dataclasses import replace
 from typing import Final
 
 from codegen.hfsm.document import Automaton, Document, Node, State, Transition
+from visualhfsm.errors import EditError
 
 from ..diff import KEYS
-from ..errors import EditError
 from ..geometry import Point
 from ..nodes import (
     MAX_AUTOMATA,

@@ -8,8 +8,8 @@ from dataclasses import replace
 from typing import ClassVar, Final, Literal
 
 from codegen.hfsm.document import NO_CHILD, Argument, Automaton, Document, State, Text
+from visualhfsm.errors import EditError
 
-from ..errors import EditError
 from ..nodes import (
     changed,
     checked,
