@@ -12,7 +12,7 @@ from typing import Final
 
 from codegen.diagnostics import Diagnostics, Location, Note
 from codegen.hfsm import read_document, write_document
-from codegen.hfsm.code.pieces import change_code, is_foreign, pieces_of
+from codegen.hfsm.code.language import change_code, code_of, is_foreign
 from codegen.hfsm.code.python2 import bound_names, fix_python2, python2_mark
 from codegen.hfsm.code.text import parse_piece
 from codegen.hfsm.codes import Code
@@ -76,7 +76,7 @@ def _write_xml(document: Document, source: Path, diagnostics: Diagnostics) -> st
 
 def _tell_of_language(document: Document, source: Path, diagnostics: Diagnostics) -> None:
     language = document.language.text.strip()
-    first = next(pieces_of(document, source), None)
+    first = next(code_of(document, source), None)
     place = Location(source) if first is None else first.place
     diagnostics.note(Code.KEPT_LANGUAGE, f"the code is {language}: it is kept, and does not run here", place)
 
@@ -105,7 +105,7 @@ class _Python2Converter:
 
     def document(self) -> Document:
         """Return the document, after reporting what is in it."""
-        pieces = [piece.text.text for piece in pieces_of(self._document, self._path)]
+        pieces = [piece.text.text for piece in code_of(self._document, self._path)]
         trees = (parse_piece(self._fixed(code) or "") for code in pieces)
         self._bound = frozenset[str]().union(*(bound_names(tree) for tree in trees if tree is not None))
         document = change_code(self._document, self._code)

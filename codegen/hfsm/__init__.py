@@ -2,10 +2,10 @@
 
 The way of a document, as `loading` goes it: `formats` makes a `document.Document` of the file, `imports`
 brings in what lies in other files, `extension` finds the hand-written code beside it and `known_interfaces`
-the proxies, and `generation` makes a `program.Program` of it after
-`checks` has looked at its structure, and writes the component down. `code` knows the Python in a document.
-`checking` checks a document and, with `model_checker`, what its automata can do, without generating
-anything. `scxml` exchanges documents with other programs.
+the proxies. `analysis` parses its code once; `checks` and `generator` read that: the one reports all that is
+wrong or doubtful, the other writes the component down. `code` knows the Python in a document. `checking`
+checks a document and, with `model_checker`, what its automata can do, without writing anything. `scxml`
+exchanges documents with other programs.
 """
 
 from __future__ import annotations

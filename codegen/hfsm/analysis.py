@@ -1,27 +1,52 @@
 """Analyze the code of a document: parse every piece once, and know where it stands and what it uses.
 
-The checks and the model checker read this analysis; none of them parses code. Trees are shared, also between
-analyses of the same text, and must not be changed.
+The checks, the generator and the model checker read this analysis; none of them parses code. Trees are
+shared, also between analyses of the same text, and must not be changed.
 """
 
 from __future__ import annotations
 
 import ast
+import re
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from pathlib import Path
-from typing import Final
+from typing import Final, Literal, NamedTuple
 
 from ..diagnostics import Location
+from .code.language import first_foreign
 from .code.names import OLD_MODULES
-from .code.pieces import is_foreign
-from .code.python import analyze_library
-from .code.text import Code, CodeError, all_nodes, own_nodes, parse, parse_python, split
+from .code.scopes import INSPECTING, local_names
+from .code.text import (
+    Code,
+    CodeError,
+    all_nodes,
+    bound_names,
+    dotted,
+    own_nodes,
+    parse,
+    parse_expression,
+    parse_import,
+    refuse_code,
+    refuse_functions,
+    split,
+)
 from .document import Automaton, Document, Library, State, Text, Transition
 from .extension import Extension, read_extension
 
-__all__ = ["Access", "Analysis", "AutomatonCode", "Piece", "analyze", "imported_names", "library_names"]
+__all__ = [
+    "Access",
+    "Analysis",
+    "AutomatonCode",
+    "CodeProblem",
+    "LibraryImport",
+    "Piece",
+    "analyze",
+    "imported_names",
+    "library_names",
+]
 
 COMPONENT_ALIASES: Final = frozenset({"globalNamespace", "interfaces", "namespace", "rosNode"})
 """What VisualStates calls the component in places; each is the component itself."""
@@ -35,13 +60,15 @@ class Piece:
     """A piece of code: `tree` counts lines as `code` does, after `header` lines of ours.
 
     With `is_functions` it becomes methods of the component, else a function that shares the names of its
-    automaton; with `has_event` that one takes the event. One that is nested too deeply `is_deep`.
+    automaton; with `has_event` that one takes the event. One that is nested too deeply `is_deep`. `automaton`
+    is the id of its automaton, 0 for functions that belong to none.
     """
 
     tree: ast.Module
     code: Code
     header: int
     path: Path
+    automaton: int = 0
     is_functions: bool = False
     has_event: bool = False
     is_deep: bool = False
@@ -58,12 +85,10 @@ class Piece:
             length = getattr(node, "end_col_offset", offset) - offset
         return Location(self.path, self.code.line + line - 1, left + len(before) + 1, max(1, length))
 
-    def place_of_attribute(self, node: ast.Attribute) -> Location:
-        """Return where the name of an attribute stands."""
-        end = ast.copy_location(ast.Name(node.attr), node)
-        end.lineno = node.end_lineno or node.lineno
-        end.col_offset = (node.end_col_offset or 0) - len(node.attr.encode())
-        return self.place(end, len(node.attr))
+    @property
+    def is_expression(self) -> bool:
+        """Whether it is an expression, and no statements."""
+        return self.header > 0
 
     @property
     def expression(self) -> ast.expr | None:
@@ -88,18 +113,14 @@ class Piece:
         return frozenset(names)
 
     @cached_property
-    def defines(self) -> frozenset[str]:
-        """The names that it assigns, defines or imports in its own scope."""
-        names: set[str] = set()
-        for node in own_nodes(self.tree):
-            match node:
-                case ast.Name(id=name, ctx=ast.Store()):
-                    names.add(name)
-                case ast.FunctionDef(name=name) | ast.AsyncFunctionDef(name=name) | ast.ClassDef(name=name):
-                    names.add(name)
-                case ast.alias(name=name, asname=alias):
-                    names.add(alias or name.split(".")[0])
-        return frozenset(names)
+    def bound(self) -> frozenset[str]:
+        """The names that it binds in its own scope, but for the event that it takes."""
+        return bound_names(self.tree) - ({"event"} if self.has_event else set())
+
+    @cached_property
+    def used(self) -> frozenset[str]:
+        """All names in it, whatever it does with them."""
+        return frozenset(node.id for node in all_nodes(self.tree) if isinstance(node, ast.Name))
 
     @cached_property
     def accesses(self) -> tuple[Access, ...]:
@@ -126,7 +147,7 @@ class Access:
     piece: Piece
     function: str | None
     path: tuple[str, ...]
-    nodes: tuple[ast.Attribute, ...]
+    node: ast.Attribute
     call: ast.Call | None
     is_stored: bool
 
@@ -135,13 +156,25 @@ class Access:
         """The first attribute."""
         return self.path[0]
 
+    def place(self, index: int) -> Location:
+        """Return where the name of an attribute of the path stands."""
+        node: ast.expr = self.node
+        for _ in self.path[index % len(self.path) + 1 :]:
+            assert isinstance(node, ast.Attribute)
+            node = node.value
+        assert isinstance(node, ast.Attribute)
+        end = ast.copy_location(ast.Name(node.attr), node)
+        end.lineno = node.end_lineno or node.lineno
+        end.col_offset = (node.end_col_offset or 0) - len(node.attr.encode())
+        return self.piece.place(end, len(node.attr))
+
 
 @dataclass(eq=False)
 class AutomatonCode:
     """All code of an automaton; that of states by their id, that of transitions by the transition itself.
 
-    It is `broken` when some of it is missing, because it is no Python or nested too deeply: then nobody knows
-    what the rest may rely on.
+    It is `broken` when some of it is no Python or nested too deeply: then nobody knows what the rest may rely
+    on.
     """
 
     automaton: Automaton
@@ -150,24 +183,49 @@ class AutomatonCode:
     entry: dict[int, Piece] = field(default_factory=dict)
     code: dict[int, Piece] = field(default_factory=dict)
     exit: dict[int, Piece] = field(default_factory=dict)
-    arguments: dict[int, list[Piece]] = field(default_factory=dict)
+    arguments: dict[int, dict[int, Piece]] = field(default_factory=dict)
+    """By the place of the argument among those of its state."""
     conditions: dict[int, Piece] = field(default_factory=dict)
     """Conditions and guards, by `id` of the transition."""
     fired: dict[int, Piece] = field(default_factory=dict)
     broken: bool = False
 
-    def running(self) -> Iterator[Piece]:
+    def pieces(self) -> Iterator[Piece]:
         """Yield the pieces that run in cycles."""
         for pieces in (self.entry, self.code, self.exit, self.conditions, self.fired):
             yield from pieces.values()
         for arguments in self.arguments.values():
-            yield from arguments
+            yield from arguments.values()
+
+    def running(self) -> Iterator[Piece]:
+        """Yield the pieces that run in cycles and can be looked into."""
+        return (piece for piece in self.pieces() if not piece.is_deep)
 
     def sharing(self) -> Iterator[Piece]:
-        """Yield the pieces that share the automaton's names."""
-        if self.variables is not None:
+        """Yield the pieces that share the automaton's names and can be looked into."""
+        if self.variables is not None and not self.variables.is_deep:
             yield self.variables
         yield from self.running()
+
+    def shared_names(self, piece: Piece) -> frozenset[str]:
+        """Return the names that a piece which runs in cycles binds, and shares with other code or cycles."""
+        return piece.bound - self._local.get(piece, frozenset())
+
+    @cached_property
+    def _local(self) -> dict[Piece, frozenset[str]]:
+        """The names that each piece binds for itself, within one cycle."""
+        outside = {item.name for item in self.automaton.inputs}
+        if self.variables is not None:
+            outside |= self.variables.bound | self.variables.used
+        uses = Counter(name for piece in self.pieces() for name in piece.bound | piece.used)
+        if not INSPECTING.isdisjoint(uses.keys() | outside):
+            return {}
+        own = {
+            piece: frozenset(name for name in piece.bound - outside if uses[name] == 1)
+            for piece in self.pieces()
+            if not piece.is_expression
+        }
+        return {piece: local_names(piece.tree, names) for piece, names in own.items() if names}
 
     def condition_of(self, transition: Transition) -> Piece | None:
         """Return the condition or the guard of a transition."""
@@ -176,6 +234,22 @@ class AutomatonCode:
     def fired_by(self, transition: Transition) -> Piece | None:
         """Return the code that runs when a transition fires."""
         return self.fired.get(id(transition))
+
+
+class LibraryImport(NamedTuple):
+    """A library as an import statement, with its tree."""
+
+    library: Library
+    statement: str
+    node: ast.Import | ast.ImportFrom
+
+
+class CodeProblem(NamedTuple):
+    """What is wrong with the code of a text in the file `path`."""
+
+    text: Text
+    path: Path
+    error: CodeError
 
 
 @dataclass(eq=False)
@@ -187,11 +261,12 @@ class Analysis:
 
     document: Document
     path: Path
+    imports: list[LibraryImport] = field(default_factory=list)
     automata: list[AutomatonCode] = field(default_factory=list)
-    functions: list[Piece] = field(default_factory=list)
+    all_functions: list[Piece] = field(default_factory=list)
     """Functions of automata and those that belong to none."""
-    is_complete: bool = True
-    """Whether all code could be parsed."""
+    problems: list[CodeProblem] = field(default_factory=list)
+    """What keeps the code from running."""
     by_text: dict[int, tuple[Text, Path, Piece | None]] = field(default_factory=dict, repr=False)
     """All texts with code by their `id`, each with its file and its piece, None for what is no Python."""
 
@@ -203,9 +278,19 @@ class Analysis:
         """Return whether a text of the document is no Python."""
         return id(text) in self.by_text and self.by_text[id(text)][2] is None
 
+    @cached_property
+    def is_complete(self) -> bool:
+        """Whether all code could be parsed and can be looked into."""
+        return all(piece is not None and not piece.is_deep for _, _, piece in self.by_text.values())
+
+    @property
+    def functions(self) -> list[Piece]:
+        """The functions that can be looked into."""
+        return [piece for piece in self.all_functions if not piece.is_deep]
+
     @property
     def pieces(self) -> list[Piece]:
-        """All code: the functions, then what automata run."""
+        """All code that can be looked into: the functions, then what automata run."""
         return [*self.functions, *(piece for code in self.automata for piece in code.sharing())]
 
     @cached_property
@@ -216,7 +301,7 @@ class Analysis:
     @cached_property
     def defined(self) -> frozenset[str]:
         """The attributes that functions, and what stands among them, give to the component."""
-        return frozenset[str]().union(*(piece.defines for piece in self.functions))
+        return frozenset[str]().union(*(piece.bound for piece in self.functions))
 
     @cached_property
     def extension(self) -> Extension:
@@ -227,14 +312,15 @@ class Analysis:
     def libraries(self) -> dict[str, str]:
         """The names that the libraries bind, with what each stands for; `*` for those of `import *`."""
         found = {module: module for module in (OLD_MODULES if self.document.is_old else ())}
-        for node in self._imports:
-            found.update(imported_names(node))
+        for each in self.imports:
+            found.update(imported_names(each.node))
         return found
 
     @cached_property
     def modules(self) -> frozenset[str]:
         """The modules that libraries and code import, dotted."""
-        nodes = [*self._imports, *(node for piece in self.pieces for node in all_nodes(piece.tree))]
+        nodes: list[ast.AST] = [each.node for each in self.imports]
+        nodes += (node for piece in self.pieces for node in all_nodes(piece.tree))
         found: set[str] = set()
         for node in nodes:
             if isinstance(node, ast.Import):
@@ -243,45 +329,32 @@ class Analysis:
                 found.add(node.module or "")
         return frozenset(found)
 
-    @cached_property
-    def _imports(self) -> list[ast.Import | ast.ImportFrom]:
-        found = map(_library_import, self.document.libraries)
-        return [node for node in found if node is not None]
-
 
 def analyze(document: Document, path: Path) -> Analysis:
-    """Return what is known of the code of a document; what is wrong with it the generator reports."""
+    """Return what is known of the code of a document."""
     analysis = Analysis(document, path)
-    if is_foreign(document):
-        return analysis
     reader = _Reader(analysis)
+    for library in document.libraries:
+        reader.library(library)
+    if first_foreign(document, path) is not None:
+        return analysis
     for automaton in document.automata:
         analysis.automata.append(reader.automaton(automaton))
-    analysis.functions += [code.functions for code in analysis.automata if code.functions is not None]
-    reader.current = AutomatonCode(Automaton(id=0))
     for functions in document.functions:
-        piece = reader.statements(functions.text, functions.path, is_functions=True)
-        analysis.functions += [] if piece is None else [piece]
-    analysis.is_complete = not any(code.broken for code in (*analysis.automata, reader.current))
+        reader.functions(functions.text, functions.path)
     return analysis
 
 
 def library_names(library: Library) -> dict[str, str]:
     """Return the names that a library binds, with what each stands for; none for what is not imported."""
-    node = _library_import(library)
-    return {} if node is None else imported_names(node)
-
-
-def _library_import(library: Library) -> ast.Import | ast.ImportFrom | None:
-    """Return the import of a library, None for one that is none: the generator reports it."""
-    if not library.is_module or library.name.is_blank:
-        return None
     try:
-        (node,) = parse_python(analyze_library(library.name)[0]).body
+        return imported_names(parse_import(library.name)[1]) if _is_imported(library) else {}
     except CodeError:
-        return None
-    assert isinstance(node, ast.Import | ast.ImportFrom), "that is what a library is"
-    return node
+        return {}
+
+
+def _is_imported(library: Library) -> bool:
+    return library.is_module and not library.name.is_blank
 
 
 def imported_names(node: ast.Import | ast.ImportFrom) -> dict[str, str]:
@@ -294,86 +367,104 @@ def imported_names(node: ast.Import | ast.ImportFrom) -> dict[str, str]:
     }
 
 
+_Kind = Literal["statements", "variables", "functions", "condition", "value"]
+"""What a text is; conditions and values are expressions, and a condition may be statements that return."""
+
+
 class _Reader:
-    """Parse the pieces of `current`, one automaton after the other."""
+    """Parse the pieces of an analysis, one automaton after the other."""
 
     def __init__(self, analysis: Analysis) -> None:
         self._analysis = analysis
-        self.current = AutomatonCode(Automaton(id=0))
+        self._current: AutomatonCode | None = None
 
-    def automaton(self, automaton: Automaton) -> AutomatonCode:
-        found = self.current = AutomatonCode(automaton)
-        found.variables = self.statements(automaton.variables, automaton.path)
-        found.functions = self.statements(automaton.functions, automaton.path, is_functions=True)
-        for state in automaton.states:
-            self._state(state)
-        for transition in automaton.transitions:
-            self._transition(transition)
-        return found
+    def library(self, library: Library) -> None:
+        if _is_imported(library):
+            try:
+                found = LibraryImport(library, *parse_import(library.name))
+            except CodeError as error:
+                self._add_problem(library.name, library.path, error)
+            else:
+                self._analysis.imports.append(found)
 
-    def _state(self, state: State) -> None:
-        found = self.current
-        for text, pieces in ((state.entry, found.entry), (state.code, found.code), (state.exit, found.exit)):
-            piece = self.statements(text, state.path)
-            if piece is not None:
-                pieces[state.id] = piece
-        for argument in state.arguments:
-            piece = self._expression(argument.value, argument.path)
-            if piece is not None:
-                found.arguments.setdefault(state.id, []).append(piece)
-
-    def _transition(self, transition: Transition) -> None:
-        has_event = transition.type == "event"
-        text = transition.trigger if transition.type == "condition" else transition.guard
-        condition = self._expression(text, transition.path, has_event=has_event)
-        if condition is not None:
-            self.current.conditions[id(transition)] = condition
-        fired = self.statements(transition.code, transition.path, has_event=has_event)
-        if fired is not None:
-            self.current.fired[id(transition)] = fired
-
-    def statements(
-        self, text: Text, path: Path | None, *, is_functions: bool = False, has_event: bool = False
-    ) -> Piece | None:
-        code = split(text)
-        if code is None:
-            return None
-        try:
-            tree = parse(code, code.lines)
-        except CodeError:
-            return self._add(text, path, None)
-        piece = Piece(tree, code, 0, path or self._analysis.path, is_functions, has_event, _is_too_deep(tree))
-        return self._add(text, path, piece)
-
-    def _expression(self, text: Text, path: Path | None, *, has_event: bool = False) -> Piece | None:
-        """Return an expression, which may span lines, or the statements that return one."""
-        code = split(text)
-        if code is None:
-            return None
-        try:
-            tree = parse(code, ("(", *code.lines, ")"), header=1)
-        except CodeError:
-            return self.statements(text, path, has_event=has_event)
-        if not _is_expression(tree):
-            return self._add(text, path, None)
-        piece = Piece(tree, code, 1, path or self._analysis.path, False, has_event, _is_too_deep(tree))
-        return self._add(text, path, piece)
-
-    def _add(self, text: Text, path: Path | None, piece: Piece | None) -> Piece | None:
-        """Remember a piece, None for one that is no Python; return it if the checks can go down into it."""
-        self._analysis.by_text[id(text)] = (text, path or self._analysis.path, piece)
-        if piece is None or piece.is_deep:
-            self.current.broken = True
-            return None
+    def functions(self, text: Text, path: Path | None) -> Piece | None:
+        piece = self._piece(text, path, "functions")
+        self._analysis.all_functions += [] if piece is None else [piece]
         return piece
 
+    def automaton(self, automaton: Automaton) -> AutomatonCode:
+        found = self._current = AutomatonCode(automaton)
+        found.variables = self._piece(automaton.variables, automaton.path, "variables")
+        found.functions = self.functions(automaton.functions, automaton.path)
+        for state in automaton.states:
+            self._state(state, found)
+        for transition in automaton.transitions:
+            self._transition(transition, found)
+        self._current = None
+        return found
 
-def _is_expression(tree: ast.Module) -> bool:
-    """Return whether a tree is one expression, which leaves the parentheses around it to us."""
-    match tree.body:
-        case [ast.Expr(value=value)]:
-            return value.lineno > 1
-    return False
+    def _state(self, state: State, found: AutomatonCode) -> None:
+        for text, pieces in ((state.entry, found.entry), (state.code, found.code), (state.exit, found.exit)):
+            piece = self._piece(text, state.path, "statements")
+            if piece is not None:
+                pieces[state.id] = piece
+        for place, argument in enumerate(state.arguments):
+            piece = self._piece(argument.value, argument.path, "value")
+            if piece is not None:
+                found.arguments.setdefault(state.id, {})[place] = piece
+
+    def _transition(self, transition: Transition, found: AutomatonCode) -> None:
+        has_event = transition.type == "event"
+        text = transition.trigger if transition.type == "condition" else transition.guard
+        condition = self._piece(text, transition.path, "condition", has_event=has_event)
+        if condition is not None:
+            found.conditions[id(transition)] = condition
+        fired = self._piece(transition.code, transition.path, "statements", has_event=has_event)
+        if fired is not None:
+            found.fired[id(transition)] = fired
+
+    def _piece(self, text: Text, path: Path | None, kind: _Kind, *, has_event: bool = False) -> Piece | None:
+        """Return a text as a piece of code, None for a blank one and for one that is no Python."""
+        path = path or self._analysis.path
+        code = split(text)
+        if code is None:
+            if kind == "value":
+                self._add_problem(text, path, CodeError("the value is empty", text.line, text.column))
+            return None
+        piece = None
+        try:
+            tree, header = _parse(code, kind)
+            automaton = 0 if self._current is None else self._current.automaton.id
+            is_functions, is_deep = kind == "functions", _is_too_deep(tree)
+            piece = Piece(tree, code, header, path, automaton, is_functions, has_event, is_deep)
+            if is_functions:
+                refuse_functions(code)
+            else:
+                refuse_code(tree, code, header, is_variables=kind == "variables")
+        except CodeError as error:
+            self._add_problem(text, path, error)
+        self._analysis.by_text[id(text)] = (text, path, piece)
+        if self._current is not None and (piece is None or piece.is_deep):
+            self._current.broken = True
+        return piece
+
+    def _add_problem(self, text: Text, path: Path | None, error: CodeError) -> None:
+        self._analysis.problems.append(CodeProblem(text, path or self._analysis.path, error))
+
+
+def _parse(code: Code, kind: _Kind) -> tuple[ast.Module, int]:
+    """Return the tree of a piece of code, and how many lines of ours it begins with. Raises CodeError."""
+    if kind not in ("condition", "value"):
+        return parse(code, code.lines), 0
+    try:
+        return parse_expression(code, kind), 1
+    except CodeError:
+        if kind == "value" or not any(re.search(r"\breturn\b", line) for line in code.lines):
+            raise
+    tree = parse(code, code.lines)
+    if not any(isinstance(node, ast.Return) and node.value is not None for node in own_nodes(tree)):
+        raise code.error("a condition is one expression, or statements that return whether it holds")
+    return tree, 0
 
 
 @lru_cache(maxsize=4096)
@@ -399,25 +490,15 @@ def _accesses(piece: Piece, function: str | None, nodes: list[ast.AST], self_nam
         node = pending.pop()
         if isinstance(node, ast.ClassDef):
             continue  # its methods have a `self` of their own
-        chain_of = node.func if isinstance(node, ast.Call) else node
-        chain = _chain(chain_of, self_name)
-        if not chain:
+        used = node.func if isinstance(node, ast.Call) else node
+        name, *path = dotted(used) or [""]
+        if name != self_name or not isinstance(used, ast.Attribute):
             pending += [*ast.iter_child_nodes(node)][::-1]
             continue
         call = node if isinstance(node, ast.Call) else None
         if call is not None:
             pending += [*call.keywords, *call.args][::-1]
-        while len(chain) > 1 and chain[0].attr in COMPONENT_ALIASES:
-            del chain[0]
-        is_stored = len(chain) == 1 and not isinstance(chain[0].ctx, ast.Load)
-        path = tuple(attribute.attr for attribute in chain)
-        yield Access(piece, function, path, tuple(chain), call, is_stored)
-
-
-def _chain(node: ast.AST, self_name: str) -> list[ast.Attribute]:
-    """Return the attributes from `self` on, or nothing when a node does not begin with `self`."""
-    found: list[ast.Attribute] = []
-    while isinstance(node, ast.Attribute):
-        found.append(node)
-        node = node.value
-    return found[::-1] if isinstance(node, ast.Name) and node.id == self_name else []
+        while len(path) > 1 and path[0] in COMPONENT_ALIASES:
+            del path[0]
+        is_stored = len(path) == 1 and not isinstance(used.ctx, ast.Load)
+        yield Access(piece, function, tuple(path), used, call, is_stored)

@@ -10,9 +10,8 @@ from ..diagnostics import Diagnostics, Location, Note
 from .code.names import camel_case, component_name, identifier
 from .code.text import parse_python
 from .codes import Code
-from .program import ExtensionProgram
 
-__all__ = ["Extension", "extension_path", "find_extension", "read_extension"]
+__all__ = ["Extension", "ExtensionClass", "extension_path", "find_extension", "read_extension"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,6 +21,14 @@ class Extension:
     attributes: frozenset[str] = frozenset()
     is_open: bool = False
     exists: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class ExtensionClass:
+    """The hand-written base of a component: its module, which lies beside the component, and its class."""
+
+    module: str
+    class_name: str
 
 
 def extension_path(component: Path) -> Path:
@@ -59,7 +66,7 @@ def read_extension(document: Path) -> Extension:
     return Extension(frozenset(attributes), is_open, exists=True)
 
 
-def find_extension(document: Path, component: Path, diagnostics: Diagnostics) -> ExtensionProgram | None:
+def find_extension(document: Path, component: Path, diagnostics: Diagnostics) -> ExtensionClass | None:
     """Return the extension of the component of a document; None when there is none, or after an error.
 
     `component` is the file that will be generated. The extension is read, and nothing of it is run.
@@ -84,7 +91,7 @@ def find_extension(document: Path, component: Path, diagnostics: Diagnostics) ->
         return None
     wanted = f"{camel_case(component_name(document.stem))}Extension"
     if any(isinstance(node, ast.ClassDef) and node.name == wanted for node in tree.body):
-        return ExtensionProgram(path.stem, wanted)
+        return ExtensionClass(path.stem, wanted)
     message = f"there is no class `{wanted}`, which extends the component of {document.name}"
     diagnostics.error(
         Code.EXTENSION_WITHOUT_CLASS, message, Location(path, 1), [Note("write it, or rename the file")]

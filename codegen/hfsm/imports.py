@@ -16,7 +16,7 @@ from typing import Final, NamedTuple, TypeVar
 
 from ..diagnostics import Diagnostics, Location, Note
 from .analysis import library_names
-from .code.reader import first_foreign, report_foreign
+from .code.language import first_foreign, report_foreign
 from .codes import Code
 from .document import (
     NO_CHILD,

@@ -10,13 +10,13 @@ from typing import Final
 from ..diagnostics import Diagnostics, Location, Severity
 from ..files import GeneratedFile
 from .analysis import Analysis, analyze
+from .checks import check
 from .code.names import identifier
 from .codes import Code
 from .document import Document
 from .extension import find_extension
 from .formats.reader import read_document
-from .generation.generator import GENERATED_BY, check_component, generate
-from .generation.understanding import understand
+from .generator import GENERATED_BY, check_component, generate
 from .imports import resolve
 from .known_interfaces import KnownInterfaces, find_interfaces
 
@@ -99,10 +99,10 @@ def load_document(
     extension = find_extension(path, component_path(path, output), diagnostics)
     interfaces = find_interfaces(include)
     analysis = analyze(document, path)
-    program = understand(document, path, interfaces, diagnostics, extension, analysis=analysis)
-    if program is None or len(diagnostics.errors) > errors:
+    check(analysis, interfaces, diagnostics, extension)
+    if len(diagnostics.errors) > errors:
         return None
-    component = generate(program)
+    component = generate(analysis, interfaces, extension)
     check_component(component, path, diagnostics)
     if len(diagnostics.errors) > errors:
         return None

@@ -170,7 +170,7 @@ def test_variables_and_functions_are_checked(path: Path) -> None:
     assert [problem.split(": ", 1)[1] for problem in found] == [
         "E520: `return` has no place in the variables",
         "E520: not valid Python: expected an indented block after function definition on line 1",
-        "E520: the function `g` is defined twice, first in line 14",
+        "E523: a second function is called `g`",
     ]
 
 

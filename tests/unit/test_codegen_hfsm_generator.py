@@ -14,8 +14,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from codegen.hfsm.code.python import CodeError, analyze_block, analyze_condition
-from codegen.hfsm.document import Text
+from codegen.hfsm.analysis import Analysis, analyze
+from codegen.hfsm.document import Automaton, Document, State, Text, Transition
 from hfsm_runtime import Component, ComponentError, VirtualRun, run
 from hfsm_runtime.loading import load_module
 from hfsm_runtime.runtime import Runtime
@@ -259,9 +259,15 @@ def test_what_a_definition_assigns_where_it_stands_is_shared(tmp_path: Path, def
     assert variables_of(run(component(tmp_path, text), 0).tree.root.automaton)["v"] == "7"
 
 
+def analysis_of(code: Text = Text(), condition: Text = Text()) -> Analysis:  # noqa: B008 - it is frozen
+    state = State(id=1, name="a", code=code)
+    transition = Transition(id=1, origin=1, destination=1, trigger=condition)
+    return analyze(Document(automata=(Automaton(id=1, states=(state,), transitions=(transition,)),)), Path())
+
+
 def test_every_way_to_bind_a_name_is_seen() -> None:
-    code = analyze_block(
-        Text(
+    analysis = analysis_of(
+        code=Text(
             "a = b, (c, *d) = 1, (2, 3)\ne += 1\nfor f in g: pass\nwith h as i: pass\nimport j.k\n"
             "from l import m as n\ndef o(p): q = 1\nclass r: s = 1\nif (t := u): pass\n[v for w in x]\n"
             "try: pass\nexcept y as z: pass\nmatch aa:\n  case [bb, *cc]: pass\ndel dd\n[(ee := 1) for ff in x]\n[gg for gg in x]\ngg = 1",
@@ -269,8 +275,15 @@ def test_every_way_to_bind_a_name_is_seen() -> None:
             1,
         )
     )
-    assert code is not None
-    assert code.bound == set("abcdefijnort") - {"b"} | {"b", "z", "bb", "cc", "dd", "ee", "gg"}
+    assert analysis.automata[0].code[1].bound == set("abcdefijnort") - {"b"} | {
+        "b",
+        "z",
+        "bb",
+        "cc",
+        "dd",
+        "ee",
+        "gg",
+    }
 
 
 def test_states_of_one_name_and_names_that_are_no_identifiers(tmp_path: Path) -> None:
@@ -419,11 +432,11 @@ _lines = st.sampled_from(
 @settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(st.lists(_lines, max_size=6).map("\n".join), st.sampled_from(["", "  ", "    "]))
 def test_indentation_does_not_change_the_meaning(code: str, indentation: str) -> None:
-    found = analyze_block(Text(code, 1, 1))
+    found = analysis_of(code=Text(code, 1, 1)).automata[0].code.get(1)
     if found is None:
         assert not code.strip()
         return
-    moved = "\n".join(["def f():", *found.indented(3), "            pass"])
+    moved = "\n".join(["def f():", *found.code.indented(3), "            pass"])
     body = ast.parse(moved).body[0]
     assert isinstance(body, ast.FunctionDef)
     original = ast.dump(ast.Module(ast.parse(code).body, []))
@@ -433,14 +446,9 @@ def test_indentation_does_not_change_the_meaning(code: str, indentation: str) ->
 @settings(max_examples=200, deadline=None)
 @given(st.text(max_size=40))
 def test_any_text_is_code_or_a_fault_with_a_place(text: str) -> None:
-    for analyze in (analyze_block, analyze_condition):
-        try:
-            analyze(Text(text, 3, 5))
-        except CodeError as error:
-            place = (error.line, error.column)
-        else:
-            place = (3, 1)
-        assert place >= (3, 1)
+    for analysis in (analysis_of(code=Text(text, 3, 5)), analysis_of(condition=Text(text, 3, 5))):
+        for _, _, error in analysis.problems:
+            assert (error.line, error.column) >= (3, 1)
 
 
 def test_variables_that_fail_are_told_with_their_line(tmp_path: Path) -> None:

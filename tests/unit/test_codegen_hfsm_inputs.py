@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from codegen.diagnostics import Diagnostic, Diagnostics
 from codegen.hfsm import compile_document
-from codegen.hfsm.code.literals import literal
+from codegen.hfsm.code.names import literal
 from codegen.hfsm.code.values import INPUT_TYPES, PARAMETER_TYPES, ValueTextError, parse_value
 from codegen.hfsm.document import Text
 from hfsm_runtime import run

@@ -3,27 +3,30 @@
 from __future__ import annotations
 
 import textwrap
+from pathlib import Path
 from typing import Any
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from codegen.hfsm.code.python import Code, analyze_block
-from codegen.hfsm.code.scopes import local_names
-from codegen.hfsm.document import Text
+from codegen.hfsm.analysis import AutomatonCode, Piece, analyze
+from codegen.hfsm.document import Automaton, Document, Parameter, State, Text
 from tests.support.examples import examples
 
 
-def piece(code: str) -> Code:
-    found = analyze_block(Text(code, 1, 1))
-    assert found is not None
+def automaton_of(*codes: str, inputs: tuple[str, ...] = ()) -> AutomatonCode:
+    """Return an automaton with a state for each piece of code."""
+    states = [State(id=n, name=f"s{n}", code=Text(code, 1, 1)) for n, code in enumerate(codes, 1)]
+    declared = tuple(Parameter(name=name) for name in inputs)
+    document = Document(automata=(Automaton(id=1, states=tuple(states), inputs=declared),))
+    (found,) = analyze(document, Path("test.xml")).automata
     return found
 
 
-def local(code: str, *others: str, outside: tuple[str, ...] = ()) -> set[str]:
-    pieces = [piece(text) for text in (code, *others)]
-    return set(local_names(pieces, outside)[0])
+def local(code: str, *others: str, inputs: tuple[str, ...] = ()) -> set[str]:
+    automaton = automaton_of(code, *others, inputs=inputs)
+    return set(automaton.code[1].bound - automaton.shared_names(automaton.code[1]))
 
 
 @pytest.mark.parametrize(
@@ -83,7 +86,7 @@ def test_what_other_code_mentions_is_shared(other: str) -> None:
 
 
 def test_variables_and_inputs_are_shared() -> None:
-    assert local("x = y = 1\nuse(x, y)", outside=("x",)) == {"y"}
+    assert local("x = y = 1\nuse(x, y)", inputs=("x",)) == {"y"}
 
 
 _simple = st.sampled_from(
@@ -113,20 +116,21 @@ _code = st.lists(st.recursive(_simple, _nested, max_leaves=6), min_size=1, max_s
 @settings(max_examples=examples(300), deadline=None)
 @given(st.lists(_code, min_size=1, max_size=3))
 def test_code_does_the_same_with_local_names(codes: list[str]) -> None:
-    pieces = [piece(code) for code in codes]
-    local = local_names(pieces, ())
-    assert trace(pieces, [frozenset()] * len(pieces)) == trace(pieces, local)
+    automaton = automaton_of(*codes)
+    pieces = list(automaton.code.values())
+    all_shared = [piece.bound for piece in pieces]
+    assert trace(pieces, all_shared) == trace(pieces, [automaton.shared_names(piece) for piece in pieces])
 
 
-def trace(pieces: list[Code], local: list[frozenset[str]]) -> list[object]:
+def trace(pieces: list[Piece], shared: list[frozenset[str]]) -> list[object]:
     """Run the pieces by turns, as an automaton does, and return what they put out and raise."""
-    shared = sorted(set().union(*(code.bound - names for code, names in zip(pieces, local, strict=True))))
-    lines = ["def automaton(n, out, swallowed):", *(f"    {name}: object" for name in shared), "    pass"]
-    for number, (code, names) in enumerate(zip(pieces, local, strict=True)):
+    names = sorted(set[str]().union(*shared))
+    lines = ["def automaton(n, out, swallowed):", *(f"    {name}: object" for name in names), "    pass"]
+    for number, (piece, own) in enumerate(zip(pieces, shared, strict=True)):
         lines.append(f"    def piece_{number}():")
-        if code.bound - names:
-            lines.append(f"        nonlocal {', '.join(sorted(code.bound - names))}")
-        lines += code.indented(2)
+        if own:
+            lines.append(f"        nonlocal {', '.join(sorted(own))}")
+        lines += piece.code.indented(2)
     functions = ", ".join(f"piece_{number}" for number in range(len(pieces)))
     lines.append(f"    return [{functions}]")
     namespace: dict[str, Any] = {}

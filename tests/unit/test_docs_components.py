@@ -7,7 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from codegen.hfsm.generation.attributes import STANDARD_OPTIONS
+from codegen.hfsm.checks.component import STANDARD_OPTIONS
 from tests.support.codegen_command import ROOT, codegen
 from tests.support.pages import DOCS, blocks_of
 

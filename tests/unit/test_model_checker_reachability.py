@@ -252,3 +252,26 @@ def test_everything_rests_where_nothing_can_change() -> None:
     assert not check(alive).deadlocks
     ends = document(automaton(1, [state(1), state(2, final=True)], [after(300, 1, 2)]))
     assert not check(ends).deadlocks
+
+
+def test_the_timer_of_one_that_misses_cycles_as_a_ghost_may_forestall_what_is_always_true() -> None:
+    doc = document(
+        automaton(
+            1, [state(1), state(2, children=[2])], [after(1, 1, 2, id=1), after(1, 2, 1, id=2)], period=50
+        ),
+        automaton(
+            2,
+            [state(1), state(2)],
+            [after(1, 1, 2, id=1), after(150, 2, 1, id=2), when("True", 2, 1, id=3)],
+            period=130,
+            father=1,
+        ),
+    )
+    results = {(each.automaton, each.transition): each for each in check(doc).transitions}
+    assert results[2, 2].reachability is Reachability.POSSIBLE
+
+
+def test_a_timer_of_one_period_that_is_tried_first_fires_before_what_is_always_true() -> None:
+    transitions = [after(100, 1, 1, id=1), when("True", 1, 1, id=2)]
+    first, _ = check(document(automaton(1, [state(1)], transitions, period=100))).transitions
+    assert first.reachability is Reachability.POSSIBLE

@@ -16,8 +16,7 @@ from typing import Final
 
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import component_path
-from codegen.hfsm.code.python import analyze_library
-from codegen.hfsm.code.text import CodeError, without_warnings
+from codegen.hfsm.code.text import CodeError, parse_import, without_warnings
 from codegen.hfsm.document import Automaton, Document
 from codegen.hfsm.extension import find_extension
 from codegen.hfsm.known_interfaces import KnownInterfaces
@@ -121,7 +120,7 @@ def _imports(document: Document) -> Iterator[str]:
     for library in document.libraries:
         if library.is_module and not library.name.is_blank:
             try:
-                yield analyze_library(library.name)[0]
+                yield parse_import(library.name)[0]
             except CodeError:  # the checks tell of it
                 continue
 

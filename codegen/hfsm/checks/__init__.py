@@ -6,52 +6,64 @@ origin's generated code gave a meaning is a warning and not an error, so that it
 
 from __future__ import annotations
 
-from pathlib import Path
-
-from ...diagnostics import Diagnostics
-from ..analysis import Analysis, analyze
-from ..code.names import RESERVED
-from ..code.pieces import is_foreign
-from ..document import Document
+from ...diagnostics import Diagnostics, Location
+from ..analysis import Analysis
+from ..code.language import first_foreign, notes_about, report_foreign
+from ..code.names import RESERVED, reserved_names
+from ..codes import Code
+from ..extension import ExtensionClass
 from ..known_interfaces import KnownInterfaces
 from .attributes import check_attributes
 from .blocking import check_blocking
-from .component import COMPONENT_ATTRIBUTES, ON_ERROR, ON_REFUSED, check_component, check_file_name
-from .constants import delay, milliseconds, truth
+from .component import check_component, check_file_name, check_functions, check_libraries, check_parameters
 from .events import check_events
 from .flow import assignments_of, check_flow
-from .names import check_names, check_start, check_variables
+from .inputs import check_arguments, check_inputs
+from .names import check_names, check_reserved, check_start, check_variables
 from .report import Report
-from .structure import check_arguments, check_automaton, check_tree
+from .structure import check_automaton, check_tree
 
-__all__ = ["COMPONENT_ATTRIBUTES", "ON_ERROR", "ON_REFUSED", "check", "delay", "milliseconds", "truth"]
+__all__ = ["check"]
 
 _STAR = "*"
 
 
 def check(
-    document: Document,
-    path: Path,
+    analysis: Analysis,
     interfaces: KnownInterfaces,
     diagnostics: Diagnostics,
-    analysis: Analysis | None = None,
+    extension: ExtensionClass | None = None,
 ) -> None:
     """Report everything that is wrong or doubtful in a document; what it imports has been resolved.
 
-    Code that is no Python is reported when the component is generated; here it is left out, with all that
-    could only be said if it were known. What can never happen the model checker reports. `analysis` is that
-    of the document, where it has been made.
+    Where code is no Python, what could only be said if it were known is left out. What can never happen the
+    model checker reports. `extension` is the hand-written base of the component.
     """
-    analysis = analysis or analyze(document, path)
+    document, path = analysis.document, analysis.path
     report = Report(path, diagnostics)
-    check_file_name(path, analysis.libraries.values(), report)
+    check_file_name(analysis, report)
     check_component(document, interfaces, report)
     check_tree(document, report)
     for automaton in document.automata:
         check_automaton(automaton, report)
-    check_arguments(document, report)
-    if not is_foreign(document):
-        _check_code(analysis, interfaces, report)
+    if (foreign := first_foreign(document, path)) is not None:
+        report_foreign(foreign, document.language.text.strip()[:20], diagnostics)
+        return
+    for text, file, error in analysis.problems:
+        place = Location(file, error.line, max(1, error.column))
+        report.error(Code.BAD_CODE, str(error), place, notes_about(text.text))
+    reserved = reserved_names(document)
+    if extension is not None:
+        reserved |= {"load_extension", extension.class_name}
+    check_libraries(analysis, reserved, report)
+    check_parameters(document, check_functions(analysis, report), report)
+    automata = {automaton.id: automaton for automaton in reversed(document.automata)}
+    for _, state in document.states():
+        check_arguments(state, automata, report)
+    for code in analysis.automata:
+        check_inputs(document, code, reserved, report)
+        check_reserved(code, reserved, report)
+    _check_code(analysis, interfaces, report)
 
 
 def _check_code(analysis: Analysis, interfaces: KnownInterfaces, report: Report) -> None:

@@ -11,7 +11,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
 
-from ...diagnostics import Location, Note, did_you_mean
+from ...diagnostics import Note, did_you_mean
 from ..analysis import COMPONENT_ALIASES, Access, Analysis, Piece
 from ..code.text import all_nodes
 from ..codes import Code
@@ -143,7 +143,7 @@ def _check_known(found: Iterable[Access], names: set[str], known: KnownInterface
         if len(access.path) > 1 and (interface := _guess(name, known)):
             notes.append(Note(f"a proxy of `{interface}` has to be declared among the interfaces"))
         message = f"`self.{name}` is no interface, function or parameter, and nothing assigns it"
-        report.warning(Code.UNKNOWN_ATTRIBUTE, message, _place(access, 0), notes)
+        report.warning(Code.UNKNOWN_ATTRIBUTE, message, access.place(0), notes)
 
 
 def _guess(name: str, known: KnownInterfaces) -> str | None:
@@ -168,7 +168,7 @@ def _check_calls(
         if operation is None:
             message = f"`{interface.scoped_name}` has no operation `{access.path[1]}`"
             notes = did_you_mean(access.path[1], available)
-            report.warning(Code.UNKNOWN_OPERATION, message, _place(access, 1), notes)
+            report.warning(Code.UNKNOWN_OPERATION, message, access.place(1), notes)
         elif len(access.path) == 2:
             _check_arguments(access, operation, report)
         else:
@@ -188,10 +188,10 @@ def _check_stream(access: Access, operation: Operation, report: Report) -> None:
             _check_arguments(access, operation, report)
     elif not operation.is_streamed:
         message = f"`{operation.name}` is not streamed, and has no `{name}`: it can only be called"
-        report.warning(Code.UNKNOWN_OPERATION, message, _place(access, 2))
+        report.warning(Code.UNKNOWN_OPERATION, message, access.place(2))
     elif name not in STREAM:
         message = f"a streamed operation has no `{name}`: it has {', '.join([_BEGIN, *STREAM])}"
-        report.warning(Code.UNKNOWN_OPERATION, message, _place(access, 2), did_you_mean(name, STREAM))
+        report.warning(Code.UNKNOWN_OPERATION, message, access.place(2), did_you_mean(name, STREAM))
     elif len(access.path) == 3:
         _check_arguments(access, STREAM[name], report)
 
@@ -218,12 +218,8 @@ def _check_arguments(access: Access, operation: Operation, report: Report) -> No
     else:
         return
     note = Note(f"it is called as `{operation.name}({', '.join(parameters)})`")
-    report.warning(Code.BAD_CALL, message, _place(access, -1), [note])
+    report.warning(Code.BAD_CALL, message, access.place(-1), [note])
 
 
 def _count(parameters: Sequence[str]) -> str:
     return {0: "no argument", 1: "1 argument"}.get(len(parameters), f"{len(parameters)} arguments")
-
-
-def _place(access: Access, index: int) -> Location:
-    return access.piece.place_of_attribute(access.nodes[index])

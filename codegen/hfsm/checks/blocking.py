@@ -8,9 +8,9 @@ from typing import Final
 
 from ...diagnostics import Note
 from ..analysis import Analysis, Piece, imported_names
-from ..code.text import own_nodes
+from ..code.text import dotted, own_nodes
+from ..code.values import milliseconds, seconds, truth
 from ..codes import Code
-from .constants import milliseconds, seconds, truth
 from .report import Report
 
 __all__ = ["check_blocking"]
@@ -51,7 +51,7 @@ def check_blocking(analysis: Analysis, report: Report) -> None:
                 _report(piece, node, message, period, report)
             for name in _called(calls.get(piece, ()), calls):
                 shortest[name] = min(period, shortest.get(name, period))
-        if code.variables is not None:
+        if code.variables is not None and not code.variables.is_deep:
             for node, message in _blocking(code.variables.tree, "self", modules, None, sleeps):
                 _report(code.variables, node, message, None, report)
     for piece in analysis.functions:
@@ -93,7 +93,7 @@ def _blocking(
     for node in own_nodes(tree):
         match node:
             case ast.Call(func=func):
-                message = _blocking_call(node, _dotted(func, self_name, modules), period, sleeps)
+                message = _blocking_call(node, _full_name(func, self_name, modules), period, sleeps)
                 if message:
                     yield node, message
             case ast.While(test=test) if truth(test) is True and not _has_way_out(node):
@@ -128,7 +128,7 @@ def _has_way_out(loop: ast.While | ast.For) -> bool:
             inner = [other for other in own_nodes(node) if isinstance(other, ast.Return | ast.Raise)]
             if inner or any(_has_break(statement) for statement in node.orelse):
                 return True
-        elif isinstance(node, ast.Call) and _dotted(node.func, "self", {}) in _EXITS:
+        elif isinstance(node, ast.Call) and _full_name(node.func, "self", {}) in _EXITS:
             return True
         elif not isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef | ast.Lambda):
             pending += ast.iter_child_nodes(node)
@@ -139,16 +139,10 @@ def _has_break(node: ast.AST) -> bool:
     return isinstance(node, ast.Break) or any(isinstance(inner, ast.Break) for inner in own_nodes(node))
 
 
-def _dotted(node: ast.expr, self_name: str, modules: Mapping[str, str]) -> str:
+def _full_name(node: ast.expr, self_name: str, modules: Mapping[str, str]) -> str:
     """Return what is called by its full name, such as `time.sleep`, or an empty text."""
-    parts: list[str] = []
-    while isinstance(node, ast.Attribute):
-        parts.append(node.attr)
-        node = node.value
-    if not isinstance(node, ast.Name):
-        return ""
-    first = "self" if node.id == self_name else modules.get(node.id, node.id)
-    return ".".join([first, *parts[::-1]])
+    first, *others = dotted(node) or [""]
+    return ".".join(["self" if first == self_name else modules.get(first, first), *others])
 
 
 def _imports(tree: ast.AST) -> dict[str, str]:

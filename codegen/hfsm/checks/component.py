@@ -1,4 +1,7 @@
-"""Check what a component declares: the name of its file, its policies and its interfaces."""
+"""Check what a component declares: its file, policies, libraries, interfaces, functions and parameters.
+
+Interfaces, functions and parameters all become attributes of `self`, and need different names.
+"""
 
 from __future__ import annotations
 
@@ -6,18 +9,30 @@ import keyword
 import re
 import sys
 import unicodedata
-from collections.abc import Iterable
-from pathlib import Path
+from collections.abc import Collection
 from typing import Final
 
 from ...diagnostics import Location, Note, did_you_mean
+from ..analysis import Analysis, imported_names
 from ..code.names import identifier
+from ..code.text import definitions
+from ..code.values import PARAMETER_TYPES, ValueTextError, parse_value
 from ..codes import Code
-from ..document import Document, Interface
+from ..document import Document, Interface, Parameter
 from ..known_interfaces import KnownInterfaces
 from .report import Report
 
-__all__ = ["COMPONENT_ATTRIBUTES", "ON_ERROR", "ON_REFUSED", "check_component", "check_file_name"]
+__all__ = [
+    "COMPONENT_ATTRIBUTES",
+    "ON_ERROR",
+    "ON_REFUSED",
+    "STANDARD_OPTIONS",
+    "check_component",
+    "check_file_name",
+    "check_functions",
+    "check_libraries",
+    "check_parameters",
+]
 
 ON_ERROR: Final = ("stop", "continue")
 """What a component may do after an error in its code; the first is the default."""
@@ -27,6 +42,16 @@ ON_REFUSED: Final = ("pause", "error")
 
 COMPONENT_ATTRIBUTES: Final = frozenset({"automaton", "clock", "log", "mark", "send", "sleep"})
 """Attributes that every component has. A function of a document may be called like one, and wins."""
+
+STANDARD_OPTIONS: Final = frozenset(
+    {
+        *("realm", "connect", "listen", "mode", "authority", "certificate", "key"),
+        *("clock", "timeout", "config", "show_config", "log_level"),
+        *("on_error", "on_refused", "seconds", "begin_at", "breakpoint", "stay_halted"),
+        *("record", "record_images", "help"),
+    }
+)
+"""Options that the command line of every component has, which no parameter can be called."""
 
 _LIBRARIES: Final = sys.stdlib_module_names | {
     *("cv2", "lz4", "mcap", "msgpack", "msgspec", "numpy", "rich", "typer", "zenoh", "zstandard"),
@@ -56,13 +81,100 @@ def check_component(document: Document, known: KnownInterfaces, report: Report) 
         _check_type(interface, known, report)
 
 
-def check_file_name(path: Path, imported: Iterable[str], report: Report) -> None:
-    """Check that the component's file hides no library; `imported` are those of the document, dotted."""
-    name = identifier(path.stem, "component")
+def check_file_name(analysis: Analysis, report: Report) -> None:
+    """Check that the component's file hides no library."""
+    name = identifier(analysis.path.stem, "component")
+    imported = analysis.libraries.values()
     if name in _LIBRARIES or name in {library.split(".")[0] for library in imported}:
         message = f"its component {name}.py would hide the library `{name}`: rename the document"
         note = Note(f"programs that are started in its directory import {name}.py instead, and most fail")
-        report.warning(Code.HIDDEN_LIBRARY, message, Location(path), [note])
+        report.warning(Code.HIDDEN_LIBRARY, message, Location(analysis.path), [note])
+
+
+def check_libraries(analysis: Analysis, reserved: Collection[str], report: Report) -> None:
+    """Check that libraries take no names that are `reserved` for the component."""
+    for each in analysis.imports:
+        for name in sorted(imported_names(each.node).keys() & reserved):
+            message = f"`{name}` is a name that the component needs: choose another"
+            place = Location(each.library.path or analysis.path, each.library.name.line)
+            report.error(Code.RESERVED_NAME, message, place)
+
+
+def check_functions(analysis: Analysis, report: Report) -> dict[str, Location]:
+    """Check the names of functions, also against those of interfaces; return the first place of each."""
+    first: dict[str, Location] = {}
+    for piece in analysis.all_functions:
+        for node in definitions(piece.tree):
+            name, place = node.name, Location(piece.path, piece.code.line + node.lineno - 1)
+            if name == "automaton" or name.startswith("_hfsm"):
+                message = f"`self.{name}` belongs to every component: rename the function"
+                report.error(Code.FUNCTION_NAME_TAKEN, message, place)
+            elif name in first:
+                note = Note("the first is here", first[name])
+                report.error(Code.FUNCTION_NAME_TAKEN, f"a second function is called `{name}`", place, [note])
+            first.setdefault(name, place)
+    for interface in analysis.document.interfaces:
+        if interface.name in first:
+            note = Note("the function is here", first[interface.name])
+            message = f"`{interface.name}` is both an interface and a function"
+            report.error(Code.FUNCTION_NAME_TAKEN, message, report.place(interface), [note])
+    return first
+
+
+def check_parameters(document: Document, functions: dict[str, Location], report: Report) -> None:
+    """Check names, types and defaults of parameters; `functions` are those of the document."""
+    interfaces = {interface.name: interface for interface in document.interfaces}
+    first: dict[str, Parameter] = {}
+    for parameter in document.parameters:
+        name = parameter.name
+        notes: list[Note] = []
+        problem = ""
+        if not name.isidentifier() or not name.isascii() or keyword.iskeyword(name):
+            problem = f"`{name[:60]}` cannot be a parameter: a name has ASCII letters, digits and _"
+        elif name in COMPONENT_ATTRIBUTES or name.startswith("_"):
+            problem = f"`self.{name}` belongs to every component: choose another name"
+        elif name in STANDARD_OPTIONS:
+            problem = f"`--{name.replace('_', '-')}` is an option of every component: choose another name"
+        elif name in first:
+            problem = f"a second parameter is called `{name}`"
+            notes = [report.first(first[name])]
+        elif name.startswith("no_") and _is_flag(first.get(name[3:])):
+            problem = f"`--no-{name[3:]}` turns the parameter `{name[3:]}` off: choose another name"
+            notes = [Note("that parameter is here", report.place(first[name[3:]]))]
+        elif name in interfaces:
+            problem = f"`{name}` is both a parameter and an interface"
+            notes = [Note("the interface is here", report.place(interfaces[name]))]
+        elif name in functions:
+            problem = f"`{name}` is both a parameter and a function"
+            notes = [Note("the function is here", functions[name])]
+        if problem:
+            report.error(Code.BAD_PARAMETER, problem, report.place(parameter), notes)
+        first.setdefault(name, parameter)
+        _check_default(parameter, report)
+
+
+def _check_default(parameter: Parameter, report: Report) -> None:
+    type_name = parameter.type.text.strip()
+    wrong = parameter.type
+    if type_name not in PARAMETER_TYPES:
+        found = f", not `{type_name[:40]}`" if type_name else ""
+        problem = f"its type is one of {', '.join(PARAMETER_TYPES)}{found}"
+    else:
+        wrong = parameter.default
+        try:
+            if not wrong.is_blank:
+                parse_value(type_name, wrong)
+                return
+            problem = "it needs a default"
+        except ValueTextError as error:
+            problem = str(error)
+    where = parameter if wrong.is_blank else wrong
+    place = Location(report.place(parameter).path, where.line, max(1, where.column))
+    report.error(Code.BAD_PARAMETER, f"the parameter `{parameter.name}`: {problem}", place)
+
+
+def _is_flag(parameter: Parameter | None) -> bool:
+    return parameter is not None and parameter.type.text.strip() == "bool"
 
 
 def is_attribute(name: str) -> bool:

@@ -77,7 +77,9 @@ class _Senders:
         self._places: dict[Piece, _Place] = {}
         for code in analysis.automata:
             stays, changes = [*code.code.items()], [*code.entry.items(), *code.exit.items()]
-            changes += [(state, piece) for state, pieces in code.arguments.items() for piece in pieces]
+            changes += [
+                (state, piece) for state, pieces in code.arguments.items() for piece in pieces.values()
+            ]
             for transition in code.automaton.transitions:
                 condition, fired = code.condition_of(transition), code.fired_by(transition)
                 stays += [] if condition is None else [(transition.origin, condition)]

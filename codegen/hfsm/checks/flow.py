@@ -402,7 +402,7 @@ class _Flow:
 
     def _enter(self, state: State, names: _Names) -> _Names:
         names = self._run(self._code.entry.get(state.id), names)
-        for argument in self._code.arguments.get(state.id, ()):
+        for argument in self._code.arguments.get(state.id, {}).values():
             names = self._run(argument, names)
         return names
 

@@ -15,14 +15,14 @@ from typing import Final
 from pyflakes import messages
 from pyflakes.checker import Checker
 
-from ...diagnostics import did_you_mean
+from ...diagnostics import Location, did_you_mean
 from ..analysis import AutomatonCode, Piece
 from ..code.names import RESERVED
 from ..code.text import all_nodes, own_nodes, parse_python
 from ..codes import Code
 from .report import Report
 
-__all__ = ["check_names", "check_start", "check_variables"]
+__all__ = ["check_names", "check_reserved", "check_start", "check_variables"]
 
 _DOUBTFUL: Final = (
     messages.AssertTuple,
@@ -141,6 +141,26 @@ def check_variables(code: AutomatonCode, report: Report) -> None:
                 told.add(name)
                 message = f"nothing reads the variable `{name}`"
                 report.warning(Code.UNREAD_VARIABLE, message, piece.place(target, len(name)))
+
+
+def check_reserved(code: AutomatonCode, reserved: Collection[str], report: Report) -> None:
+    """Check that code takes no names that are `reserved` for the component, or that others share with it."""
+    pieces = [*code.pieces(), *([] if code.variables is None else [code.variables])]
+    for piece in pieces:
+        for name in sorted(piece.bound.intersection(reserved) - {"self"}):  # code cannot assign it at all
+            message = f"`{name}` is a name that the component needs: choose another"
+            report.error(Code.RESERVED_NAME, message, Location(piece.path, piece.code.line))
+    shared = {item.name for item in code.automaton.inputs}.union(*(piece.bound for piece in code.pieces()))
+    for node in () if code.variables is None else own_nodes(code.variables.tree):
+        for name in node.names if isinstance(node, ast.Global) else ():
+            if name in shared:
+                assert code.variables is not None
+                message = (
+                    f"`global {name}` makes `{name}` a name of the whole file, and other code of the "
+                    "automaton assigns its own: strike it here, or say it there, too"
+                )
+                place = code.variables.place(node)
+                report.error(Code.BAD_CODE, message, Location(place.path, place.line))
 
 
 def check_start(code: AutomatonCode, own: Collection[str], report: Report) -> None:

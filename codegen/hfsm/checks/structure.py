@@ -1,19 +1,17 @@
-"""Check the tree of automata, and each state, transition and argument by itself."""
+"""Check the tree of automata, and each state and transition by itself."""
 
 from __future__ import annotations
 
-import ast
 from collections.abc import Iterable, Sequence
 from typing import Final
 
 from ...diagnostics import Note
-from ..code.values import INPUT_TYPES, ValueTextError, parse_value
+from ..code.values import delay, milliseconds
 from ..codes import Code
-from ..document import NO_CHILD, Argument, Automaton, Document, Parameter, State, Transition
-from .constants import delay, milliseconds
+from ..document import NO_CHILD, Automaton, Document, State, Transition
 from .report import Report, state_label, transition_label
 
-__all__ = ["check_arguments", "check_automaton", "check_tree"]
+__all__ = ["check_automaton", "check_tree"]
 
 _MAX_DEPTH: Final = 64
 """Automata above one another: far more than a person draws, far less than Python's stack."""
@@ -188,6 +186,10 @@ def _check_transition(automaton: Automaton, transition: Transition, states: set[
         *others, last = (f'"{known}"' for known in TRIGGERS)
         message = f"{name} has the type `{transition.type[:40]}`: it is {', '.join(others)} or {last}"
         report.error(Code.BAD_TRIGGER, message, trigger)
+    if transition.type == "condition" and transition.trigger.is_blank:
+        report.warning(
+            Code.NO_CONDITION, f"{name} has no condition: it never fires", report.place(transition)
+        )
     if transition.type == "condition" and not transition.guard.is_blank:
         message = f"{name} fires by a condition, which has no guard"
         note = Note("write both into the condition, joined by `and`, or delete the guard")
@@ -235,36 +237,3 @@ def _number(transition: Transition) -> int | None:
     digits = transition.priority.text.strip()
     usable = digits.isascii() and digits.isdigit() and len(digits) < 10
     return int(digits) if usable and int(digits) else None
-
-
-def check_arguments(document: Document, report: Report) -> None:
-    """Check that literals are of the type of their input; other values are checked when handed over."""
-    for _, state in document.states():
-        for argument in state.arguments:
-            declared = _input_of(document, state, argument)
-            if declared is not None:
-                _check_literal(argument, declared, report)
-
-
-def _input_of(document: Document, state: State, argument: Argument) -> Parameter | None:
-    """Return the input that an argument is for; what has none is told when the component is generated."""
-    numbers = state.children if argument.child == NO_CHILD else (argument.child,)
-    children = [child for number in numbers if (child := document.automaton(number)) is not None]
-    found = [item for child in children for item in child.inputs if item.name == argument.name]
-    return found[0] if len(found) == 1 else None
-
-
-def _check_literal(argument: Argument, declared: Parameter, report: Report) -> None:
-    type_name = declared.type.text.strip()
-    if type_name not in INPUT_TYPES:
-        return
-    try:
-        ast.literal_eval(argument.value.text.strip())
-    except (ValueError, TypeError, SyntaxError, MemoryError, RecursionError):
-        return  # an expression
-    try:
-        parse_value(type_name, argument.value)
-    except ValueTextError as error:
-        message = f"the input `{declared.name}` is handed a wrong value: {error}"
-        note = Note("the input is here", report.place(declared))
-        report.error(Code.BAD_ARGUMENT, message, report.place(argument, argument.value), [note])

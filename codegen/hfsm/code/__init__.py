@@ -1,7 +1,6 @@
 """The code that people typed into a document.
 
-`pieces` finds it, `language` tells Python from C++, `text` parses it, `python` understands which names it
-binds, and `reader` reports what is wrong with it; `python2` fixes what is old. `analysis`, beside this
-package, is what checks and model checker know of all code of a document. `values` reads typed values,
-`literals` writes them, and `names` makes names that Python takes.
+`language` finds it and tells Python from C++, `python2` fixes what is old, `text` parses it and refuses what
+cannot run, and `scopes` knows which names are local to it. `values` reads typed values and times, and `names`
+makes names that Python takes. `analysis`, beside this package, is what the tools know of all code.
 """

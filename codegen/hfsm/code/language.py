@@ -1,4 +1,4 @@
-"""Tell in which language the code of a document is written: Python or C++.
+"""Find the code of a document, and tell in which language it is: Python, Python 2 or C++.
 
 Documents of old do not say it. What a person jots down as a placeholder is neither.
 """
@@ -9,18 +9,141 @@ import ast
 import re
 import textwrap
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import replace
 from enum import IntEnum
-from typing import Final
+from pathlib import Path
+from typing import Final, NamedTuple
 
-from ..document import Document
+from ...diagnostics import Diagnostics, Location, Note
+from ..codes import Code
+from ..document import Automaton, Document, State, Text, Transition
 from .python2 import fix_python2, python2_mark
-from .text import parse_python
+from .text import parse_piece, parse_python
 
-__all__ = ["CPP", "PYTHON", "language_of", "looks_like_cpp"]
+__all__ = [
+    "CPP",
+    "PYTHON",
+    "CodeText",
+    "change_code",
+    "code_of",
+    "first_foreign",
+    "is_foreign",
+    "language_of",
+    "looks_like_cpp",
+    "notes_about",
+    "report_foreign",
+]
 
 CPP: Final = "C++"
 PYTHON: Final = "Python"
+_PYTHON: Final = ("", "python", "py", "python3")
+
+
+class CodeText(NamedTuple):
+    """A text with code that is not blank, what it is, and the file that it stands in."""
+
+    what: str
+    text: Text
+    path: Path
+    is_condition: bool
+
+    @property
+    def place(self) -> Location:
+        """Where its first character stands."""
+        return Location(self.path, self.text.line, max(1, self.text.column))
+
+
+def code_of(document: Document, path: Path) -> Iterator[CodeText]:
+    """Yield the code of the automata in the order of the document, which lies at `path`."""
+    for automaton in document.automata:
+        for what, text in _texts(automaton):
+            if not text.is_blank:
+                yield CodeText(what, text, automaton.path or path, what.startswith(_CONDITIONS))
+
+
+_CONDITIONS: Final = ("the condition", "the guard")
+
+
+def _texts(automaton: Automaton) -> Iterator[tuple[str, Text]]:
+    yield f"the variables of automaton {automaton.id}", automaton.variables
+    yield f"a function of automaton {automaton.id}", automaton.functions
+    for state in automaton.states:
+        label = f"`{state.name}`" if state.name.strip() else f"{state.id}"
+        yield f"the entry code of state {label}", state.entry
+        yield f"the code of state {label}", state.code
+        yield f"the exit code of state {label}", state.exit
+        for argument in state.arguments:
+            yield f"the argument `{argument.name}` of state {label}", argument.value
+    for transition in automaton.transitions:
+        label = f"`{transition.name}`" if transition.name.strip() else f"{transition.id}"
+        if transition.type == "condition":
+            yield f"the condition of transition {label}", transition.trigger
+        yield f"the guard of transition {label}", transition.guard
+        yield f"the code of transition {label}", transition.code
+
+
+def change_code(document: Document, change: Callable[[Text], Text]) -> Document:
+    """Return a document in which each piece of code that is not blank is what `change` makes of it."""
+
+    def changed(text: Text) -> Text:
+        return text if text.is_blank else change(text)
+
+    def state(old: State) -> State:
+        arguments = tuple(replace(each, value=changed(each.value)) for each in old.arguments)
+        entry, code = changed(old.entry), changed(old.code)
+        return replace(old, entry=entry, code=code, exit=changed(old.exit), arguments=arguments)
+
+    def transition(old: Transition) -> Transition:
+        trigger = changed(old.trigger) if old.type == "condition" else old.trigger
+        return replace(old, trigger=trigger, guard=changed(old.guard), code=changed(old.code))
+
+    def automaton(old: Automaton) -> Automaton:
+        return replace(
+            old,
+            states=tuple(map(state, old.states)),
+            transitions=tuple(map(transition, old.transitions)),
+            variables=changed(old.variables),
+            functions=changed(old.functions),
+        )
+
+    return replace(document, automata=tuple(map(automaton, document.automata)))
+
+
+def is_foreign(document: Document) -> bool:
+    """Return whether a document says that its code is in another language than Python."""
+    return document.language.text.strip().lower() not in _PYTHON
+
+
+def first_foreign(document: Document, path: Path) -> CodeText | None:
+    """Return the first code of another language in a document that says to be in one, or None without code.
+
+    `path` is where the document lies.
+    """
+    found = list(code_of(document, path)) if is_foreign(document) else []
+    return next((each for each in found if looks_like_cpp(each.text.text)), found[0] if found else None)
+
+
+def report_foreign(first: CodeText, language: str, diagnostics: Diagnostics, *notes: Note) -> None:
+    """Report that a document is in another language, by the `first` code of it."""
+    message = f"{language} in {first.what}: it is kept, but only Python runs here"
+    diagnostics.error(Code.FOREIGN_LANGUAGE, message, first.place, notes)
+
+
+def notes_about(code: str) -> list[Note]:
+    """Return in which language code may be that is no Python 3; none for code that is."""
+    if parse_piece(code) is not None:
+        return []
+    try:
+        if fix_python2(code) is not None:
+            return [Note("this is Python 2: `visualhfsm convert --fix-python2` fixes it")]
+    except ModuleNotFoundError as error:
+        if python2_mark(code) is not None:
+            return [Note(f"this may be Python 2: `visualhfsm convert --fix-python2` fixes it; {error}")]
+    if looks_like_cpp(code):
+        return [Note("if the document is in C++, let it say so: `<language>C++</language>`")]
+    return []
+
 
 _CPP_NOISE: Final = re.compile(
     r"""//[^\n]*|/\*.*?(?:\*/|\Z)|"(?:\\.|[^"\\\n])*"|'(?:\\.|[^'\\\n])*'""", re.DOTALL
@@ -67,10 +190,10 @@ def language_of(document: Document) -> str:
     be that than can only be Python.
     """
     lines = dict.fromkeys(_Evidence, 0)
-    for piece, is_condition in _pieces(document):
-        lines[_evidence(piece, is_condition=is_condition)] += sum(
-            1 for line in piece.split("\n") if line.strip()
-        )
+    for each in code_of(document, Path()):
+        code = each.text.text
+        written = sum(1 for line in code.split("\n") if line.strip())
+        lines[_evidence(code, is_condition=each.is_condition)] += written
     if lines[_Evidence.CPP] > lines[_Evidence.PYTHON]:
         return CPP
     return PYTHON if lines[_Evidence.PYTHON] else ""
@@ -79,21 +202,6 @@ def language_of(document: Document) -> str:
 def looks_like_cpp(code: str) -> bool:
     """Return whether a piece of code is C++, and not Python of any age."""
     return _evidence(code) is _Evidence.CPP
-
-
-def _pieces(document: Document) -> Iterator[tuple[str, bool]]:
-    """Yield each piece of code, and whether it is a condition."""
-    for automaton in document.automata:
-        yield automaton.variables.text, False
-        yield automaton.functions.text, False
-        for state in automaton.states:
-            for text in (state.code, state.entry, state.exit):
-                yield text.text, False
-        for transition in automaton.transitions:
-            yield transition.code.text, False
-            yield transition.guard.text, True
-            if transition.type == "condition":
-                yield transition.trigger.text, True
 
 
 def _evidence(code: str, *, is_condition: bool = False) -> _Evidence:

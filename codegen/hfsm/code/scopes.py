@@ -9,45 +9,27 @@ somebody wants to see it in the monitor.
 from __future__ import annotations
 
 import ast
-from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from typing import Final, TypeGuard
 
-from .text import Code, CodeError, all_nodes, parse
+from .text import all_nodes
 
-__all__ = ["local_names"]
+__all__ = ["INSPECTING", "local_names"]
 
-_INSPECTING: Final = frozenset({"dir", "eval", "exec", "globals", "locals", "vars"})
+INSPECTING: Final = frozenset({"dir", "eval", "exec", "globals", "locals", "vars"})
 """Functions that see names which the code does not mention."""
 _DEEPEST: Final = 100
 """Levels of statements below one another; code that is nested deeper shares its names."""
 
 
-def local_names(pieces: Sequence[Code], outside: Iterable[str]) -> list[frozenset[str]]:
-    """Return the names that are local to each of the pieces that run in cycles, in their order.
-
-    `outside` are the names that other code has in common with them: that of the variables, and the inputs.
-    """
-    uses = Counter(name for piece in pieces for name in piece.bound | piece.used)
-    shared = frozenset(outside)
-    if not _INSPECTING.isdisjoint(uses.keys() | shared):
-        return [frozenset()] * len(pieces)
-    found = []
-    for piece in pieces:
-        names = frozenset(name for name in piece.bound - shared if uses[name] == 1)
-        found.append(names - _shared_in(piece, names) if names and not piece.is_expression else frozenset())
-    return found
-
-
-def _shared_in(piece: Code, names: frozenset[str]) -> frozenset[str]:
-    """Return those of the names that must be shared, or that a person may want to see."""
+def local_names(tree: ast.Module, names: frozenset[str]) -> frozenset[str]:
+    """Return those names that are local to a piece of code; `names` are those that no other code has."""
+    walker = _Walker(names)
     try:
-        tree = parse(piece, piece.lines)
-        walker = _Walker(names)
         walker.block(tree.body, frozenset())
-    except (CodeError, _TooDeepError):
-        return names
-    return _unread(tree) | walker.shared
+    except _TooDeepError:
+        return frozenset()
+    return names - walker.shared - _unread(tree)
 
 
 def _unread(tree: ast.Module) -> frozenset[str]:

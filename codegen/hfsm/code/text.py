@@ -1,4 +1,4 @@
-"""Take the code that people typed into a document out of its indentation, and parse it.
+"""Parse the code that people typed into a document, and refuse what cannot stand in a component.
 
 A piece of code becomes the body of a function in the generated component. Its lines stand there as they were
 typed, moved to the right; the inside of a multi-line string is not touched.
@@ -27,11 +27,18 @@ __all__ = [
     "Code",
     "CodeError",
     "all_nodes",
+    "bound_names",
     "compile_source",
+    "definitions",
+    "dotted",
     "own_nodes",
     "parse",
+    "parse_expression",
+    "parse_import",
     "parse_piece",
     "parse_python",
+    "refuse_code",
+    "refuse_functions",
     "split",
     "without_warnings",
 ]
@@ -91,6 +98,15 @@ def _defaults(arguments: ast.arguments) -> Iterator[ast.expr]:
     yield from (default for default in arguments.kw_defaults if default is not None)
 
 
+def dotted(node: ast.AST) -> list[str]:
+    """Return the names of `a.b.c`, or nothing for what does not begin with a name."""
+    names: list[str] = []
+    while isinstance(node, ast.Attribute):
+        names.append(node.attr)
+        node = node.value
+    return [node.id, *names[::-1]] if isinstance(node, ast.Name) else []
+
+
 def parse_piece(source: str) -> ast.Module | None:
     """Return the tree of statements, or of an expression that may span lines; None for what is no Python."""
     text = textwrap.dedent(source)
@@ -125,8 +141,7 @@ class Code:
     `lines` are its lines without the indentation that all share and without empty lines around them; `line`
     is where the first stands in the document, `start` the column of its first character, and `removed` how
     much was taken off the left of the others; `fixed` holds the indices of lines that must not be indented,
-    because they begin inside a string. `bound` are the names that it assigns in its own scope and `used` all
-    names in it.
+    because they begin inside a string.
     """
 
     lines: tuple[str, ...]
@@ -134,10 +149,6 @@ class Code:
     fixed: frozenset[int] = frozenset()
     start: int = 1
     removed: int = 0
-    bound: frozenset[str] = frozenset()
-    used: frozenset[str] = frozenset()
-    has_statements: bool = True
-    is_expression: bool = False
 
     def error(self, message: str, line: int = 1, column: int = 1) -> CodeError:
         """Return an error at a line and column of the code, both from 1."""
@@ -237,6 +248,116 @@ def compile_source(source: str, code: Code, header: int = 0, columns: int = 0) -
         raise code.error(f"not valid Python: {error.msg}", line, column) from error
     except (RecursionError, MemoryError) as error:
         raise code.error("the code is nested too deeply") from error
+
+
+def parse_expression(code: Code, what: str) -> ast.Module:
+    """Return the tree of an expression that may span lines, with one line of ours before it.
+
+    `what` it is, for the messages. Raises CodeError.
+    """
+    # Parentheses on lines of their own let the expression span lines and end with a comment.
+    tree = parse(code, ("(", *code.lines, ")"), header=1)
+    statement = tree.body[0]
+    # A tuple takes in the parentheses, and so does what closes them itself, as in `a) or (b`.
+    if len(tree.body) != 1 or not isinstance(statement, ast.Expr) or statement.value.lineno == 1:
+        raise code.error(f"a {what} is one expression")
+    return tree
+
+
+def parse_import(text: Text) -> tuple[str, ast.Import | ast.ImportFrom]:
+    """Return a library as an import statement with its tree. Raises CodeError."""
+    written = text.text.strip()
+    statement = written if re.match(r"(import|from)\s", written) else f"import {written}"
+    try:
+        body = parse_python(statement).body
+    except SyntaxError:
+        body = []
+    if len(body) != 1 or not isinstance(body[0], ast.Import | ast.ImportFrom) or "\n" in statement:
+        message = f"`{written[:60]}` is no library: write `cv2`, `numpy as np` or `from math import pi`"
+        raise CodeError(message, text.line, text.column)
+    if isinstance(body[0], ast.ImportFrom) and body[0].module == "__future__":
+        raise CodeError("`__future__` changes how a file is read, and is no library", text.line, text.column)
+    return statement, body[0]
+
+
+def refuse_code(tree: ast.Module, code: Code, header: int = 0, *, is_variables: bool = False) -> None:
+    """Raise CodeError for code that cannot be the body of a function, as an expression with a `header`.
+
+    Variables stand in the middle of a function, and must not return from it.
+    """
+    for node in own_nodes(tree):
+        place = (getattr(node, "lineno", 1) - header, getattr(node, "col_offset", 0) + 1)
+        match node:
+            case ast.Yield() | ast.YieldFrom() | ast.Await() | ast.AsyncFor() | ast.AsyncWith():
+                word = "yield" if isinstance(node, ast.Yield | ast.YieldFrom) else "await"
+                message = f"`{word}` has no place here: the code of a cycle runs from start to end"
+                raise code.error(message, *place)
+            case ast.Return() if is_variables:
+                raise code.error("`return` has no place in the variables", *place)
+            case ast.Nonlocal() if is_variables:
+                message = "`nonlocal` has no place in the variables: no code stands around them"
+                raise code.error(message, *place)
+            case ast.ImportFrom(names=names) if any(alias.name == "*" for alias in names):
+                raise code.error("`import *` has no place here: name it among the libraries", *place)
+    # Whether other code binds the names that functions in here take from outside, the whole component shows.
+    outer = {name for node in all_nodes(tree) if isinstance(node, ast.Nonlocal) for name in node.names}
+    lines = [FUTURE, "def _outer():", f"{INDENT}{' = '.join(sorted(outer | {'_'}))} = None"]
+    lines += [f"{INDENT}def _inner():", *([f"{INDENT * 2}return ("] if header else [])]
+    end = f"{INDENT * 2})" if header else f"{INDENT * 2}pass"
+    source = "\n".join([*lines, *code.indented(2), end]) + "\n"
+    compile_source(source, code, len(lines), columns=2 * len(INDENT))
+    if "self" in bound_names(tree):
+        raise code.error("`self` is the component: no code can assign it")
+    for node in own_nodes(tree) if not is_variables else ():
+        match node:
+            case ast.AnnAssign(target=ast.Name(id=name)):
+                message = f"`{name}` is shared by all code of its automaton: annotate it in the variables"
+                raise code.error(message, node.lineno, node.col_offset + 1)
+
+
+def refuse_functions(code: Code) -> None:
+    """Raise CodeError for code that cannot be the body of a class."""
+    source = "\n".join([FUTURE, "class _Component:", *code.indented(1), f"{INDENT}pass"])
+    compile_source(source, code, header=2, columns=len(INDENT))
+
+
+def definitions(tree: ast.Module) -> Iterator[ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef]:
+    """Yield the functions and classes that code defines outside of others."""
+    for node in tree.body:
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
+            yield node
+
+
+def bound_names(tree: ast.AST) -> frozenset[str]:
+    """Return the names that code binds in its own scope: assigns, deletes, defines, imports or captures."""
+    targets: set[ast.AST] = set()  # of comprehensions, which are names of those
+    names: set[str] = set()
+    outside: set[str] = set()
+    for node in own_nodes(tree):
+        match node:
+            case ast.comprehension(target=target):
+                targets.update(ast.walk(target))
+            case ast.Global(names=declared):
+                outside.update(declared)
+            case ast.Nonlocal(names=declared):
+                names.update(declared)
+    for node in own_nodes(tree):
+        match node:
+            case ast.Name(id=name, ctx=ast.Store() | ast.Del()) if node not in targets:
+                names.add(name)
+            case ast.alias(name=name, asname=alias):
+                names.add(alias or name.split(".")[0])
+            case ast.FunctionDef(name=name) | ast.AsyncFunctionDef(name=name) | ast.ClassDef(name=name):
+                names.add(name)
+            case (
+                ast.ExceptHandler(name=str(name))
+                | ast.MatchAs(name=str(name))
+                | ast.MatchStar(name=str(name))
+            ):
+                names.add(name)
+            case ast.MatchMapping(rest=str(name)):
+                names.add(name)
+    return frozenset(names - outside)
 
 
 @contextmanager

@@ -1,4 +1,4 @@
-"""Read the typed values of a document: the defaults of parameters and inputs, which are Python literals."""
+"""Read what a document says before anything runs: typed values, times, and expressions that are constant."""
 
 from __future__ import annotations
 
@@ -9,7 +9,16 @@ from typing import Final
 
 from ..document import Text
 
-__all__ = ["INPUT_TYPES", "PARAMETER_TYPES", "ValueTextError", "parse_value"]
+__all__ = [
+    "INPUT_TYPES",
+    "PARAMETER_TYPES",
+    "ValueTextError",
+    "delay",
+    "milliseconds",
+    "parse_value",
+    "seconds",
+    "truth",
+]
 
 PARAMETER_TYPES: Final = ("int", "float", "bool", "str")
 """The types of parameters: what a command line can say."""
@@ -54,3 +63,96 @@ def _finite(value: float, written: str) -> float:
     if not math.isfinite(number):
         raise ValueTextError(f"`{written[:40]}` is too large for a float")
     return number
+
+
+_MAX_MILLISECONDS: Final = 1e12
+_SHORTEST: Final = 0.000_001
+_UNKNOWN: Final = object()
+
+
+def milliseconds(text: Text) -> float | None:
+    """Return a positive time in ms, or None when the text is none."""
+    try:
+        value = float(text.text.strip().replace("_", "?"))
+    except ValueError:
+        return None
+    return value if math.isfinite(value) and _SHORTEST <= value <= _MAX_MILLISECONDS else None
+
+
+def delay(text: Text) -> float | None:
+    """Return the time of a transition in ms, or None when the text is none.
+
+    The origin took 0 for the next cycle, and so does the shortest of all times.
+    """
+    try:
+        return milliseconds(text) or (_SHORTEST if float(text.text.strip()) == 0 else None)
+    except ValueError:
+        return None
+
+
+def truth(node: ast.expr) -> bool | None:
+    """Return whether an expression is always true or always false; None when that depends."""
+    match node:
+        case ast.UnaryOp(op=ast.Not(), operand=operand):
+            value = truth(operand)
+            return None if value is None else not value
+        case ast.BoolOp(op=operator, values=operands):
+            values = [truth(operand) for operand in operands]
+            decisive = isinstance(operator, ast.Or)
+            if decisive in values:
+                return decisive
+            return None if None in values else not decisive
+        case ast.Compare():
+            return _comparison(node)
+    constant = _constant(node)
+    return None if constant is _UNKNOWN else bool(constant)
+
+
+def seconds(node: ast.expr) -> float | None:
+    """Return a number that is written out, such as `2` or `0.5 * 3`; None for any other expression."""
+    match node:
+        case ast.Constant(value=int() | float() as value) if not isinstance(value, bool):
+            return float(value)
+        case ast.BinOp(left=left, op=ast.Mult() | ast.Div() | ast.Add() | ast.Sub() as operator, right=right):
+            first, second = seconds(left), seconds(right)
+            if first is None or second is None:
+                return None
+            match operator:
+                case ast.Mult():
+                    return first * second
+                case ast.Add():
+                    return first + second
+                case ast.Sub():
+                    return first - second
+            return first / second if second else None
+    return None
+
+
+def _comparison(node: ast.Compare) -> bool | None:
+    left, right = _constant(node.left), _constant(node.comparators[0])
+    if len(node.ops) > 1 or left is _UNKNOWN or right is _UNKNOWN:
+        return None
+    try:
+        match node.ops[0]:
+            case ast.Eq():
+                return bool(left == right)
+            case ast.NotEq():
+                return bool(left != right)
+            case ast.Lt():
+                return bool(left < right)  # type: ignore[operator]
+            case ast.LtE():
+                return bool(left <= right)  # type: ignore[operator]
+            case ast.Gt():
+                return bool(left > right)  # type: ignore[operator]
+            case ast.GtE():
+                return bool(left >= right)  # type: ignore[operator]
+    except TypeError:
+        return None
+    return None
+
+
+def _constant(node: ast.expr) -> object:
+    try:
+        return ast.literal_eval(node)
+    except (ValueError, TypeError, MemoryError, RecursionError):
+        return _UNKNOWN

@@ -18,9 +18,7 @@ from pathlib import Path
 from typing import Final
 
 from ...diagnostics import Diagnostics, Location, Note
-from ..code.language import CPP, language_of
-from ..code.pieces import change_code
-from ..code.reader import first_foreign
+from ..code.language import CPP, change_code, first_foreign, language_of
 from ..code.text import parse_piece
 from ..codes import Code
 from ..document import Automaton, Comment, Document, Text, Transition

@@ -14,7 +14,7 @@ from typing import Final
 
 from ...diagnostics import Note
 from ..analysis import Analysis
-from ..code.pieces import is_foreign
+from ..code.language import is_foreign
 from ..document import Text
 from ..sends import sends_of, unclear_sends
 from .guards import Conjunction, satisfy

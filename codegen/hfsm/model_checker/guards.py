@@ -16,8 +16,8 @@ from enum import IntEnum
 from typing import Final
 
 from ..analysis import Analysis, imported_names
-from ..checks import truth
 from ..code.text import all_nodes
+from ..code.values import truth
 from ..document import Automaton, Text, Transition
 
 __all__ = ["Answer", "Answers", "Conjunction", "conjunction", "satisfy"]

@@ -11,9 +11,9 @@ from typing import Final
 
 from ...diagnostics import Location, Note
 from ..analysis import Analysis, analyze
-from ..checks import delay as transition_time
-from ..checks import milliseconds
-from ..code.pieces import is_foreign
+from ..code.language import is_foreign
+from ..code.values import delay as transition_time
+from ..code.values import milliseconds
 from ..document import DEFAULT_PERIOD, Automaton, Document, State, Text, Transition
 from .guards import Answer, Answers, Conjunction, conjunction
 

@@ -14,7 +14,7 @@ from typing import Final
 
 from codegen.diagnostics import Diagnostics, Location
 
-from ..code.pieces import is_foreign
+from ..code.language import is_foreign
 from ..codes import Code
 from ..document import NO_CHILD, Automaton, Comment, Document, Node, Parameter, State, Text, Transition
 from ..formats.writer import INDENT, attributes_text, escaped, write_document

@@ -1,0 +1,304 @@
+"""Write the method of one automaton: its variables, a function for each piece of code, its structure."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from .analysis import AutomatonCode, Piece
+from .code.names import RESERVED, docstring, identifier, literal, quoted, unique
+from .code.text import INDENT, Code
+from .code.values import delay, milliseconds, parse_value
+from .document import Automaton, Parameter, State, Transition
+
+__all__ = ["AutomatonWriter", "CodeLines", "Line"]
+
+_LONGEST_LINE: Final = 110
+_EVENT: Final = "event: Event"
+_OURS: Final = RESERVED | {"Event", "Input", "bool", "float", "int", "object", "str"}
+"""Names that the method of an automaton may use itself."""
+
+
+@dataclass(frozen=True, slots=True)
+class CodeLines:
+    """Lines of the component that hold code of the document; `path` is the file in which that was written.
+
+    `part`, `automaton` and `id` are what the source map says of it.
+    """
+
+    lines: Sequence[str]
+    code: Code
+    path: Path
+    part: str
+    automaton: int = 0
+    id: int = 0
+
+
+Line = str | CodeLines
+"""A line of the component that the generator writes, or a piece of code."""
+
+
+class AutomatonWriter:
+    """Write the method of one automaton, which the state `owner` owns, or None.
+
+    `automata` are all automata of the component by id, and `methods` the names of their methods. `name` is
+    that of the component, `path` and `source` are the file in which the automaton stands and what messages
+    call it, where that is not the document itself. `needs` are the names that it takes from `hfsm_runtime`.
+    """
+
+    def __init__(
+        self,
+        code: AutomatonCode,
+        owner: State | None,
+        automata: Mapping[int, Automaton],
+        methods: Mapping[int, str],
+        *,
+        name: str,
+        path: Path,
+        source: str,
+    ) -> None:
+        self._code, self._owner, self._automata, self._methods = code, owner, automata, methods
+        self._automaton = automaton = code.automaton
+        self._name, self._path, self._source = name, path, source
+        self._shared = {name for piece in code.pieces() for name in code.shared_names(piece)}
+        self._taken = {item.name for item in automaton.inputs} | _OURS
+        for piece in (*code.pieces(), *([] if code.variables is None else [code.variables])):
+            self._taken |= piece.bound | piece.used
+        self._functions: list[Line] = []
+        self._set_inputs = self._inputs()
+        states = [self._state(index, state) for index, state in enumerate(automaton.states)]
+        self._transition_functions = [self._transition_code(item) for item in automaton.transitions]
+        self._names = [
+            self._unused(identifier(state.name, f"state_{state.id}"), state.id) for state in automaton.states
+        ]
+        self._by_id = {state.id: name for state, name in zip(automaton.states, self._names, strict=True)}
+        self._states = [
+            line
+            for name, arguments in zip(self._names, states, strict=True)
+            for line in _call(f"{name} = State", arguments, 2)
+        ]
+
+    @property
+    def needs(self) -> set[str]:
+        """The names that have to be imported for it."""
+        automaton = self._automaton
+        names = {"Automaton", "State"}
+        names |= {"Input"} if automaton.inputs else set()
+        names |= {"Transition"} if automaton.transitions else set()
+        code = self._code
+        if any(
+            item.type == "event" and (code.condition_of(item) or code.fired_by(item))
+            for item in automaton.transitions
+        ):
+            names.add("Event")
+        return names
+
+    def lines(self) -> Iterator[Line]:
+        """Yield the method."""
+        automaton, variables, owner = self._automaton, self._code.variables, self._owner
+        role = f"the state {owner.name!r}" if owner else "the component"
+        source = f", from {self._source}" if self._source else ""
+        yield f"    def {self._methods[automaton.id]}(self) -> Automaton:"
+        yield f'        """Return the automaton of {docstring(role + source)}."""'
+        declared = {item.name for item in automaton.inputs}
+        for item in automaton.inputs:
+            default = _default(item)
+            value = "" if default is None else f" = {default}"
+            yield f"        {item.name}: {item.type.text.strip()}{value}  # input"
+        if variables is not None:
+            yield self._code_lines(variables.code.indented(2), ("variables", 0), variables.code)
+            declared |= variables.bound
+        if self._shared - declared:
+            yield "        # Shared by the code below, and without a value until some of it assigns one."
+            yield from (f"        {name}: object" for name in sorted(self._shared - declared))
+        yield from self._functions
+        yield ""
+        yield from self._states
+        yield "        return Automaton("
+        yield f"            {quoted(owner.name if owner else self._name)},"
+        yield f"            id={automaton.id},"
+        if self._source:
+            line = f"            source={quoted(self._source)},"
+            yield self._code_lines([line], ("automaton", 0), Code((line,), automaton.line))
+        yield f"            period={(milliseconds(automaton.iteration_time) or 0.0) / 1000!r},"
+        if automaton.inputs:
+            yield "            inputs=("
+            for item in automaton.inputs:
+                default = "" if item.default.is_blank else f", default={_default(item)}"
+                type_name = item.type.text.strip()
+                yield f"                Input(name={quoted(item.name)}, type={type_name}{default}),"
+            yield "            ),"
+            yield f"            set_inputs={self._set_inputs},"
+        yield from _tuple("states", self._names)
+        if automaton.transitions:
+            yield "            transitions=("
+            for index, transition in enumerate(automaton.transitions):
+                yield from _call("Transition", self._transition(index, transition), 4, end=",")
+            yield "            ),"
+        yield "        )"
+
+    def _inputs(self) -> str:
+        """Write the function that sets the inputs and return its name; empty without inputs."""
+        inputs = self._automaton.inputs
+        if not inputs:
+            return ""
+        function, values = self._unused("set_inputs"), self._unused("values")
+        lines = self._functions
+        lines += ["", f"        def {function}({values}):"]
+        lines.append(f"            nonlocal {', '.join(sorted(item.name for item in inputs))}")
+        for item in inputs:
+            key = quoted(item.name)
+            value = f"{values}[{key}]" if item.default.is_blank else f"{values}.get({key}, {item.name})"
+            lines.append(f"            {item.name} = {value}")
+        return function
+
+    def _state(self, index: int, state: State) -> list[str]:
+        """Write the code of a state as functions; return what its constructor takes."""
+        found = self._code
+        arguments = [quoted(state.name)]
+        if state.id != index + 1:
+            arguments.append(f"id={state.id}")
+        states = self._automaton.states
+        initial = next((each for each in states if each.initial), states[0])
+        arguments += ["initial=True"] if state is initial else []
+        arguments += ["final=True"] if state.final else []
+        for part, kind, pieces in (
+            ("entry", "entry", found.entry),
+            ("code", "state", found.code),
+            ("exit", "exit", found.exit),
+        ):
+            if state.id in pieces:
+                arguments.append(f"{part}={self._function(kind, part, state, pieces[state.id])}")
+        methods = [f"self.{self._methods[child]}()" for child in state.children if child in self._automata]
+        if methods:
+            arguments.append(f"children=({', '.join(methods)}{',' if len(methods) == 1 else ''})")
+        arguments += ["restart=True"] if state.history.text.strip() == "restart" else []
+        if state.arguments:
+            arguments.append(f"arguments={self._arguments(state)}")
+        return arguments
+
+    def _transition_code(self, transition: Transition) -> list[str]:
+        """Write guard and code of a transition as functions; return what its constructor takes for them."""
+        guard, code = self._code.condition_of(transition), self._code.fired_by(transition)
+        parameter = _EVENT if transition.type == "event" else ""
+        arguments = []
+        if transition.type == "condition":
+            # The origin took a condition that is not written yet for one that never holds.
+            guard_or_never = guard or Code(("False",), transition.trigger.line)
+            function = self._function("guard", "trigger", transition, guard_or_never)
+            arguments.append(f"guard={function}")
+        elif guard is not None:
+            arguments.append(f"guard={self._function('guard', 'guard', transition, guard, parameter)}")
+        if code is not None:
+            arguments.append(f"code={self._function('fired', 'fired', transition, code, parameter)}")
+        return arguments
+
+    def _transition(self, index: int, transition: Transition) -> list[str]:
+        """Return what the constructor of a transition takes."""
+        trigger, priority = transition.trigger, transition.priority.text.strip()
+        arguments = [quoted(transition.name)]
+        arguments += [self._by_id[transition.origin], self._by_id[transition.destination]]
+        arguments += [] if transition.id == index + 1 else [f"id={transition.id}"]
+        arguments += [f"priority={int(priority)}"] if priority else []
+        match transition.type:
+            case "time":
+                arguments.append(f"seconds={(delay(trigger) or 0.0) / 1000!r}")
+            case "event":
+                arguments.append(f"event={quoted(trigger.text.strip())}")
+            case "finished":
+                arguments.append("finished=True")
+        return arguments + self._transition_functions[index]
+
+    def _function(
+        self, kind: str, part: str, owner: State | Transition, written: Piece | Code, parameter: str = ""
+    ) -> str:
+        """Write a piece of code, or an expression of ours, as a nested function; return its name."""
+        function = self._unused(f"{kind}_{identifier(owner.name, str(owner.id))}", owner.id)
+        lines = self._functions
+        lines += ["", f"        def {function}({parameter}):"]
+        if isinstance(written, Code):
+            lines.append(
+                self._code_lines([f"            return {written.lines[0]}"], (part, owner.id), written)
+            )
+            return function
+        lines += self._nonlocal(written)
+        if written.is_expression:
+            lines += self._expression("            return ", (part, owner.id), written)
+        else:
+            lines.append(self._code_lines(written.code.indented(3), (part, owner.id), written.code))
+            lines += [] if written.tree.body else ["            pass"]
+        return function
+
+    def _nonlocal(self, *pieces: Piece) -> list[str]:
+        names = {name for piece in pieces for name in self._code.shared_names(piece)}
+        return [f"            nonlocal {', '.join(sorted(names))}"] if names else []
+
+    def _arguments(self, state: State) -> str:
+        """Write the function that returns what a state hands to the automata below; return its name."""
+        function = self._unused(f"arguments_{identifier(state.name, str(state.id))}", state.id)
+        children = [child for child in state.children if child in self._automata]
+        by_child: dict[int, list[tuple[str, Piece]]] = {}
+        values = self._code.arguments.get(state.id, {})
+        for place, argument in enumerate(state.arguments):
+            takers = (
+                child
+                for child in children
+                if any(item.name == argument.name for item in self._automata[child].inputs)
+            )
+            child = argument.child or next(takers)
+            by_child.setdefault(child, []).append((argument.name, values[place]))
+        lines = self._functions
+        lines += ["", f"        def {function}():", *self._nonlocal(*values.values())]
+        lines.append("            return {")
+        only = len(children) == 1
+        for child, arguments in by_child.items():
+            lines += [] if only else [f"                {child}: {{"]
+            for name, piece in arguments:
+                before = f"{INDENT * (4 if only else 5)}{quoted(name)}: "
+                lines += self._expression(before, ("argument", state.id), piece, ",")
+            lines += [] if only else ["                },"]
+        lines.append("            }")
+        return function
+
+    def _expression(self, before: str, what: tuple[str, int], piece: Piece, end: str = "") -> list[Line]:
+        """Return an expression with what stands around it: on one line, or between parentheses."""
+        code = piece.code
+        if len(code.lines) == 1 and "#" not in code.lines[0] and not piece.bound:
+            return [self._code_lines([f"{before}{code.lines[0]}{end}"], what, code)]
+        indent = before[: len(before) - len(before.lstrip())]
+        lines = self._code_lines(code.indented(len(indent) // len(INDENT) + 1), what, code)
+        return [f"{before}(", lines, f"{indent}){end}"]
+
+    def _code_lines(self, lines: Sequence[str], what: tuple[str, int], code: Code) -> CodeLines:
+        """Return lines with code; `what` it is are its part, and the id of the state or the transition."""
+        return CodeLines(lines, code, self._path, what[0], self._automaton.id, what[1])
+
+    def _unused(self, wanted: str, number: int = 1) -> str:
+        """Return a name that nothing in the automaton has, and take it."""
+        name = unique(wanted, number, self._taken)
+        self._taken.add(name)
+        return name
+
+
+def _call(name: str, arguments: Sequence[str], level: int, end: str = "") -> list[str]:
+    """Return a call: on one line, or with a line for each argument where that is too long."""
+    indent = INDENT * level
+    line = f"{indent}{name}({', '.join(arguments)}){end}"
+    if len(line) <= _LONGEST_LINE:
+        return [line]
+    return [f"{indent}{name}(", *(f"{indent}    {argument}," for argument in arguments), f"{indent}){end}"]
+
+
+def _tuple(name: str, items: Sequence[str]) -> list[str]:
+    """Return an argument that is a tuple of names."""
+    line = f"            {name}=({', '.join(items)}{',' if len(items) == 1 else ''}),"
+    if len(line) <= _LONGEST_LINE:
+        return [line]
+    return [f"            {name}=(", *(f"                {item}," for item in items), "            ),"]
+
+
+def _default(item: Parameter) -> str | None:
+    """Return the default of an input as Python, None without one."""
+    return None if item.default.is_blank else literal(parse_value(item.type.text.strip(), item.default))
