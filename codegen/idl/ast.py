@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import ClassVar
 
+from .doc_comments import DocComment, parse_doc_comment
 from .lexer import Token
 
 Value = bool | int | float | str
@@ -63,11 +64,17 @@ class Definition:
     name: str
     token: Token
     doc: str | None = None
+    """The raw text of the doc comment."""
     metadata: list[Metadata] = field(default_factory=list)
     scoped: str = ""
     """The name from the root, `::jderobot::Time`; set by the checker."""
 
     kind: ClassVar[str] = "definition"
+
+    @property
+    def documentation(self) -> DocComment:
+        """The doc comment by its parts."""
+        return parse_doc_comment(self.doc)
 
     def is_marked(self, text: str) -> bool:
         """Return whether it has this metadata."""

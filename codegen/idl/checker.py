@@ -40,7 +40,7 @@ class _Checker:
         self._resolver = Resolver(diagnostics)
         self._constants = ConstantChecker(self._resolver)
         self._depths: dict[str, int] = {}
-        self._compact_ids: dict[int, ast.Class] = {}
+        self._compact_ids: dict[int, ast.Literal] = {}
 
     def check(self, root: ast.Module) -> None:
         """Check a translation unit."""
@@ -143,7 +143,7 @@ class _Checker:
     # Structs, exceptions and classes
 
     def _members(self, owner: ast.Struct | ast.ExceptionType, scope: Scope, inherited: _Inherited) -> None:
-        tags: dict[int, ast.Member] = {}
+        tags: dict[int, ast.Literal] = {}
         for member in owner.members:
             self._member(member, owner, scope, inherited, tags)
 
@@ -153,7 +153,7 @@ class _Checker:
         owner: ast.Struct | ast.Derivable,
         scope: Scope,
         inherited: _Inherited,
-        tags: dict[int, ast.Member],
+        tags: dict[int, ast.Literal],
     ) -> None:
         """Check a member of what has the body `scope`; `tags` are those used so far."""
         self._metadata(member)
@@ -180,12 +180,7 @@ class _Checker:
             self._resolver.error(Code.CONTAINS_ITSELF, message, member.type.token)
             member.type.definition = None
         self._resolver.warn_of_deprecated_type(member.type)
-        if member.tag is not None and isinstance(member.tag.value, int):
-            first = tags.setdefault(member.tag.value, member)
-            if first is not member:
-                note = Note("first used here", first.token.location)
-                message = f"tag {member.tag.value} of `{member.name}` belongs to `{first.name}`"
-                self._resolver.error(Code.BAD_TAG, message, member.tag.token, note)
+        self._unique_number(member.tag, "tag", tags)
         if new:
             self._resolver.introduce(member.name, scope, member.token, member)
 
@@ -198,18 +193,13 @@ class _Checker:
         definition.implements = self._bases(definition, definition.implements, scope)
         body = self._body(definition, scope)
         inherited = self._inherited(definition)
-        tags: dict[int, ast.Member] = {}
+        tags: dict[int, ast.Literal] = {}
         for item in sorted((*definition.members, *definition.operations), key=lambda each: each.token.offset):
             if isinstance(item, ast.Member):
                 self._member(item, definition, body, inherited, tags)
             elif isinstance(item, ast.Operation):
                 self._operation(item, definition, body, inherited)
-        if number is not None and isinstance(number.value, int):
-            other = self._compact_ids.setdefault(number.value, definition)
-            if other is not definition:
-                note = Note("first used here", other.token.location)
-                message = f"the compact id {number.value} belongs to class `{other.name}`"
-                self._resolver.error(Code.BAD_TAG, message, number.token, note)
+        self._unique_number(number, "compact id", self._compact_ids)
         if definition.implements or definition.operations:
             what = "operations" if definition.operations else "implemented interfaces"
             message = f"{what} of a class are deprecated and left out; an interface can have operations"
@@ -303,7 +293,7 @@ class _Checker:
 
     def _parameters(self, operation: ast.Operation, scope: Scope) -> None:
         tags: dict[int, ast.Literal] = {}
-        self._unique_tag(operation.return_tag, tags)
+        self._unique_number(operation.return_tag, "tag", tags)
         before: ast.Parameter | None = None
         for parameter in operation.parameters:
             self._metadata(parameter)
@@ -317,17 +307,17 @@ class _Checker:
                 note = Note("the out parameter is here", before.token.location)
                 message = f"in parameter `{parameter.name}` stands behind an out parameter"
                 self._resolver.error(Code.OUT_BEFORE_IN, message, parameter.token, note)
-            self._unique_tag(parameter.tag, tags)
+            self._unique_number(parameter.tag, "tag", tags)
             before = parameter
 
-    def _unique_tag(self, tag: ast.Literal | None, tags: dict[int, ast.Literal]) -> None:
-        if tag is None or not isinstance(tag.value, int):
+    def _unique_number(self, number: ast.Literal | None, what: str, used: dict[int, ast.Literal]) -> None:
+        """Report a tag or a compact id that another one of `used` has, and add it to them."""
+        if number is None or not isinstance(number.value, int):
             return
-        first = tags.setdefault(tag.value, tag)
-        if first is not tag:
+        first = used.setdefault(number.value, number)
+        if first is not number:
             note = Note("first used here", first.token.location)
-            message = f"tag {tag.value} is used twice in this operation"
-            self._resolver.error(Code.BAD_TAG, message, tag.token, note)
+            self._resolver.error(Code.BAD_TAG, f"{what} {number.value} is used twice", number.token, note)
 
     def _throws(self, operation: ast.Operation, scope: Scope) -> None:
         thrown: dict[str, ast.NamedType] = {}

@@ -110,7 +110,7 @@ class _Parser:
     def _struct(self) -> ast.Struct:
         name = self._name("a struct")
         found_before = len(self._diagnostics)
-        members = self._block(self._member, f"struct {name.text}")
+        members, _ = self._body(f"struct {name.text}", operations=False)
         if not members and len(self._diagnostics) == found_before:
             self._report_empty(f"struct `{name.text}` has no member", name)
         self._accept(";")
@@ -127,19 +127,14 @@ class _Parser:
         class_.base = self._base("a class")
         if self._accept("implements"):
             class_.implements += self._list_of("an interface")
-        body: list[ast.Member | ast.Operation] = self._block(self._member_or_operation, f"class {name.text}")
-        for each in body:
-            if isinstance(each, ast.Operation):
-                class_.operations.append(each)
-            else:
-                class_.members.append(each)
+        class_.members, class_.operations = self._body(f"class {name.text}")
         self._accept(";")
         return class_
 
     def _exception(self) -> ast.ExceptionType:
         name = self._name("an exception")
         base = self._base("an exception")
-        members = self._block(self._member, f"exception {name.text}")
+        members, _ = self._body(f"exception {name.text}", operations=False)
         self._accept(";")
         return ast.ExceptionType(name.text, name, base=base, members=members)
 
@@ -148,7 +143,7 @@ class _Parser:
         if self._accept(";"):
             return ast.ForwardDeclaration(name.text, name, of=ast.Interface)
         bases = self._list_of("an interface") if self._accept_extends() else []
-        operations = self._block(self._operation, f"interface {name.text}")
+        _, operations = self._body(f"interface {name.text}", members=False)
         self._accept(";")
         return ast.Interface(name.text, name, bases=bases, operations=operations)
 
@@ -230,68 +225,48 @@ class _Parser:
 
     # What bodies hold: members, operations and their parameters
 
-    def _member(self) -> ast.Member:
-        """Read a member of a struct or an exception."""
+    def _body(
+        self, what: str, *, members: bool = True, operations: bool = True
+    ) -> tuple[list[ast.Member], list[ast.Operation]]:
+        """Read the body of a definition that can have members, operations or both."""
+        items = self._block(lambda: self._member_or_operation(members=members, operations=operations), what)
+        return (
+            [item for item in items if isinstance(item, ast.Member)],
+            [item for item in items if isinstance(item, ast.Operation)],
+        )
+
+    def _member_or_operation(self, *, members: bool, operations: bool) -> ast.Member | ast.Operation:
+        """Read a member or, with a parenthesis behind its name, an operation."""
+        what = "a member" if not operations else "an operation" if not members else "a member or an operation"
         metadata, doc = self._metadata()
-        tag = self._tag()
-        if self._at("void") or self._at("idempotent"):
+        if self._at("idempotent") and not operations:
             self._fail(_NO_OPERATIONS)
-        kind = self._type("the type of a member")
-        name = self._name("a member")
-        if self._at("("):
-            self._fail(_NO_OPERATIONS, token=name)
-        return self._rest_of_member(name, kind, tag, metadata, doc)
-
-    def _operation(self) -> ast.Operation:
-        """Read an operation of an interface."""
-        item = self._member_or_operation(members=False)
-        assert isinstance(item, ast.Operation)
-        return item
-
-    def _member_or_operation(self, *, members: bool = True) -> ast.Member | ast.Operation:
-        """Read what a class holds; an operation has a parenthesis behind its name."""
-        metadata, doc = self._metadata()
         idempotent = self._accept("idempotent") is not None
         tag = self._tag()
-        if tag is not None and self._at("void"):
+        if self._at("void") and not operations:
+            self._fail(_NO_OPERATIONS)
+        if self._at("void") and tag is not None:
             self._fail("`void` cannot be optional")
-        void = self._accept("void") is not None
-        returns = None if void else self._type("the type of a member or an operation")
-        name = self._name("a member or an operation" if members else "an operation")
-        if not self._at("("):
-            if returns is not None and members and not idempotent:
-                return self._rest_of_member(name, returns, tag, metadata, doc)
-            if not members and (self._at(";") or self._at("=")):
-                self._fail(_NO_MEMBERS, token=name)
+        kind = None if self._accept("void") else self._type(f"the type of {what}")
+        name = self._name(what)
+        if self._at("("):
+            if not operations:
+                self._fail(_NO_OPERATIONS, token=name)
+            operation = ast.Operation(name.text, name, doc, metadata, returns=kind, return_tag=tag)
+            operation.idempotent = idempotent
+            operation.parameters = self._parameters()
+            operation.throws = self._list_of("an exception") if self._accept("throws") else []
+            end = self._expect_end_of_statement("an operation")
+            operation.doc = doc or end.trailing_doc
+            return operation
+        if not members and (self._at(";") or self._at("=")):
+            self._fail(_NO_MEMBERS, token=name)
+        if kind is None or idempotent or not members:
             self._fail(f"expected `(` behind the name of an operation, found {_shown(self._token)}")
-        parameters = self._parameters()
-        throws = self._list_of("an exception") if self._accept("throws") else []
-        end = self._expect_end_of_statement("an operation")
-        return ast.Operation(
-            name.text,
-            name,
-            doc or end.trailing_doc,
-            metadata,
-            returns=returns,
-            return_tag=tag,
-            parameters=parameters,
-            throws=throws,
-            idempotent=idempotent,
-        )
-
-    def _rest_of_member(
-        self,
-        name: Token,
-        kind: ast.Type,
-        tag: ast.Literal | None,
-        metadata: list[ast.Metadata],
-        doc: str | None,
-    ) -> ast.Member:
         default = self._literal() if self._accept("=") else None
         end = self._expect_end_of_statement("a member")
-        return ast.Member(
-            name.text, name, doc or end.trailing_doc, metadata, type=kind, default=default, tag=tag
-        )
+        doc = doc or end.trailing_doc
+        return ast.Member(name.text, name, doc, metadata, type=kind, default=default, tag=tag)
 
     def _parameters(self) -> list[ast.Parameter]:
         opening = self._advance()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 from . import ast
-from .doc_comments import DocComment, parse_doc_comment
+from .doc_comments import DocComment
 from .layout import INDENT, bracketed, docstring, source_order, stacked, string
 from .names import ModuleNames, exception_member_name, exported_names, python_name
 from .packages import GeneratedModule, ModuleKey, header
@@ -174,7 +174,7 @@ class _ModuleWriter:
         """Return the class of a struct, a class or an exception."""
         is_exception = isinstance(definition, ast.ExceptionType)
         lines = bracketed(f"class {python_name(definition)}(", bases, "):")
-        doc = parse_doc_comment(definition.doc).text
+        doc = definition.documentation.text
         if doc:
             lines += [*docstring(doc, INDENT), *([""] if definition.members else [])]
         for member in definition.members:
@@ -187,13 +187,13 @@ class _ModuleWriter:
         return lines
 
     def _alias(self, definition: ast.Sequence | ast.Dictionary) -> list[str]:
-        name, doc = python_name(definition), parse_doc_comment(definition.doc).text
+        name, doc = python_name(definition), definition.documentation.text
         lines = [f"{name} = {self._container(definition)}", *(docstring(doc) if doc else [])]
         return [*lines, f"{self._names.defined(name)} = {name}"] if self._names.is_shadowed(name) else lines
 
     def _enumeration(self, definition: ast.Enumeration) -> list[str]:
         lines = [f"class {python_name(definition)}({self._names.runtime('IntEnum')}):"]
-        doc = parse_doc_comment(definition.doc).text
+        doc = definition.documentation.text
         if doc:
             lines += [*docstring(doc, INDENT), ""]
         for enumerator in definition.enumerators:
@@ -204,7 +204,7 @@ class _ModuleWriter:
     def _constant(self, definition: ast.Constant) -> list[str]:
         final = self._names.imported("typing", "Final")
         value = self._value(definition.literal, definition.type)
-        doc = parse_doc_comment(definition.doc).text
+        doc = definition.documentation.text
         line = f"{python_name(definition)}: {final}[{self._type(definition.type)}] = {value}"
         return [line, *(docstring(doc) if doc else [])]
 
@@ -214,7 +214,7 @@ class _ModuleWriter:
         """Return the class that declares an interface, and is its proxy."""
         mark = fingerprint(canonical_definition(interface))
         options = [f'id="{interface.scoped}"', f'fingerprint="{mark}"']
-        doc = parse_doc_comment(interface.doc).text or f"Proxy of {interface.name}."
+        doc = interface.documentation.text or f"Proxy of {interface.name}."
         lines = self._class(interface, "Prx", "ObjectPrx", options, doc)
         for operation in interface.operations:
             decorator = self._names.runtime("stream" if operation.streamed else "operation")
@@ -333,13 +333,13 @@ def _bases(interface: ast.Interface) -> list[ast.Interface]:
 
 
 def _described(definition: ast.Definition) -> list[str]:
-    text = parse_doc_comment(definition.doc).text
+    text = definition.documentation.text
     return docstring(text, INDENT) if text else []
 
 
 def _operation_doc(operation: ast.Operation) -> str:
     """Return the docstring of an operation; what it throws stands in its decorator."""
-    doc = parse_doc_comment(operation.doc)
+    doc = operation.documentation
     paragraphs = [doc.text or f"Call `{operation.name}`."]
     paragraphs += _list("Args", operation.inputs, doc.parameters)
     if returns := _returns_doc(operation, doc):
@@ -355,7 +355,7 @@ def _list(title: str, definitions: Iterable[ast.Definition], texts: dict[str, st
     described = [
         f"  {python_name(each)}: {text}"
         for each in definitions
-        if (text := texts.get(each.name) or parse_doc_comment(each.doc).text)
+        if (text := texts.get(each.name) or each.documentation.text)
     ]
     return ["\n".join([f"{title}:", *described])] if described else []
 

@@ -16,7 +16,7 @@ from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
 from . import ast
-from .doc_comments import DocComment, parse_doc_comment
+from .doc_comments import DocComment
 from .names import python_name
 
 SCHEMA_FILE = "schema.json"
@@ -169,7 +169,7 @@ def kept_entries(text: str, modules: Collection[str]) -> dict[str, Entry]:
 
 def schema_entry(definition: ast.Definition, module: str) -> Entry:
     """Return what the schema says of a definition of a Python module; what is empty is left out."""
-    doc = parse_doc_comment(definition.doc)
+    doc = definition.documentation
     entry: Entry = {
         "kind": definition.kind,
         "module": module,
@@ -188,7 +188,7 @@ def schema_entry(definition: ast.Definition, module: str) -> Entry:
             entry["members"] = _members(definition.members)
         case ast.Enumeration():
             entry["enumerators"] = [
-                _filled({"name": each.name, "value": each.value, "doc": parse_doc_comment(each.doc).text})
+                _filled({"name": each.name, "value": each.value, "doc": each.documentation.text})
                 for each in definition.enumerators
             ]
         case ast.Sequence():
@@ -201,7 +201,7 @@ def schema_entry(definition: ast.Definition, module: str) -> Entry:
 
 
 def _operation(operation: ast.Operation) -> Entry:
-    doc = parse_doc_comment(operation.doc)
+    doc = operation.documentation
     results = _members(operation.outputs, doc)
     if operation.returns is not None:
         returned = {"name": "returnValue", "type": type_name(operation.returns), "doc": doc.returns}
@@ -232,7 +232,7 @@ def _members(
                 "name": member.name,
                 "type": type_name(member.type),
                 "doc": (operation.parameters.get(member.name) if operation else None)
-                or parse_doc_comment(member.doc).text,
+                or member.documentation.text,
                 "optional": member.tag is not None,
                 "default": _value(member.default) if isinstance(member, ast.Member) else None,
             }
