@@ -38,6 +38,7 @@ def check(root: ast.Module, diagnostics: Diagnostics) -> None:
 class _Checker:
     def __init__(self, diagnostics: Diagnostics) -> None:
         self._resolver = Resolver(diagnostics)
+        self._error, self._warning = self._resolver.error, self._resolver.warning
         self._constants = ConstantChecker(self._resolver)
         self._depths: dict[str, int] = {}
         self._compact_ids: dict[int, ast.Literal] = {}
@@ -66,12 +67,12 @@ class _Checker:
                 if new and definition.of is ast.Interface:
                     self._resolver.introduce(definition.name, scope, definition.token, definition)
             case ast.Struct():
-                self._members(definition, self._body(definition, scope), {})
+                self._items(definition, definition.members, self._body(definition, scope), {})
             case ast.ExceptionType():
                 if definition.base is not None:
                     self._resolver.exception(definition.base, scope, Code.WRONG_KIND)
                 inherited = _names_in(definition.ancestors())
-                self._members(definition, self._body(definition, scope), inherited)
+                self._items(definition, definition.members, self._body(definition, scope), inherited)
             case ast.Class():
                 self._class(definition, scope)
             case ast.Interface():
@@ -109,19 +110,16 @@ class _Checker:
         for metadata in definition.metadata:
             text = metadata.text
             if text == "stream" and not is_operation:
-                message = f"only operations can be streamed, not {kind}"
-                self._resolver.error(Code.BAD_STREAM, message, metadata.token)
+                self._error(Code.BAD_STREAM, f"only operations can be streamed, not {kind}", metadata.token)
             elif text == "stop" and not is_operation:
                 message = f'["stop"] is for the operation that stops, not for {kind}'
-                self._resolver.error(Code.BAD_STOP, message, metadata.token)
+                self._error(Code.BAD_STOP, message, metadata.token)
             elif text == "amd" and not is_dispatched:
                 message = f'["amd"] is ignored: it is for operations and interfaces, not for {kind}'
-                self._resolver.warning(Code.MISPLACED_AMD, message, metadata.token)
+                self._warning(Code.MISPLACED_AMD, message, metadata.token)
             elif ":" not in text and text not in _METADATA:
                 message = f'unknown metadata ["{text}"] is ignored'
-                self._resolver.warning(
-                    Code.UNKNOWN_METADATA, message, metadata.token, *did_you_mean(text, _METADATA)
-                )
+                self._warning(Code.UNKNOWN_METADATA, message, metadata.token, *did_you_mean(text, _METADATA))
 
     def _limit_depth(self, definition: ast.Definition) -> None:
         """Report types that contain or extend others too deeply for those that walk them, here and later."""
@@ -134,7 +132,7 @@ class _Checker:
                 message = (
                     f"`{named.name}` is nested too deeply: more than {_DEEPEST_TYPE} types in each other"
                 )
-                self._resolver.error(Code.TOO_DEEP, message, named.token)
+                self._error(Code.TOO_DEEP, message, named.token)
                 named.definition = None
             else:
                 depth = max(depth, self._depths.get(part.scoped, 0))
@@ -142,26 +140,29 @@ class _Checker:
 
     # Structs, exceptions and classes
 
-    def _members(self, owner: ast.Struct | ast.ExceptionType, scope: Scope, inherited: _Inherited) -> None:
-        tags: dict[int, ast.Literal] = {}
-        for member in owner.members:
-            self._member(member, owner, scope, inherited, tags)
-
-    def _member(
+    def _items(
         self,
-        member: ast.Member,
-        owner: ast.Struct | ast.Derivable,
+        owner: ast.Definition,
+        items: Iterable[ast.Member | ast.Operation],
         scope: Scope,
         inherited: _Inherited,
-        tags: dict[int, ast.Literal],
     ) -> None:
-        """Check a member of what has the body `scope`; `tags` are those used so far."""
-        self._metadata(member)
+        """Check the members and operations of `owner`, which has the body `scope`."""
+        tags: dict[int, ast.Literal] = {}
+        for item in items:
+            self._metadata(item)
+            if isinstance(item, ast.Member):
+                self._member(item, owner, scope, inherited)
+                self._unique_number(item.tag, "tag", tags)
+            else:
+                self._operation(item, owner, scope, inherited)
+
+    def _member(self, member: ast.Member, owner: ast.Definition, scope: Scope, inherited: _Inherited) -> None:
         if isinstance(owner, ast.Struct):
             if member.tag is not None:
                 message = f"member `{member.name}` is optional, which members of structs cannot be"
                 note = Note("members of classes and exceptions can")
-                self._resolver.error(Code.BAD_TAG, message, member.tag.token, note)
+                self._error(Code.BAD_TAG, message, member.tag.token, note)
         elif member.tag is not None:
             self._constants.check_number(member.tag, _TAG, scope)
         if not self._resolver.data_type(member.type, scope):
@@ -176,11 +177,9 @@ class _Checker:
             and isinstance(member.type, ast.NamedType)
             and member.type.definition is owner
         ):
-            message = f"struct `{owner.name}` contains itself"
-            self._resolver.error(Code.CONTAINS_ITSELF, message, member.type.token)
+            self._error(Code.CONTAINS_ITSELF, f"struct `{owner.name}` contains itself", member.type.token)
             member.type.definition = None
         self._resolver.warn_of_deprecated_type(member.type)
-        self._unique_number(member.tag, "tag", tags)
         if new:
             self._resolver.introduce(member.name, scope, member.token, member)
 
@@ -191,19 +190,15 @@ class _Checker:
         if definition.base is not None:
             self._resolver.complete(definition.base, ast.Class, definition, scope)
         definition.implements = self._bases(definition, definition.implements, scope)
+        items: list[ast.Member | ast.Operation] = [*definition.members, *definition.operations]
+        items.sort(key=lambda item: item.token.offset)
         body = self._body(definition, scope)
-        inherited = self._inherited(definition)
-        tags: dict[int, ast.Literal] = {}
-        for item in sorted((*definition.members, *definition.operations), key=lambda each: each.token.offset):
-            if isinstance(item, ast.Member):
-                self._member(item, definition, body, inherited, tags)
-            elif isinstance(item, ast.Operation):
-                self._operation(item, definition, body, inherited)
+        self._items(definition, items, body, self._inherited(definition))
         self._unique_number(number, "compact id", self._compact_ids)
         if definition.implements or definition.operations:
             what = "operations" if definition.operations else "implemented interfaces"
             message = f"{what} of a class are deprecated and left out; an interface can have operations"
-            self._resolver.warning(Code.DEPRECATED, message, definition.token)
+            self._warning(Code.DEPRECATED, message, definition.token)
 
     # Dictionaries
 
@@ -222,10 +217,10 @@ class _Checker:
         if reason:
             message = f"the key of dictionary `{dictionary.name}` {reason}"
             note = Note("a key is a bool, an integer, a string, an enumeration, or a struct of these")
-            self._resolver.error(Code.BAD_DICTIONARY_KEY, message, token, note)
+            self._error(Code.BAD_DICTIONARY_KEY, message, token, note)
         elif _holds_sequence(dictionary.key):
             message = f"sequences in the key of dictionary `{dictionary.name}` are deprecated"
-            self._resolver.warning(Code.DEPRECATED, message, token)
+            self._warning(Code.DEPRECATED, message, token)
 
     # Interfaces, and what classes implement
 
@@ -233,8 +228,7 @@ class _Checker:
         definition.bases = self._bases(definition, definition.bases, scope)
         body = self._body(definition, scope)
         inherited = self._inherited(definition)
-        for operation in definition.operations:
-            self._operation(operation, definition, body, inherited)
+        self._items(definition, definition.operations, body, inherited)
         self._stops(definition)
         self._generated_names(definition, inherited)
 
@@ -261,18 +255,12 @@ class _Checker:
                     notes = [Note("one is here", other.token.location)]
                     notes.append(Note("the other is here", operation.token.location))
                     message = f"`{derived.name}` inherits `{operation.name}` from two unrelated interfaces"
-                    self._resolver.error(Code.AMBIGUOUS_OPERATION, message, derived.token, *notes)
+                    self._error(Code.AMBIGUOUS_OPERATION, message, derived.token, *notes)
         return brought
 
     def _operation(
-        self,
-        operation: ast.Operation,
-        owner: ast.Interface | ast.Class,
-        scope: Scope,
-        inherited: _Inherited,
+        self, operation: ast.Operation, owner: ast.Definition, scope: Scope, inherited: _Inherited
     ) -> None:
-        """Check an operation of what has the body `scope`."""
-        self._metadata(operation)
         if operation.return_tag is not None:
             self._constants.check_number(operation.return_tag, _TAG, scope)
         if operation.returns is not None:
@@ -281,11 +269,11 @@ class _Checker:
         self._resolver.report_inherited(operation, inherited)
         if operation.name.lower() == owner.name.lower():
             message = f"operation `{operation.name}` has the name of its {owner.kind}"
-            self._resolver.error(Code.REDEFINITION, message, operation.token)
+            self._error(Code.REDEFINITION, message, operation.token)
         operation.amd = operation.is_marked("amd") or owner.is_marked("amd")
         if operation.streamed and operation.returns is None and not operation.outputs:
             message = f"operation `{operation.name}` is streamed but returns nothing"
-            self._resolver.error(Code.BAD_STREAM, message, operation.token)
+            self._error(Code.BAD_STREAM, message, operation.token)
         if new:
             self._resolver.introduce(operation.name, scope, operation.token, operation)
         self._parameters(operation, Scope(operation.scoped))
@@ -306,7 +294,7 @@ class _Checker:
             if before is not None and before.out and not parameter.out:
                 note = Note("the out parameter is here", before.token.location)
                 message = f"in parameter `{parameter.name}` stands behind an out parameter"
-                self._resolver.error(Code.OUT_BEFORE_IN, message, parameter.token, note)
+                self._error(Code.OUT_BEFORE_IN, message, parameter.token, note)
             self._unique_number(parameter.tag, "tag", tags)
             before = parameter
 
@@ -317,19 +305,16 @@ class _Checker:
         first = used.setdefault(number.value, number)
         if first is not number:
             note = Note("first used here", first.token.location)
-            self._resolver.error(Code.BAD_TAG, f"{what} {number.value} is used twice", number.token, note)
+            self._error(Code.BAD_TAG, f"{what} {number.value} is used twice", number.token, note)
 
     def _throws(self, operation: ast.Operation, scope: Scope) -> None:
         thrown: dict[str, ast.NamedType] = {}
         for named in operation.throws:
             exception = self._resolver.exception(named, scope, Code.BAD_THROWS)
-            if exception is None:
-                continue
-            first = thrown.setdefault(exception.scoped, named)
+            first = thrown.setdefault(exception.scoped, named) if exception else named
             if first is not named:
                 note = Note("it stands here already", first.token.location)
-                message = f"`{named.name}` stands in `throws` twice"
-                self._resolver.error(Code.BAD_THROWS, message, named.token, note)
+                self._error(Code.BAD_THROWS, f"`{named.name}` stands in `throws` twice", named.token, note)
 
     def _stops(self, owner: ast.Interface) -> None:
         """Report stop operations that cannot be called without knowing more than the mark, or are several."""
@@ -338,7 +323,7 @@ class _Checker:
             if operation is not marked[0]:
                 note = Note("the first is here", marked[0].token.location)
                 message = f'`{owner.name}` has two operations marked ["stop"]; one is to stop it all'
-                self._resolver.error(Code.BAD_STOP, message, operation.token, note)
+                self._error(Code.BAD_STOP, message, operation.token, note)
             problems = []
             if operation.returns is not None or operation.outputs:
                 problems.append("returns something")
@@ -348,7 +333,7 @@ class _Checker:
                 problems.append("is not idempotent")
             if problems:
                 message = f'operation `{operation.name}` is marked ["stop"] but {" and ".join(problems)}'
-                self._resolver.error(Code.BAD_STOP, message, operation.token)
+                self._error(Code.BAD_STOP, message, operation.token)
 
     def _generated_names(self, interface: ast.Interface, inherited: _Inherited) -> None:
         """Report operations and parameters with a name that proxies, servants or the wire use."""
@@ -358,11 +343,11 @@ class _Checker:
                 message = (
                     f"operation `{operation.name}`: names with `ice_` belong to what every object offers"
                 )
-                self._resolver.error(Code.RESERVED_NAME, message, operation.token)
+                self._error(Code.RESERVED_NAME, message, operation.token)
             for parameter in operation.outputs:
                 if parameter.name == "returnValue" and operation.returns is not None:
                     message = "`returnValue` is how the wire calls what an operation returns"
-                    self._resolver.error(Code.RESERVED_NAME, message, parameter.token)
+                    self._error(Code.RESERVED_NAME, message, parameter.token)
         operations = {each.name: each for each in inherited.values() if isinstance(each, ast.Operation)}
         operations |= {operation.name: operation for operation in own}
         for operation in operations.values():
@@ -370,7 +355,7 @@ class _Checker:
             if operation.streamed and other is not None and (operation in own or other in own):
                 note = Note(f"`{operation.name}` brings `{other.name}` with it", operation.token.location)
                 message = f"operation `{other.name}` has the name of a generated method"
-                self._resolver.error(Code.NAME_CLASH_IN_OUTPUT, message, other.token, note)
+                self._error(Code.NAME_CLASH_IN_OUTPUT, message, other.token, note)
 
 
 # What definitions are made of

@@ -25,6 +25,7 @@ class ConstantChecker:
 
     def __init__(self, resolver: Resolver) -> None:
         self._resolver = resolver
+        self._error = resolver.error
 
     def check_value(self, literal: ast.Literal, kind: ast.Type, what: str, scope: Scope) -> None:
         """Give a constant or a member, which messages call `what`, its value of a type."""
@@ -36,7 +37,7 @@ class ConstantChecker:
             self._check_builtin(literal, kind.name, what, scope)
         else:
             message = f"{what} can have no value: its type is neither built in nor an enumeration"
-            self._resolver.error(Code.BAD_CONSTANT, message, kind.token)
+            self._error(Code.BAD_CONSTANT, message, kind.token)
 
     def _resolve(self, literal: ast.Literal, scope: Scope) -> bool:
         """Find what a literal names, if it is declared; report a name that has no value."""
@@ -47,7 +48,7 @@ class ConstantChecker:
         if not isinstance(target, ast.Constant | ast.Enumerator):
             note = Note(f"`{target.name}` is defined here", target.token.location)
             message = f"`{name}` is {with_article(declared_kind(target).kind)}, which has no value"
-            self._resolver.error(Code.BAD_CONSTANT, message, literal.token, note)
+            self._error(Code.BAD_CONSTANT, message, literal.token, note)
             return False
         self._resolver.introduce(name, scope, literal.token, target)
         literal.target = target
@@ -61,7 +62,7 @@ class ConstantChecker:
         if target is not None and isinstance(_enumerator_or_constant(target), ast.Enumerator):
             note = Note(f"`{literal.name}` is defined here", target.token.location)
             message = f"the value of {what} is an enumerator, not {with_article(kind)}"
-            self._resolver.error(Code.BAD_CONSTANT, message, literal.token, note)
+            self._error(Code.BAD_CONSTANT, message, literal.token, note)
             return
         if isinstance(target, ast.Constant):
             literal.value = target.literal.value
@@ -70,22 +71,22 @@ class ConstantChecker:
             return
         if not _fits(kind, value):
             message = f"the value of {what} is {_described(value)}, not {with_article(kind)}"
-            self._resolver.error(Code.BAD_CONSTANT, message, literal.token)
+            self._error(Code.BAD_CONSTANT, message, literal.token)
         elif kind in _INTEGER_RANGES and isinstance(value, int):
             lowest, highest = _INTEGER_RANGES[kind]
             if not lowest <= value <= highest:
                 message = f"{what} is out of range: {with_article(kind)} lies between {lowest} and {highest}"
-                self._resolver.error(Code.OUT_OF_RANGE, message, literal.token)
+                self._error(Code.OUT_OF_RANGE, message, literal.token)
         elif kind in {"float", "double"} and isinstance(value, int | float):
             literal.value = _as_float(value)
             if math.isinf(literal.value):
-                self._resolver.error(Code.OUT_OF_RANGE, f"{what} is out of range for a {kind}", literal.token)
+                self._error(Code.OUT_OF_RANGE, f"{what} is out of range for a {kind}", literal.token)
 
     def _check_enumerator(self, literal: ast.Literal, enumeration: ast.Enumeration, what: str) -> None:
         """Resolve a value of an enumeration: an enumerator, scoped or not, or a constant of the type."""
         if literal.name is None:
             message = f"{what} is an enumerator of `{enumeration.name}`, not {_described(literal.value)}"
-            self._resolver.error(Code.BAD_CONSTANT, message, literal.token)
+            self._error(Code.BAD_CONSTANT, message, literal.token)
             return
         target = _enumerator_or_constant(literal.target)
         if literal.target is None:
@@ -101,7 +102,7 @@ class ConstantChecker:
         literal.target = None
         notes = did_you_mean(literal.name, [each.name for each in enumeration.enumerators])
         message = f"`{literal.name}` is not an enumerator of `{enumeration.name}`"
-        self._resolver.error(Code.BAD_CONSTANT, message, literal.token, *notes)
+        self._error(Code.BAD_CONSTANT, message, literal.token, *notes)
 
     # Enumerations
 
@@ -121,7 +122,7 @@ class ConstantChecker:
         if not isinstance(literal.value, int) or isinstance(literal.value, bool):
             literal.value = None
             message = f"the value of enumerator `{enumerator.name}` is not an integer"
-            self._resolver.error(Code.BAD_ENUMERATION, message, literal.token)
+            self._error(Code.BAD_ENUMERATION, message, literal.token)
 
     def number_enumerators(self, enumeration: ast.Enumeration) -> None:
         """Count the enumerators; report values out of range or used twice."""
@@ -138,11 +139,11 @@ class ConstantChecker:
             enumerator.value = value
             if not 0 <= value <= _HIGHEST_INT:
                 message = f"the value {value} of `{enumerator.name}` is not between 0 and {_HIGHEST_INT}"
-                self._resolver.error(Code.BAD_ENUMERATION, message, place)
+                self._error(Code.BAD_ENUMERATION, message, place)
             elif value in used:
                 note = Note("first used here", used[value].token.location)
                 message = f"`{enumerator.name}` has the same value as `{used[value].name}`"
-                self._resolver.error(Code.BAD_ENUMERATION, message, place, note)
+                self._error(Code.BAD_ENUMERATION, message, place, note)
             used.setdefault(value, enumerator)
 
     # Tags and compact ids
@@ -159,11 +160,11 @@ class ConstantChecker:
         value = number.value
         if isinstance(value, bool) or not isinstance(value, int):
             if value is not None or number.name is not None:
-                self._resolver.error(Code.BAD_TAG, f"{what} is not an integer", number.token)
+                self._error(Code.BAD_TAG, f"{what} is not an integer", number.token)
             number.value = None
         elif not 0 <= value <= _HIGHEST_INT:
             message = f"{what} is out of range: it lies between 0 and {_HIGHEST_INT}"
-            self._resolver.error(Code.BAD_TAG, message, number.token)
+            self._error(Code.BAD_TAG, message, number.token)
 
     def _named_number(
         self, name: str, number: ast.Literal, scope: Scope
@@ -175,7 +176,7 @@ class ConstantChecker:
         if target is not None:
             note = Note(f"`{target.name}` is defined here", target.token.location)
             message = f"`{name}` is {with_article(declared_kind(target).kind)}, not a constant"
-            self._resolver.error(Code.BAD_TAG, message, number.token, note)
+            self._error(Code.BAD_TAG, message, number.token, note)
             return None
         enumerators = self._resolver.symbols.enumerators(name, scope.name)
         if len(enumerators) == 1:
@@ -183,14 +184,14 @@ class ConstantChecker:
         if enumerators:
             notes = [Note("it could be this one", each.token.location) for each in enumerators]
             message = f"`{name}` is an enumerator of more than one enumeration"
-            self._resolver.error(Code.UNDEFINED_NAME, message, number.token, *notes)
+            self._error(Code.UNDEFINED_NAME, message, number.token, *notes)
         else:
             self._report_undefined(name, number, scope)
         return None
 
     def _report_undefined(self, name: str, literal: ast.Literal, scope: Scope) -> None:
         notes = self._resolver.symbols.help(name, scope.name, (ast.Constant, ast.Enumerator))
-        self._resolver.error(Code.UNDEFINED_NAME, f"`{name}` is not defined", literal.token, *notes)
+        self._error(Code.UNDEFINED_NAME, f"`{name}` is not defined", literal.token, *notes)
 
 
 def _enumerator_or_constant(

@@ -12,15 +12,10 @@ INDENT = "    "
 _ENDS_WITH_QUOTE = re.compile(r'(?<!\\)(?:\\\\)*"$')  # one that no backslash escapes
 
 
-def bracketed(
-    before: str, items: Sequence[str], after: str, indent: str = "", *, reserve: int = 0
-) -> list[str]:
-    """Return `before items after` on one line, or one item a line when that is too long.
-
-    `reserve` is the number of characters that will follow on the line.
-    """
+def bracketed(before: str, items: Sequence[str], after: str, indent: str = "") -> list[str]:
+    """Return `before items after` on one line, or one item a line when that is too long."""
     line = f"{indent}{before}{', '.join(items)}{after}"
-    if not items or (len(line) + reserve <= LINE_LENGTH and not any("\n" in item for item in items)):
+    if not items or len(line) <= LINE_LENGTH:
         return [line]
     return [f"{indent}{before}", *(f"{indent}{INDENT}{item}," for item in items), f"{indent}{after}"]
 

@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from . import ast
-from .layout import INDENT, LINE_LENGTH, source_order
+from .layout import LINE_LENGTH, bracketed, source_order
 
 _RUNTIME = "zenoh_ice", "generated", "ice"  # package, module, and how it is known in generated modules
 
@@ -152,15 +152,10 @@ class ModuleNames:
                 name if names[name] == name else f"{name} as {names[name]}" for name in source_order(names)
             ]
             group = 3 if module.startswith(".") else 2 if module == _RUNTIME[0] else 1
-            groups[group] += _import_lines(module, items)
+            line = f"from {module} import {', '.join(items)}"
+            short = len(line) <= LINE_LENGTH
+            groups[group] += [line] if short else bracketed(f"from {module} import (", items, ")")
         return [line for group in groups if group for line in ("", *group)][1:]
-
-
-def _import_lines(module: str, items: list[str]) -> list[str]:
-    line = f"from {module} import {', '.join(items)}"
-    if len(line) <= LINE_LENGTH:
-        return [line]
-    return [f"from {module} import (", *(f"{INDENT}{item}," for item in items), ")"]
 
 
 def exported_names(definition: ast.Definition) -> set[str]:

@@ -342,8 +342,7 @@ class _Parser:
         if len(parts) > 1 and token.source is start.source:
             written = start.source.text[start.offset : end]
             if any(character.isspace() for character in written):
-                message = "a name with `::` has no space in it"
-                self._diagnostics.error(Code.SYNTAX, message, start.location)
+                self._diagnostics.error(Code.SYNTAX, "a name with `::` has no space in it", start.location)
         self._check_spelling(token)
         return "::".join(parts), token
 

@@ -133,9 +133,7 @@ class _Condition:
     active: bool
     """Whether the present branch is read."""
     otherwise: bool
-    """Whether the branch behind `#else` is read."""
-    skipped: bool = False
-    """Whether no branch is read: it stands in one that is not, or it is not supported, as was reported."""
+    """Whether the branch behind `#else` is read; with neither, all branches are skipped."""
     else_seen: bool = False
 
 
@@ -178,8 +176,7 @@ class _Reader:
     def _report_bad_token(self, token: Token) -> None:
         if token.kind is Kind.UNTERMINATED:
             if token.text.startswith("/*"):
-                message = "this comment has no end"
-                self._diagnostics.warning(Code.COMMENT_WITHOUT_END, message, token.location)
+                self._diagnostics.warning(Code.COMMENT_WITHOUT_END, "this comment has no end", token.location)
             else:
                 self._error(Code.UNTERMINATED, "this string has no end", token)
         elif token.text[0].isdigit() or token.text[1:2].isdigit():
@@ -204,7 +201,7 @@ class _Reader:
             case "if":
                 if active:
                     self._unsupported(f"#{name}", token)
-                conditions.append(_Condition(token, active=False, otherwise=False, skipped=True))
+                conditions.append(_Condition(token, active=False, otherwise=False))
             case "elif" | "else" | "endif":
                 self._next_branch(name, rest, token, conditions)
             case "include" if active:
@@ -231,7 +228,7 @@ class _Reader:
 
     def _condition(self, name: str, rest: str, token: Token, active: bool) -> _Condition:
         if not active:
-            return _Condition(token, active=False, otherwise=False, skipped=True)
+            return _Condition(token, active=False, otherwise=False)
         match = _NAME.match(rest)
         if match is None:
             self._error(Code.BAD_DIRECTIVE, f"#{name} needs a name", token)
@@ -246,10 +243,9 @@ class _Reader:
             return
         condition = conditions[-1]
         if name == "elif":
-            if not condition.skipped:
+            if condition.active or condition.otherwise:
                 self._unsupported("#elif", token)
             condition.active = condition.otherwise = False
-            condition.skipped = True
             return
         self._nothing_behind(rest, name, token)
         if name == "endif":
@@ -258,7 +254,7 @@ class _Reader:
         if condition.else_seen:
             begin = Note("the condition begins here", condition.token.location)
             self._error(Code.BAD_DIRECTIVE, "#else behind #else", token, begin)
-        condition.active = condition.otherwise and not condition.else_seen
+        condition.active, condition.otherwise = condition.otherwise, False
         condition.else_seen = True
 
     def _define(self, rest: str, token: Token) -> None:

@@ -174,39 +174,36 @@ class _ModuleWriter:
         """Return the class of a struct, a class or an exception."""
         is_exception = isinstance(definition, ast.ExceptionType)
         lines = bracketed(f"class {python_name(definition)}(", bases, "):")
-        doc = definition.documentation.text
-        if doc:
-            lines += [*docstring(doc, INDENT), *([""] if definition.members else [])]
+        doc = _doc_lines(definition, INDENT)
+        lines += [*doc, *([""] if doc and definition.members else [])]
         for member in definition.members:
             name = exception_member_name(member) if is_exception else python_name(member)
             annotation = self._type(member.type, optional=member.tag is not None)
             lines.append(f"{INDENT}{name}: {annotation} = {self._initial(member)}")
-            lines += _described(member)
+            lines += _doc_lines(member, INDENT)
         if not doc and not definition.members:
             lines.append(f"{INDENT}pass")
         return lines
 
     def _alias(self, definition: ast.Sequence | ast.Dictionary) -> list[str]:
-        name, doc = python_name(definition), definition.documentation.text
-        lines = [f"{name} = {self._container(definition)}", *(docstring(doc) if doc else [])]
+        name = python_name(definition)
+        lines = [f"{name} = {self._container(definition)}", *_doc_lines(definition)]
         return [*lines, f"{self._names.defined(name)} = {name}"] if self._names.is_shadowed(name) else lines
 
     def _enumeration(self, definition: ast.Enumeration) -> list[str]:
-        lines = [f"class {python_name(definition)}({self._names.runtime('IntEnum')}):"]
-        doc = definition.documentation.text
-        if doc:
-            lines += [*docstring(doc, INDENT), ""]
+        doc = _doc_lines(definition, INDENT)
+        lines = [f"class {python_name(definition)}({self._names.runtime('IntEnum')}):", *doc]
+        lines += [""] if doc else []
         for enumerator in definition.enumerators:
             lines.append(f"{INDENT}{python_name(enumerator)} = {enumerator.value}")
-            lines += _described(enumerator)
+            lines += _doc_lines(enumerator, INDENT)
         return lines
 
     def _constant(self, definition: ast.Constant) -> list[str]:
         final = self._names.imported("typing", "Final")
         value = self._value(definition.literal, definition.type)
-        doc = definition.documentation.text
         line = f"{python_name(definition)}: {final}[{self._type(definition.type)}] = {value}"
-        return [line, *(docstring(doc) if doc else [])]
+        return [line, *_doc_lines(definition)]
 
     # Interfaces
 
@@ -332,9 +329,10 @@ def _bases(interface: ast.Interface) -> list[ast.Interface]:
 # Documentation
 
 
-def _described(definition: ast.Definition) -> list[str]:
+def _doc_lines(definition: ast.Definition, indent: str = "") -> list[str]:
+    """Return the docstring of a definition, if it has a doc comment."""
     text = definition.documentation.text
-    return docstring(text, INDENT) if text else []
+    return docstring(text, indent) if text else []
 
 
 def _operation_doc(operation: ast.Operation) -> str:
