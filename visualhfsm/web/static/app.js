@@ -1,18 +1,14 @@
 /** The page: what stands where, and what is loaded when. */
 
-import {html, nothing} from "lit";
+import {html, nothing, render} from "lit";
 
 import "./canvas/canvas.js";
 import "./tree.js";
 import {perform} from "./actions.js";
-import {actionButton} from "./shell.js";
-import {banner} from "./banner.js";
 import {askTab} from "./commands.js";
-import {takeDrops} from "./drop.js";
 import {PageElement} from "./element.js";
 import {holdKeys} from "./holding.js";
 import {icon} from "./icons.js";
-import {showImports} from "./imports.js";
 import {listenForKeys} from "./keys.js";
 import {notify, notifyError} from "./notices.js";
 import {page} from "./page.js";
@@ -20,8 +16,8 @@ import {monitor} from "./monitor/monitor.js";
 import {planned} from "./monitor/breakpoints.js";
 import {listenForStop} from "./monitor/stop.js";
 import {outputLog} from "./panels/output-log.js";
-import {resizer, restoreSizes} from "./resizer.js";
 import {runs} from "./runs.js";
+import {actionButton, banner, resizer, restoreSizes} from "./shell.js";
 import {currentTheme, initTheme, switchTheme} from "./theme.js";
 import {store} from "./store.js";
 
@@ -285,6 +281,62 @@ export class HfsmApp extends PageElement {
     this.requestUpdate();
   }
 }
+
+const holdsFiles = (event) => event.dataTransfer?.types.includes("Files");
+
+/** Let files be dropped anywhere, and say so while they are dragged. @param {HTMLElement} element */
+function takeDrops(element) {
+  const sign = document.createElement("div");
+  sign.className = "drop-sign";
+  sign.hidden = true;
+  sign.setAttribute("aria-hidden", "true");
+  render(html`<p><strong>Drop to open</strong><br>a document (.xml) or SCXML (.scxml)</p>`, sign);
+  document.body.append(sign);
+  element.addEventListener("dragover", (event) => {
+    if (!holdsFiles(event)) return; // text goes where it is dropped
+    event.preventDefault();
+    sign.hidden = false;
+  });
+  element.addEventListener("dragleave", (event) => (sign.hidden = sign.hidden || !event.relatedTarget));
+  element.addEventListener("drop", async (event) => {
+    if (!holdsFiles(event)) return;
+    event.preventDefault();
+    sign.hidden = true;
+    const files = [...event.dataTransfer.files]; // gone once others run
+    try {
+      await (await import("./files.js")).openDropped(files);
+    } catch (error) {
+      notifyError(error);
+    }
+  });
+}
+
+/* What a document imports is drawn, followed and read like everything else, and changed where it comes from. */
+
+/** What is shown of the imports of each tab: for which imports it was asked, and what came. @type {Map<number, {asked: string, content: import("./store.js").Automaton[]}>} */
+const imported = new Map();
+
+/** Ask for what the shown document imports, now and whenever that may be something else. */
+function showImports() {
+  store.addEventListener("document", ({detail}) => detail.tab === page.tab && lookAtImports(detail.tab));
+  store.addEventListener("closed", ({detail}) => imported.delete(detail.tab));
+  page.addEventListener("tab", () => lookAtImports(page.tab, true)); // the other file may have been changed there
+}
+
+async function lookAtImports(tab, anew = false) {
+  const document = store.documents.get(tab);
+  const asked = importsOf(document);
+  const known = imported.get(tab);
+  if (!document || (!asked && !known) || (known?.asked === asked && !anew)) return;
+  imported.set(tab, {asked, content: known?.content ?? []});
+  const content = asked ? await store.request("imported", {tab}).catch(() => []) : [];
+  if (imported.get(tab)?.asked !== asked) return; // it is another one meanwhile
+  imported.set(tab, {asked, content});
+  store.showContent(tab, content);
+}
+
+/** The imports of a document in a text, which changes when they do. */
+const importsOf = (document) => [...(document?.own.values() ?? [])].filter(({imported}) => imported).map(({id, imported}) => `${id} ${imported.automaton} ${imported.file}`).join("\n");
 
 initTheme();
 restoreSizes();

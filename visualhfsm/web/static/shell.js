@@ -1,12 +1,14 @@
-/** The small parts around the canvas: tabs, breadcrumbs, buttons and the line of status. */
+/** The small parts around the canvas: tabs, breadcrumbs, buttons, banners, the line of status, and the lines between areas. */
 
 import {html, nothing} from "lit";
 
 import {actions, isEnabled, perform, selectionActions, selectionTitle} from "./actions.js";
+import {ask, askTab} from "./commands.js";
 import {PageElement} from "./element.js";
 import {icon} from "./icons.js";
 import {spoken} from "./keys.js";
 import {monitor} from "./monitor/monitor.js";
+import {notify, notifyError} from "./notices.js";
 import {page} from "./page.js";
 import {countOf} from "./problems.js";
 import {store} from "./store.js";
@@ -143,6 +145,110 @@ class Status extends PageElement {
     const element = this.querySelector(".zoom");
     if (element) element.textContent = `${Math.round(this.context.canvas.viewport.scale * 100)} %`;
   }
+}
+
+/** What stands above everything until it is settled: the server is away, the robot is stopped, a file was changed by another program, or changes
+ * were not saved. */
+export function banner() {
+  if (!store.online && store.offlineSince) {
+    const since = new Date(store.offlineSince).toLocaleTimeString();
+    return html`<div class="banner error" role="alert">The server has been away since ${since}. Your work is kept there; this page connects again by itself.
+      <button type="button" @click=${() => store.connect()}>Try now</button></div>`;
+  }
+  return html`${stoppedBanner()}${fileBanner()}`;
+}
+
+/** The robot takes no command until somebody who has looked at it lets it go on. */
+function stoppedBanner() {
+  const reason = store.workspace.robotStopped;
+  if (!reason) return nothing;
+  return html`<div class="banner error" role="alert">The robot is stopped and takes no command: ${reason}.
+    <button type="button" @click=${resetStop}>Reset the emergency stop</button></div>`;
+}
+
+async function resetStop() {
+  try {
+    await store.request("control", {component: "", action: "resetEmergencyStop", arguments: {}});
+  } catch (error) {
+    notifyError(error);
+  }
+}
+
+/** The file of the shown document. */
+function fileBanner() {
+  const outside = page.tabState?.outside;
+  if (!outside) return unsavedBanner();
+  return html`<div class="banner" role="alert">Another program ${outside} the file of ${page.tabState.title}.
+    ${outside === "deleted" ? nothing : html`<button type="button" @click=${() => resolve("merge")}>Merge both</button><button type="button" @click=${() => resolve("theirs")}>Take theirs</button>`}
+    <button type="button" @click=${() => resolve("mine")}>Keep mine</button></div>`;
+}
+
+async function resolve(choice) {
+  const done = await askTab("resolve", {choice});
+  const conflicts = (done?.conflicts ?? []).map((each) => each.message);
+  if (conflicts.length) notify(`Merged. Both had changed: ${conflicts.join("; ")}. Yours was kept there.`);
+}
+
+/** Changes to the shown file from a session that ended without saving them. */
+function unsavedBanner() {
+  const path = page.tabState?.path;
+  const lost = path && store.workspace.recoverable.find((each) => each.path === path);
+  if (!lost) return nothing;
+  return html`<div class="banner" role="alert">Changes to ${page.tabState.title} of ${new Date(lost.changedAt * 1000).toLocaleString()} were not saved when the editor ended.
+    <button type="button" @click=${async () => (await import("./files.js")).recover(lost.journal)}>Recover them</button>
+    <button type="button" @click=${() => ask("discard", {journal: lost.journal})}>Give them up</button></div>`;
+}
+
+/* Lines between two areas that can be dragged, or moved with the arrows. */
+
+const RESIZE_STEP = 24;
+const root = document.documentElement;
+/** Sizes that are known already: to ask the style makes the browser work it out for the whole page. @type {Map<string, number>} */
+const sizes = new Map();
+window.addEventListener("resize", () => sizes.clear());
+
+/** Let the areas be as large as they were made in this browser. */
+export function restoreSizes() {
+  for (const variable of ["--left", "--side", "--bottom"]) {
+    const size = Number(localStorage.getItem(`visualhfsm.size${variable}`));
+    if (size > 0) root.style.setProperty(variable, `${Math.min(size, innerWidth)}px`);
+  }
+}
+
+/**
+ * A line that sets a variable of the style.
+ *
+ * @param {{name: string, variable: string, along: "x" | "y", sign: 1 | -1, smallest: number, largest: number}} options
+ *   `sign` says whether the area grows with the coordinate
+ */
+export function resizer({name, variable, along, sign, smallest, largest}) {
+  const value = () => {
+    if (!sizes.has(variable)) sizes.set(variable, Number.parseFloat(getComputedStyle(root).getPropertyValue(variable)));
+    return sizes.get(variable);
+  };
+  const set = (element, wanted) => {
+    const next = Math.round(Math.min(largest, Math.max(smallest, wanted)));
+    root.style.setProperty(variable, `${next}px`);
+    sizes.set(variable, next);
+    element.setAttribute("aria-valuenow", next);
+    localStorage.setItem(`visualhfsm.size${variable}`, next);
+  };
+  const down = (event) => {
+    const element = event.currentTarget;
+    element.setPointerCapture(event.pointerId);
+    const start = {at: along === "x" ? event.clientX : event.clientY, value: value()};
+    element.onpointermove = (move) => set(element, start.value + ((along === "x" ? move.clientX : move.clientY) - start.at) * sign);
+    element.onlostpointercapture = () => (element.onpointermove = null);
+  };
+  const key = (event) => {
+    const step = {ArrowLeft: -RESIZE_STEP, ArrowUp: -RESIZE_STEP, ArrowRight: RESIZE_STEP, ArrowDown: RESIZE_STEP}[event.key];
+    if (!step) return;
+    event.preventDefault();
+    event.stopPropagation();
+    set(event.currentTarget, value() + step * sign);
+  };
+  return html`<div class="resizer ${along}" role="separator" tabindex="0" aria-label=${name} aria-orientation=${along === "x" ? "vertical" : "horizontal"}
+    aria-valuemin=${smallest} aria-valuemax=${largest} aria-valuenow=${Math.round(value()) || smallest} @pointerdown=${down} @keydown=${key}></div>`;
 }
 
 customElements.define("hfsm-tabs", Tabs);

@@ -48,7 +48,7 @@ async function reload(context) {
 export const monitorActions = [
   {id: "attach", label: "Follow", icon: "link", keys: ["Alt+A"], scope: "typing", run: ({app}) => app.showRunning(), hint: "a component that runs anywhere in the realm"},
   {id: "detach", label: "Follow no longer", icon: "unlink", keys: ["Alt+Shift+A"], scope: "typing", enabled: attached, run: () => monitor.detach(), hint: "it runs on"},
-  {id: "openRecording", label: "Open a recording", icon: "film", keys: ["Alt+R"], scope: "typing", run: async () => (await import("./recordings.js")).openRecording()},
+  {id: "openRecording", label: "Open a recording", icon: "film", keys: ["Alt+R"], scope: "typing", run: async () => (await import("./documents.js")).openRecording()},
   {id: "pauseResume", label: "Pause or resume", icon: "pause", keys: ["F8"], scope: "typing", enabled: steers, run: () => monitor.steer(paused() ? "resume" : "pause")},
   {id: "stepOne", label: "Step", icon: "step", keys: ["F10"], scope: "typing", enabled: () => steers() && paused() && here(), run: () => monitor.steer("step", {automaton: page.automaton.id}), hint: "one cycle of the shown automaton"},
   {id: "stepAll", label: "Step all", icon: "stepAll", keys: ["Ctrl+F10"], scope: "typing", enabled: () => steers() && paused(), run: () => monitor.steer("step", {automaton: 0}), hint: "one cycle of each automaton"},

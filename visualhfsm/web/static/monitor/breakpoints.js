@@ -63,7 +63,7 @@ export class Breakpoints {
     this.all = [];
   }
 
-  /** Put those that were kept, as far as there is still what they stand at. @param {import("./structure.js").Structure} structure */
+  /** Put those that were kept, as far as there is still what they stand at. @param {{has: (breakpoint: Breakpoint) => boolean}} structure */
   restore(structure) {
     const kept = this.#former.filter((each) => structure.has(each));
     if (kept.length) this.#replace(kept);

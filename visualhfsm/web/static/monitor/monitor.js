@@ -16,15 +16,98 @@
 import {notifyError} from "../notices.js";
 import {store} from "../store.js";
 import {Breakpoints} from "./breakpoints.js";
-import {componentOfTab, tabOf} from "./components.js";
 import {Past} from "./past.js";
-import {RobotFacts} from "./robot-facts.js";
-import {Structure} from "./structure.js";
 
 /** `ComponentStatus` of interfaces/hfsm.idl. */
 export const STATUS = ["Running", "Paused", "Halted"];
 /** `TransitionKind` of interfaces/hfsm.idl. */
 export const ON_TIME = 1;
+
+const FACTS_AGAIN = 2000; // ms after which what is missing is asked for anew
+
+/** What does not change of a robot: the limits of its joints, and its cameras. */
+class RobotFacts {
+  /** Limits of the joints by name. @type {Map<string, {name: string, lower: number, upper: number}>} */
+  limits = new Map();
+  /** @type {string[]} */
+  cameras = [];
+
+  #asked = -Infinity;
+
+  /** @param {{limits: object[], cameras: string[]}} [facts] as the server tells them */
+  take(facts) {
+    this.limits = new Map((facts?.limits ?? []).map((each) => [each.name, each]));
+    this.cameras = facts?.cameras ?? [];
+  }
+
+  /** Ask for what is missing of a robot that is there, now and then. @param {() => Promise<object>} ask @returns {Promise<boolean>} whether it came */
+  async complete(ask) {
+    if (this.limits.size || performance.now() - this.#asked < FACTS_AGAIN) return false;
+    this.#asked = performance.now();
+    try {
+      this.take(await ask());
+      return true;
+    } catch {
+      return false; // a later moment asks again
+    }
+  }
+}
+
+/** The automata of a component by their ids, as it reported them. */
+class Structure {
+  /** @param {{automata: object[]} | undefined} reported `ComponentStructure` of interfaces/hfsm.idl */
+  constructor(reported) {
+    this.automata = new Map((reported?.automata ?? []).map((each) => [each.id, each]));
+    this.transitions = new Map();
+    for (const {id, transitions} of this.automata.values()) for (const each of transitions) this.transitions.set(`${id}/${each.id}`, each);
+  }
+
+  automaton(id) {
+    return this.automata.get(id);
+  }
+
+  transition(automaton, id) {
+    return this.transitions.get(`${automaton}/${id}`);
+  }
+
+  /** What a state is called. */
+  stateName(automaton, id) {
+    return this.automaton(automaton)?.states.find((each) => each.id === id)?.name ?? `state ${id}`;
+  }
+
+  /** Whether there is what a breakpoint stands at. @param {Breakpoint} breakpoint */
+  has({automaton, state, transition}) {
+    const found = this.automaton(automaton);
+    return Boolean(found) && (!state || found.states.some((each) => each.id === state)) && (!transition || this.transitions.has(`${automaton}/${transition}`));
+  }
+}
+
+/** What the component of a document without a file is called when its title can be no name of a module. */
+const UNTITLED = "untitled";
+
+/** What a file is called without its directories and its extension. */
+const stemOf = (path) => path.replace(/^.*\//, "").replace(/\.xml$/i, "");
+/** What the component of an open document is called when it runs. */
+const componentOf = ({path, title}) => (path ? stemOf(path) : /^[A-Za-z_]\w*$/.test(title) ? title : UNTITLED);
+
+/** What the component of a tab is called; "" when it is not open. */
+function componentOfTab(tab) {
+  const found = store.workspace.tabs.find((each) => each.tab === tab);
+  return found ? componentOf(found) : "";
+}
+
+/**
+ * The tab of the document of a component; 0 when it is not open.
+ *
+ * @param {string} file of the document, or the name of the component
+ * @param {number} preferred tab, if it fits
+ */
+function tabOf(file, preferred) {
+  const {tabs} = store.workspace;
+  const wanted = stemOf(file);
+  const fits = (each) => componentOf(each) === wanted || (!each.path && stemOf(each.title) === wanted);
+  return (tabs.find((each) => each.tab === preferred && fits(each)) ?? tabs.find(fits))?.tab ?? 0;
+}
 
 /**
  * Events: `mode` when it is attached, detached, lost, found, or may be steered or not; `structure` when that is another
