@@ -25,7 +25,6 @@ __all__ = [
     "Functions",
     "Import",
     "Interface",
-    "Leaf",
     "Library",
     "Node",
     "Parameter",
@@ -80,31 +79,16 @@ Extra = Element | Comment
 """What the model carries along without a meaning of its own."""
 
 
-@dataclass(frozen=True, slots=True)
-class Leaf:
-    """What an element that the model takes for a text or a list has besides.
-
-    `comments` stand before it; a list holds unknown `children`.
-    """
-
-    tag: str
-    comments: tuple[Comment, ...] = ()
-    attributes: tuple[tuple[str, str], ...] = ()
-    children: tuple[Extra, ...] = ()
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Node:
     """What every element of the model has.
 
     `comments` stand before the element, `extras` are written at its end, `attributes` are those that the
-    model does not know, `leaves` what its known elements have beside their text. `path` is the file that it
-    was read from when that is not the document's own.
+    model does not know. `path` is the file that it was read from when that is not the document's own.
     """
 
     comments: tuple[Comment, ...] = ()
     extras: tuple[Extra, ...] = ()
-    leaves: tuple[Leaf, ...] = ()
     attributes: tuple[tuple[str, str], ...] = ()
     line: int = field(default=0, compare=False)
     column: int = field(default=0, compare=False)
@@ -308,9 +292,9 @@ class Document(Node):
     `description`, `on_error`, `on_refused`, `dialect`, `language`, parameters, events and properties are
     additions of ours; the origin's editor ignores them. `dialect` is blank for the format of today, and names
     the editor of old (`VisualHFSM`, `VisualStates`) whose generator the code was written for. `language` is
-    blank for Python, and names any other, in which the code is kept but does not run. What is unknown among
-    the libraries and among the interfaces is in `libraries_extras` and `config_extras`. `functions` come from
-    imported files, and are never written.
+    blank for Python, and names any other, in which the code is kept but does not run. `lists` has what is
+    unknown in the elements around parameters, libraries, interfaces and so on, such as what ROS needs to know
+    in `config`. `functions` come from imported files, and are never written.
     """
 
     root_tag: str = "VisualHFSM"
@@ -325,8 +309,7 @@ class Document(Node):
     automata: tuple[Automaton, ...] = ()
     libraries: tuple[Library, ...] = ()
     interfaces: tuple[Interface, ...] = ()
-    libraries_extras: tuple[Extra, ...] = ()
-    config_extras: tuple[Extra, ...] = ()
+    lists: tuple[Element, ...] = ()
     functions: tuple[Functions, ...] = ()
 
     @property

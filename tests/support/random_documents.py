@@ -13,7 +13,6 @@ from codegen.hfsm.document import (
     Event,
     Import,
     Interface,
-    Leaf,
     Library,
     Parameter,
     Property,
@@ -70,16 +69,15 @@ elements = _small | st.builds(Element, tags, attributes, st.just(""), st.tuples(
 extras = _seldom(_at_most_two(elements))
 
 
-# Not all leaves that these tests know stand in every element: only those that do are given details.
-def leaves(*tags: str):
-    """Return details of two leaves at most, in the order of their names."""
-    some = {tag: st.builds(Leaf, st.just(tag), comments, attributes) for tag in tags}
-    pairs = st.sampled_from([(a, b) for a in sorted(tags) for b in sorted(tags) if a < b])
-    return _seldom(
-        pairs.flatmap(lambda pair: st.tuples(*(some[tag] for tag in pair))).map(
-            lambda found: tuple(leaf for leaf in found if leaf != Leaf(leaf.tag))
-        )
+_list_elements = st.builds(
+    Element, st.sampled_from(["parameters", "events", "libraries", "config"]), attributes, st.just(""), extras
+).filter(lambda each: each.attributes or each.children)
+_LISTS = ["parameters", "events", "properties", "libraries", "config"]
+lists = _seldom(
+    st.lists(_list_elements, max_size=2, unique_by=lambda each: each.tag).map(
+        lambda found: tuple(sorted(found, key=lambda each: _LISTS.index(each.tag)))
     )
+)
 
 
 node = {"comments": comments, "extras": extras, "attributes": attributes}
@@ -102,12 +100,11 @@ states = st.builds(
     code=code,
     exit=code,
     arguments=st.lists(arguments, max_size=1).map(tuple),
-    leaves=leaves("posx", "name", "code", "entry", "history"),
     **node,
 )
 transitions = st.builds(
     Transition, id=ids, name=texts, x=numbers, y=numbers, origin=ids, destination=ids,
-    type=texts, trigger=code, guard=code, priority=code, code=code, leaves=leaves("trans", "destiny", "guard"), **node,
+    type=texts, trigger=code, guard=code, priority=code, code=code, **node,
 )  # fmt: skip
 automata = st.builds(
     Automaton, id=ids, father=ids, states=st.lists(states, max_size=2).map(tuple),
@@ -128,8 +125,7 @@ documents = st.builds(
     properties=st.lists(
         st.builds(Property, name=texts, kind=texts, within=code, expression=code, **node), max_size=2
     ).map(tuple), automata=st.lists(automata, max_size=2).map(tuple), libraries=st.lists(libraries, max_size=2).map(tuple),
-    interfaces=st.lists(interfaces, max_size=2).map(tuple), libraries_extras=extras, config_extras=extras,
-    leaves=leaves("description", "language", "parameters", "events", "config"), **node,
+    interfaces=st.lists(interfaces, max_size=2).map(tuple), lists=lists, **node,
 )  # fmt: skip
 
 # Documents whose parts find each other, most of the time, and whose names mean something elsewhere.
@@ -154,7 +150,7 @@ _tree_states = st.builds(
     State, id=_few_ids, name=_names, initial=st.booleans(), x=numbers, y=numbers, final=st.sampled_from([False, False, True]),
     children=st.lists(st.integers(1, 5), max_size=3).map(tuple), entry=_code_lines, code=_code_lines, exit=_code_lines,
     history=st.sampled_from(["", "restart", "resume", "later"]).map(Text), arguments=st.lists(arguments, max_size=1).map(tuple),
-    leaves=leaves("posx", "name", "code", "entry", "history", "final", "idSubautomataSon"), **_awkward,
+    **_awkward,
 )  # fmt: skip
 _triggers = st.sampled_from(
     ["", "500", "8000", " 1.50 ", "0", "later", "x > 1", "return x", "go home", "a", "a.b", "done.state.a", "*", "timeout.a"]
@@ -163,13 +159,13 @@ _tree_transitions = st.builds(
     Transition, id=_few_ids, name=_names, x=numbers, y=numbers, origin=_few_ids, destination=_few_ids,
     type=st.sampled_from(["time", "condition", "event", "finished", "later"]), trigger=_triggers,
     guard=st.sampled_from(["", "x", " ", "x\n", "return"]).map(Text), priority=st.sampled_from(["", "1", "2", "x"]).map(Text),
-    code=_code_lines, leaves=leaves("trans", "destiny", "guard", "transcode"), **_awkward,
+    code=_code_lines, **_awkward,
 )  # fmt: skip
 _tree_automata = st.builds(
     Automaton, id=st.integers(1, 5), father=_few_ids, states=st.lists(_tree_states, max_size=3).map(tuple),
     transitions=st.lists(_tree_transitions, max_size=4).map(tuple), inputs=parameters, imported=imports,
     iteration_time=st.sampled_from(["100", "", "50"]).map(Text), variables=_code_lines, functions=_code_lines,
-    leaves=leaves("variables", "functions"), **_awkward,
+    **_awkward,
 )  # fmt: skip
 _plain_parameters = st.lists(
     st.builds(Parameter, name=st.sampled_from(["a", "x", "speed"]), type=code, default=code, description=code), max_size=2
@@ -179,5 +175,5 @@ _plain_parameters = st.lists(
 trees = st.builds(
     Document, root_tag=st.sampled_from(["VisualHFSM", "VisualStates"]), automata=st.lists(_tree_automata, max_size=4).map(tuple),
     parameters=_plain_parameters, language=st.sampled_from(["", "Python", "C++", "ECMAScript"]).map(Text),
-    libraries=st.lists(libraries, max_size=1).map(tuple), leaves=leaves("description", "parameters", "config"), **_awkward,
+    libraries=st.lists(libraries, max_size=1).map(tuple), **_awkward,
 )  # fmt: skip

@@ -6,24 +6,12 @@ import re
 
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import parse_document, write_document
-from codegen.hfsm.formats.native import (
-    AUTOMATON_TAGS,
-    DOCUMENT_TAGS,
-    INTERFACE_TAGS,
-    STATE_TAGS,
-    TRANSITION_TAGS,
-)
+from codegen.hfsm.formats.schema import AUTOMATON, DOCUMENT, INTERFACE, STATE, TRANSITION
 from tests.support.pages import DOCS
 from visualhfsm.convert import EPILOG
 
 PAGE = (DOCS / "reference/documents.md").read_text("utf-8")
-TABLES = {
-    "VisualHFSM": DOCUMENT_TAGS,
-    "SubAutomata": AUTOMATON_TAGS,
-    "state": STATE_TAGS,
-    "transition": TRANSITION_TAGS,
-    "iceinterface": INTERFACE_TAGS,
-}
+TABLES = {kind.tag: frozenset(kind.children) for kind in (DOCUMENT, AUTOMATON, STATE, TRANSITION, INTERFACE)}
 
 
 def test_the_example_is_written_as_it_stands() -> None:

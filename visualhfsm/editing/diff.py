@@ -50,9 +50,7 @@ _PARTS: Final[dict[tuple[type[Node], str], str]] = {
     (Transition, "code"): "fired",
 }
 _POSITION: Final = frozenset(("x", "y"))
-_UNSEEN: Final = frozenset(
-    ("attributes", "comments", "config_extras", "extras", "leaves", "libraries_extras", "root_tag")
-)
+_UNSEEN: Final = frozenset(("attributes", "comments", "extras", "lists", "root_tag"))
 
 
 class DifferenceKind(StrEnum):

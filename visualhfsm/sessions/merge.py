@@ -25,7 +25,7 @@ __all__ = ["Conflict", "Merged", "merge_documents", "merge_lines"]
 _NodeT = TypeVar("_NodeT", bound=Node)
 _T = TypeVar("_T", bound=Hashable)
 
-_SEQUENCES: Final = frozenset(("children", "comments", "extras", "libraries_extras", "config_extras"))
+_SEQUENCES: Final = frozenset(("children", "comments", "extras", "lists"))
 _MOST_LINES: Final = 5000
 """Lines of a text that is compared line by line; nobody types more."""
 
@@ -90,7 +90,7 @@ class _Merger:
             return self._lists(name, base, mine, theirs, place)
         if name in _SEQUENCES:
             return _merged_sequence(base, mine, theirs)
-        if name in ("x", "y", "leaves", "attributes"):
+        if name in ("x", "y", "attributes"):
             return mine  # nobody wants to be asked about pixels
         if isinstance(base, Text):
             text = merge_lines(base.text, mine.text, theirs.text)

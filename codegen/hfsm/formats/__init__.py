@@ -1,5 +1,5 @@
 """Documents as files: read in every dialect in which they were ever written, and written in the native one.
 
-`reader` finds the dialect of a document and reads it: `native`, `spanish` or `visualstates`, which share
-`elements`, make the model of what `xml_tree` has parsed. `writer` writes the native dialect.
+`schema` has the tables of the native format, by which `native` reads it and `writer` writes it. `reader`
+finds the dialect of a document that `xml_tree` has parsed. `spanish` and `visualstates` translate theirs.
 """

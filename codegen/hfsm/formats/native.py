@@ -1,262 +1,369 @@
-"""Read the native dialect: VisualHFSM's of 2013 to 2017, and what has been added to it since."""
+"""Read the native format by its tables.
+
+What the tables do not have is kept with its node: unknown elements and attributes, and comments.
+"""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
-from typing import Final
+from itertools import count
+from pathlib import Path
+from typing import Any, Final, cast
+
+from codegen.diagnostics import Diagnostics, Location, Note
 
 from ..codes import Code
-from ..document import (
-    DEFAULT_PERIOD,
-    NO_CHILD,
-    Argument,
-    Automaton,
-    Comment,
-    Document,
-    Event,
-    Import,
-    Interface,
-    Leaf,
-    Library,
-    Parameter,
-    Property,
-    State,
-    Transition,
-)
-from .elements import NOTHING, ElementReader, Parts, node_fields, text_of
+from ..document import NO_CHILD, Comment, Document, Element, Extra, Node
+from .schema import DOCUMENT, Items, Leaf, NodeKind, Value
 from .xml_tree import XmlElement
 
-__all__ = [
-    "AUTOMATON_TAGS",
-    "DOCUMENT_TAGS",
-    "INTERFACE_TAGS",
-    "STATE_TAGS",
-    "TRANSITION_TAGS",
-    "NativeReader",
-]
+__all__ = ["MAX_ID", "Children", "NativeReader", "Translation"]
 
-_LISTS: Final = ("parameters", "events", "properties")
-_CONTAINERS: Final = (*_LISTS, "libraries", "config")
-_DOCUMENT_LEAVES: Final = ("description", "onerror", "onrefused", "dialect", "language")
-_AUTOMATON_NODES: Final = ("state", "transition", "input")
-_AUTOMATON_LEAVES: Final = ("import", "iteration_time", "variables", "functions")
-_STATE_NODES: Final = ("child", "argument")
-_STATE_LEAVES: Final = (
-    *("posx", "posy", "name", "idSubautomataSon"),
-    *("final", "history", "entry", "code", "exit"),
-)
-_INTERFACE_LEAVES: Final = ("nameinterface", "nameproxy", "ip", "port", "interface")
-_TRANSITION_LEAVES: Final = (
-    *("posx", "posy", "origin", "destiny"),
-    *("transcode", "name", "trans", "guard", "priority"),
-)
+_KEPT: Final = "kept"
+"""Holds an unknown element of an old dialect whose name means something in the native one."""
 
-DOCUMENT_TAGS: Final = frozenset(("SubAutomata", *_CONTAINERS, *_DOCUMENT_LEAVES))
-AUTOMATON_TAGS: Final = frozenset((*_AUTOMATON_NODES, *_AUTOMATON_LEAVES))
-STATE_TAGS: Final = frozenset((*_STATE_NODES, *_STATE_LEAVES))
-TRANSITION_TAGS: Final = frozenset(_TRANSITION_LEAVES)
-INTERFACE_TAGS: Final = frozenset(_INTERFACE_LEAVES)
+MAX_ID: Final = 2**31 - 1
+"""The largest id."""
+
+_MOST_LINES: Final = 20
+"""Lines that a remark lists."""
+
+Children = list[XmlElement | Comment]
+"""What stands in an element."""
+
+Translation = Callable[[list[Comment], XmlElement], Children]
+"""Makes native elements of one of an old dialect and of the comments before it."""
+
+_Elements = list[tuple[tuple[Comment, ...], XmlElement]]
+"""Elements, each with the comments before it."""
+
+_Found = dict[str, _Elements]
+"""Elements by their tags."""
 
 
-class NativeReader(ElementReader):
-    """Makes a document of a tree of XML; what it does not understand it reports."""
+class NativeReader:
+    """Makes a document of a tree of XML; `failed` says that the file cannot be understood.
 
-    leaf_attributes = frozenset((("trans", "type"), ("import", "automaton")))
+    `remarks` gets what is kept but has no use here; what is in `expected` is kept without a remark.
+    """
+
+    def __init__(self, path: Path, diagnostics: Diagnostics, remarks: Diagnostics | None = None) -> None:
+        self.path = path
+        self.diagnostics = diagnostics
+        self.remarks = remarks
+        self.failed = False
+        self.expected: set[XmlElement] = set()
+        self._remarked: dict[str, list[XmlElement]] = {}
+        self._lists: list[Element] = []
 
     def document(self, root: XmlElement) -> Document:
         """Return the document; worth nothing if the reader has `failed` afterwards."""
-        parts = self.parts(root, nodes=("SubAutomata",), leaves=_DOCUMENT_LEAVES, containers=_CONTAINERS)
-        parameters = self._list(parts, "parameters", "parameter")
-        events = self._list(parts, "events", "event")
-        properties = self._list(parts, "properties", "property")
-        libraries = self._list(parts, "libraries", "lib")
-        config = self._list(parts, "config", "iceinterface")
-        for tag, found in zip(_LISTS, (parameters, events, properties), strict=True):
-            if found.extras:
-                parts.details[tag] = replace(parts.details.get(tag, Leaf(tag)), children=found.extras)
-        automata = parts.all("SubAutomata")
-        ids = self.ids(automata, lambda element: element.attributes.get("id"))
-        return Document(
-            root_tag=root.tag,
-            description=text_of(parts.first("description")),
-            on_error=text_of(parts.first("onerror")),
-            on_refused=text_of(parts.first("onrefused")),
-            dialect=text_of(parts.first("dialect")),
-            language=text_of(parts.first("language")),
-            parameters=self._parameters(parameters, "parameter"),
-            events=tuple(self._event(each, events.comments_before(each)) for each in events.all("event")),
-            properties=tuple(
-                self._property(each, properties.comments_before(each)) for each in properties.all("property")
-            ),
-            automata=tuple(
-                self._automaton(each, ids[each], parts.comments_before(each)) for each in automata
-            ),
-            libraries=tuple(
-                self._library(each, libraries.comments_before(each)) for each in libraries.all("lib")
-            ),
-            interfaces=tuple(
-                self._interface(each, config.comments_before(each)) for each in config.all("iceinterface")
-            ),
-            libraries_extras=libraries.extras,
-            config_extras=config.extras,
-            **node_fields(root, parts),
-        )
+        document = cast("Document", self._node(root, DOCUMENT))
+        self._report_remarks()
+        return replace(document, root_tag=root.tag, lists=tuple(self._lists))
 
-    def _list(self, parts: Parts, container: str, tag: str) -> Parts:
-        element = parts.first(container)
-        return NOTHING if element is None else self.parts(element, nodes=(tag,))
-
-    def _automaton(self, element: XmlElement, id: int, comments: tuple[Comment, ...]) -> Automaton:
-        parts = self.parts(element, nodes=_AUTOMATON_NODES, leaves=_AUTOMATON_LEAVES)
-        states, transitions = parts.all("state"), parts.all("transition")
-        ids = self.ids(states, lambda each: each.attributes.get("id"))
-        ids |= self.ids(transitions, lambda each: each.attributes.get("id"))
-        return Automaton(
-            id=id,
-            father=self.optional_id(element, "idFather", element.attributes.get("idFather")),
-            states=tuple(self._state(each, ids[each], parts.comments_before(each)) for each in states),
-            transitions=tuple(
-                self._transition(each, ids[each], parts.comments_before(each)) for each in transitions
-            ),
-            inputs=self._parameters(parts, "input"),
-            imported=self._import(parts.first("import")),
-            iteration_time=text_of(parts.first("iteration_time"), default=DEFAULT_PERIOD),
-            variables=text_of(parts.first("variables")),
-            functions=text_of(parts.first("functions")),
-            **node_fields(element, parts, "id", "idFather", comments=comments),
-        )
-
-    def _state(self, element: XmlElement, id: int, comments: tuple[Comment, ...]) -> State:
-        parts = self.parts(element, nodes=_STATE_NODES, leaves=_STATE_LEAVES)
-        final = parts.first("final")
-        return State(
-            id=id,
-            name=text_of(parts.first("name")).text,
-            initial=self.parse_flag(element, "initial", element.attributes.get("initial")),
-            x=self.number(parts.first("posx")),
-            y=self.number(parts.first("posy")),
-            children=self._children(parts),
-            final=final is not None and self.parse_flag(final, "final", final.text),
-            history=text_of(parts.first("history")),
-            entry=text_of(parts.first("entry")),
-            code=text_of(parts.first("code")),
-            exit=text_of(parts.first("exit")),
-            arguments=tuple(
-                self._argument(each, parts.comments_before(each)) for each in parts.all("argument")
-            ),
-            **node_fields(element, parts, "id", "initial", comments=comments),
-        )
-
-    def _children(self, parts: Parts) -> tuple[int, ...]:
-        """Return the automata of a state: the one that the origin knows, then the further ones."""
-        for each in parts.all("child"):
-            if each.attributes or each.children or parts.comments_before(each):
-                what = "attributes of `child`, and comments before and inside it, are not kept on saving"
-                self.warn(each, Code.LOST_ON_SAVING, what)
-        first = parts.first("idSubautomataSon")
-        found = [] if first is None else [self.optional_id(first, first.tag, first.text)]
-        found += [self.optional_id(each, each.tag, each.text) for each in parts.all("child")]
-        return tuple(child for child in found if child != NO_CHILD)
-
-    def _transition(self, element: XmlElement, id: int, comments: tuple[Comment, ...]) -> Transition:
-        parts = self.parts(element, leaves=_TRANSITION_LEAVES)
-        trigger = parts.first("trans")
-        return Transition(
-            id=id,
-            name=text_of(parts.first("name")).text,
-            x=self.number(parts.first("posx")),
-            y=self.number(parts.first("posy")),
-            origin=self.reference(element, parts.first("origin"), "origin"),
-            destination=self.reference(element, parts.first("destiny"), "destiny"),
-            type=self._type_of(trigger),
-            trigger=text_of(trigger),
-            guard=text_of(parts.first("guard")),
-            priority=text_of(parts.first("priority")),
-            code=text_of(parts.first("transcode")),
-            **node_fields(element, parts, "id", comments=comments),
-        )
-
-    def _type_of(self, trigger: XmlElement | None) -> str:
-        """Return the type of a trigger; without one a transition has a condition that is not written yet."""
-        if trigger is None:
-            return "condition"
-        if "type" in trigger.attributes:
-            return trigger.attributes["type"]
-        kind = "time" if trigger.text.strip().isdecimal() else "condition"
-        self.warn(
-            trigger, Code.TRIGGER_WITHOUT_TYPE, f"`trans` has no `type`: its text is taken for a {kind}"
-        )
-        return kind
-
-    def _argument(self, element: XmlElement, comments: tuple[Comment, ...]) -> Argument:
-        return Argument(
-            name=self._attribute(element, "name"),
-            child=self.optional_id(element, "child", element.attributes.get("child")),
-            value=text_of(element),
-            **self.text_fields(element, "name", "child", comments=comments),
-        )
-
-    def _parameters(self, container: Parts, tag: str) -> tuple[Parameter, ...]:
-        return tuple(self._parameter(each, container.comments_before(each)) for each in container.all(tag))
-
-    def _parameter(self, element: XmlElement, comments: tuple[Comment, ...]) -> Parameter:
-        parts = self.parts(element, leaves=("name", "type", "default", "description"))
-        return Parameter(
-            name=text_of(parts.first("name")).text,
-            type=text_of(parts.first("type")),
-            default=text_of(parts.first("default")),
-            description=text_of(parts.first("description")),
-            **node_fields(element, parts, comments=comments),
-        )
-
-    def _import(self, element: XmlElement | None) -> Import | None:
-        if element is None:
-            return None
-        return Import(
-            file=text_of(element),
-            automaton=self.optional_id(element, "automaton", element.attributes.get("automaton")),
+    def _node(self, element: XmlElement, kind: NodeKind, comments: tuple[Comment, ...] = ()) -> Node:
+        fields: dict[str, Any] = {}
+        for name, leaf in kind.attributes.items():
+            if name in element.attributes:
+                fields[leaf.field] = self._value(element, name, element.attributes[name], leaf)
+            elif leaf.value is Value.STRING and not leaf.optional:
+                self.error(element, Code.MALFORMED_ELEMENT, f"`{element.name}` needs the attribute `{name}`")
+                fields[leaf.field] = ""
+        extras: tuple[Extra, ...] = ()
+        if kind.text:
+            self._check_content(element)
+            fields[kind.text] = element.content
+        else:
+            found, extras = self._sorted(element, kind.children)
+            for tag, child in kind.children.items():
+                if isinstance(child, Items):
+                    fields[child.field] = self._items(child, found.get(tag, []))
+                elif child.value in (Value.CHILD, Value.CHILDREN):
+                    fields[child.field] = fields.get(child.field, ()) + self._children(found.get(tag, []))
+                else:
+                    fields |= self._leaf(element, tag, child, found.get(tag, []))
+        return kind.model(
+            **fields,
+            comments=comments,
+            extras=extras,
+            attributes=tuple(each for each in element.attributes.items() if each[0] not in kind.attributes),
             line=element.line,
             column=element.column,
         )
 
-    def _event(self, element: XmlElement, comments: tuple[Comment, ...]) -> Event:
-        parts = self.parts(element, leaves=("name", "description"))
-        return Event(
-            name=text_of(parts.first("name")).text,
-            description=text_of(parts.first("description")),
-            **node_fields(element, parts, comments=comments),
-        )
+    def _sorted(
+        self, element: XmlElement, known: Mapping[str, Leaf | Items]
+    ) -> tuple[_Found, tuple[Extra, ...]]:
+        """Return the known children of an element, and what else stands in it.
 
-    def _property(self, element: XmlElement, comments: tuple[Comment, ...]) -> Property:
-        parts = self.parts(element, leaves=("name", "within", "expression"))
-        return Property(
-            name=text_of(parts.first("name")).text,
-            kind=self._attribute(element, "kind"),
-            within=text_of(parts.first("within")),
-            expression=text_of(parts.first("expression")),
-            **node_fields(element, parts, "kind", comments=comments),
-        )
+        A comment belongs to the node that follows it, and before anything else to the element around it.
+        """
+        found: _Found = {}
+        extras: list[Extra] = []
+        if element.text.strip():
+            message = f"text of its own in `{element.name}` is not kept on saving"
+            self.warn(element, Code.LOST_ON_SAVING, message)
+        for comments, child in element.commented():
+            expected = None if child is None else known.get(child.tag)
+            is_node = isinstance(expected, Items) and not expected.listed
+            if not is_node:
+                extras += comments
+            if child is None:
+                continue
+            if expected is None:
+                self.remark_unknown(child)
+                extras.append(self._kept(child))
+            elif child.tag in found and not _may_repeat(expected):
+                first = Note("the first is here", self.place(found[child.tag][0][1]))
+                self.error(child, Code.REPEATED_ELEMENT, f"a second `{child.name}`", first)
+            else:
+                before = tuple(comments) if is_node else ()
+                found.setdefault(child.tag, []).append((before, child))
+        return found, tuple(extras)
 
-    def _library(self, element: XmlElement, comments: tuple[Comment, ...]) -> Library:
-        return Library(
-            name=text_of(element),
-            kind=element.attributes.get("kind", "module"),
-            **self.text_fields(element, "kind", comments=comments),
-        )
+    def _kept(self, element: XmlElement) -> Element:
+        """Return an unknown element as it is kept: with its text, or else with its children."""
+        attributes = tuple(element.attributes.items())
+        if element.text.strip() or not element.children:
+            self._check_content(element)
+            return Element(element.tag, attributes, element.text)
+        children = (self._kept(each) if isinstance(each, XmlElement) else each for each in element.children)
+        return Element(element.tag, attributes, "", tuple(children))
 
-    def _interface(self, element: XmlElement, comments: tuple[Comment, ...]) -> Interface:
-        parts = self.parts(element, leaves=_INTERFACE_LEAVES)
-        proxy, ip, port = (parts.first(tag) for tag in ("nameproxy", "ip", "port"))
-        return Interface(
-            name=text_of(parts.first("nameinterface")).text,
-            proxy=None if proxy is None else proxy.text,
-            ip=None if ip is None else ip.text,
-            port=None if port is None else port.text,
-            type=text_of(parts.first("interface")).text,
-            **node_fields(element, parts, comments=comments),
-        )
+    def _items(self, items: Items, found: _Elements) -> tuple[Node, ...] | Node | None:
+        if items.listed and found:
+            _, container = found[0]
+            inside, extras = self._sorted(container, {items.kind.tag: replace(items, listed=False)})
+            if extras or container.attributes:
+                self._lists.append(
+                    Element(container.tag, tuple(container.attributes.items()), children=extras)
+                )
+            found = inside.get(items.kind.tag, [])
+        if "id" in items.kind.attributes:
+            self.number([element for _, element in found], lambda each: each.attributes.get("id"))
+        nodes = tuple(self._node(element, items.kind, comments) for comments, element in found)
+        return next(iter(nodes), None) if items.one else nodes
 
-    def _attribute(self, element: XmlElement, name: str) -> str:
-        if name not in element.attributes:
-            self.error(element, Code.MALFORMED_ELEMENT, f"`{element.tag}` needs the attribute `{name}`")
-        return element.attributes.get(name, "")
+    def _children(self, found: _Elements) -> tuple[int, ...]:
+        """Return the ids of automata that a state owns."""
+        for _, element in found:
+            self.check_leaf(element)
+        ids = [self.optional_id(element, element.name, element.text) for _, element in found]
+        return tuple(each for each in ids if each != NO_CHILD)
+
+    def _leaf(self, parent: XmlElement, tag: str, leaf: Leaf, found: _Elements) -> dict[str, Any]:
+        """Return the fields that a leaf holds; one that is missing and has a default is left out."""
+        element = found[0][1] if found else None
+        if leaf.value is Value.REFERENCE and (element is None or not element.text.strip()):
+            message = f"`{parent.name}` does not say its `{tag if element is None else element.name}`"
+            self.warn(element or parent, Code.MISSING_ID, message)
+            return {leaf.field: 0}
+        if element is None:
+            return {leaf.field: ""} if leaf.value is Value.STRING and not leaf.optional else {}
+        self.check_leaf(element, leaf.attribute)
+        fields = {leaf.field: self._value(element, element.name, element.text, leaf)}
+        if leaf.attribute:
+            fields[leaf.attribute] = self._type_of(element)
+        return fields
+
+    def _type_of(self, trigger: XmlElement) -> str:
+        if "type" in trigger.attributes:
+            return trigger.attributes["type"]
+        kind = "time" if trigger.text.strip().isdecimal() else "condition"
+        message = f"`{trigger.name}` has no `type`: its text is taken for a {kind}"
+        self.warn(trigger, Code.TRIGGER_WITHOUT_TYPE, message)
+        return kind
+
+    def check_leaf(self, element: XmlElement, *known: str) -> None:
+        """Warn of what an element that holds a value has besides, since it is not kept."""
+        if element.attributes.keys() - known:
+            self.warn(element, Code.LOST_ON_SAVING, f"attributes of `{element.name}` are not kept on saving")
+        self._check_content(element)
+
+    def _check_content(self, element: XmlElement) -> None:
+        if element.children:
+            message = f"comments and elements inside the text of `{element.name}` are not kept on saving"
+            self.warn(element, Code.LOST_ON_SAVING, message)
+
+    # Elements of old dialects.
+
+    def translated(
+        self,
+        element: XmlElement,
+        tag: str,
+        native: Collection[str],
+        names: Mapping[str, str | Translation],
+        nodes: Mapping[str, Translation] | None = None,
+    ) -> XmlElement:
+        """Return an element of an old dialect as one of the native format, which `document` can read.
+
+        `names` says what becomes of its children: a native name, or what a function makes of them. What
+        stands twice is kept, and the first counts; `nodes` may repeat. An unknown child with one of the
+        `native` names is put into an element `kept`.
+        """
+        made = replace(element, tag=tag, attributes=dict(element.attributes), children=[])
+        seen: dict[str, XmlElement] = {}
+        for comments, child in element.commented():
+            if child is None:
+                made.children += comments
+                break
+            meaning = nodes[child.tag] if nodes and child.tag in nodes else names.get(child.tag)
+            if child.tag in names:
+                first = seen.setdefault(meaning if isinstance(meaning, str) else child.tag, child)
+                if first is not child:
+                    message = f"a second `{child.name}` is kept, and the first counts"
+                    note = Note("the first is here", self.place(first))
+                    self.warn(child, Code.OLD_REPEATED_ELEMENT, message, note)
+                    self.expected.add(child)
+                    meaning = None
+            if isinstance(meaning, str):
+                made.children += [*comments, replace(child, tag=meaning)]
+            elif meaning is not None:
+                made.children += meaning(comments, child)
+            else:
+                made.children += [*comments, self._without_meaning(child, native)]
+        return made
+
+    def _without_meaning(self, element: XmlElement, native: Collection[str]) -> XmlElement:
+        if element.tag not in native:
+            return element
+        kept = XmlElement(_KEPT, {}, element.line, element.column, children=[element], name=element.name)
+        if element in self.expected:
+            self.expected.add(kept)
+        return kept
+
+    def read_elsewhere(self, comments: list[Comment], element: XmlElement) -> Children:
+        """Return what stays of an element that is read in another way: the comments before it."""
+        self.check_leaf(element)
+        return [*comments]
+
+    # Values.
+
+    def number(
+        self,
+        elements: Sequence[XmlElement],
+        given: Callable[[XmlElement], str | None],
+        *,
+        expected: bool = True,
+    ) -> dict[XmlElement, int]:
+        """Set and return the ids of elements of one kind, from what is `given`.
+
+        One without an id gets a free one, with a warning if an id is `expected`.
+        """
+        found: dict[XmlElement, int] = {}
+        for element in elements:
+            text = given(element)
+            if text is not None and text.strip():
+                found[element] = self.parse_id(element, "id", text)
+        used = set(found.values())
+        free = (number for number in count(1) if number not in used)
+        for element in elements:
+            if element not in found:
+                found[element] = next(free)
+                if expected:
+                    message = f"`{element.name}` has no id: it is given {found[element]}"
+                    self.warn(element, Code.MISSING_ID, message)
+            element.attributes["id"] = str(found[element])
+        return found
+
+    def _value(self, element: XmlElement, name: str, text: str, leaf: Leaf) -> Any:  # noqa: ANN401
+        match leaf.value:
+            case Value.TEXT:
+                return element.content
+            case Value.NUMBER:
+                return self._pixels(element, name, text)
+            case Value.FLAG:
+                return self._flag(element, name, text)
+            case Value.ID:
+                return self.optional_id(element, name, text)
+            case Value.REFERENCE:
+                return self.parse_id(element, name, text)
+        return text
+
+    def parse_id(self, element: XmlElement, name: str, value: str) -> int:
+        """Return the id in a text; reports an error when it is none."""
+        digits = value.strip()
+        if digits.isascii() and digits.isdigit() and len(digits) <= 10 and int(digits) <= MAX_ID:
+            return int(digits)
+        self.error(
+            element, Code.MALFORMED_ELEMENT, f"`{name}` is a number from 0 to {MAX_ID}, not `{value[:40]}`"
+        )
+        return 0
+
+    def optional_id(self, element: XmlElement, name: str, text: str) -> int:
+        """Return the id in a text, 0 in a blank one; reports an error when there is none."""
+        return self.parse_id(element, name, text) if text.strip() else 0
+
+    def _pixels(self, element: XmlElement, name: str, text: str) -> float:
+        """Return the number in a text, 0 when it is blank."""
+        if not text.strip():
+            return 0.0
+        number = _finite(text)
+        if number is None and text.count(",") == 1:
+            number = _finite(text.replace(",", "."))
+            if number is not None:
+                message = f"`{name}` is written with a comma: `{text.strip()[:40]}` is taken for {number}"
+                self.warn(element, Code.COMMA_IN_NUMBER, message)
+        if number is None:
+            self.error(element, Code.MALFORMED_ELEMENT, f"`{name}` is a number of pixels, not `{text[:40]}`")
+            return 0.0
+        return number
+
+    def _flag(self, element: XmlElement, name: str, text: str) -> bool:
+        """Return whether a text says true; a blank one does not."""
+        value = text.strip().lower()
+        if value not in ("true", "false", "1", "0", ""):
+            self.error(element, Code.MALFORMED_ELEMENT, f"`{name}` is `true` or `false`, not `{value[:40]}`")
+        return value in ("true", "1")
+
+    # Reports.
+
+    def place(self, element: XmlElement) -> Location:
+        """Return where the start tag of an element stands."""
+        return Location(self.path, element.line, element.column, len(element.name) + 1)
+
+    def error(self, element: XmlElement, code: str, message: str, *notes: Note) -> None:
+        """Report what keeps the file from being understood."""
+        self.failed = True
+        self.diagnostics.error(code, message, self.place(element), notes)
+
+    def warn(self, element: XmlElement, code: str, message: str, *notes: Note) -> None:
+        """Report what was understood in one of several ways."""
+        self.diagnostics.warning(code, message, self.place(element), notes)
+
+    def remark(self, element: XmlElement, message: str) -> None:
+        """Remember what is kept without being used."""
+        self._remarked.setdefault(message, []).append(element)
+
+    def remark_unknown(self, element: XmlElement) -> None:
+        """Remember an unknown element, if it says something and was not expected."""
+        if element not in self.expected and (element.text.strip() or element.children or element.attributes):
+            self.remark(element, f"`{element.name}` has no meaning here: it is kept, and not used")
+
+    def _report_remarks(self) -> None:
+        """Report what is kept without being used: each kind once, with all its lines."""
+        if self.remarks is None or self.failed:
+            return
+        for message, (first, *others) in self._remarked.items():
+            lines = sorted({element.line for element in others} - {first.line})
+            listed = ", ".join(map(str, lines[:_MOST_LINES]))
+            more = f" and {len(lines) - _MOST_LINES} more" if len(lines) > _MOST_LINES else ""
+            where = f"also in line{'s' if len(lines) > 1 else ''} {listed}{more}"
+            self.remarks.note(Code.KEPT_UNUSED, message, self.place(first), [Note(where)] if lines else [])
+
+
+def _may_repeat(expected: Leaf | Items) -> bool:
+    if isinstance(expected, Leaf):
+        return expected.value is Value.CHILDREN
+    return not (expected.one or expected.listed)
+
+
+def _finite(text: str) -> float | None:
+    try:
+        number = float(text)
+    except ValueError:
+        return None
+    return number if math.isfinite(number) else None

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Mapping
 from dataclasses import replace
 from enum import StrEnum
 from itertools import count
@@ -21,10 +20,10 @@ from ...diagnostics import Diagnostics, Location, Note
 from ..code.language import CPP, change_code, first_foreign, language_of
 from ..code.text import parse_piece
 from ..codes import Code
-from ..document import Automaton, Comment, Document, Text, Transition
+from ..document import Automaton, Document, Text, Transition
 from .native import NativeReader
-from .spanish import SpanishReader
-from .visualstates import VisualStatesReader
+from .spanish import translate_spanish
+from .visualstates import translate_visualstates
 from .xml_tree import XmlElement, parse_xml, read_bytes
 
 __all__ = ["Dialect", "dialect_of", "looks_like_document", "parse_document", "read_document"]
@@ -64,13 +63,6 @@ def dialect_of(root: XmlElement) -> Dialect:
     if any(element.tag == "nombreEsquema" for element in root.elements()):
         return Dialect.SPANISH
     return Dialect.NATIVE
-
-
-_READERS: Final[Mapping[Dialect, type[NativeReader | SpanishReader | VisualStatesReader]]] = {
-    Dialect.NATIVE: NativeReader,
-    Dialect.SPANISH: SpanishReader,
-    Dialect.VISUALSTATES: VisualStatesReader,
-}
 
 
 def looks_like_document(file: Path) -> bool:
@@ -114,12 +106,15 @@ def parse_document(
         diagnostics.error(Code.NOT_A_DOCUMENT, message, place)
         return None
     dialect = dialect_of(root)
-    reader = _READERS[dialect](path, diagnostics, remarks)
-    document = reader.document(root)
+    reader = NativeReader(path, diagnostics, remarks)
+    native = root
+    if dialect is not Dialect.NATIVE:
+        translate = translate_spanish if dialect is Dialect.SPANISH else translate_visualstates
+        native = translate(root, reader)
+    document = reader.document(native)
     if reader.failed:
         return None
-    reader.tell_remarks()
-    document = replace(document, comments=tuple(Comment(text) for text in comments))
+    document = replace(document, comments=tuple(comments))
     if not document.is_old and (editor := _editor_of(root)):
         document = replace(document, dialect=Text(editor))
     if document.is_old:

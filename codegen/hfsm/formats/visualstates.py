@@ -1,8 +1,9 @@
-"""Read the dialect of VisualStates, since 2017: states inside states, in five variants.
+"""Translate the dialect of VisualStates, since 2017, to the native format.
 
-A state that holds states owns an automaton here; the outermost state stands for the component. A state that
-is entered again restarts its automaton. Functions and variables belonged to the component, to a state or to
-a namespace: here they belong to the automaton that the state owns, and all are reached through `self`.
+Its states stand inside states, in five variants. A state that holds states owns an automaton here; the
+outermost state stands for the component. A state that is entered again restarts its automaton. Functions and
+variables belonged to the component, to a state or to a namespace: here they belong to the automaton that the
+state owns, and all are reached through `self`.
 """
 
 from __future__ import annotations
@@ -13,143 +14,229 @@ from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import count
-from pathlib import Path
 from typing import Final
-
-from codegen.diagnostics import Diagnostics
 
 from ..code.text import parse_piece
 from ..codes import Code
-from ..document import (
-    DEFAULT_PERIOD,
-    NO_CHILD,
-    Automaton,
-    Comment,
-    Document,
-    Element,
-    Extra,
-    Interface,
-    Library,
-    Parameter,
-    State,
-    Text,
-    Transition,
-)
-from .elements import MAX_ID, NOTHING, ElementReader, Parts, node_fields, text_of
-from .native import DOCUMENT_TAGS, INTERFACE_TAGS, STATE_TAGS, TRANSITION_TAGS
-from .xml_tree import XmlComment, XmlElement
+from ..document import DEFAULT_PERIOD, NO_CHILD, Comment
+from .native import MAX_ID, Children, NativeReader, Translation
+from .schema import DOCUMENT, INTERFACE, STATE, TRANSITION
+from .xml_tree import XmlElement, new_leaf
 
-__all__ = ["PSEUDO_STATE", "VisualStatesReader"]
+__all__ = ["translate_visualstates"]
 
-PSEUDO_STATE: Final = "pseudostate"
+_PSEUDO_STATE: Final = "pseudostate"
 """Holds what the outermost state has: it is no state of any automaton."""
 
 _CODE: Final = ("functions", "variables")
-_STATE_LEAVES: Final = ("posx", "posy", "name", "code", "timestep", *_CODE)
-_STATE: Final = {"timestep": "", "functions": "", "variables": "", "namespace": ""}
+_STATE: Final = {tag: tag for tag in ("posx", "posy", "name", "code")}
 _TRANSITION: Final = {
-    "type": "",
+    **{tag: tag for tag in ("posx", "posy", "name")},
     "originid": "origin",
     "destinationid": "destiny",
     "code": "transcode",
-    "time": "trans",
-    "condition": "trans",
 }
-_DOCUMENT: Final = {"functions": "", "variables": "", "global_namespace": "", "configs": ""}
 _TRIGGERS: Final = {"0": "time", "1": "condition"}
+_INTERFACE: Final = {
+    **{tag: tag for tag in ("ip", "port", "interface")},
+    "name": "nameinterface",
+    "proxyName": "nameproxy",
+    "proxyname": "nameproxy",
+    "interfaceName": "interface",
+}
+_PARAMETER_TYPES: Final = {
+    "Boolean": "bool",
+    "Integer": "int",
+    "Float": "float",
+    "String": "str",
+    "Character": "str",
+}
 
 
-class VisualStatesReader(ElementReader):
-    """Makes a document of a tree of XML by VisualStates; what it does not understand it reports."""
+def translate_visualstates(root: XmlElement, reader: NativeReader) -> XmlElement:
+    """Return the root of a document of VisualStates as that of a native one."""
+    return _Translator(reader).document(root)
 
-    strict = False
 
-    def __init__(self, path: Path, diagnostics: Diagnostics, remarks: Diagnostics | None = None) -> None:
-        super().__init__(path, diagnostics, remarks)
-        self._parts: dict[XmlElement, Parts] = {}
-        self._namespaces: dict[XmlElement, Parts] = {}
+class _Translator:
+    def __init__(self, reader: NativeReader) -> None:
+        self._reader = reader
         self._ids: dict[XmlElement, int] = {}
-        self._owned: dict[XmlElement, int] = {}
-        self._kept_namespaces: set[XmlElement] = set()
-        """The namespaces in which something has no word here."""
+        self._owned: dict[XmlElement, _Level] = {}
+        """The automata of states that hold states."""
+        self._comments: dict[XmlElement, list[Comment]] = {}
+        """The comments before states and transitions, which are put elsewhere."""
+        self._kept: set[XmlElement] = set()
+        """The namespaces in which something has no word here: they are kept whole."""
         self._functions: set[str] = set()
         self._renamed: defaultdict[XmlElement | _Level, dict[str, str]] = defaultdict(dict)
         """The new names of functions, for the code of a level and for that of one state."""
 
-    def document(self, root: XmlElement) -> Document:
-        """Return the document; worth nothing if the reader has `failed` afterwards."""
-        parts = self.parts(
-            root,
-            nodes=("state",),
-            leaves=_CODE,
-            containers=("config", "configs", "libraries", "global_namespace"),
-            taken=DOCUMENT_TAGS,
-        )
-        levels, self._ids = _levels_of(self, parts.all("state"))
-        self._owned = {level.owner: level.id for level in levels if level.owner is not None}
-        for level in levels:
-            for state in (*level.states, level.owner):
-                if state is not None and state not in self._parts:
-                    self._read(state)
-        shared_element = parts.first("global_namespace")
-        shared = self._namespace(shared_element)
-        code = {level: self._code_of(level, (parts, shared)) for level in levels}
+    def document(self, root: XmlElement) -> XmlElement:
+        """Return the root of the native document."""
+        levels, self._ids = _levels_of(self._reader, list(root.elements("state")))
+        self._owned = {level.owner: level for level in levels if level.owner is not None}
+        shared = root.first("global_namespace")
+        code = {level: self._code_of(level, (root, shared)) for level in levels}
         outgoing = self._outgoing(levels)
-        self._ids |= self.ids(
-            [each for level in levels for each, _ in outgoing[level]],
-            lambda transition: transition.attributes.get("id"),
+        transitions = [each for level in levels for each, _ in outgoing[level]]
+        self._reader.number(transitions, lambda each: each.attributes.get("id"))
+        parameters = self._parameters([shared, *(each.first("namespace") for each in self._owned)])
+        made = self._reader.translated(
+            root,
+            DOCUMENT.tag,
+            DOCUMENT.children,
+            {
+                **dict.fromkeys(("config", "configs", "libraries"), lambda comments, _: [*comments]),
+                **dict.fromkeys(_CODE, self._reader.read_elsewhere),
+                "global_namespace": self._namespace,
+            },
+            {"state": self._moved},
         )
-        owners = [self._parts[each.owner].first("namespace") for each in levels if each.owner is not None]
-        parameters = self._read_parameters([shared_element, *owners])
-        automata = tuple(self._automaton(level, outgoing[level], code[level], parts) for level in levels)
-        libraries, libraries_extras = _read_libraries(self, parts.first("libraries"))
-        interfaces, config_extras = _read_interfaces(self, parts.first("config"), parts.first("configs"))
-        fields = node_fields(
-            root, parts, native={**_DOCUMENT, "configs": "" if parts.first("config") else "config"}
-        )
-        fields["extras"] += self._kept_namespace(shared_element)
         if levels[0].owner is not None:
-            fields["extras"] += (self._pseudo_state(levels[0].owner),)
-        return Document(
-            parameters=parameters,
-            automata=automata,
-            libraries=libraries,
-            interfaces=interfaces,
-            libraries_extras=libraries_extras,
-            config_extras=config_extras,
-            **fields,
+            made.children.append(self._pseudo_state(levels[0].owner))
+        for level in levels:
+            made.children += self._automaton(level, outgoing[level], code[level])
+        made.children += [parameters, self._libraries(root), self._config(root)]
+        return made
+
+    def _moved(self, comments: list[Comment], element: XmlElement) -> Children:
+        """Take an element out of the one around it, to be put elsewhere."""
+        self._comments[element] = comments
+        return []
+
+    # States and transitions.
+
+    def _automaton(
+        self, level: _Level, transitions: list[tuple[XmlElement, XmlElement]], code: list[XmlElement]
+    ) -> Children:
+        """Return an automaton, with the comments before it."""
+        owner = level.owner
+        timestep = None if owner is None else owner.first("timestep")
+        period = DEFAULT_PERIOD if timestep is None else timestep.text
+        ids = {"id": str(level.id), "idFather": str(level.father)}
+        made = XmlElement("SubAutomata", ids, *((0, 0) if owner is None else (owner.line, owner.column)))
+        for state in level.states:
+            element = self._state(state, level, period)
+            made.children += [*self._comments.get(state, ()), element]
+        for transition, source in transitions:
+            element = self._transition(transition, source, level)
+            made.children += [*self._comments.get(transition, ()), element]
+        if timestep is not None:
+            made.children.append(replace(timestep, tag="iteration_time", attributes={}, children=[]))
+        made.children += code
+        before = self._comments.get(owner, []) if owner is not None and level.is_root else []
+        return [*before, made]
+
+    def _state(self, element: XmlElement, level: _Level, period: str) -> XmlElement:
+        owned = self._owned.get(element)
+
+        def timestep(comments: list[Comment], found: XmlElement) -> Children:
+            if owned is not None:
+                return self._reader.read_elsewhere(comments, found)
+            if found.text.strip() != period.strip():
+                message = "the `timestep` of a state that holds none is kept, and not used"
+                self._reader.remark(found, message)
+            self._reader.expected.add(found)
+            return [*comments, found]
+
+        namespace = element.first("namespace")
+        if namespace is not None and owned is None and not _is_blank(namespace):
+            message = "the namespace of a state that holds none is kept, and not used"
+            self._reader.remark(element, message)
+            self._kept.add(namespace)
+        code = dict.fromkeys(_CODE, self._reader.read_elsewhere)
+        names: dict[str, str | Translation] = {
+            **_STATE,
+            **code,
+            "timestep": timestep,
+            "namespace": self._namespace,
+        }
+        nodes = {"state": self._moved, "transition": self._moved}
+        made = self._reader.translated(element, "state", STATE.children, names, nodes)
+        for each in made.elements("code"):
+            each.text = self._with_new_names(each.text, element, level)
+        if owned is not None:
+            made.children.append(new_leaf("idSubautomataSon", str(owned.id), element))
+            made.children.append(new_leaf("history", "restart", element))
+        return made
+
+    def _pseudo_state(self, element: XmlElement) -> XmlElement:
+        """Return what the outermost state has, for it is no state of any automaton."""
+        names = dict.fromkeys(("timestep", *_CODE), self._reader.read_elsewhere)
+        nodes = {"state": self._moved, "transition": self._moved}
+        made = self._reader.translated(
+            element, _PSEUDO_STATE, (), {**names, "namespace": self._namespace}, nodes
         )
+        for each in made.elements():
+            if each.tag not in (*_STATE, "namespace"):
+                self._reader.remark_unknown(each)
+        self._reader.expected.add(made)
+        return made
 
-    def _read(self, state: XmlElement) -> None:
-        self._parts[state] = self.parts(
-            state,
-            nodes=("state", "transition"),
-            leaves=_STATE_LEAVES,
-            containers=("namespace",),
-            taken=STATE_TAGS | {"state", "transition"},
-        )
-        self._namespaces[state] = self._namespace(self._parts[state].first("namespace"))
+    def _outgoing(self, levels: list[_Level]) -> dict[_Level, list[tuple[XmlElement, XmlElement]]]:
+        """Return the transitions of each automaton, each with the state in which it stands.
 
-    def _namespace(self, element: XmlElement | None) -> Parts:
-        """Return what a namespace holds; where anything in it is unknown all of it is kept, too."""
-        if element is None:
-            return NOTHING
-        parts = self.parts(element, leaves=_CODE, containers=("parameters",))
-        if parts.extras or parts.details:
-            self._kept_namespaces.add(element)
-        return parts
+        They stand in the state that they leave; one that stands around that is found, too.
+        """
+        found: dict[_Level, list[tuple[XmlElement, XmlElement]]] = {level: [] for level in levels}
+        if levels[0].owner is not None:
+            outermost = levels[0].owner
+            found[levels[0]] += [(each, outermost) for each in outermost.elements("transition")]
+        for level in levels:
+            own = {self._ids[state] for state in level.states}
+            for state in level.states:
+                below = {self._ids[inner] for inner in state.elements("state")}
+                for each in state.elements("transition"):
+                    home = self._owned[state] if self._origin(each, state) in below - own else level
+                    found[home].append((each, state))
+        return found
 
-    def _code_of(self, level: _Level, shared: tuple[Parts, ...]) -> tuple[Text, ...]:
+    def _origin(self, transition: XmlElement, state: XmlElement) -> int:
+        """Return the id that a transition says it leaves, or that of the state in which it stands."""
+        written = transition.first("originid")
+        if written is None or not written.text.strip():
+            return self._ids.get(state, 0)
+        digits = written.text.strip()
+        return int(digits) if digits.isascii() and digits.isdigit() and len(digits) <= 10 else -1
+
+    def _transition(self, element: XmlElement, state: XmlElement, level: _Level) -> XmlElement:
+        tags = {each.tag: each.text.strip() for each in element.elements()}
+        written = tags.get("type") or ("0" if "time" in tags else "1")
+        kind = _TRIGGERS.get(written, written)
+        trigger = kind if kind in _TRIGGERS.values() else "condition"
+        names: dict[str, str | Translation] = {
+            **_TRANSITION,
+            trigger: "trans",
+            "type": self._reader.read_elsewhere,
+        }
+        made = self._reader.translated(element, "transition", TRANSITION.children, names)
+        made.children += [
+            new_leaf(tag, "", element) for tag in ("origin", "trans") if made.first(tag) is None
+        ]
+        for each in made.elements("origin", "trans", "transcode"):
+            if each.tag != "origin":
+                each.text = self._with_new_names(each.text, state, level)
+            elif not each.text.strip():
+                each.text = str(self._ids.get(state, 0))
+            if each.tag == "trans":
+                each.attributes = {**each.attributes, "type": kind}
+        return made
+
+    # Functions, variables and parameters.
+
+    def _code_of(self, level: _Level, shared: Sequence[XmlElement | None]) -> list[XmlElement]:
         """Return the functions and the variables of an automaton; the root has the `shared` ones, too."""
         around = list(shared) if level.is_root else []
         if level.owner is not None:
-            around += [self._parts[level.owner], self._namespaces[level.owner]]
-        for parts in around:
-            self._rename_functions(parts.first("functions"), level, level)
-        inside = [(state, self._parts[state]) for state in level.states if state not in self._owned]
-        for state, parts in inside:
-            self._rename_functions(parts.first("functions"), level, state)
-        return tuple(self._code(tag, level, around, inside) for tag in _CODE)
+            around += [level.owner, level.owner.first("namespace")]
+        outer = [each for each in around if each is not None]
+        inside = [state for state in level.states if state not in self._owned]
+        for each in outer:
+            self._rename_functions(each.first("functions"), level, level)
+        for state in inside:
+            self._rename_functions(state.first("functions"), level, state)
+        return [found for tag in _CODE if (found := self._joined(tag, level, outer, inside)) is not None]
 
     def _rename_functions(
         self, element: XmlElement | None, level: _Level, scope: XmlElement | _Level
@@ -168,184 +255,130 @@ class VisualStatesReader(ElementReader):
             self._renamed[scope] |= {name: f"{name}_{suffix}" for name in taken}
             listed = ", ".join(f"`{name}`" for name in taken)
             message = f"another namespace has {listed}, too: here the names end with `_{suffix}`"
-            self.warn(element, Code.OLD_CODE_CHANGED, message)
+            self._reader.warn(element, Code.OLD_CODE_CHANGED, message)
         self._functions |= names
 
-    def _with_new_names(self, text: Text, *scopes: XmlElement | _Level | None) -> Text:
+    def _with_new_names(self, text: str, *scopes: XmlElement | _Level) -> str:
         """Return code in which functions of some scopes have their new names."""
         for scope in scopes:
-            for old, new in self._renamed.get(scope, {}).items() if scope is not None else ():
+            for old, new in self._renamed.get(scope, {}).items():
                 name = re.compile(
                     rf"(\bdef\s+|\bself\.(?:(?:namespace|interfaces|rosNode)\.)?){re.escape(old)}\b"
                 )
-                text = replace(text, text=name.sub(rf"\1{new}", text.text))
+                text = name.sub(rf"\1{new}", text)
         return text
 
-    def _automaton(
-        self,
-        level: _Level,
-        transitions: list[tuple[XmlElement, XmlElement]],
-        code: tuple[Text, ...],
-        root: Parts,
-    ) -> Automaton:
-        owner = level.owner
-        owned = NOTHING if owner is None else self._parts[owner]
-        functions, variables = code
-        period = text_of(owned.first("timestep"), default=DEFAULT_PERIOD)
-        before = root if owner is None else owned
-        return Automaton(
-            id=level.id,
-            father=level.father,
-            states=tuple(
-                self._state(state, level, period, before.comments_before(state)) for state in level.states
-            ),
-            transitions=tuple(self._transition(each, source, level) for each, source in transitions),
-            iteration_time=period,
-            variables=variables,
-            functions=functions,
-            comments=() if owner is None else root.comments_before(owner),
-            line=0 if owner is None else owner.line,
-            column=0 if owner is None else owner.column,
-        )
-
-    def _code(
-        self, tag: str, level: _Level, around: Iterable[Parts], inside: Iterable[tuple[XmlElement, Parts]]
-    ) -> Text:
+    def _joined(
+        self, tag: str, level: _Level, outer: Iterable[XmlElement], inside: Iterable[XmlElement]
+    ) -> XmlElement | None:
         """Return the functions or variables of an automaton: those of the states around and inside it."""
-        outer = [found for parts in around if (found := parts.first(tag)) is not None]
-        inner = {found: state for state, parts in inside if (found := parts.first(tag)) is not None}
-        pieces = [piece for piece in (*outer, *inner) if piece.text.strip()]
+        scoped: list[tuple[XmlElement, XmlElement | _Level]] = [
+            *((each, level) for each in outer),
+            *((state, state) for state in inside),
+        ]
+        pieces = [
+            (found, scope) for each, scope in scoped if (found := each.first(tag)) and found.text.strip()
+        ]
         if not pieces:
-            return text_of(outer[-1]) if outer else Text()
-        texts = [self._with_new_names(text_of(each), inner.get(each), level).text for each in pieces]
+            return None
+        texts = [self._with_new_names(each.text, scope, level) for each, scope in pieces]
         joined = "".join(text if text.endswith("\n") else f"{text}\n" for text in texts[:-1])
-        return Text(joined + texts[-1], pieces[0].text_line, pieces[0].text_column)
+        return replace(pieces[0][0], attributes={}, children=[], text=joined + texts[-1])
 
-    def _state(
-        self, element: XmlElement, level: _Level, period: Text, comments: tuple[Comment, ...]
-    ) -> State:
-        parts = self._parts[element]
-        owned = self._owned.get(element, NO_CHILD)
-        fields = node_fields(element, parts, "id", "initial", comments=comments, native=_STATE)
-        timestep = parts.first("timestep")
-        if timestep is not None and owned == NO_CHILD:
-            if timestep.text.strip() != period.text.strip():
-                message = "the `timestep` of a state that holds none is kept, and not used"
-                self.remark(timestep, message)
-            fields["extras"] += (self.kept(timestep),)
-        namespace = parts.first("namespace")
-        if namespace is not None and owned == NO_CHILD and not _is_blank(namespace):
-            self.remark(element, "the namespace of a state that holds none is kept, and not used")
-            self._kept_namespaces.add(namespace)
-        fields["extras"] += self._kept_namespace(namespace)
-        return State(
-            id=self._ids[element],
-            name=text_of(parts.first("name")).text,
-            initial=self.parse_flag(element, "initial", element.attributes.get("initial")),
-            x=self.number(parts.first("posx")),
-            y=self.number(parts.first("posy")),
-            children=() if owned == NO_CHILD else (owned,),
-            history=Text() if owned == NO_CHILD else Text("restart", element.line, element.column),
-            code=self._with_new_names(text_of(parts.first("code")), element, level),
-            **fields,
-        )
+    def _namespace(self, comments: list[Comment], element: XmlElement) -> Children:
+        """Return a namespace in which something has no word here, and nothing of any other."""
+        self._reader.expected.add(element)
+        return [*comments, element] if element in self._kept else [*comments]
 
-    def _outgoing(self, levels: list[_Level]) -> dict[_Level, list[tuple[XmlElement, XmlElement]]]:
-        """Return the transitions of each automaton, each with the state in which it stands.
-
-        They stand in the state that they leave; one that stands around that is found, too.
-        """
-        owned = {level.owner: level for level in levels}
-        found: dict[_Level, list[tuple[XmlElement, XmlElement]]] = {level: [] for level in levels}
-        if levels[0].owner is not None:
-            outermost = levels[0].owner
-            found[levels[0]] += [(each, outermost) for each in self._parts[outermost].all("transition")]
-        for level in levels:
-            own = {self._ids[state] for state in level.states}
-            for state in level.states:
-                below = {self._ids[inner] for inner in _states_in(state)}
-                for each in self._parts[state].all("transition"):
-                    origin = self._origin(each, state)
-                    home = owned[state] if origin in below - own else level
-                    found[home].append((each, state))
-        return found
-
-    def _origin(self, transition: XmlElement, state: XmlElement) -> int:
-        """Return the id that a transition says it leaves, or that of the state in which it stands."""
-        written = next((each for each in transition.elements() if each.tag == "originid"), None)
-        if written is None or not written.text.strip():
-            return self._ids.get(state, 0)
-        digits = written.text.strip()
-        return int(digits) if digits.isascii() and digits.isdigit() and len(digits) <= 10 else -1
-
-    def _transition(self, element: XmlElement, state: XmlElement, level: _Level) -> Transition:
-        tags = {each.tag: each.text.strip() for each in element.elements()}
-        written = tags.get("type") or ("0" if "time" in tags else "1")
-        kind = _TRIGGERS.get(written, written)
-        trigger_tag = kind if kind in _TRIGGERS.values() else "condition"
-        leaves = ("posx", "posy", "name", "type", "originid", "destinationid", "code", trigger_tag)
-        parts = self.parts(element, leaves=leaves, taken=TRANSITION_TAGS)
-        origin = parts.first("originid")
-        return Transition(
-            id=self._ids[element],
-            name=text_of(parts.first("name")).text,
-            x=self.number(parts.first("posx")),
-            y=self.number(parts.first("posy")),
-            origin=self._ids.get(state, 0)
-            if origin is None or not origin.text.strip()
-            else self.parse_id(origin, "originid", origin.text),
-            destination=self.reference(element, parts.first("destinationid"), "destinationid"),
-            type=kind,
-            trigger=self._with_new_names(text_of(parts.first(trigger_tag)), state, level),
-            code=self._with_new_names(text_of(parts.first("code")), state, level),
-            **node_fields(
-                element,
-                parts,
-                "id",
-                comments=self._parts[state].comments_before(element),
-                native=_TRANSITION,
-            ),
-        )
-
-    def _kept_namespace(self, element: XmlElement | None) -> tuple[Extra, ...]:
-        return () if element is None or element not in self._kept_namespaces else (self.kept(element),)
-
-    def _pseudo_state(self, element: XmlElement) -> Element:
-        """Return what the outermost state has, for it is no state of any automaton."""
-        elsewhere = ("state", "transition", "namespace", "timestep", *_CODE)
-        kept: list[Extra] = []
-        comments: list[Extra] = []
-        for child in element.children:
-            if isinstance(child, XmlComment):
-                comments.append(Comment(child.text))
-                continue
-            if child.tag not in elsewhere:
-                kept += [*comments, self.kept(child)]
-            comments.clear()
-        parts = self._parts[element]
-        kept += [*comments, *parts.lost_details(_STATE), *self._kept_namespace(parts.first("namespace"))]
-        return Element(PSEUDO_STATE, tuple(element.attributes.items()), "", tuple(kept))
-
-    def _read_parameters(self, namespaces: Iterable[XmlElement | None]) -> tuple[Parameter, ...]:
-        """Return the parameters of namespaces; one with others that cannot be ours is kept."""
-        found: dict[str, Parameter] = {}
+    def _parameters(self, namespaces: Iterable[XmlElement | None]) -> XmlElement:
+        """Return the parameters of namespaces; a namespace with anything else but code is kept."""
+        found: dict[str, XmlElement] = {}
         for namespace in namespaces:
-            containers = () if namespace is None else namespace.elements()
-            for element in (each for one in containers if one.tag == "parameters" for each in one.elements()):
-                parameter = _parameter(element) if element.tag == "param" else None
-                if parameter is not None and parameter.name not in found:
-                    found[parameter.name] = parameter
-                elif namespace is not None:
-                    name = element.attributes.get("name", "")
-                    self.remark(element, f"the parameter `{name}` is kept, and not used")
-                    self._kept_namespaces.add(namespace)
-        return tuple(found.values())
+            if namespace is None:
+                continue
+            for comments, child in namespace.commented():
+                is_code = (
+                    child is not None and child.tag in _CODE and not (child.attributes or child.children)
+                )
+                if comments or (child is not None and not is_code and child.tag != "parameters"):
+                    self._kept.add(namespace)
+                if child is not None and child.tag not in (*_CODE, "parameters"):
+                    self._reader.remark_unknown(child)
+            for element in (each for one in namespace.elements("parameters") for each in one.elements()):
+                name = element.attributes.get("name", "").strip()
+                kind = _PARAMETER_TYPES.get(element.attributes.get("type", ""))
+                if element.tag == "param" and kind and name.isidentifier() and name not in found:
+                    found[name] = _parameter(element, name, kind)
+                else:
+                    message = f"the parameter `{element.attributes.get('name', '')}` is kept, and not used"
+                    self._reader.remark(element, message)
+                    self._kept.add(namespace)
+        return XmlElement("parameters", {}, 0, 0, children=[*found.values()])
+
+    # Libraries and interfaces.
+
+    def _libraries(self, root: XmlElement) -> XmlElement:
+        def library(comments: list[Comment], element: XmlElement) -> Children:
+            return [*comments, replace(element, tag="lib")]
+
+        found = root.first("libraries") or XmlElement("libraries", {}, 0, 0)
+        nodes = {"library": library, "lib": library}
+        return self._reader.translated(found, "libraries", (), {}, nodes)
+
+    def _config(self, root: XmlElement) -> XmlElement:
+        """Return the interfaces of a component, and what else its configuration says.
+
+        `config` holds a list of interfaces, or what ROS needs to know; `configs` is the list of August 2017.
+        """
+
+        def interfaces(comments: list[Comment], element: XmlElement) -> Children:
+            self._reader.check_leaf(replace(element, children=[]))
+            nodes = {"interface": self._interface}
+            return [*comments, *self._reader.translated(element, "config", native, {}, nodes).children]
+
+        native = (INTERFACE.tag,)
+        made = XmlElement("config", {}, 0, 0)
+        for tag, names, nodes in (
+            ("config", {"interfaces": interfaces}, {}),
+            ("configs", {}, {"config": self._interface}),
+        ):
+            if (found := root.first(tag)) is not None:
+                part = self._reader.translated(found, "config", native, names, nodes)
+                made.attributes |= part.attributes
+                made.children += part.children
+        return made
+
+    def _interface(self, comments: list[Comment], element: XmlElement) -> Children:
+        made = self._reader.translated(element, INTERFACE.tag, INTERFACE.children, _INTERFACE)
+        return [*comments, made]
+
+
+def _parameter(element: XmlElement, name: str, kind: str) -> XmlElement:
+    """Return a parameter of the component, with its name and its type in Python."""
+    value = element.first("value") or element
+    description = element.first("description")
+    made = XmlElement("parameter", {}, element.line, element.column)
+    made.children += [new_leaf("name", name, element), new_leaf("type", kind, element)]
+    made.children.append(
+        new_leaf("default", _literal(kind, value.text if value is not element else ""), value)
+    )
+    if description is not None:
+        made.children.append(replace(description, attributes={}))
+    return made
+
+
+def _literal(kind: str, value: str) -> str:
+    if kind == "str":
+        return repr(value)
+    if kind == "bool":
+        return {"true": "True", "false": "False"}.get(value.strip().lower(), value)
+    return value.strip()
 
 
 def _is_blank(element: XmlElement) -> bool:
     """Return whether nothing is written in an element."""
     return not element.text.strip() and all(
-        not each.attributes and _is_blank(each) for each in element.elements()
+        isinstance(each, XmlElement) and not each.attributes and _is_blank(each) for each in element.children
     )
 
 
@@ -365,7 +398,7 @@ class _Level:
 
 
 def _levels_of(
-    reader: ElementReader, outermost: Sequence[XmlElement]
+    reader: NativeReader, outermost: Sequence[XmlElement]
 ) -> tuple[list[_Level], dict[XmlElement, int]]:
     """Return the automata, the root first and each before those below it, and the ids of all states.
 
@@ -378,7 +411,7 @@ def _levels_of(
         reader.warn(outermost[1], Code.SEVERAL_OUTERMOST_STATES, message)
     top = tuple(outermost) if owner is None else _states_in(owner)
     every = [state for outer in top for state in _with_states_below(outer)]
-    ids = reader.ids(every, lambda state: state.attributes.get("id"))
+    ids = reader.number(every, lambda state: state.attributes.get("id"))
     used: set[int] = set()
 
     def number(wanted: int) -> int:
@@ -387,7 +420,7 @@ def _levels_of(
         used.add(found)
         return found
 
-    around = 0 if owner is None else reader.optional_id(owner, "id", owner.attributes.get("id"))
+    around = 0 if owner is None else reader.optional_id(owner, "id", owner.attributes.get("id", ""))
     levels = [_Level(number(around + 1), NO_CHILD, owner, top)]
     # What an automaton has below it follows in the list, which grows while it is walked.
     for level in levels:
@@ -400,103 +433,10 @@ def _levels_of(
 
 def _states_in(element: XmlElement) -> tuple[XmlElement, ...]:
     """Return the states that stand directly inside an element."""
-    return tuple(each for each in element.elements() if each.tag == "state")
+    return tuple(element.elements("state"))
 
 
 def _with_states_below(state: XmlElement) -> Iterator[XmlElement]:
     yield state
     for inner in _states_in(state):
         yield from _with_states_below(inner)
-
-
-_INTERFACE: Final = {
-    "name": "nameinterface",
-    "proxyName": "nameproxy",
-    "proxyname": "nameproxy",
-    "ip": "ip",
-    "port": "port",
-    "interfaceName": "interface",
-    "interface": "interface",
-}
-_PARAMETER_TYPES: Final = {
-    "Boolean": "bool",
-    "Integer": "int",
-    "Float": "float",
-    "String": "str",
-    "Character": "str",
-}
-
-
-def _read_interfaces(
-    reader: ElementReader, config: XmlElement | None, oldest: XmlElement | None
-) -> tuple[tuple[Interface, ...], tuple[Extra, ...]]:
-    """Return the interfaces of a component, and what else its configuration says.
-
-    `config` holds a list of interfaces, or what ROS needs to know; `oldest` is the list of August 2017.
-    """
-    inside = NOTHING if config is None else reader.parts(
-        config, containers=("interfaces",), taken=("iceinterface",)
-    )  # fmt: skip
-    listed = inside.first("interfaces")
-    newer = NOTHING if listed is None else reader.parts(listed, ("interface",), taken=("iceinterface",))
-    older = NOTHING if oldest is None else reader.parts(oldest, ("config",), taken=("iceinterface",))
-    found = [_interface(reader, each, newer.comments_before(each)) for each in newer.all("interface")]
-    found += [_interface(reader, each, older.comments_before(each)) for each in older.all("config")]
-    extras = inside.lost_details({"interfaces": ""}) + inside.extras + newer.extras + older.extras
-    return tuple(found), extras
-
-
-def _interface(reader: ElementReader, element: XmlElement, comments: tuple[Comment, ...]) -> Interface:
-    parts = reader.parts(element, leaves=_INTERFACE, taken=INTERFACE_TAGS)
-    proxy = parts.first("proxyName") or parts.first("proxyname")
-    ip, port = parts.first("ip"), parts.first("port")
-    return Interface(
-        name=text_of(parts.first("name")).text,
-        proxy=None if proxy is None else proxy.text,
-        ip=None if ip is None else ip.text,
-        port=None if port is None else port.text,
-        type=text_of(parts.first("interfaceName") or parts.first("interface")).text,
-        **node_fields(element, parts, comments=comments, native=_INTERFACE),
-    )
-
-
-def _read_libraries(
-    reader: ElementReader, container: XmlElement | None
-) -> tuple[tuple[Library, ...], tuple[Extra, ...]]:
-    """Return the libraries of a component, and what else stands among them."""
-    parts = NOTHING if container is None else reader.parts(container, nodes=("library", "lib"))
-    elements = sorted(parts.all("library") + parts.all("lib"), key=lambda each: (each.line, each.column))
-    libraries = tuple(
-        Library(
-            name=text_of(each),
-            **reader.text_fields(each, comments=parts.comments_before(each)),
-        )
-        for each in elements
-    )
-    return libraries, parts.extras
-
-
-def _parameter(element: XmlElement) -> Parameter | None:
-    """Return a parameter of the component, or None when its name or its type are none of Python."""
-    name = element.attributes.get("name", "").strip()
-    kind = _PARAMETER_TYPES.get(element.attributes.get("type", ""))
-    if kind is None or not name.isidentifier():
-        return None
-    inside = {each.tag: each for each in element.elements()}
-    value = text_of(inside.get("value"))
-    return Parameter(
-        name=name,
-        type=Text(kind, element.line, element.column),
-        default=Text(_literal(kind, value.text), value.line, value.column),
-        description=text_of(inside.get("description")),
-        line=element.line,
-        column=element.column,
-    )
-
-
-def _literal(kind: str, value: str) -> str:
-    if kind == "str":
-        return repr(value)
-    if kind == "bool":
-        return {"true": "True", "false": "False"}.get(value.strip().lower(), value)
-    return value.strip()

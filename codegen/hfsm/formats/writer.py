@@ -3,29 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
-from functools import partial
-from typing import Final
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import fields, replace
+from typing import Any, Final
 
-from ..document import (
-    NO_CHILD,
-    Argument,
-    Automaton,
-    Comment,
-    Document,
-    Event,
-    Extra,
-    Import,
-    Interface,
-    Leaf,
-    Library,
-    Node,
-    Parameter,
-    Property,
-    State,
-    Text,
-    Transition,
-)
+from ..document import NO_CHILD, Comment, Document, Element, Extra, Node
+from .schema import DOCUMENT, Items, Leaf, NodeKind, Value
 
 __all__ = [
     "INDENT",
@@ -46,6 +29,12 @@ UNWRITABLE: Final = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U001
 
 _TEXT_ESCAPES: Final = {"&": "&amp;", "<": "&lt;", ">": "&gt;", "\r": "&#13;"}
 _ATTRIBUTE_ESCAPES: Final = {**_TEXT_ESCAPES, '"': "&quot;", "\n": "&#10;", "\t": "&#9;"}
+
+
+_DEFAULTS: Final = {
+    model: {each.name: each.default for each in fields(model)} for model in Node.__subclasses__()
+}
+"""The values of the fields of nodes that are left out."""
 
 
 class DocumentNotWritableError(ValueError):
@@ -110,177 +99,62 @@ class _Writer:
     def __init__(self) -> None:
         self._lines: list[str] = ['<?xml version="1.0" encoding="UTF-8"?>']
         self._depth = 0
-        self._leaves: list[dict[str, Leaf]] = []
-        """What the leaves of the elements that are open have beside their text."""
 
     def document(self, document: Document) -> str:
-        self._open(document.root_tag, document)
-        self._optional("description", document.description)
-        self._optional("onerror", document.on_error)
-        self._optional("onrefused", document.on_refused)
-        self._optional("dialect", document.dialect)
-        self._optional("language", document.language)
-        self._list(
-            "parameters", [partial(self._parameter, "parameter", each) for each in document.parameters]
-        )
-        self._list("events", [partial(self._event, event) for event in document.events])
-        self._list("properties", [partial(self._property, each) for each in document.properties])
-        for automaton in document.automata:
-            self._automaton(automaton)
-        libraries = [partial(self._library, library) for library in document.libraries]
-        self._list("libraries", libraries, document.libraries_extras, always=True)
-        interfaces = [partial(self._interface, interface) for interface in document.interfaces]
-        self._list("config", interfaces, document.config_extras, always=True)
-        self._close(document.root_tag, document)
+        lists = {each.tag: each for each in document.lists}
+        self._node(document, replace(DOCUMENT, tag=document.root_tag), lists)
         return "\n".join(self._lines) + "\n"
 
-    def _automaton(self, automaton: Automaton) -> None:
-        self._open("SubAutomata", automaton, (("id", str(automaton.id)), ("idFather", str(automaton.father))))
-        for state in automaton.states:
-            self._state(state)
-        for transition in automaton.transitions:
-            self._transition(transition)
-        for item in automaton.inputs:
-            self._parameter("input", item)
-        if automaton.imported is not None:
-            self._import(automaton.imported)
-        self._leaf("iteration_time", automaton.iteration_time)
-        self._leaf("variables", automaton.variables)
-        self._leaf("functions", automaton.functions)
-        self._close("SubAutomata", automaton)
-
-    def _state(self, state: State) -> None:
-        initial = "true" if state.initial else "false"
-        self._open("state", state, (("initial", initial), ("id", str(state.id))))
-        self._leaf("posx", _number(state.x))
-        self._leaf("posy", _number(state.y))
-        self._leaf("name", state.name)
-        self._leaf("idSubautomataSon", str(state.children[0] if state.children else NO_CHILD))
-        for child in state.children[1:]:
-            self._leaf("child", str(child))
-        if state.final or "final" in self._leaves[-1]:
-            self._leaf("final", "true" if state.final else "false")
-        self._optional("history", state.history)
-        self._optional("entry", state.entry)
-        self._leaf("code", state.code)
-        self._optional("exit", state.exit)
-        for argument in state.arguments:
-            self._argument(argument)
-        self._close("state", state)
-
-    def _transition(self, transition: Transition) -> None:
-        self._open("transition", transition, (("id", str(transition.id)),))
-        self._leaf("posx", _number(transition.x))
-        self._leaf("posy", _number(transition.y))
-        self._leaf("origin", str(transition.origin))
-        self._leaf("destiny", str(transition.destination))
-        self._leaf("transcode", transition.code)
-        self._leaf("name", transition.name)
-        self._leaf("trans", transition.trigger, (("type", transition.type),))
-        self._optional("guard", transition.guard)
-        self._optional("priority", transition.priority)
-        self._close("transition", transition)
-
-    def _argument(self, argument: Argument) -> None:
-        child = () if argument.child == NO_CHILD else (("child", str(argument.child)),)
-        if argument.extras:
-            raise DocumentNotWritableError(f"the argument `{argument.name}` holds only text")
-        self._text_node("argument", argument, argument.value, (("name", argument.name), *child))
-
-    def _import(self, imported: Import) -> None:
-        automaton = () if imported.automaton == NO_CHILD else (("automaton", str(imported.automaton)),)
-        self._leaf("import", imported.file, automaton + imported.attributes)
-
-    def _library(self, library: Library) -> None:
-        kind = () if library.kind == "module" else (("kind", library.kind),)
-        self._text_node("lib", library, library.name, kind)
-
-    def _text_node(
-        self, tag: str, node: Argument | Library, text: Text, attributes: tuple[tuple[str, str], ...]
-    ) -> None:
+    def _node(self, node: Node, kind: NodeKind, lists: Mapping[str, Element]) -> None:
         self._extras(node.comments)
-        self._leaves.append({leaf.tag: leaf for leaf in node.leaves})
-        self._leaf(tag, text, attributes + node.attributes)
-        self._leaves.pop()
-
-    def _parameter(self, tag: str, parameter: Parameter) -> None:
-        self._open(tag, parameter)
-        self._leaf("name", parameter.name)
-        self._leaf("type", parameter.type)
-        self._optional("default", parameter.default)
-        self._optional("description", parameter.description)
-        self._close(tag, parameter)
-
-    def _event(self, event: Event) -> None:
-        self._open("event", event)
-        self._leaf("name", event.name)
-        self._optional("description", event.description)
-        self._close("event", event)
-
-    def _property(self, item: Property) -> None:
-        self._open("property", item, (("kind", item.kind),))
-        self._leaf("name", item.name)
-        self._optional("within", item.within)
-        self._leaf("expression", item.expression)
-        self._close("property", item)
-
-    def _interface(self, interface: Interface) -> None:
-        self._open("iceinterface", interface)
-        self._leaf("nameinterface", interface.name)
-        for tag, value in (("nameproxy", interface.proxy), ("ip", interface.ip), ("port", interface.port)):
-            if value is not None:
-                self._leaf(tag, value)
-        self._leaf("interface", interface.type)
-        self._close("iceinterface", interface)
-
-    def _list(
-        self,
-        tag: str,
-        items: list[partial[None]],
-        extras: tuple[Extra, ...] = (),
-        *,
-        always: bool = False,
-    ) -> None:
-        """Write a list of the document, if it is not empty or `always` there."""
-        leaf = self._leaves[-1].get(tag, Leaf(tag))
-        extras += leaf.children
-        self._extras(leaf.comments)
-        if not items and not extras:
-            if always or leaf.comments or leaf.attributes:
-                self._line(f"<{tag}{attributes_text(leaf.attributes)}/>")
+        attributes = tuple(
+            (name, _text(leaf.value, value))
+            for name, leaf in kind.attributes.items()
+            if (value := _value_to_write(node, leaf)) is not None
+        )
+        start = f"<{kind.tag}{attributes_text(attributes + node.attributes)}>"
+        if kind.text:
+            if node.extras:
+                raise DocumentNotWritableError(f"`{kind.tag}` holds only text")
+            self._line(f"{start}{escaped(getattr(node, kind.text).text)}</{kind.tag}>")
             return
-        self._line(f"<{tag}{attributes_text(leaf.attributes)}>")
+        self._line(start)
         self._depth += 1
-        for write in items:
-            write()
-        self._extras(extras)
-        self._depth -= 1
-        self._line(f"</{tag}>")
-
-    def _optional(self, tag: str, text: Text | str) -> None:
-        if (text if isinstance(text, str) else text.text) or tag in self._leaves[-1]:
-            self._leaf(tag, text)
-
-    def _leaf(self, tag: str, text: Text | str, attributes: tuple[tuple[str, str], ...] = ()) -> None:
-        """Write an element that holds a text, with what else it has."""
-        leaf = self._leaves[-1].get(tag, Leaf(tag))
-        self._extras(leaf.comments)
-        content = escaped(text if isinstance(text, str) else text.text)
-        self._line(f"<{tag}{attributes_text(attributes + leaf.attributes)}>{content}</{tag}>")
-
-    def _open(self, tag: str, node: Node, attributes: tuple[tuple[str, str], ...] = ()) -> None:
-        """Write the comments before an element of the model and its start."""
-        self._extras(node.comments)
-        self._line(f"<{tag}{attributes_text(attributes + node.attributes)}>")
-        self._leaves.append({leaf.tag: leaf for leaf in node.leaves})
-        self._depth += 1
-
-    def _close(self, tag: str, node: Node) -> None:
-        """Write what is unknown in an element of the model, and its end."""
+        for tag, child in kind.children.items():
+            if isinstance(child, Leaf):
+                self._leaf(tag, child, node)
+            elif child.listed:
+                self._list(child, lists.get(tag, Element(tag)), getattr(node, child.field))
+            else:
+                found = getattr(node, child.field)
+                for each in (found,) if isinstance(found, Node) else found or ():
+                    self._node(each, child.kind, lists)
         self._extras(node.extras)
-        self._leaves.pop()
         self._depth -= 1
-        self._line(f"</{tag}>")
+        self._line(f"</{kind.tag}>")
+
+    def _list(self, items: Items, around: Element, nodes: Sequence[Node]) -> None:
+        """Write a list of the document, with what else stands in it."""
+        start = f"{around.tag}{attributes_text(around.attributes)}"
+        if nodes or around.children:
+            self._line(f"<{start}>")
+            self._depth += 1
+            for each in nodes:
+                self._node(each, items.kind, {})
+            self._extras(around.children)
+            self._depth -= 1
+            self._line(f"</{around.tag}>")
+        elif around.attributes or not items.optional:
+            self._line(f"<{start}/>")
+
+    def _leaf(self, tag: str, leaf: Leaf, node: Node) -> None:
+        value = _value_to_write(node, leaf)
+        if value is None:
+            return
+        attributes = ((leaf.attribute, getattr(node, leaf.attribute)),) if leaf.attribute else ()
+        for each in value[1:] if leaf.value is Value.CHILDREN else (value,):
+            text = escaped(_text(leaf.value, each))
+            self._line(f"<{tag}{attributes_text(attributes)}>{text}</{tag}>")
 
     def _extras(self, extras: tuple[Extra, ...]) -> None:
         for extra in extras:
@@ -290,5 +164,20 @@ class _Writer:
         self._lines.append(INDENT * self._depth + text)
 
 
-def _number(value: float) -> str:
-    return str(int(value)) if value.is_integer() else repr(value)
+def _value_to_write(node: Node, leaf: Leaf) -> Any:  # noqa: ANN401 - whatever the field holds
+    """Return what a leaf holds, or None when it is left out."""
+    value = getattr(node, leaf.field)
+    return None if leaf.optional and value == _DEFAULTS[type(node)][leaf.field] else value
+
+
+def _text(kind: Value, value: Any) -> str:  # noqa: ANN401 - whatever the field holds
+    match kind:
+        case Value.TEXT:
+            return str(value.text)
+        case Value.NUMBER:
+            return str(int(value)) if value.is_integer() else repr(value)
+        case Value.FLAG:
+            return "true" if value else "false"
+        case Value.CHILD:
+            return str(value[0] if value else NO_CHILD)
+    return str(value)

@@ -16,8 +16,9 @@ from defusedxml.expatreader import DefusedExpatParser
 
 from ...diagnostics import Diagnostics, Location
 from ..codes import Code
+from ..document import Comment, Text
 
-__all__ = ["MAX_SIZE", "XmlComment", "XmlElement", "parse_xml", "read_bytes"]
+__all__ = ["MAX_SIZE", "XmlElement", "new_leaf", "parse_xml", "read_bytes"]
 
 MAX_SIZE: Final = 16 << 20
 """Largest document in bytes."""
@@ -27,15 +28,11 @@ _MAX_ELEMENTS: Final = 500_000
 
 
 @dataclass(slots=True, eq=False)
-class XmlComment:
-    """A comment."""
-
-    text: str
-
-
-@dataclass(slots=True, eq=False)
 class XmlElement:
-    """An element; `text` is all character data directly inside it, `children` are elements and comments."""
+    """An element; `text` is all character data directly inside it, `children` are elements and comments.
+
+    `name` is what messages call it: the tag in the file.
+    """
 
     tag: str
     attributes: dict[str, str]
@@ -44,11 +41,42 @@ class XmlElement:
     text: str = ""
     text_line: int = 0
     text_column: int = 0
-    children: list[XmlElement | XmlComment] = field(default_factory=list)
+    children: list[XmlElement | Comment] = field(default_factory=list)
+    name: str = ""
 
-    def elements(self) -> Iterator[XmlElement]:
-        """Yield the elements inside this one, without those inside them."""
-        return (child for child in self.children if isinstance(child, XmlElement))
+    def __post_init__(self) -> None:
+        self.name = self.name or self.tag
+
+    @property
+    def content(self) -> Text:
+        """The text with its place."""
+        return Text(self.text, self.text_line, self.text_column)
+
+    def elements(self, *tags: str) -> Iterator[XmlElement]:
+        """Yield the elements directly inside this one, all of them or those with some tags."""
+        for child in self.children:
+            if isinstance(child, XmlElement) and (not tags or child.tag in tags):
+                yield child
+
+    def first(self, tag: str) -> XmlElement | None:
+        """Return the first element directly inside this one with a tag, or None."""
+        return next(self.elements(tag), None)
+
+    def commented(self) -> Iterator[tuple[list[Comment], XmlElement | None]]:
+        """Yield the elements inside this one with the comments before each; None with those at the end."""
+        comments: list[Comment] = []
+        for child in self.children:
+            if isinstance(child, Comment):
+                comments.append(child)
+            else:
+                yield comments, child
+                comments = []
+        yield comments, None
+
+
+def new_leaf(tag: str, text: str, place: XmlElement) -> XmlElement:
+    """Return an element that holds a text, in the place of the text of another."""
+    return XmlElement(tag, {}, place.line, place.column, text, place.text_line, place.text_column)
 
 
 class _LimitExceededError(Exception):
@@ -68,7 +96,9 @@ def read_bytes(path: Path, diagnostics: Diagnostics) -> bytes | None:
         return None
 
 
-def parse_xml(content: bytes, path: Path, diagnostics: Diagnostics) -> tuple[XmlElement, list[str]] | None:
+def parse_xml(
+    content: bytes, path: Path, diagnostics: Diagnostics
+) -> tuple[XmlElement, list[Comment]] | None:
     """Return the root element and the comments before it, or None after an error was reported."""
     if len(content) > MAX_SIZE:
         diagnostics.error(
@@ -119,7 +149,7 @@ class _TreeBuilder(ContentHandler):
     def __init__(self, locator: Locator) -> None:
         super().__init__()
         self.root: XmlElement | None = None
-        self.comments: list[str] = []
+        self.comments: list[Comment] = []
         self._locator = locator
         self.instructions: list[tuple[int, int]] = []
         self._open: list[XmlElement] = []
@@ -165,9 +195,9 @@ class _TreeBuilder(ContentHandler):
 
     def comment(self, content: str) -> None:
         if self._open:
-            self._open[-1].children.append(XmlComment(content))
+            self._open[-1].children.append(Comment(content))
         else:
-            self.comments.append(content)
+            self.comments.append(Comment(content))
 
     def processingInstruction(self, target: str, data: str) -> None:  # noqa: ARG002 - the signature of SAX
         self.instructions.append(self.position())

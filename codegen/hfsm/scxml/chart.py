@@ -16,7 +16,7 @@ from codegen.diagnostics import did_you_mean
 
 from ..codes import Code
 from ..document import Comment, Text
-from ..formats.xml_tree import XmlComment, XmlElement
+from ..formats.xml_tree import XmlElement
 from .content import CodeReader, Findings, everywhere, inside
 from .vocabulary import milliseconds_text
 
@@ -467,14 +467,9 @@ def _side_by_side(source: ChartState, goal: ChartState) -> tuple[ChartState, Cha
 
 def _with_comments(parent: XmlElement, *tags: str) -> Iterator[tuple[tuple[Comment, ...], XmlElement]]:
     """Yield the elements with these tags inside one, each with the comments directly before it."""
-    comments: list[Comment] = []
-    for child in parent.children:
-        if isinstance(child, XmlComment):
-            comments.append(Comment(child.text))
-        else:
-            if child.tag in tags:
-                yield tuple(comments), child
-            comments = []
+    for comments, child in parent.commented():
+        if child is not None and child.tag in tags:
+            yield tuple(comments), child
 
 
 def _delay(send: XmlElement) -> str:

@@ -19,7 +19,6 @@ from ..codes import Code
 from ..document import (
     NO_CHILD,
     Automaton,
-    Comment,
     Document,
     Event,
     Parameter,
@@ -91,7 +90,7 @@ def parse_scxml(content: bytes | str, path: Path, diagnostics: Diagnostics) -> D
             "what SCXML cannot say, such as positions and code that runs in every cycle",
         )
     found = _ChartReader(root, findings, has_own=has_own).document()
-    return None if found is None else replace(found, comments=tuple(map(Comment, comments)))
+    return None if found is None else replace(found, comments=tuple(comments))
 
 
 def _is_chart_of(native: Document, root: XmlElement) -> bool:

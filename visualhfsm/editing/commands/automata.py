@@ -120,8 +120,7 @@ class SetImport(Command, frozen=True, kw_only=True):
     def apply(self, document: Document) -> Document:
         def set_import(automaton: Automaton) -> Automaton:
             if not self.file.strip():
-                leaves = tuple(leaf for leaf in automaton.leaves if leaf.tag != "import")
-                return changed(automaton, imported=None, leaves=leaves)
+                return changed(automaton, imported=None)
             if automaton.father == NO_CHILD:
                 why = "it is the root"
                 raise EditError("Cannot import this automaton", why, "import into an automaton of a state")

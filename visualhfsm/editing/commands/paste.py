@@ -126,7 +126,6 @@ class FillAutomaton(Command, frozen=True, kw_only=True):
             variables=top.variables,
             functions=top.functions,
             extras=top.extras,
-            leaves=top.leaves,
         )
         pasted = tuple(renumbered(each, numbers, target.id) for each in others)
         document = replace(document, automata=(*swapped(document.automata, target, filled), *pasted))
