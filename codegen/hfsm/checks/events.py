@@ -6,14 +6,13 @@ An event reaches the automata that are active when it is sent, and no ghost.
 from __future__ import annotations
 
 import ast
-from collections import Counter
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping
 
 from ...diagnostics import Location, did_you_mean
 from ..analysis import Access, Analysis, Piece
+from ..code.text import all_nodes
 from ..codes import Code
-from ..document import Automaton
+from ..document import Automaton, Document
 from ..sends import sends_of, unclear_sends
 from .report import Report, transition_label
 
@@ -27,7 +26,10 @@ def check_events(analysis: Analysis, report: Report) -> None:
     """
     document = analysis.document
     has_own_send = "send" in analysis.defined  # what that sends is its own affair
-    sent = {} if has_own_send else _sent(analysis.accesses)
+    sent: dict[str, Location] = {}
+    for access in () if has_own_send else analysis.accesses:
+        if (constant := _sent_name(access)) is not None:
+            sent.setdefault(str(constant.value), access.piece.place(constant))
     names = {piece: sends_of(piece.tree).names for piece in analysis.pieces}
     otherwise = set[str]().union(*names.values())
     senders = _Senders(analysis, names)
@@ -56,92 +58,73 @@ def check_events(analysis: Analysis, report: Report) -> None:
             report.warning(Code.UNAWAITED_EVENT, message, place, did_you_mean(name, awaited))
 
 
-@dataclass(frozen=True)
-class _Place:
-    """Where a piece of code stands; its automata below are active while it runs if it is of a `stay`."""
-
-    automaton: Automaton
-    state: int
-    is_stay: bool
-
-
 class _Senders:
     """The pieces of code that send events, and whether they can while an automaton is active."""
 
     def __init__(self, analysis: Analysis, names: Mapping[Piece, frozenset[str]]) -> None:
-        self._document = analysis.document
         self._by_name: dict[str, list[Piece]] = {}
         for piece, sent in names.items():
             for event in sent:
                 self._by_name.setdefault(event, []).append(piece)
-        self._places: dict[Piece, _Place] = {}
+        self._owners = _owners_above(analysis.document)
+        self._places: dict[Piece, tuple[int, int, bool]] = {}
+        """The automaton and the state of each piece, and whether those below are active while it runs."""
         for code in analysis.automata:
-            stays, changes = [*code.code.items()], [*code.entry.items(), *code.exit.items()]
-            changes += [
-                (state, piece) for state, pieces in code.arguments.items() for piece in pieces.values()
-            ]
+            number = code.automaton.id
+            for state in code.automaton.states:
+                changes = [code.entry.get(state.id), code.exit.get(state.id)]
+                self._add((number, state.id, True), code.code.get(state.id))
+                self._add((number, state.id, False), *changes, *code.arguments.get(state.id, {}).values())
             for transition in code.automaton.transitions:
-                condition, fired = code.condition_of(transition), code.fired_by(transition)
-                stays += [] if condition is None else [(transition.origin, condition)]
-                changes += [] if fired is None else [(transition.origin, fired)]
-            for is_stay, places in ((True, stays), (False, changes)):
-                for state, piece in places:
-                    self._places[piece] = _Place(code.automaton, state, is_stay)
-        self._direct = Counter(
-            (access.piece, name.value)
-            for access in analysis.accesses
-            if access.path == ("send",)
-            and access.call is not None
-            and isinstance(name := _name(access.call), ast.Constant)
-        )
-        self._above: dict[int, dict[int, int]] = {}
+                self._add((number, transition.origin, True), code.condition_of(transition))
+                self._add((number, transition.origin, False), code.fired_by(transition))
+
+    def _add(self, place: tuple[int, int, bool], *pieces: Piece | None) -> None:
+        self._places.update((piece, place) for piece in pieces if piece is not None)
 
     def reach(self, name: str, receiver: Automaton) -> bool:
         """Return whether an event may be sent while an automaton is active, as far as can be seen."""
         return any(self._reaches(piece, name, receiver) for piece in self._by_name.get(name, ()))
 
     def _reaches(self, piece: Piece, name: str, receiver: Automaton) -> bool:
-        place = self._places.get(piece)
-        if place is None or not self._sends_at_once(piece, name):
+        if piece not in self._places or not _sends_at_once(piece, name):
             return True
-        owners, above = self._owners(receiver), self._owners(place.automaton)
-        if place.automaton.id in owners:
-            return place.is_stay and owners[place.automaton.id] == place.state
+        automaton, state, is_active = self._places[piece]
+        owners, above = self._owners[receiver.id], self._owners[automaton]
+        if automaton in owners:
+            return is_active and owners[automaton] == state
         return all(above[each] == owners[each] for each in above.keys() & owners.keys())
 
-    def _sends_at_once(self, piece: Piece, name: str) -> bool:
-        """Return whether all that a piece does with the name of an event is to send it when it runs."""
-        nodes = list(ast.walk(piece.tree))
-        if any(isinstance(node, ast.Lambda | ast.FunctionDef | ast.AsyncFunctionDef) for node in nodes):
-            return False
-        mentions = sum(isinstance(node, ast.Constant) and node.value == name for node in nodes)
-        return mentions == self._direct[piece, name]
 
-    def _owners(self, automaton: Automaton) -> dict[int, int]:
-        """Return the automata above one, by id, with the states that own the chain down to it."""
-        if automaton.id not in self._above:
-            found: dict[int, int] = {}
-            each = automaton
-            while (owner := self._document.owner(each)) is not None and each.father not in found:
-                found[each.father] = owner.id
-                father = self._document.automaton(each.father)
-                assert father is not None, "it has the owner"
-                each = father
-            self._above[automaton.id] = found
-        return self._above[automaton.id]
+def _owners_above(document: Document) -> dict[int, dict[int, int]]:
+    """Return the automata above each one with the states that own the chain down to it, all by id."""
+    owners = {
+        child: (automaton.id, state.id) for automaton, state in document.states() for child in state.children
+    }
+    found: dict[int, dict[int, int]] = {}
+    for automaton in document.automata:
+        above: dict[int, int] = {}
+        current = automaton.id
+        while current in owners and owners[current][0] not in above:
+            current, state = owners[current]
+            above[current] = state
+        found[automaton.id] = above
+    return found
 
 
-def _sent(found: Iterable[Access]) -> dict[str, Location]:
-    """Return the events that code sends by `self`, with the first place of each."""
-    sent: dict[str, Location] = {}
-    for access in found:
-        name = None if access.path != ("send",) or access.call is None else _name(access.call)
-        if isinstance(name, ast.Constant) and isinstance(name.value, str):
-            sent.setdefault(name.value, access.piece.place(name))
-    return sent
+def _sends_at_once(piece: Piece, name: str) -> bool:
+    """Return whether all that a piece does with the name of an event is to send it when it runs."""
+    nodes = all_nodes(piece.tree)
+    if any(isinstance(node, ast.Lambda | ast.FunctionDef | ast.AsyncFunctionDef) for node in nodes):
+        return False
+    mentions = sum(isinstance(node, ast.Constant) and node.value == name for node in nodes)
+    return mentions == sum(sent.value == name for sent in map(_sent_name, piece.accesses) if sent is not None)
 
 
-def _name(call: ast.Call) -> ast.expr | None:
-    if call.args:
-        return call.args[0]
-    return next((keyword.value for keyword in call.keywords if keyword.arg == "name"), None)
+def _sent_name(access: Access) -> ast.Constant | None:
+    """Return the event that a use of the component sends, as it is written; None where it sends none."""
+    if access.path != ("send",) or access.call is None:
+        return None
+    keywords = [keyword.value for keyword in access.call.keywords if keyword.arg == "name"]
+    name = next(iter([*access.call.args, *keywords]), None)
+    return name if isinstance(name, ast.Constant) and isinstance(name.value, str) else None

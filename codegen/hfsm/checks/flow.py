@@ -13,21 +13,19 @@ is `exposed` when nothing before it in the piece assigns the name. One that a fl
 from __future__ import annotations
 
 import ast
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property, partial
 from itertools import pairwise
 
 from ...diagnostics import Note
 from ..analysis import AutomatonCode, Piece
-from ..code.text import own_nodes
+from ..code.text import bound_names, evaluated_at_once
 from ..codes import Code
-from ..document import Automaton, State, Transition
+from ..document import State, Transition
 from .report import Report
 
 __all__ = ["assignments_of", "check_flow"]
 
-_COMPREHENSIONS = ast.ListComp | ast.SetComp | ast.DictComp | ast.GeneratorExp
 _MISSING_NAME = frozenset({"NameError", "UnboundLocalError", "Exception", "BaseException"})
 
 
@@ -42,11 +40,13 @@ class Assignments:
 def assignments_of(statements: Iterable[ast.stmt], flags: Collection[str] = ()) -> Assignments:
     """Return what statements do with names; `flags` are those that guard a read when a condition has them."""
     walker = _Walker(frozenset(flags))
-    walker.statements(statements)
+    walker.walk(*statements)
     return Assignments(walker.exposed, walker.assigned)
 
 
 class _Walker:
+    """Go through code in the order in which Python evaluates it."""
+
     def __init__(self, flags: frozenset[str]) -> None:
         self.exposed: dict[str, ast.Name] = {}
         self.assigned: set[str] = set()
@@ -54,196 +54,131 @@ class _Walker:
         self._guarded = 0
         self._hidden: list[set[str]] = []
 
-    def statements(self, statements: Iterable[ast.stmt]) -> None:
-        for statement in statements:
-            self._statement(statement)
+    def walk(self, *nodes: ast.AST) -> None:
+        for node in nodes:
+            self._node(node)
 
-    def _statement(self, node: ast.stmt) -> None:
+    def _node(self, node: ast.AST) -> None:
         match node:
-            case ast.If(test=test, body=body, orelse=orelse):
-                self._expression(test)
-                self._branches([lambda: self.statements(body), lambda: self.statements(orelse)], test)
-            case ast.While(test=test, body=body, orelse=orelse):
-                self._expression(test)
-                self._loop(body, test)
-                self.statements(orelse)
-            case ast.For(target=target, iter=iterable, body=body, orelse=orelse):
-                self._expression(iterable)
-                self._store(target)
-                self._loop(body)
-                self.statements(orelse)
-            case ast.Try() | ast.TryStar():
-                self._try(node)
-            case ast.Match(subject=subject, cases=cases):
-                self._expression(subject)
-                self._branches([partial(self._case, case) for case in cases], subject)
-            case ast.With(items=items, body=body):
-                for item in items:
-                    self._expression(item.context_expr)
-                    if item.optional_vars is not None:
-                        self._store(item.optional_vars)
-                self.statements(body)
+            case ast.Name(ctx=ast.Load()):
+                self._read(node)
+            case ast.Name(id=name, ctx=ast.Store()):
+                self.assigned.add(name)
+            case ast.alias(name=name, asname=alias):
+                self.assigned.add(alias or name.split(".")[0])
             case ast.Assign(targets=targets, value=value):
-                self._expression(value)
-                for target in targets:
-                    self._store(target)
+                self.walk(value, *targets)
             case ast.AugAssign(target=target, value=value):
                 if isinstance(target, ast.Name):
                     self._read(target)
-                self._expression(value)
-                self._store(target)
+                self.walk(value, target)
             case ast.AnnAssign(target=target, value=value):
-                if value is not None:
-                    self._expression(value)
-                    self._store(target)
-            case ast.Assert(test=test, msg=message):
-                self._expression(test)
-                if message is not None:
-                    self._expression(message)
-            case ast.Import(names=names) | ast.ImportFrom(names=names):
-                self.assigned |= {alias.asname or alias.name.split(".")[0] for alias in names}
-            case ast.FunctionDef() | ast.AsyncFunctionDef() | ast.ClassDef():
+                self.walk(*([] if value is None else [value, target]))
+            case ast.NamedExpr(target=target, value=value):
+                self.walk(value, target)
+            case ast.If(test=test, body=body, orelse=orelse):
+                self.walk(test)
+                self._branches(body, orelse, test=test)
+            case ast.IfExp(test=test, body=value, orelse=other):
+                self.walk(test)
+                self._branches([value], [other], test=test)
+            case ast.Match(subject=subject, cases=cases):
+                self.walk(subject)
+                self._branches(*([case] for case in cases), test=subject)
+            case ast.While(test=test, body=body, orelse=orelse):
+                self.walk(test)
+                self._loop(body, test)
+                self.walk(*orelse)
+            case ast.For(target=target, iter=iterable, body=body, orelse=orelse):
+                self.walk(iterable, target)
+                self._loop(body)
+                self.walk(*orelse)
+            case ast.Try(body, handlers, orelse, last) | ast.TryStar(body, handlers, orelse, last):
+                is_caught = any(map(_catches_missing_name, handlers))
+                self._guarded += is_caught
+                self.walk(*body)
+                self._guarded -= is_caught
+                self._branches(orelse, *([handler] for handler in handlers))
+                self.walk(*last)
+            case ast.ExceptHandler(name=caught, body=body):
+                self.assigned |= {caught} if caught else set()
+                self.walk(*body)
+            case ast.MatchAs(name=captured) | ast.MatchStar(name=captured) | ast.MatchMapping(rest=captured):
+                self.assigned |= {captured} if captured else set()
+                self.walk(*ast.iter_child_nodes(node))
+            case ast.BoolOp(values=values):
+                self._operands(values)
+            case ast.ListComp() | ast.SetComp() | ast.DictComp() | ast.GeneratorExp():
+                self._comprehension(node)
+            case ast.FunctionDef() | ast.AsyncFunctionDef() | ast.ClassDef() | ast.Lambda():
                 self._definition(node)
             case ast.Delete():
                 pass
             case _:
-                for child in ast.iter_child_nodes(node):
-                    if isinstance(child, ast.expr):
-                        self._expression(child)
+                self.walk(*ast.iter_child_nodes(node))
 
-    def _definition(self, node: ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef) -> None:
+    def _definition(self, node: ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef | ast.Lambda) -> None:
         """Take a definition for what it does at once; its body reads names when it is called."""
-        for decorator in node.decorator_list:
-            self._expression(decorator)
-        if isinstance(node, ast.ClassDef):
-            for base in (*node.bases, *(keyword.value for keyword in node.keywords)):
-                self._expression(base)
-        else:
-            for default in (*node.args.defaults, *node.args.kw_defaults):
-                if default is not None:
-                    self._expression(default)
-            for inner in ast.walk(node):
-                if isinstance(inner, ast.Nonlocal):
-                    self.assigned.update(inner.names)
-        self.assigned.add(node.name)
-
-    def _try(self, node: ast.Try | ast.TryStar) -> None:
-        is_caught = any(_catches_missing_name(handler) for handler in node.handlers)
-        self._guarded += is_caught
-        self.statements(node.body)
-        self._guarded -= is_caught
-        handlers = [partial(self._handler, handler) for handler in node.handlers]
-        self._branches([lambda: self.statements(node.orelse), *handlers])
-        self.statements(node.finalbody)
-
-    def _handler(self, handler: ast.ExceptHandler) -> None:
-        if handler.name:
-            self.assigned.add(handler.name)
-        self.statements(handler.body)
-
-    def _case(self, case: ast.match_case) -> None:
-        for node in ast.walk(case.pattern):
-            match node:
-                case ast.MatchAs(name=str(name)) | ast.MatchStar(name=str(name)):
-                    self.assigned.add(name)
-                case ast.MatchMapping(rest=str(name)):
-                    self.assigned.add(name)
-        if case.guard is not None:
-            self._expression(case.guard)
-        self.statements(case.body)
+        self.walk(*evaluated_at_once(node))
+        for inner in ast.walk(node):
+            if isinstance(inner, ast.Nonlocal):
+                self.assigned.update(inner.names)
+        if not isinstance(node, ast.Lambda):
+            self.assigned.add(node.name)
 
     def _loop(self, body: Sequence[ast.stmt], test: ast.expr | None = None) -> None:
         guarded = test is not None and self._is_flag(test)
         self._guarded += guarded
-        self.assigned |= {name for statement in body for name in _stored(statement)}
-        self.statements(body)
+        self.assigned |= bound_names(ast.Module([*body], []))
+        self.walk(*body)
         self._guarded -= guarded
 
-    def _branches(self, branches: Iterable[Callable[[], None]], test: ast.expr | None = None) -> None:
+    def _branches(self, *branches: Sequence[ast.AST], test: ast.expr | None = None) -> None:
         """Walk branches, each from the same start; afterwards all that one of them assigns is assigned."""
-        start = set(self.assigned)
+        start = self.assigned
         result = set(start)
         guarded = test is not None and self._is_flag(test)
         self._guarded += guarded
         for branch in branches:
             self.assigned = set(start)
-            branch()
+            self.walk(*branch)
             result |= self.assigned
         self._guarded -= guarded
         self.assigned = result
+
+    def _operands(self, values: Sequence[ast.expr]) -> None:
+        """Walk the operands of `and` or `or`; each is a condition of those behind it."""
+        self.walk(values[0])
+        guarded = 0
+        for previous, value in pairwise(values):
+            is_flag = self._is_flag(previous)
+            guarded += is_flag
+            self._guarded += is_flag
+            self.walk(value)
+        self._guarded -= guarded
 
     def _is_flag(self, test: ast.expr) -> bool:
         """Return whether a condition asks a variable, or an attribute of `self`, what happened before."""
         return any(
             (isinstance(node, ast.Name) and node.id in self._flags)
-            or (isinstance(node, ast.Attribute) and ast.unparse(node.value) == "self")
+            or (
+                isinstance(node, ast.Attribute)
+                and isinstance(node.value, ast.Name)
+                and node.value.id == "self"
+            )
             for node in ast.walk(test)
         )
 
-    def _expression(self, node: ast.expr) -> None:
-        match node:
-            case ast.Name(ctx=ast.Load()):
-                self._read(node)
-            case ast.NamedExpr(target=target, value=value):
-                self._expression(value)
-                self._store(target)
-            case ast.BoolOp(values=values):
-                self._expression(values[0])
-                guarded = 0
-                for previous, value in pairwise(values):
-                    is_flag = self._is_flag(previous)
-                    guarded += is_flag
-                    self._guarded += is_flag
-                    self._expression(value)
-                self._guarded -= guarded
-            case ast.IfExp(test=test, body=body, orelse=orelse):
-                self._expression(test)
-                self._branches([lambda: self._expression(body), lambda: self._expression(orelse)], test)
-            case ast.ListComp() | ast.SetComp() | ast.DictComp() | ast.GeneratorExp():
-                self._comprehension(node)
-            case ast.Lambda(args=arguments):
-                for default in (*arguments.defaults, *arguments.kw_defaults):
-                    if default is not None:
-                        self._expression(default)
-            case _:
-                for child in ast.iter_child_nodes(node):
-                    if isinstance(child, ast.expr):
-                        self._expression(child)
-                    elif isinstance(child, ast.keyword):
-                        self._expression(child.value)
-
-    def _comprehension(self, node: _COMPREHENSIONS) -> None:
-        self._expression(node.generators[0].iter)
-        targets = {
-            name.id
-            for generator in node.generators
-            for name in ast.walk(generator.target)
-            if isinstance(name, ast.Name)
-        }
-        self._hidden.append(targets)
-        for place, generator in enumerate(node.generators):
-            if place:
-                self._expression(generator.iter)
-            for condition in generator.ifs:
-                self._expression(condition)
-        elements = [node.key, node.value] if isinstance(node, ast.DictComp) else [node.elt]
-        for element in elements:
-            self._expression(element)
+    def _comprehension(self, node: ast.ListComp | ast.SetComp | ast.DictComp | ast.GeneratorExp) -> None:
+        first, *others = node.generators
+        self.walk(first.iter)
+        targets = (name for each in node.generators for name in ast.walk(each.target))
+        self._hidden.append({name.id for name in targets if isinstance(name, ast.Name)})
+        self.walk(*first.ifs)
+        for generator in others:
+            self.walk(generator.iter, *generator.ifs)
+        self.walk(*([node.key, node.value] if isinstance(node, ast.DictComp) else [node.elt]))
         self._hidden.pop()
-
-    def _store(self, target: ast.expr) -> None:
-        match target:
-            case ast.Name(id=name):
-                self.assigned.add(name)
-            case ast.Tuple(elts=elements) | ast.List(elts=elements):
-                for element in elements:
-                    self._store(element)
-            case ast.Starred(value=value):
-                self._store(value)
-            case _:
-                for child in ast.iter_child_nodes(target):
-                    if isinstance(child, ast.expr):
-                        self._expression(child)
 
     def _read(self, node: ast.Name) -> None:
         name = node.id
@@ -259,60 +194,26 @@ def _catches_missing_name(handler: ast.ExceptHandler) -> bool:
     return any(isinstance(name, ast.Name) and name.id in _MISSING_NAME for name in caught)
 
 
-def _stored(statement: ast.stmt) -> Iterator[str]:
-    """Yield the names that a statement assigns somewhere, most of them at least."""
-    for node in (statement, *own_nodes(statement)):
-        match node:
-            case ast.Name(id=name, ctx=ast.Store()):
-                yield name
-            case ast.FunctionDef(name=name) | ast.AsyncFunctionDef(name=name) | ast.ClassDef(name=name):
-                yield name
-            case ast.alias(name=name, asname=alias):
-                yield alias or name.split(".")[0]
-
-
-class Graph:
-    """The states of an automaton and how they follow one another.
-
-    It is `sound` when ids tell its states apart and its transitions join them; nothing can be said of
-    what comes after what in one that is not.
-    """
-
-    def __init__(self, automaton: Automaton) -> None:
-        self.automaton = automaton
-        self.states = {state.id: state for state in automaton.states}
-        self.sound = len(self.states) == len(automaton.states) and all(
-            {transition.origin, transition.destination} <= self.states.keys()
-            for transition in automaton.transitions
-        )
-        self._outgoing = automaton.all_outgoing()
-
-    @cached_property
-    def initial(self) -> State | None:
-        """The state in which the automaton begins: the first that says so, or else the first."""
-        states = self.automaton.states
-        return next((state for state in states if state.initial), states[0] if states else None)
-
-    def outgoing(self, state: State) -> tuple[Transition, ...]:
-        """Return what may fire in a state, in the order in which it is tried."""
-        return () if state.final else self._outgoing.get(state.id, ())
-
-
 _Names = frozenset[str]
 
 
 def check_flow(code: AutomatonCode, report: Report) -> None:
-    """Check one automaton."""
-    graph = Graph(code.automaton)
-    if graph.sound and graph.initial is not None and not code.broken:
-        _Flow(graph, code, report).check()
+    """Check one automaton, unless its states and transitions do not fit together: then nothing is known."""
+    automaton = code.automaton
+    states = {state.id for state in automaton.states}
+    is_sound = len(states) == len(automaton.states) and all(
+        {transition.origin, transition.destination} <= states for transition in automaton.transitions
+    )
+    if states and is_sound and not code.broken:
+        _Flow(code, report).check()
 
 
 class _Flow:
-    def __init__(self, graph: Graph, code: AutomatonCode, report: Report) -> None:
-        self._graph = graph
+    def __init__(self, code: AutomatonCode, report: Report) -> None:
         self._code = code
         self._report = report
+        self._states = {state.id: state for state in code.automaton.states}
+        self._outgoing = code.automaton.all_outgoing()
         plain = {piece: assignments_of(piece.tree.body) for piece in code.running()}
         bound: set[str] = set().union(*(found.assigned for found in plain.values()))
         self._pieces: dict[Piece, Assignments] = {
@@ -356,8 +257,8 @@ class _Flow:
         self._report.warning(Code.UNSET_VARIABLE, message, piece.place(node, len(name)), notes)
 
     def _follow(self) -> None:
-        initial = self._graph.initial
-        assert initial is not None
+        states = self._code.automaton.states
+        initial = next((state for state in states if state.initial), states[0])
         known: dict[int, _Names] = {}
         pending: list[State] = []
         # In its first cycle an automaton has not run the code of its state yet.
@@ -376,14 +277,14 @@ class _Flow:
 
     def _one_cycle(self, state: State, names: _Names, *, is_first: bool) -> Iterator[tuple[State, _Names]]:
         """Yield the states in which the next cycle may begin, with the names that are assigned then."""
-        for transition in self._graph.outgoing(state):
+        for transition in () if state.final else self._outgoing.get(state.id, ()):
             if is_first and transition.type != "condition":
                 continue  # nothing has happened yet, and no time has passed
             asked = self._run(self._code.condition_of(transition), names)
             if transition.type == "condition":
                 names = asked
             fired = asked | self._prepared(transition)
-            target = self._graph.states[transition.destination]
+            target = self._states[transition.destination]
             fired = self._run(self._code.exit.get(state.id), fired)
             fired = self._run(self._code.fired_by(transition), fired)
             fired = self._enter(target, fired)

@@ -18,6 +18,7 @@ from pyflakes.checker import Checker
 from ...diagnostics import Location, did_you_mean
 from ..analysis import AutomatonCode, Piece
 from ..code.names import RESERVED
+from ..code.scopes import INSPECTING
 from ..code.text import all_nodes, own_nodes, parse_python
 from ..codes import Code
 from .report import Report
@@ -83,7 +84,8 @@ class _Position(ast.expr):
 
 def _messages(piece: Piece, known: Collection[str]) -> tuple[messages.Message, ...]:
     # Pyflakes takes its time for each name that it is told, and an automaton may share thousands.
-    names = frozenset(_names_in(piece).intersection(known))
+    nodes = (node for node in all_nodes(piece.tree) if isinstance(node, ast.Global | ast.Nonlocal))
+    names = piece.used.union(*(node.names for node in nodes)).intersection(known)
     head = _FUNCTIONS if piece.is_functions else _WITH_EVENT if piece.has_event else _PLAIN
     return _messages_of(piece.tree, head, names)
 
@@ -96,17 +98,6 @@ def _messages_of(tree: ast.Module, head: str, names: frozenset[str]) -> tuple[me
     return tuple(each for each in found if isinstance(each, (messages.UndefinedName, *_DOUBTFUL)))
 
 
-def _names_in(piece: Piece) -> set[str]:
-    names: set[str] = set()
-    for node in all_nodes(piece.tree):
-        match node:
-            case ast.Name(id=name):
-                names.add(name)
-            case ast.Global(names=declared) | ast.Nonlocal(names=declared):
-                names.update(declared)
-    return names
-
-
 def _as_module(body: list[ast.stmt], head: str) -> ast.Module:
     """Return the module in which a piece of code stands as in the component."""
     module = parse_python(head)
@@ -116,10 +107,6 @@ def _as_module(body: list[ast.stmt], head: str) -> ast.Module:
     return module
 
 
-_READERS: Final = frozenset({"dir", "eval", "exec", "locals", "vars"})
-"""Builtins that may read any variable."""
-
-
 def check_variables(code: AutomatonCode, report: Report) -> None:
     """Check the variables and inputs of one automaton; a name that begins with _ is meant to be unused."""
     if code.broken:
@@ -127,7 +114,7 @@ def check_variables(code: AutomatonCode, report: Report) -> None:
     read = set(RESERVED)  # who assigns one of these is told when the component is generated
     for piece in code.sharing():
         read.update(piece.reads)
-    if not read.isdisjoint(_READERS):
+    if not read.isdisjoint(INSPECTING):
         return
     for declared in code.automaton.inputs:
         name = declared.name.strip()

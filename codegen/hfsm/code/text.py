@@ -31,6 +31,7 @@ __all__ = [
     "compile_source",
     "definitions",
     "dotted",
+    "evaluated_at_once",
     "own_nodes",
     "parse",
     "parse_expression",
@@ -79,10 +80,11 @@ def own_nodes(node: ast.AST) -> Iterator[ast.AST]:
     while pending:
         child = pending.pop()
         yield child
-        pending += _in_same_scope(child)[::-1]
+        pending += evaluated_at_once(child)[::-1]
 
 
-def _in_same_scope(node: ast.AST) -> list[ast.AST]:
+def evaluated_at_once(node: ast.AST) -> list[ast.AST]:
+    """Return what Python evaluates where a node stands: of definitions the parts around the body."""
     match node:
         case ast.FunctionDef(args=arguments) | ast.AsyncFunctionDef(args=arguments):
             return [*node.decorator_list, *_defaults(arguments)]

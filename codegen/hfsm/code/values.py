@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import ast
 import math
-from collections.abc import Mapping
-from typing import Final
+import operator
+from collections.abc import Callable, Mapping
+from typing import Any, Final
 
 from ..document import Text
 
@@ -65,7 +66,7 @@ def _finite(value: float, written: str) -> float:
     return number
 
 
-_MAX_MILLISECONDS: Final = 1e12
+_LARGEST: Final = 1e12
 _SHORTEST: Final = 0.000_001
 _UNKNOWN: Final = object()
 
@@ -76,7 +77,7 @@ def milliseconds(text: Text) -> float | None:
         value = float(text.text.strip().replace("_", "?"))
     except ValueError:
         return None
-    return value if math.isfinite(value) and _SHORTEST <= value <= _MAX_MILLISECONDS else None
+    return value if math.isfinite(value) and _SHORTEST <= value <= _LARGEST else None
 
 
 def delay(text: Text) -> float | None:
@@ -96,9 +97,9 @@ def truth(node: ast.expr) -> bool | None:
         case ast.UnaryOp(op=ast.Not(), operand=operand):
             value = truth(operand)
             return None if value is None else not value
-        case ast.BoolOp(op=operator, values=operands):
+        case ast.BoolOp(op=operation, values=operands):
             values = [truth(operand) for operand in operands]
-            decisive = isinstance(operator, ast.Or)
+            decisive = isinstance(operation, ast.Or)
             if decisive in values:
                 return decisive
             return None if None in values else not decisive
@@ -111,44 +112,43 @@ def truth(node: ast.expr) -> bool | None:
 def seconds(node: ast.expr) -> float | None:
     """Return a number that is written out, such as `2` or `0.5 * 3`; None for any other expression."""
     match node:
-        case ast.Constant(value=int() | float() as value) if not isinstance(value, bool):
+        case ast.Constant(value=int() | float() as value) if type(value) is not bool and value <= _LARGEST:
             return float(value)
-        case ast.BinOp(left=left, op=ast.Mult() | ast.Div() | ast.Add() | ast.Sub() as operator, right=right):
+        case ast.BinOp(left=left, op=operation, right=right) if type(operation) in _ARITHMETIC:
             first, second = seconds(left), seconds(right)
-            if first is None or second is None:
-                return None
-            match operator:
-                case ast.Mult():
-                    return first * second
-                case ast.Add():
-                    return first + second
-                case ast.Sub():
-                    return first - second
-            return first / second if second else None
+            if first is not None and second is not None:
+                try:
+                    return _ARITHMETIC[type(operation)](first, second)
+                except ZeroDivisionError:
+                    return None
     return None
+
+
+_ARITHMETIC: Final[Mapping[type, Callable[[float, float], float]]] = {
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.Div: operator.truediv,
+}
+_COMPARISONS: Final[Mapping[type, Callable[[Any, Any], object]]] = {
+    ast.Eq: operator.eq,
+    ast.NotEq: operator.ne,
+    ast.Lt: operator.lt,
+    ast.LtE: operator.le,
+    ast.Gt: operator.gt,
+    ast.GtE: operator.ge,
+}
 
 
 def _comparison(node: ast.Compare) -> bool | None:
     left, right = _constant(node.left), _constant(node.comparators[0])
-    if len(node.ops) > 1 or left is _UNKNOWN or right is _UNKNOWN:
+    compare = _COMPARISONS.get(type(node.ops[0]))
+    if len(node.ops) > 1 or left is _UNKNOWN or right is _UNKNOWN or compare is None:
         return None
     try:
-        match node.ops[0]:
-            case ast.Eq():
-                return bool(left == right)
-            case ast.NotEq():
-                return bool(left != right)
-            case ast.Lt():
-                return bool(left < right)  # type: ignore[operator]
-            case ast.LtE():
-                return bool(left <= right)  # type: ignore[operator]
-            case ast.Gt():
-                return bool(left > right)  # type: ignore[operator]
-            case ast.GtE():
-                return bool(left >= right)  # type: ignore[operator]
+        return bool(compare(left, right))
     except TypeError:
         return None
-    return None
 
 
 def _constant(node: ast.expr) -> object:
