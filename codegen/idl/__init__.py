@@ -1,9 +1,9 @@
 """Compile interfaces written in Slice, the language of Ice, to typed Python that talks over zenoh_ice.
 
-A file goes through `lexer` (tokens), `preprocessor` (includes, guards), `parser` (the tree of `ast`),
-`checker` with `resolver` and `constants` (names, types, values, rules), `fingerprint` and `writer` (Python).
-`compiler` leads it through all of them.
-Diagnostics carry a code of `codes`; the writers of the parts share `names` and `layout`.
+The stages, each a module: `lexer` (tokens), `preprocessor` (includes, guards), `parser` (the tree of `ast`),
+`checker` with `resolver` and `constants` (names, types, values, rules), `packages` (which Python module a
+definition goes to), `python_writer` with `names` and `layout`, and `schema` (fingerprints, `schema.json`).
+`compiler` runs them; `codes` are those of all diagnostics.
 """
 
 from __future__ import annotations

@@ -244,19 +244,19 @@ class _Checker:
         return list(good.values())
 
     def _inherited(self, derived: ast.Interface | ast.Class) -> _Inherited:
-        """Return what bases bring with them; report what two of them bring."""
+        """Return what is inherited from all bases; report operations that two of them define."""
         named = derived.bases if isinstance(derived, ast.Interface) else [derived.base, *derived.implements]
         bases = [each.definition for each in named if each is not None and each.definition is not None]
-        brought: _Inherited = {}
+        inherited: _Inherited = {}
         for base in bases:
             for name, operation in _names_in([base]).items():
-                other = brought.setdefault(name, operation)
+                other = inherited.setdefault(name, operation)
                 if other is not operation and isinstance(operation, ast.Operation):
                     notes = [Note("one is here", other.token.location)]
                     notes.append(Note("the other is here", operation.token.location))
                     message = f"`{derived.name}` inherits `{operation.name}` from two unrelated interfaces"
                     self._error(Code.AMBIGUOUS_OPERATION, message, derived.token, *notes)
-        return brought
+        return inherited
 
     def _operation(
         self, operation: ast.Operation, owner: ast.Definition, scope: Scope, inherited: _Inherited
@@ -293,7 +293,7 @@ class _Checker:
                 self._resolver.introduce(parameter.name, scope, parameter.token, parameter)
             if before is not None and before.out and not parameter.out:
                 note = Note("the out parameter is here", before.token.location)
-                message = f"in parameter `{parameter.name}` stands behind an out parameter"
+                message = f"in parameter `{parameter.name}` comes after an out parameter"
                 self._error(Code.OUT_BEFORE_IN, message, parameter.token, note)
             self._unique_number(parameter.tag, "tag", tags)
             before = parameter
@@ -313,8 +313,8 @@ class _Checker:
             exception = self._resolver.exception(named, scope, Code.BAD_THROWS)
             first = thrown.setdefault(exception.scoped, named) if exception else named
             if first is not named:
-                note = Note("it stands here already", first.token.location)
-                self._error(Code.BAD_THROWS, f"`{named.name}` stands in `throws` twice", named.token, note)
+                note = Note("first named here", first.token.location)
+                self._error(Code.BAD_THROWS, f"`{named.name}` is in `throws` twice", named.token, note)
 
     def _stops(self, owner: ast.Interface) -> None:
         """Report stop operations that cannot be called without knowing more than the mark, or are several."""
@@ -353,7 +353,7 @@ class _Checker:
         for operation in operations.values():
             other = operations.get(f"{operation.name}Publisher")
             if operation.streamed and other is not None and (operation in own or other in own):
-                note = Note(f"`{operation.name}` brings `{other.name}` with it", operation.token.location)
+                note = Note(f"it is generated for the stream `{operation.name}`", operation.token.location)
                 message = f"operation `{other.name}` has the name of a generated method"
                 self._error(Code.NAME_CLASH_IN_OUTPUT, message, other.token, note)
 

@@ -1,4 +1,4 @@
-"""Lead IDL files through all stages: from paths to the text of generated packages."""
+"""Run IDL files through all stages: from paths to the text of generated packages."""
 
 from __future__ import annotations
 
@@ -200,7 +200,7 @@ def _report_cycle(needs: Mapping[str, Mapping[str, GeneratedModule]], diagnostic
 
 
 def _report_foreign_file(path: Path, diagnostics: Diagnostics) -> None:
-    """Report a file that stands where a generated one belongs but was written by someone else."""
+    """Report a file in the place of a generated one that codegen did not write."""
     try:
         text = path.read_text("utf-8", errors="replace")
     except OSError:  # absent, or reported when it is compared with what was generated

@@ -197,9 +197,9 @@ class ConstantChecker:
 def _enumerator_or_constant(
     target: ast.Constant | ast.Enumerator | None,
 ) -> ast.Constant | ast.Enumerator | None:
-    """Return the enumerator that a constant stands for, or else what is given."""
-    stands_for = target.literal.target if isinstance(target, ast.Constant) else None
-    return stands_for if isinstance(stands_for, ast.Enumerator) else target
+    """Return the enumerator that is the value of a constant, or else what is given."""
+    named = target.literal.target if isinstance(target, ast.Constant) else None
+    return named if isinstance(named, ast.Enumerator) else target
 
 
 def _as_float(value: float) -> float:

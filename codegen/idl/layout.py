@@ -21,10 +21,7 @@ def bracketed(before: str, items: Sequence[str], after: str, indent: str = "") -
 
 
 def docstring(text: str, indent: str = "") -> list[str]:
-    """Return a docstring of paragraphs, which are separated by empty lines; lines are filled.
-
-    A paragraph that begins with a space, and what stands in it, keeps its lines.
-    """
+    """Return a docstring; each line of the text keeps its indent and is wrapped when it is too long."""
     text = text.replace("\\", "\\\\").replace('"""', '\\"\\"\\"')
     width = LINE_LENGTH - len(indent)
     lines: list[str] = []

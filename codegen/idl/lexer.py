@@ -62,7 +62,7 @@ class Source:
 class Token:
     r"""A word of a Slice file.
 
-    `doc` is the doc comment before the token, `trailing_doc` one of the form `/**< */` behind it; both are
+    `doc` is the doc comment before the token, `trailing_doc` one of the form `/**< */` after it; both are
     raw text without the marks of the comment. `escaped` marks a name written with a backslash: `\module`.
     """
 
@@ -79,7 +79,7 @@ class Token:
 
     @property
     def location(self) -> Location:
-        """Where the token stands."""
+        """Its place in the file."""
         line, column = self.source.position(self.offset)
         first_line = self.text.partition("\n")[0]
         return Location(self.source.path, line, column, max(1, len(first_line) + self.escaped))
@@ -199,7 +199,7 @@ def parse_string(text: str) -> tuple[str, list[str]]:
     become U+FFFD. An unknown escape stands for itself. Raises LiteralError for one that is no byte or no
     character.
     """
-    body = text[1:-1].replace("\\\n", "")  # a line goes on behind a backslash
+    body = text[1:-1].replace("\\\n", "")  # a backslash continues the line
     if "\\" not in body:
         return body, []
     unknown: list[str] = []
@@ -226,7 +226,7 @@ def _escaped(match: re.Match[str], unknown: list[str]) -> bytes:
             raise LiteralError(f"the escape `{match.group()}` is no character")
         return chr(code_point).encode()
     if simple in {"x", "u", "U"}:
-        raise LiteralError(f"the escape `{match.group()}` needs hexadecimal digits behind it")
+        raise LiteralError(f"the escape `{match.group()}` needs hexadecimal digits")
     if simple not in _SIMPLE_ESCAPES:
         unknown.append(match.group())
         return match.group().encode("utf-8", "surrogatepass")

@@ -16,7 +16,7 @@ from .layout import LINE_LENGTH, bracketed, source_order
 _RUNTIME = "zenoh_ice", "generated", "ice"  # package, module, and how it is known in generated modules
 
 # As in Ice's mapping to Python a name that Python or the base class needs gets an underscore before it. No
-# name of Slice begins or ends with one, so these, and those made below with one behind, clash with nothing.
+# name of Slice begins or ends with one, so these, and those below with one at the end, clash with nothing.
 _BASE_CLASS_NAMES: dict[type[ast.Definition], frozenset[str]] = {
     ast.Enumerator: frozenset(name for name in {*dir(int), *dir(enum.IntEnum), "mro", "name", "value"}),
     ast.Operation: frozenset({"checkedCast", "uncheckedCast"}),
@@ -58,7 +58,7 @@ class ModuleNames:
     """The names in one generated module: what it imports, and under which name that is known in it.
 
     A name that the module itself defines, or that a class in it gives to a member, so that it would mean the
-    member in the annotations behind it, is known with an underscore behind it: `from typing import Final as
+    member in the annotations after it, is known with an underscore at the end: `from typing import Final as
     Final_`.
     """
 

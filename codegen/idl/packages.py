@@ -1,4 +1,4 @@
-"""Where definitions go: the Python module of a file, and the packages that hold these modules."""
+"""Assign definitions to Python modules, and write the packages that hold these modules."""
 
 from __future__ import annotations
 
@@ -42,12 +42,12 @@ class GeneratedModule:
 
     @property
     def package(self) -> tuple[str, ...]:
-        """The path of packages that it stands in."""
+        """The path of packages that it is in."""
         return module_package(self.slice_module)
 
     @property
     def text(self) -> str:
-        """What the first paragraphs of its docstring say."""
+        """The first paragraphs of its docstring."""
         return parse_doc_comment(self.doc).text or _default_text(self.slice_module)
 
 
@@ -108,7 +108,7 @@ def _with_directory(path: Path) -> Path:
 
 @dataclass(frozen=True, slots=True)
 class ModuleSummary:
-    """What a package must know of one of its modules."""
+    """A module as the `__init__.py` and the schema of its package list it."""
 
     name: str
     source: str
@@ -116,17 +116,17 @@ class ModuleSummary:
     text: str
     """First paragraphs of its docstring."""
     entries: Mapping[str, dict[str, Any]] | None = None
-    """What the schema says of it; None for a module on disk, whose entries are kept."""
+    """Its entries in the schema; None for a module on disk, whose entries are kept."""
 
     @classmethod
     def of(cls, module: GeneratedModule) -> ModuleSummary:
-        """Return what the package of a module must know of it."""
+        """Return the summary of a module of this run."""
         entries = {each.scoped: schema_entry(each, module.name) for each in module.definitions}
         return cls(module.name, module.source.path.name, module.text, entries)
 
 
 def header(text: str, sources: Iterable[str]) -> list[str]:
-    """Return the docstring of a generated file: what it is, and by what and from what it was made."""
+    """Return the docstring of a generated file: what it is, and its sources."""
     made = f"{GENERATED_BY}{', '.join(sources)}. Do not edit: change the IDL and run codegen."
     return docstring(f"{text}\n\n{made}")
 
@@ -150,7 +150,7 @@ def package_files(
 
 
 def _schema(path: Path, modules: list[ModuleSummary], sources: list[str]) -> str:
-    """Return the schema of a package; of modules that this run does not make it says what it said before."""
+    """Return the schema of a package; entries of modules that this run does not generate are kept."""
     on_disk = {module.name for module in modules if module.entries is None}
     entries: dict[str, dict[str, Any]] = {}
     if on_disk and path.is_file():
@@ -203,7 +203,7 @@ def earlier_modules(
         if _was_made_from(summary, sources) or (knows_all_sources and not (root / summary.source).is_file())
     }
     stay = [path for path in imports if path not in gone]
-    for path in stay:  # which grows meanwhile
+    for path in stay:  # grows while it is read
         needed = imports[path] & gone
         gone -= needed
         stay += needed

@@ -23,7 +23,7 @@ _Item = TypeVar("_Item")
 
 
 class _SliceSyntaxError(Exception):
-    """What is read does not follow the grammar; it has been reported, and reading goes on behind it."""
+    """What is read does not follow the grammar; it has been reported, and parsing continues after it."""
 
 
 def parse(unit: TranslationUnit, diagnostics: Diagnostics) -> ast.Module:
@@ -85,9 +85,9 @@ class _Parser:
         """Take `[["..."]]`; it is for the generators of other languages."""
         opening = self._advance()
         self._strings("metadata of the file")
-        self._expect("]]", "behind metadata of the file")
+        self._expect("]]", "after metadata of the file")
         if opening.source in self._sources_with_modules:
-            message = "metadata of the file must stand before all definitions"
+            message = "metadata of the file must come before all definitions"
             self._diagnostics.error(Code.SYNTAX, message, opening.location)
 
     def _module(self) -> ast.Module:
@@ -123,7 +123,7 @@ class _Parser:
         class_ = ast.Class(name.text, name)
         if self._accept("("):
             class_.compact_id = self._number("the compact id")
-            self._expect(")", "behind the compact id")
+            self._expect(")", "after the compact id")
         class_.base = self._base("a class")
         if self._accept("implements"):
             class_.implements += self._list_of("an interface")
@@ -181,7 +181,7 @@ class _Parser:
         name = self._name("an enumerator")
         literal = self._literal() if self._accept("=") else None
         if not (self._at(",") or self._at("}") or self._at_end()):
-            self._fail(f"expected `,` or `}}` behind an enumerator, found {_shown(self._token)}")
+            self._fail(f"expected `,` or `}}` after an enumerator, found {_shown(self._token)}")
         doc = doc or self._previous.trailing_doc
         if self._at(","):
             doc = doc or self._token.trailing_doc
@@ -192,22 +192,22 @@ class _Parser:
         self._diagnostics.error(Code.NO_MEMBER, message, self._previous.location, [note])
 
     def _sequence(self) -> ast.Sequence:
-        self._expect("<", "behind `sequence`")
+        self._expect("<", "after `sequence`")
         metadata, _ = self._metadata()
         element = self._type("an element type")
-        self._expect(">", "behind the element type")
+        self._expect(">", "after the element type")
         name = self._name("a sequence")
         self._expect_end_of_statement("a sequence")
         return ast.Sequence(name.text, name, metadata=metadata, element=element)
 
     def _dictionary(self) -> ast.Dictionary:
-        self._expect("<", "behind `dictionary`")
+        self._expect("<", "after `dictionary`")
         metadata, _ = self._metadata()
         key = self._type("a key type")
         self._expect(",", "between the types of a dictionary")
         metadata += self._metadata()[0]
         value = self._type("a value type")
-        self._expect(">", "behind the value type")
+        self._expect(">", "after the value type")
         name = self._name("a dictionary")
         self._expect_end_of_statement("a dictionary")
         return ast.Dictionary(name.text, name, metadata=metadata, key=key, value=value)
@@ -218,7 +218,7 @@ class _Parser:
         if self._token.kind is Kind.KEYWORD:
             self._fail(f"the keyword `{self._token.text}` cannot be the name of a constant")
         name = self._name("a constant")
-        self._expect("=", "behind the name of a constant")
+        self._expect("=", "after the name of a constant")
         literal = self._literal()
         self._expect_end_of_statement("a constant")
         return ast.Constant(name.text, name, metadata=metadata, type=kind, literal=literal)
@@ -236,7 +236,7 @@ class _Parser:
         )
 
     def _member_or_operation(self, *, members: bool, operations: bool) -> ast.Member | ast.Operation:
-        """Read a member or, with a parenthesis behind its name, an operation."""
+        """Read a member or, with a parenthesis after its name, an operation."""
         what = "a member" if not operations else "an operation" if not members else "a member or an operation"
         metadata, doc = self._metadata()
         if self._at("idempotent") and not operations:
@@ -262,7 +262,7 @@ class _Parser:
         if not members and (self._at(";") or self._at("=")):
             self._fail(_NO_MEMBERS, token=name)
         if kind is None or idempotent or not members:
-            self._fail(f"expected `(` behind the name of an operation, found {_shown(self._token)}")
+            self._fail(f"expected `(` after the name of an operation, found {_shown(self._token)}")
         default = self._literal() if self._accept("=") else None
         end = self._expect_end_of_statement("a member")
         doc = doc or end.trailing_doc
@@ -276,10 +276,10 @@ class _Parser:
             if not self._accept(","):
                 break
             if self._at(")"):
-                self._fail(f"expected a parameter behind `,`, found {_shown(self._token)}")
+                self._fail(f"expected a parameter after `,`, found {_shown(self._token)}")
         if not self._at(")"):
             begin = Note("the parameters begin here", opening.location)
-            self._fail(f"expected `,` or `)` behind a parameter, found {_shown(self._token)}", begin)
+            self._fail(f"expected `,` or `)` after a parameter, found {_shown(self._token)}", begin)
         self._advance()
         return parameters
 
@@ -374,7 +374,7 @@ class _Parser:
         if not self._accept("["):
             return [], doc
         found = self._strings("metadata")
-        self._expect("]", "behind metadata")
+        self._expect("]", "after metadata")
         return found, self._token.doc or doc
 
     def _strings(self, what: str) -> list[ast.Metadata]:
@@ -416,7 +416,7 @@ class _Parser:
         if self._at(")"):
             self._fail("`optional` needs the number of its tag: `optional(1)`")
         tag = self._number("the number of the tag")
-        self._expect(")", "behind the tag")
+        self._expect(")", "after the tag")
         return tag
 
     def _number(self, what: str) -> ast.Literal:
@@ -475,13 +475,13 @@ class _Parser:
         return self._advance()
 
     def _expect_end_of_statement(self, what: str) -> Token:
-        """Take the `;` behind a statement; at the end of a line reading goes on without one."""
+        """Take the `;` after a statement; at the end of a line reading goes on without one."""
         if self._at(";"):
             return self._advance()
         last = self._previous
         line, column = last.source.position(last.offset + len(last.text))
         note = Note("it is missing here", Location(last.source.path, line, column))
-        message = f"expected `;` behind {what}, found {_shown(self._token)}"
+        message = f"expected `;` after {what}, found {_shown(self._token)}"
         self._diagnostics.error(Code.SYNTAX, message, self._token.location, [note])
         if self._at("}") or line != self._token.location.line:
             return last
@@ -508,7 +508,7 @@ class _Parser:
         return items
 
     def _read_into(self, items: list[_Item], read_item: Callable[[], _Item | None]) -> None:
-        """Read one item; after an error go on behind it, by one token at least."""
+        """Read one item; after an error continue after it, by one token at least."""
         before = self._next
         try:
             item = read_item()
@@ -520,7 +520,7 @@ class _Parser:
                 self._advance()
 
     def _recover(self, source: Source) -> None:
-        """Skip to behind the next `;` or before the next `}`, over whole blocks, but not out of a file."""
+        """Skip past the next `;` or before the next `}`, over whole blocks, but not out of a file."""
         depth = 0
         while not self._at_end() and self._token.source is source:
             if self._at("{"):
@@ -543,7 +543,7 @@ class _Parser:
         if not self._reported_end:
             self._reported_end = True
             note = Note("the body begins here", opening.location)
-            message = f"expected `}}` behind the body of {what}, found the end of the file"
+            message = f"expected `}}` after the body of {what}, found the end of the file"
             self._diagnostics.error(Code.SYNTAX, message, self._token.location, [note])
 
 

@@ -133,7 +133,7 @@ class _Condition:
     active: bool
     """Whether the present branch is read."""
     otherwise: bool
-    """Whether the branch behind `#else` is read; with neither, all branches are skipped."""
+    """Whether the branch after `#else` is read; with neither, all branches are skipped."""
     else_seen: bool = False
 
 
@@ -187,7 +187,7 @@ class _Reader:
     # Directives
 
     def _directive(self, token: Token, conditions: list[_Condition]) -> bool:
-        """Follow a directive; return whether the tokens behind it are read."""
+        """Execute a directive; return whether the tokens after it are read."""
         text = _COMMENT.sub(" ", token.text.replace("\\\n", " "))
         if "/*" in text:
             self._error(Code.UNTERMINATED, "a comment that begins on this line has no end", token)
@@ -223,7 +223,7 @@ class _Reader:
 
     def _nothing_behind(self, rest: str, name: str, token: Token) -> None:
         if rest.strip():
-            message = f"only a comment can stand behind #{name}, not `{_cut(rest.strip())}`"
+            message = f"only a comment can follow #{name}, not `{_cut(rest.strip())}`"
             self._error(Code.BAD_DIRECTIVE, message, token)
 
     def _condition(self, name: str, rest: str, token: Token, active: bool) -> _Condition:
@@ -253,7 +253,7 @@ class _Reader:
             return
         if condition.else_seen:
             begin = Note("the condition begins here", condition.token.location)
-            self._error(Code.BAD_DIRECTIVE, "#else behind #else", token, begin)
+            self._error(Code.BAD_DIRECTIVE, "#else after #else", token, begin)
         condition.active, condition.otherwise = condition.otherwise, False
         condition.else_seen = True
 
@@ -265,7 +265,7 @@ class _Reader:
         self._defined.add(match[0])
         if rest[match.end() :]:
             self._unit.complete = False  # its uses cannot be understood
-            message = f"`{match[0]}` cannot stand for something: only a name alone can be defined"
+            message = f"`{match[0]}` cannot have a value: only a name alone can be defined"
             self._error(Code.BAD_DIRECTIVE, message, token)
 
     def _include(self, rest: str, token: Token) -> None:
@@ -280,9 +280,8 @@ class _Reader:
         if path is None:
             notes = [Note(f"searched in {self._preprocessor.searched(own)}; -I DIR adds a directory")]
             if name.partition("/")[0] in _FOLDERS_OF_ICE:
-                notes.append(
-                    Note("it is a file of Ice: `pip install zeroc-ice` brings the directory `slice` for -I")
-                )
+                text = "it is a file of Ice: `pip install zeroc-ice` installs the directory `slice` for -I"
+                notes.append(Note(text))
             self._error(Code.INCLUDE_NOT_FOUND, f"`{name}` is not found", token, *notes)
             self._unit.complete = False
             return

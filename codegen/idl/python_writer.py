@@ -336,7 +336,7 @@ def _doc_lines(definition: ast.Definition, indent: str = "") -> list[str]:
 
 
 def _operation_doc(operation: ast.Operation) -> str:
-    """Return the docstring of an operation; what it throws stands in its decorator."""
+    """Return the docstring of an operation; what it throws is in its decorator."""
     doc = operation.documentation
     paragraphs = [doc.text or f"Call `{operation.name}`."]
     paragraphs += _list("Args", operation.inputs, doc.parameters)

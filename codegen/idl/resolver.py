@@ -1,4 +1,4 @@
-"""Give names their meaning: what is declared, what a name means where it stands, and what is wrong."""
+"""Resolve names: declare definitions in scopes, find what a name refers to, and report what is wrong."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ class Symbols:
                 yield definition, expected
 
     def find(self, name: str, scope: str) -> ast.Definition | None:
-        """Return what `name` means in `scope`, whatever its capitalization."""
+        """Return what `name` means in `scope`, without regard to capitalization."""
         return next((definition for definition, _ in self.candidates(name, scope)), None)
 
     def enumerators(self, name: str, scope: str) -> list[ast.Enumerator]:

@@ -51,7 +51,7 @@ def fingerprint(definition: str) -> str:
 def canonical_definition(definition: ast.Definition) -> str:
     """Return an interface or a type, what it extends and every type that they use, one member a line, sorted.
 
-    Each line stands for itself, so that two definitions can be compared line by line.
+    Two definitions can be compared line by line.
     """
     form = _CanonicalForm()
     form.add(definition)
@@ -72,7 +72,7 @@ class _CanonicalForm:
             self._waiting.append(definition)
 
     def describe_all(self) -> None:
-        """Write the lines of every definition remembered and of those that turn up meanwhile."""
+        """Write the lines of every definition remembered and of those that these refer to."""
         while self._waiting:
             self._describe(self._waiting.pop())
 
@@ -159,12 +159,12 @@ def schema_text(comment: str, entries: Mapping[str, Entry]) -> str:
 
 
 def kept_entries(text: str, modules: Collection[str]) -> dict[str, Entry]:
-    """Return what an earlier file says of Python modules that were not made anew."""
+    """Return the entries of an earlier file for Python modules that were not generated again."""
     try:
         definitions = json.loads(text)["definitions"]
         return {name: entry for name, entry in definitions.items() if entry["module"] in modules}
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
-        return {}  # made by hand, or cut short: those modules have no entries until they are made anew
+        return {}  # edited by hand or cut short: those modules have no entries until they are generated again
 
 
 def schema_entry(definition: ast.Definition, module: str) -> Entry:

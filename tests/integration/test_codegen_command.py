@@ -162,7 +162,7 @@ def test_errors_are_told_together_and_nothing_is_written(home: Path) -> None:
     assert "room.idl:2:32: error[E012]: `Lihgt` is not defined\n" in done.stderr
     assert "    module home { interface Room { Lihgt lightOf(string lamp); }; };\n" in done.stderr
     assert " " * 35 + "^~~~~\n  note: did you mean `Light`?\n" in done.stderr
-    assert "bad.idl:1:31: error[E010]: expected `;` behind a member, found `}`" in done.stderr
+    assert "bad.idl:1:31: error[E010]: expected `;` after a member, found `}`" in done.stderr
     assert "bad.idl:2:24: error[E012]: `flot` is not defined" in done.stderr
     assert "absent.idl: error[E001]" in done.stderr
     assert done.stderr.endswith("4 errors; nothing was written\n")

@@ -81,7 +81,7 @@ def test_a_missing_file_of_ice_comes_with_where_to_get_it(tmp_path: Path) -> Non
     _, own = preprocess(tmp_path, '#include "none.idl"')
     _, of_ice = preprocess(tmp_path, "#include <IceStorm/IceStorm.ice>")
     assert "zeroc-ice" not in own.render()
-    assert "`pip install zeroc-ice` brings the directory `slice`" in of_ice.render()
+    assert "`pip install zeroc-ice` installs the directory `slice`" in of_ice.render()
 
 
 @pytest.mark.parametrize(
@@ -117,8 +117,8 @@ def test_what_is_wrong_is_reported_with_its_place(
         ("#ifdef A\nx\n#elif B\nx\n#elif C\n#else\nx\n#endif", "`#elif` is not supported"),
         ("#undef A", "`#undef` is not supported"),
         ("#line 7", "`#line` is not supported"),
-        ("#define SIZE 5", "`SIZE` cannot stand for something"),
-        ("#define F(x) x", "`F` cannot stand for something"),
+        ("#define SIZE 5", "`SIZE` cannot have a value"),
+        ("#define F(x) x", "`F` cannot have a value"),
     ],
 )
 def test_what_is_not_supported_is_reported_once(tmp_path: Path, text: str, message: str) -> None:
