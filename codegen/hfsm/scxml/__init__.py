@@ -1,8 +1,4 @@
-"""Exchange documents with other programs as SCXML (W3C Recommendation of 1 September 2015).
-
-`writer` writes a document. `reader` reads one: `chart` finds the states and joins them by transitions, and
-`content` translates their code. `vocabulary` has the words that all share.
-"""
+"""Exchange documents with other programs as SCXML (W3C Recommendation of 1 September 2015)."""
 
 from __future__ import annotations
 

@@ -1,57 +1,44 @@
 """Read SCXML into the model of a document.
 
 A file that was written here, and whose chart nobody has changed since, gives the document that it was. Of any
-other file what can be said here is carried, and the rest is reported.
+other file what has a meaning here is carried, and the rest is reported.
+
+In SCXML a transition leads from any state into any other, and says where inside it. Here it joins two states
+of one automaton, and an automaton that is entered begins in its first state, or where it was.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
-from dataclasses import replace
-from itertools import count
+from collections import Counter, defaultdict
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from decimal import Decimal
 from pathlib import Path
-from typing import Final
+from typing import Final, NamedTuple
 
-from codegen.diagnostics import Diagnostics
+from codegen.diagnostics import Diagnostics, Location, Note, did_you_mean
 
+from ..analysis import analyze
 from ..codes import Code
-from ..document import (
-    NO_CHILD,
-    Automaton,
-    Document,
-    Event,
-    Parameter,
-    State,
-    Text,
-    Transition,
-)
+from ..document import NO_CHILD, Automaton, Document, Event, State, Text, Transition
 from ..formats.reader import parse_document
 from ..formats.xml_tree import XmlElement, parse_xml, read_bytes
-from .chart import STATES, Chart, ChartAutomaton, ChartState
-from .content import OTHER, CodeReader, Findings, everywhere, inside, resolve_namespaces
-from .vocabulary import OWN_PREFIX, SCXML_NAMESPACE, is_name
-from .writer import scxml_text
+from .script import ScriptReader
+from .writer import OWN_NAMESPACE, SCXML_NAMESPACE, decode_event, is_name, write_scxml
 
 __all__ = ["is_scxml", "parse_scxml", "read_scxml"]
 
-_ROOT: Final = "scxml"
 _START: Final = re.compile(
     rb"\A(?:\xef\xbb\xbf)?(?:\s|<\?.*?\?>|<!--.*?-->)*<(?:[\w.-]+:)?scxml[\s/>]", re.DOTALL
 )
-_STATE_PARTS: Final = frozenset(
-    (*STATES, "onentry", "onexit", "transition", "initial", "history", "datamodel")
-)
-_PARTS: Final = {
-    _ROOT: frozenset((*STATES, "datamodel", "script", "initial")),
-    "state": _STATE_PARTS,
-    "parallel": _STATE_PARTS,
-    "final": frozenset(("onentry", "onexit", "transition")),
-}
-_COLUMNS: Final = 4
-_ORIGIN: Final = (120.0, 160.0)
-_STEP: Final = (300.0, 200.0)
-"""Where states are put on the canvas, in pixels."""
+_NATIVE: Final = f"{{{OWN_NAMESPACE}}}document"
+_STATES: Final = ("state", "parallel", "final")
+_QUOTED: Final = re.compile(r"""\s*(['"])([^'"\\]*)\1\s*""")
+_TIME: Final = re.compile(r"([0-9]{1,12}(?:\.[0-9]{1,9})?|\.[0-9]{1,9})(ms|s|m|h|d)?")
+_MILLISECONDS: Final = {None: 1, "ms": 1, "s": 1000, "m": 60_000, "h": 3_600_000, "d": 86_400_000}
+_RETURN: Final = "200"
+"""Milliseconds in a state that waits before it returns: two cycles, in which the one above has left."""
 
 
 def is_scxml(head: bytes) -> bool:
@@ -70,233 +57,487 @@ def parse_scxml(content: bytes | str, path: Path, diagnostics: Diagnostics) -> D
     parsed = parse_xml(content.encode() if isinstance(content, str) else content, path, diagnostics)
     if parsed is None:
         return None
-    root, comments = parsed
-    findings = Findings(path, diagnostics)
-    has_own = resolve_namespaces(root)
-    if root.tag != _ROOT:
-        name = root.tag.removeprefix(OTHER)[:60]
-        findings.invalid(root, f"`{name}` is not the root of SCXML: it is `{_ROOT}`, of {SCXML_NAMESPACE}")
-        return None
-    element = next(inside(root, f"{OWN_PREFIX}:document"), None)
+    root, _ = parsed
+    reader = _Reader(root, path)
+    chart = reader.document()
+    element = root.first(_NATIVE)
     if element is not None:
-        native = _native(element, path, findings)
-        if native is None:
-            return None
-        if _is_chart_of(native, root):
+        # Empty lines before it give its parts their lines in the file.
+        native = parse_document("\n" * (element.text_line - 1) + element.text, path, diagnostics)
+        if native is None or (chart is not None and chart == _written_chart(native)):
             return native
-        findings.lost(
-            element,
+        message = (
             "the chart was changed since it was written from this document: the chart alone is read, without "
-            "what SCXML cannot say, such as positions and code that runs in every cycle",
+            "what SCXML cannot say, such as positions and code that runs in every cycle"
         )
-    found = _ChartReader(root, findings, has_own=has_own).document()
-    return None if found is None else replace(found, comments=tuple(comments))
+        reader.report(Code.SCXML_NOT_CARRIED, element, message)
+    diagnostics.add_all(reader.diagnostics)
+    return chart
 
 
-def _is_chart_of(native: Document, root: XmlElement) -> bool:
-    """Return whether the chart in a file is the one that is written of a document."""
-    written = parse_xml(scxml_text(native).encode(), Path(), Diagnostics())
+def _written_chart(native: Document) -> Document | None:
+    """Return what is read of the chart that is written of a document."""
+    written = parse_xml(write_scxml(native, Path(), Diagnostics()).encode(), Path(), Diagnostics())
     assert written is not None, "what was written can be read"
-    resolve_namespaces(written[0])
-    charts = [
-        _ChartReader(each, Findings(Path(), Diagnostics()), has_own=True).document()
-        for each in (root, written[0])
-    ]
-    return charts[0] == charts[1]
+    return _Reader(written[0], Path()).document()
 
 
-def _native(element: XmlElement, path: Path, findings: Findings) -> Document | None:
-    """Return the native document in an element, or None after an error was reported."""
-    found = Diagnostics()
-    # Empty lines before it give its parts their lines in the file.
-    native = parse_document("\n" * (element.text_line - 1) + element.text, path, found)
-    if native is None:
-        first = found.errors[0]
-        line = f"line {first.location.line}: " if first.location.line else ""
-        findings.invalid(element, f"the document inside cannot be read: {line}{first.message}")
-    return native
+def _resolve_namespaces(element: XmlElement, around: Mapping[str, str]) -> None:
+    """Take the prefixes from elements of SCXML; `{namespace}name` are those of other programs, and ours.
+
+    Without any namespace an element is SCXML's.
+    """
+    namespaces = {**around}
+    for name, value in element.attributes.items():
+        kind, _, prefix = name.partition(":")
+        if kind == "xmlns":
+            namespaces[prefix] = value
+    prefix, _, local = element.tag.rpartition(":")
+    namespace = namespaces.get(prefix) or (prefix or SCXML_NAMESPACE)
+    element.tag = local if namespace == SCXML_NAMESPACE else f"{{{namespace}}}{local}"
+    for child in element.elements():
+        _resolve_namespaces(child, namespaces)
 
 
-class _ChartReader:
-    """Makes a document of the chart in a file."""
+@dataclass(slots=True, eq=False)
+class _State:
+    """A state; `name` is its id in SCXML."""
 
-    def __init__(self, root: XmlElement, findings: Findings, *, has_own: bool) -> None:
+    element: XmlElement
+    automaton: _Automaton
+    number: int
+    name: str
+    automata: list[_Automaton] = field(default_factory=list)
+    history: XmlElement | None = None
+
+    def up(self) -> Iterator[_State]:
+        """Yield the state and all around it, from the inside."""
+        state: _State | None = self
+        while state is not None:
+            yield state
+            state = state.automaton.owner
+
+
+@dataclass(slots=True, eq=False)
+class _Automaton:
+    """States side by side, and the element that holds them, or is the only one."""
+
+    element: XmlElement
+    number: int
+    owner: _State | None
+    states: list[_State] = field(default_factory=list)
+    transitions: list[Transition] = field(default_factory=list)
+    variables: list[tuple[XmlElement, str]] = field(default_factory=list)
+    """The lines that give its variables their values, each with its element."""
+    first: _State | None = None
+
+
+class _Goal(NamedTuple):
+    """Where a transition leads; by its history a state goes on where it was."""
+
+    state: _State
+    history: XmlElement | None = None
+
+
+class _Reader:
+    """Makes a document of the chart in a file, and collects what there is to report."""
+
+    def __init__(self, root: XmlElement, path: Path) -> None:
+        self.diagnostics = Diagnostics()
         self._root = root
-        self._findings = findings
-        self._code = CodeReader(root.attributes.get("datamodel", ""), findings, has_own=has_own)
-        self._chart = Chart(root, self._code, findings)
-        self._data: list[tuple[str, XmlElement, ChartAutomaton]] = []
+        self._path = path
+        self._script = ScriptReader(root.attributes.get("datamodel", ""), self.report)
+        self._others: set[str] = set()
+        """Names of elements of other programs that were reported."""
+        self._automata: list[_Automaton] = []
+        self._goals: dict[str, _Goal] = {}
+        """What transitions can lead to, by ids; a region stands for the state that has it."""
+        self._timers: dict[tuple[_State, str], str] = {}
+        """The milliseconds after which a state gets an event of its own."""
+        self._left: set[tuple[_State, str]] = set()
+        """States that are left from inside, each with the event that makes it leave."""
+
+    def report(self, code: str, element: XmlElement, message: str, notes: Sequence[Note] = ()) -> None:
+        """Report something about an element, as an error, a warning or a note by its code."""
+        place = Location(self._path, element.line, element.column, len(element.tag) + 1)
+        add = {"E": self.diagnostics.error, "W": self.diagnostics.warning}.get(code[0], self.diagnostics.note)
+        add(code, message, place, notes)
 
     def document(self) -> Document | None:
         """Return the document, or None after errors were reported."""
-        for number, automaton in enumerate(self._chart.automata, 1):
-            automaton.number = number
-            for place, state in enumerate(automaton.states, 1):
-                state.number = place
-        self._report_rest()
-        element = self._root
-        automata = tuple(self._automaton(each) for each in self._chart.automata)
-        sent = {
-            self._code.event(each.attributes.get("event", ""))
-            for each in everywhere(element, "raise", "send")
-        }
-        events = [name for name in dict.fromkeys(self._chart.events) if name not in sent]
+        root = self._root
+        _resolve_namespaces(root, {})
+        if root.tag != "scxml":
+            message = f"`{root.tag[:60]}` is not the root of SCXML: it is `scxml`, of {SCXML_NAMESPACE}"
+            self.report(Code.INVALID_SCXML, root, message)
+            return None
+        self._check_parts(root, *_STATES, "datamodel", "script", "initial")
+        self._read_automaton(root)
+        self._find_timers()
+        for automaton in self._automata:
+            self._find_first(automaton)
+        for automaton in self._automata:
+            for state in list(automaton.states):
+                for element in state.element.elements("transition"):
+                    self._read_transition(state, element)
+        automata = tuple(map(self._automaton, self._automata))
+        sent = {decode_event(each.attributes.get("event", "")) for each in _everywhere(root, "raise", "send")}
+        sent.update(event for _, event in self._left)
+        transitions = (each for automaton in automata for each in automaton.transitions)
+        waiting = dict.fromkeys(each.trigger.text for each in transitions if each.type == "event")
         document = Document(
-            description=Text(element.attributes.get("name", ""), element.line, element.column),
-            language=Text(self._code.language, element.line, element.column),
-            parameters=tuple(self._parameters()),
-            events=tuple(Event(name=name) for name in events),
+            description=Text(root.attributes.get("name", "")),
+            language=Text(self._script.language),
+            events=tuple(Event(name=name) for name in waiting if name not in sent),
             automata=automata,
         )
         self._check_scopes(document)
-        return None if self._findings.failed else document
+        return None if self.diagnostics.has_errors else document
 
-    def _automaton(self, automaton: ChartAutomaton) -> Automaton:
-        element = automaton.element
-        states = tuple(self._state(each, place) for place, each in enumerate(automaton.states))
-        father = automaton.owner.automaton.number if automaton.owner is not None else NO_CHILD
+    # The states as a tree.
+
+    def _read_automaton(
+        self, element: XmlElement, owner: _State | None = None, *, is_state: bool = False
+    ) -> None:
+        """Read the states inside an element, or the element as the only state."""
+        automaton = _Automaton(element, len(self._automata) + 1, owner)
+        self._automata.append(automaton)
+        if owner is not None:
+            owner.automata.append(automaton)
+        if not is_state:
+            self._read_data(element, automaton)
+        for number, each in enumerate([element] if is_state else element.elements(*_STATES), 1):
+            state = _State(each, automaton, number, each.attributes.get("id", ""))
+            automaton.states.append(state)
+            self._add_goal(each, _Goal(state))
+            for history in each.elements("history"):
+                self._add_goal(history, _Goal(state, history))
+                if state.history is not None:
+                    message = "a second history of a state: its automata have one, the first"
+                    self.report(Code.SCXML_NOT_THE_SAME, history, message)
+                state.history = state.history or history
+        for state in automaton.states:
+            self._read_inside(state)
+
+    def _read_inside(self, state: _State) -> None:
+        """Read the automata inside a state."""
+        element = state.element
+        if element.tag == "final":
+            self._check_parts(element, "onentry", "onexit", "transition")
+        else:
+            self._check_parts(
+                element, *_STATES, "onentry", "onexit", "transition", "initial", "history", "datamodel"
+            )
+        if element.tag == "state" and any(True for _ in element.elements(*_STATES)):
+            self._read_automaton(element, state)
+        else:
+            self._read_data(element, state.automaton)
+        for region in element.elements(*_STATES) if element.tag == "parallel" else ():
+            tags = {child.tag for child in region.elements() if "{" not in child.tag}
+            if region.tag == "state" and tags & {*_STATES} and tags <= {*_STATES, "initial", "datamodel"}:
+                self._add_goal(region, _Goal(state))
+                self._read_automaton(region, state)
+            else:
+                self._read_automaton(region, state, is_state=True)
+        is_shallow = state.history is not None and state.history.attributes.get("type") != "deep"
+        if is_shallow and any(each.automata for inner in state.automata for each in inner.states):
+            message = "a shallow history: here what is further inside goes on where it was, too"
+            self.report(Code.SCXML_NOT_THE_SAME, state.history or element, message)
+
+    def _check_parts(self, element: XmlElement, *known: str) -> None:
+        """Report what is inside an element and is not carried."""
+        for child in element.elements():
+            if child.tag.startswith("{"):
+                name = child.tag.partition("}")[2]
+                if child.tag != _NATIVE and name not in self._others:
+                    message = f"`{name[:60]}` belongs to another program and is not carried"
+                    self.report(Code.SCXML_FOREIGN, child, message)
+                self._others.add(name)
+            elif child.tag not in known:
+                message = f"`{child.tag[:60]}` is not carried: there is nothing like it here"
+                self.report(Code.SCXML_NOT_CARRIED, child, message)
+
+    def _add_goal(self, element: XmlElement, goal: _Goal) -> None:
+        name = element.attributes.get("id", "")
+        if name and self._goals.setdefault(name, goal) is not goal:
+            self.report(Code.INVALID_SCXML, element, f"a second element has the id `{name[:60]}`")
+
+    def _read_data(self, element: XmlElement, automaton: _Automaton) -> None:
+        """Read the data of an element, and the script of the root, as variables of an automaton."""
+        for data in _in_all(element, "datamodel", "data"):
+            name, text = data.attributes.get("id", ""), data.attributes.get("expr", data.text)
+            if not is_name(name) or "src" in data.attributes:
+                message = f"the data `{name[:60]}` is no variable of Python"
+                self.report(Code.SCXML_NOT_CARRIED, data, message)
+            else:
+                value = self._script.expression(data, text) if text.strip() else "None"
+                automaton.variables.append((data, f"{name} = {value}"))
+        for script in element.elements("script") if element is self._root else ():
+            automaton.variables += [(script, line) for line in self._script.lines([script])]
+
+    def _find_first(self, automaton: _Automaton) -> None:
+        """Find where an automaton begins: where it says, else where one around it says, else in the first."""
+        element, wanted = automaton.element, automaton.first
+        automaton.first = wanted or next(iter(automaton.states), None)
+        if automaton.first is None or automaton.first.element is element:
+            return
+        names = element.attributes.get("initial", "").split()
+        for transition in _in_all(element, "initial", "transition"):
+            names += transition.attributes.get("target", "").split()
+            self._check_parts(transition)
+        for start in self._starts(self._find_goals(names, element)):
+            for each in _way(start, automaton):
+                each.automaton.first = each
+            if not _way(start, automaton):
+                message = f"`{start.name[:60]}` is not inside what begins there"
+                self.report(Code.INVALID_SCXML, element, message)
+        if wanted is not None:
+            self._check_first(wanted, element)
+
+    def _check_first(self, state: _State, element: XmlElement) -> None:
+        first = state.automaton.first
+        if first is not None and first is not state:
+            message = (
+                f"it enters `{state.name[:60]}`: here what is around that begins in `{first.name[:60]}`, "
+                "whoever enters it"
+            )
+            self.report(Code.SCXML_NOT_THE_SAME, element, message)
+
+    # Timers: in SCXML events that a state sends to itself on entry, delayed.
+
+    def _find_timers(self) -> None:
+        """Find the delayed events that only concern the states that send them to themselves."""
+        sends: dict[str, list[tuple[_State, XmlElement]]] = defaultdict(list)
+        waiting: dict[str, set[_State]] = defaultdict(set)
+        for state in (each for automaton in self._automata for each in automaton.states):
+            for send in _in_all(state.element, "onentry", "send"):
+                if _delay(send) and send.attributes.get("target", "") in ("", "#_internal"):
+                    sends[send.attributes.get("event", "")].append((state, send))
+            for transition in state.element.elements("transition"):
+                for event in transition.attributes.get("event", "").split():
+                    waiting[event].add(state)
+        counts = Counter(
+            each.attributes.get("event", "") for each in _everywhere(self._root, "raise", "send")
+        )
+        for event, found in sends.items():
+            if counts[event] == len(found) and waiting[event] <= {state for state, _ in found}:
+                for state, send in found:
+                    if state in waiting[event] and (state, event) not in self._timers:
+                        self._take_timer(state, event, send)
+
+    def _take_timer(self, state: _State, event: str, send: XmlElement) -> None:
+        self._timers[state, event] = _delay(send)
+        cancels = 0
+        for holder in state.element.elements("onentry", "onexit"):
+            for each in list(holder.elements("send", "cancel")):
+                is_cancel = each.attributes.get("sendid", "") == send.attributes.get("id")
+                cancels += is_cancel
+                if each is send or is_cancel:
+                    holder.children.remove(each)
+        if not cancels:
+            message = "the timer ends here when the state is left; in SCXML, without `cancel`, it goes on"
+            self.report(Code.SCXML_OTHER_SHAPE, send, message)
+
+    # Transitions.
+
+    def _read_transition(self, state: _State, element: XmlElement) -> None:
+        names = element.attributes.get("target", "").split()
+        if state.element.tag == "final" or not names:
+            message = "a transition without a target, or of a final state, is not carried"
+            self.report(Code.SCXML_NOT_CARRIED, element, message)
+            return
+        goals = self._find_goals(names, element)
+        transitions = list(self._transitions(state, element))
+        if not goals or not transitions:
+            return
+        (origin, destination), *others = {_side_by_side(state, goal.state) for goal in goals}
+        if others:
+            message = "a transition to several targets that are not inside one state is not carried"
+            self.report(Code.SCXML_NOT_CARRIED, element, message)
+            return
+        self._check_entered(goals, destination, element)
+        code = self._script.code([element])
+        if origin is not state:
+            destination, event = self._leave(state, origin, destination, names[0], element)
+            code = replace(code, text="\n".join(filter(None, (code.text, f"self.send({event!r})"))))
+        for transition in transitions:
+            _join(state, destination, replace(transition, code=code))
+
+    def _transitions(self, state: _State, element: XmlElement) -> Iterator[Transition]:
+        """Yield a transition for each event, which is not joined to states yet."""
+        text = element.attributes.get("cond", "")
+        condition = self._script.expression(element, text) if text.strip() else ""
+        events = element.attributes.get("event", "").split()
+        if not events:
+            yield _transition("condition", condition or "True", "", element)
+        for event in events:
+            name = event.removesuffix("*").rstrip(".")
+            if (state, event) in self._timers:
+                yield _transition("time", self._timers[state, event], condition, element)
+            elif event == f"done.state.{state.name}":
+                yield _transition("finished", "", condition, element)
+            elif not name or event == "error" or event.startswith(("error.", "done.")):
+                message = f"`{event[:60]}` is not carried: here a transition waits for one event that is sent"
+                self.report(Code.SCXML_NOT_CARRIED, element, f"{message}, or for the end of its own state")
+            else:
+                if name != event:
+                    message = f"`{event[:60]}` is taken for `{name[:60]}` alone: here events have one name"
+                    self.report(Code.SCXML_NOT_THE_SAME, element, message)
+                yield _transition("event", decode_event(name), condition, element)
+
+    def _leave(
+        self, state: _State, origin: _State, destination: _State, name: str, element: XmlElement
+    ) -> tuple[_State, str]:
+        """Let an event lead from `origin`, which is around a state, to the destination.
+
+        Returns the state in which the automaton inside waits until then, and the event. Where the state
+        around goes on later, the automaton returns to the state that it left.
+        """
+        inner, around = state.automaton, _way(state, origin.automaton)[1:]
+        event = f"leave {around[0].name} for {name}"
+        if (origin, event) not in self._left:
+            self._left.add((origin, event))
+            # First, since in SCXML what is inside comes first.
+            _join(origin, destination, _transition("event", event, "", element), place=0)
+            message = (
+                f"it leaves `{origin.name[:60]}` from inside: here through the state `{event[:60]}` and an "
+                "event, which takes a cycle: events that come before it meet the state that is left"
+            )
+            self.report(Code.SCXML_OTHER_SHAPE, element, message)
+        resumes = any(each.history is not None for each in around)
+        name = f"{event} from {state.name}" if resumes else event
+        waiting = next((each for each in inner.states if each.name == name), None)
+        if waiting is None:
+            waiting = _State(element, inner, len(inner.states) + 1, name)
+            inner.states.append(waiting)
+            if resumes:
+                _join(waiting, state, _transition("time", _RETURN, "", element))
+        return waiting, event
+
+    def _find_goals(self, names: Sequence[str], element: XmlElement) -> list[_Goal]:
+        """Return what ids stand for, after reporting those that stand for nothing."""
+        for name in names:
+            if name not in self._goals:
+                notes = did_you_mean(name, self._goals)
+                self.report(Code.INVALID_SCXML, element, f"no state has the id `{name[:60]}`", notes)
+        return [self._goals[name] for name in names if name in self._goals]
+
+    def _starts(self, goals: Sequence[_Goal]) -> Iterator[_State]:
+        """Yield the states that are entered, those inside a state with a history by what is said there."""
+        for state, history in goals:
+            names: list[str] = []
+            for transition in history.elements("transition") if history is not None else ():
+                names += transition.attributes.get("target", "").split()
+            defaults = self._find_goals(names, history or state.element)
+            yield from [each.state for each in defaults if state in each.state.up()] or [state]
+
+    def _check_entered(self, goals: Sequence[_Goal], destination: _State, element: XmlElement) -> None:
+        """Report where automata do not begin as a transition wants it."""
+        for goal in goals:
+            for each in (way for start in self._starts([goal]) for way in _way(start, destination.automaton)):
+                if each.history is not None and goal.history is None:
+                    message = f"it enters `{each.name[:60]}` anew: here what is inside goes on where it was"
+                    self.report(Code.SCXML_NOT_THE_SAME, element, message)
+                if each is not destination:
+                    self._check_first(each, element)
+
+    # The document.
+
+    def _automaton(self, automaton: _Automaton) -> Automaton:
+        transitions = sorted(automaton.transitions, key=lambda each: each.origin)
         return Automaton(
             id=automaton.number,
-            father=father,
-            states=states,
-            transitions=tuple(self._transitions(automaton, states)),
-            variables=self._variables(automaton),
-            comments=automaton.comments,
-            line=element.line,
-            column=element.column,
+            father=automaton.owner.automaton.number if automaton.owner is not None else NO_CHILD,
+            states=tuple(self._state(each) for each in automaton.states),
+            transitions=tuple(replace(each, id=number) for number, each in enumerate(transitions, 1)),
+            variables=Text("\n".join(line for _, line in automaton.variables)),
         )
 
-    def _state(self, state: ChartState, place: int) -> State:
+    def _state(self, state: _State) -> State:
         element = state.element
-        waits = element.tag == "transition"  # it was added here
-        is_parallel = element.tag == "parallel"
-        has_inside = is_parallel or any(each.states for each in state.automata)
+        restarts = state.history is None and any(each.states for each in state.automata)
+        x, y = _position(state.number)
         return State(
             id=state.number,
             name=state.name,
             initial=state is state.automaton.first,
-            final=state.is_final,
-            x=_ORIGIN[0] + _STEP[0] * (place % _COLUMNS),
-            y=_ORIGIN[1] + _STEP[1] * (place // _COLUMNS),
+            final=element.tag == "final",
+            x=x,
+            y=y,
             children=tuple(each.number for each in state.automata),
-            history=Text("restart" if has_inside and state.history is None else ""),
-            entry=Text()
-            if waits
-            else self._code.code(list(inside(element, "onentry")), self._chart.timer_elements),
-            exit=Text()
-            if waits
-            else self._code.code(list(inside(element, "onexit")), self._chart.timer_elements),
-            comments=state.comments,
-            line=element.line,
-            column=element.column,
+            history=Text("restart" if restarts else ""),
+            entry=self._script.code(element.elements("onentry")),
+            exit=self._script.code(element.elements("onexit")),
         )
-
-    def _transitions(self, automaton: ChartAutomaton, states: Sequence[State]) -> Iterator[Transition]:
-        numbers = count(1)
-        places = dict(zip(automaton.states, states, strict=True))
-        for state in automaton.states:
-            for edge in state.edges:
-                element, ends = edge.source, (places[state], places[edge.destination])
-                yield Transition(
-                    id=next(numbers),
-                    x=(ends[0].x + ends[1].x) / 2,
-                    y=(ends[0].y + ends[1].y) / 2,
-                    origin=state.number,
-                    destination=edge.destination.number,
-                    type=edge.type,
-                    trigger=Text(edge.trigger, element.line, element.column),
-                    guard=Text(edge.guard, element.line, element.column),
-                    code=edge.code,
-                    comments=edge.comments,
-                    line=element.line,
-                    column=element.column,
-                )
-
-    def _variables(self, automaton: ChartAutomaton) -> Text:
-        """Return the data of an automaton as variables."""
-        holders = [] if automaton.is_region else [automaton.element]
-        inner = {each.element for state in automaton.states for each in state.automata}
-        holders += [state.element for state in automaton.states if state.element not in inner]
-        lines: list[str] = []
-        first: XmlElement | None = None
-        for holder in holders:
-            for datamodel in inside(holder, "datamodel"):
-                for data in inside(datamodel, "data"):
-                    if f"{OWN_PREFIX}:type" in data.attributes and automaton.owner is None:
-                        continue  # a parameter
-                    name = data.attributes.get("id", "")
-                    if not is_name(name) or "src" in data.attributes:
-                        self._findings.lost(data, f"the data `{name[:60]}` is no variable of Python")
-                        continue
-                    text = data.attributes.get("expr", data.text)
-                    value = self._code.expression(data, text) if text.strip() else "None"
-                    self._data.append((name, data, automaton))
-                    lines.append(f"{name} = {value}")
-                    first = first or data
-        for script in inside(automaton.element, "script") if automaton.owner is None else ():
-            lines += self._code.script(script)
-            first = first or script
-        return Text("\n".join(lines), first.line, first.column) if first is not None else Text()
-
-    def _parameters(self) -> Iterator[Parameter]:
-        for datamodel in inside(self._root, "datamodel"):
-            for data in inside(datamodel, "data"):
-                type_name = data.attributes.get(f"{OWN_PREFIX}:type")
-                if type_name is not None:
-                    yield Parameter(
-                        name=data.attributes.get("id", ""),
-                        type=Text(type_name, data.line, data.column),
-                        default=Text(data.attributes.get("expr", ""), data.line, data.column),
-                        description=Text(data.attributes.get(f"{OWN_PREFIX}:description", "")),
-                        line=data.line,
-                        column=data.column,
-                    )
-
-    # What is reported.
-
-    def _report_rest(self) -> None:
-        """Report elements of which nothing here is made."""
-        others: set[str] = set()
-        elements = [self._root]
-        while elements:
-            element = elements.pop()
-            known = _PARTS.get(element.tag)
-            for child in element.elements():
-                name = child.tag.removeprefix(OTHER)
-                local = name.rpartition(":")[2]
-                if child.tag.startswith(OTHER):
-                    if local not in others:
-                        message = f"`{name[:60]}` belongs to another program and is not carried"
-                        self._findings.note(Code.SCXML_FOREIGN, child, message)
-                    others.add(local)
-                elif child.tag.startswith(f"{OWN_PREFIX}:"):
-                    continue
-                elif known is not None and name not in known:
-                    message = f"`{name[:60]}` is not carried: there is nothing like it here"
-                    self._findings.lost(child, message)
-                else:
-                    elements.append(child)
 
     def _check_scopes(self, document: Document) -> None:
         """Report data that code elsewhere uses: here a variable belongs to one automaton."""
-        texts = {automaton.id: "\n".join(_code_of(automaton)) for automaton in document.automata}
-        for name, data, automaton in self._data:
-            word = re.compile(rf"\b{re.escape(name)}\b")
-            users = [
-                other for other, text in texts.items() if other != automaton.number and word.search(text)
-            ]
-            if users:
-                message = (
-                    f"`{name[:60]}` is a variable of automaton {automaton.number} alone here, and code of "
-                    f"automaton {users[0]} uses it: let it be `self.{name[:60]}`"
-                )
-                self._findings.approximate(data, message)
+        users: dict[str, set[int]] = defaultdict(set)
+        for code in analyze(document, self._path).automata:
+            for name in frozenset[str]().union(*(piece.used for piece in code.sharing())):
+                users[name].add(code.automaton.id)
+        for each in self._automata:
+            for data, line in each.variables:
+                name = line.partition(" = ")[0]
+                others = users[name] - {each.number}
+                if others:
+                    message = (
+                        f"`{name[:60]}` is a variable of automaton {each.number} alone here, and code of "
+                        f"automaton {min(others)} uses it: let it be `self.{name[:60]}`"
+                    )
+                    self.report(Code.SCXML_NOT_THE_SAME, data, message)
 
 
-def _code_of(automaton: Automaton) -> Iterator[str]:
-    for state in automaton.states:
-        yield from (state.entry.text, state.exit.text)
-    for transition in automaton.transitions:
-        yield from (transition.guard.text, transition.code.text)
-        if transition.type == "condition":
-            yield transition.trigger.text
+def _transition(type: str, trigger: str, guard: str, element: XmlElement) -> Transition:
+    line, column = element.line, element.column
+    texts = Text(trigger, line, column), Text(guard, line, column)
+    return Transition(id=0, origin=0, destination=0, type=type, trigger=texts[0], guard=texts[1])
+
+
+def _join(origin: _State, destination: _State, transition: Transition, place: int | None = None) -> None:
+    """Add a transition between two states to their automaton, at the end or at a place."""
+    (x1, y1), (x2, y2) = _position(origin.number), _position(destination.number)
+    joined = replace(
+        transition, x=(x1 + x2) / 2, y=(y1 + y2) / 2, origin=origin.number, destination=destination.number
+    )
+    transitions = origin.automaton.transitions
+    transitions.insert(len(transitions) if place is None else place, joined)
+
+
+def _position(number: int) -> tuple[float, float]:
+    """Return where the state with a number is put on the canvas, in pixels."""
+    row, column = divmod(number - 1, 4)
+    return 120.0 + 300.0 * column, 160.0 + 200.0 * row
+
+
+def _way(start: _State, automaton: _Automaton) -> list[_State]:
+    """Return a state and those around it up to the one in an automaton; nothing when there is none."""
+    way = list(start.up())
+    levels = [each.automaton for each in way]
+    return way[: levels.index(automaton) + 1] if automaton in levels else []
+
+
+def _side_by_side(source: _State, goal: _State) -> tuple[_State, _State]:
+    """Return the states of one automaton that are two others or around them, as far inside as there are."""
+    around = {state.automaton: state for state in source.up()}
+    return next((around[state.automaton], state) for state in goal.up() if state.automaton in around)
+
+
+def _everywhere(element: XmlElement, *tags: str) -> Iterator[XmlElement]:
+    """Yield the elements with these tags at any depth inside an element."""
+    for child in element.elements():
+        if child.tag in tags:
+            yield child
+        yield from _everywhere(child, *tags)
+
+
+def _in_all(element: XmlElement, holder: str, tag: str) -> Iterator[XmlElement]:
+    """Yield the elements with a tag in those with another inside an element."""
+    return (each for found in element.elements(holder) for each in found.elements(tag))
+
+
+def _delay(send: XmlElement) -> str:
+    """Return the milliseconds after which an event is sent, blank where that is no time."""
+    quoted = _QUOTED.fullmatch(send.attributes.get("delayexpr", ""))
+    match = _TIME.fullmatch(send.attributes.get("delay", quoted[2] if quoted else "").strip())
+    return f"{(Decimal(match[1]) * _MILLISECONDS[match[2]]).normalize():f}" if match is not None else ""

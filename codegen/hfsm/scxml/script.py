@@ -1,0 +1,171 @@
+"""Translate the executable content of SCXML into Python, and report what cannot be translated."""
+
+from __future__ import annotations
+
+import ast
+import json
+import re
+import textwrap
+from collections.abc import Callable, Iterable, Iterator
+from typing import Final
+
+from ..codes import Code
+from ..document import Text
+from ..formats.xml_tree import XmlElement
+from .writer import decode_event, expression_of, is_name
+
+__all__ = ["ScriptReader"]
+
+_ECMASCRIPT: Final = "ECMAScript"
+_WORDS: Final = re.compile(r"""'[^'\\\n]*'|"[^"\\\n]*"|[\w$.]+|\s*(?:&&|\|\|)\s*|[=!]==""")
+_IN_PYTHON: Final = {"true": "True", "false": "False", "===": "==", "!==": "!=", "&&": " and ", "||": " or "}
+_NOT_NAMES: Final = frozenset(("undefined", "null", "NaN", "Infinity", "In", "_event", "this"))
+_SYSTEM_NAMES: Final = re.compile(r"\b(?:In(?=\()|_event\b|_sessionid\b|_name\b|_ioprocessors\b)")
+_SEND_ATTRIBUTES: Final = frozenset(("event", "target", "id"))
+_SELF_TARGETS: Final = ("", "#_internal", "#_scxml")
+_COMMON: Final = (
+    *(ast.Expression, ast.BoolOp, ast.And, ast.Or, ast.BinOp, ast.Add, ast.Sub, ast.Mult, ast.USub, ast.Load),
+    *(ast.Eq, ast.NotEq, ast.Lt, ast.LtE, ast.Gt, ast.GtE),
+)
+
+
+class ScriptReader:
+    """Translates the code of a file into Python.
+
+    Expressions of a `datamodel` that is not Python are translated when they have the same parts in Python.
+    Any other code is kept and reported: then the document is in `language`.
+    """
+
+    def __init__(self, datamodel: str, report: Callable[[str, XmlElement, str], None]) -> None:
+        is_default = datamodel.lower() in ("", "null", "ecmascript", "javascript")
+        self._is_python = datamodel.lower().startswith("python")
+        self._name = _ECMASCRIPT if is_default else datamodel
+        self._report = report
+        self.language = ""
+        """The language of the code that was read so far, blank for Python."""
+
+    def expression(self, element: XmlElement, text: str) -> str:
+        """Return an expression in Python, or as it is; `element` is where it stands."""
+        python = None if self._is_python else _translated(text)
+        if python is None:
+            self._check(element, text)
+        return text if python is None else python
+
+    def code(self, holders: Iterable[XmlElement]) -> Text:
+        """Return the code in elements such as `onentry`."""
+        found = [each for holder in holders for each in holder.elements()]
+        if len(found) == 1 and found[0].tag == "script" and "src" not in found[0].attributes:
+            self._check(found[0], found[0].text)
+            return found[0].content
+        text = "\n".join(self.lines(found))
+        return Text(text, found[0].line, found[0].column) if text else Text()
+
+    def lines(self, elements: Iterable[XmlElement]) -> Iterator[str]:
+        """Yield the lines of Python that do what elements of executable content do."""
+        for element in elements:
+            attributes = element.attributes
+            match element.tag:
+                case "script" if "src" not in attributes:
+                    self._check(element, element.text)
+                    yield from textwrap.dedent(element.text).strip("\n").split("\n")
+                case "raise":
+                    yield f"self.send({_quoted(decode_event(attributes.get('event', '')))})"
+                case "send":
+                    yield from self._send(element)
+                case "log":
+                    label, value = _quoted(attributes.get("label", "")), attributes.get("expr", "").strip()
+                    formatted = (
+                        f'"%s %s", {label}, {self.expression(element, value)}' if value else f'"%s", {label}'
+                    )
+                    yield f"self.log.info({formatted})"
+                case "assign" if is_name(attributes.get("location", "").strip()):
+                    text = attributes.get("expr", element.text).strip()
+                    value = self.expression(element, text) if text else "None"
+                    yield f"{attributes['location'].strip()} = {value}"
+                case "if":
+                    yield from self._if(element)
+                case name:
+                    self._report(
+                        Code.SCXML_NOT_CARRIED,
+                        element,
+                        f"`{name}` is not carried: write in Python what it does",
+                    )
+
+    def _send(self, element: XmlElement) -> Iterator[str]:
+        event, attributes = element.attributes.get("event", ""), element.attributes
+        if "delay" in attributes or "delayexpr" in attributes:
+            message = f"the delayed event `{event[:60]}` is not carried: only the state itself has timers"
+            self._report(Code.SCXML_NOT_CARRIED, element, message)
+            return
+        is_plain = attributes.get("target", "") in _SELF_TARGETS and attributes.keys() <= _SEND_ATTRIBUTES
+        data: list[str] = []
+        for item in element.elements():
+            name, value = item.attributes.get("name", ""), item.attributes.get("expr", "").strip()
+            is_plain &= item.tag == "param" and bool(value)
+            data.append(f"{_quoted(name)}: {self.expression(item, value)}")
+        if not event or not is_plain:
+            self._report(
+                Code.SCXML_NOT_CARRIED, element, "an event for others, or of a computed name, is not carried"
+            )
+            return
+        values = f", {{{', '.join(data)}}}" if data else ""
+        yield f"self.send({_quoted(decode_event(event))}{values})"
+
+    def _if(self, element: XmlElement) -> Iterator[str]:
+        branch: list[XmlElement] = []
+        yield f"if {self._condition(element)}:"
+        for child in element.elements():
+            if child.tag not in ("elseif", "else"):
+                branch.append(child)
+                continue
+            yield from self._block(branch)
+            branch = []
+            yield f"elif {self._condition(child)}:" if child.tag == "elseif" else "else:"
+        yield from self._block(branch)
+
+    def _condition(self, element: XmlElement) -> str:
+        return self.expression(element, element.attributes.get("cond", "").strip() or "True")
+
+    def _block(self, elements: Iterable[XmlElement]) -> Iterator[str]:
+        lines = list(self.lines(elements))
+        yield from (f"    {line}" if line else line for line in lines or ["pass"])
+
+    def _check(self, element: XmlElement, text: str) -> None:
+        """Report code that does not run here."""
+        if not self._is_python and text.strip():
+            self.language = self._name
+            first = text.strip().partition("\n")[0][:60]
+            message = (
+                f"`{first}` is {self._name}: it is kept, and does not run before it is written in Python"
+            )
+            self._report(Code.KEPT_LANGUAGE, element, message)
+        elif (name := _SYSTEM_NAMES.search(text)) is not None:
+            self._report(
+                Code.SCXML_NOT_CARRIED,
+                element,
+                f"`{name[0]}` does not exist here: the code stops with a NameError",
+            )
+
+
+def _translated(text: str) -> str | None:
+    """Return an expression of ECMAScript that has the same parts in Python; None for any other."""
+    python = _WORDS.sub(lambda match: _IN_PYTHON.get(match[0].strip(), match[0]), text.strip())
+    parsed = expression_of(python)
+    return python if parsed is not None and all(map(_is_common, ast.walk(parsed))) else None
+
+
+def _is_common(node: ast.AST) -> bool:
+    match node:
+        case ast.Name(id=name):
+            return name not in _NOT_NAMES
+        case ast.Constant(value=value):
+            return isinstance(value, int | float | str)
+        case ast.Compare(ops=operators):
+            return len(operators) == 1
+        case ast.UnaryOp(op=operator):
+            return isinstance(operator, ast.USub)
+    return isinstance(node, _COMMON)
+
+
+def _quoted(text: str) -> str:
+    return json.dumps(text, ensure_ascii=False)
