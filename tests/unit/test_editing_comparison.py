@@ -21,6 +21,7 @@ from visualhfsm.editing.commands.states import AddState, MarkInitial, RenameStat
 from visualhfsm.editing.commands.transitions import AddTransition, RenameTransition, ReorderTransition
 from visualhfsm.editing.diff import diff_documents
 from visualhfsm.editing.places import search
+from visualhfsm.editing.problems import find_problems
 from visualhfsm.editing.serialization import parse
 from visualhfsm.editing.subtrees import without_automata
 from visualhfsm.errors import EditError
@@ -105,10 +106,6 @@ def merged(mine: Sequence[Command], theirs: Sequence[Command], base: Document | 
     return merge_documents(start, done(start, *mine), done(start, *theirs))
 
 
-def messages(outcome: Merged) -> list[str]:
-    return [each.message for each in outcome.conflicts]
-
-
 @pytest.mark.parametrize(
     ("base", "mine", "theirs", "together"),
     [
@@ -135,8 +132,7 @@ def test_code_that_both_changed_in_other_lines_is_merged() -> None:
     assert outcome.conflicts == ()
     assert outcome.document.automata[0].states[0].code.text == "FIRST()\nsecond()\nTHIRD()\n"
     outcome = merged([code("FIRST()\nsecond()\n")], [code("second()\nthird()\n")], start)
-    (conflict,) = outcome.conflicts
-    assert (conflict.part, conflict.message) == ("code", "both changed it: mine stays")
+    assert outcome.conflicts == ("state “wait” (code): yours stays",)
     assert outcome.document.automata[0].states[0].code.text == "FIRST()\nsecond()\n"
 
 
@@ -158,14 +154,7 @@ def test_what_only_one_side_changed_is_taken() -> None:
 
 def test_what_both_changed_stays_mine_and_is_told() -> None:
     outcome = merged([rename("mine")], [rename("theirs")])
-    (conflict,) = outcome.conflicts
-    assert (conflict.part, conflict.base, conflict.mine, conflict.theirs) == (
-        "name",
-        "wait",
-        "mine",
-        "theirs",
-    )
-    assert (conflict.place.automaton, conflict.place.id) == (1, 1)
+    assert outcome.conflicts == ("state “mine” (name): yours stays",)
     assert outcome.document.automata[0].states[0].name == "mine"
     assert merged([rename("same")], [rename("same")]).conflicts == ()
 
@@ -202,42 +191,50 @@ def test_what_one_side_changed_and_the_other_deleted_stays() -> None:
     deleting: list[Command] = [DeleteItems(automaton=2, states=(2,))]
     for outcome in (merged(changing, deleting), merged(deleting, changing)):
         assert [each.name for each in outcome.document.automata[1].states] == ["in", "x"]
-        assert "deleted" in messages(outcome)[0]
+        assert outcome.conflicts == ("state “x” (deleted on one side): it stays",)
 
 
-def test_a_transition_to_what_the_other_side_deleted_goes_and_is_told() -> None:
-    outcome = merged(
-        [DeleteItems(automaton=1, states=(2,))], [AddTransition(automaton=1, origin=1, destination=2)]
-    )
-    assert outcome.document.automata[0].transitions == ()
-    assert messages(outcome) == ["a transition went with a state that was deleted on the other side"]
+@pytest.mark.parametrize(
+    ("mine", "theirs", "code"),
+    [
+        (DeleteItems(automaton=1, states=(2,)), AddTransition(automaton=1, origin=1, destination=2), "E514"),
+        (DeleteItems(automaton=1, states=(2,)), rename("x", 1, 4), "E512"),
+        (MarkInitial(automaton=1, state=2), MarkInitial(automaton=1, state=3), "W513"),
+    ],
+    ids=["a transition to a deleted state", "an automaton of a deleted state", "two initial states"],
+)
+def test_what_does_not_fit_together_stays_and_is_for_the_checks(
+    mine: Command, theirs: Command, code: str
+) -> None:
+    base = done(tree(), AddState(automaton=1, x=0, y=0))
+    document = merged([mine], [theirs], base).document
+    assert code in [each.code for each in find_problems(write_document(document), None)]
 
 
-def test_an_automaton_that_one_side_changed_below_a_deleted_state_is_kept_and_told() -> None:
-    outcome = merged([DeleteItems(automaton=1, states=(2,))], [rename("x", 1, 4)])
-    assert [each.id for each in outcome.document.automata] == [1, 4]
-    assert "no state owns it" in messages(outcome)[-1]
-
-
-def test_an_automaton_has_one_initial_state_after_a_merge() -> None:
-    more = done(tree(), AddState(automaton=1, x=0, y=0))
-    outcome = merged([MarkInitial(automaton=1, state=2)], [MarkInitial(automaton=1, state=3)], more)
-    assert [each.initial for each in outcome.document.automata[0].states] == [False, True, False]
-    assert messages(outcome) == ["both chose where it begins: mine stays"]
+def test_new_transitions_of_new_states_are_told_apart_by_where_they_lead() -> None:
+    new: list[Command] = [
+        AddState(automaton=1, x=0, y=0),
+        AddTransition(automaton=1, origin=3, destination=1),
+    ]
+    outcome = merged([*new, rename("mine", 3)], [*new, rename("theirs", 3)])
+    root = outcome.document.automata[0]
+    assert outcome.conflicts == ()
+    assert [(each.id, each.origin) for each in root.transitions[2:]] == [(3, 3), (4, 4)]
 
 
 def test_both_may_add_something_of_one_name() -> None:
     mine = [AddEntry(list="parameters", fields={"name": "a", "default": "1.0"})]
     outcome = merged(mine, [AddEntry(list="parameters", fields={"name": "a", "default": "2.0"})])
     assert [each.default for each in outcome.document.parameters] == [Text("1.0")]
-    assert messages(outcome) == ["both added one of this name: mine stays"]
+    assert outcome.conflicts == ("parameter a (new on both sides): yours stays",)
     base = done(tree(), *mine)
     outcome = merged(
         [RemoveEntry(list="parameters", index=0)],
         [ChangeEntry(list="parameters", index=0, fields={"default": "3.0"})],
         base,
     )
-    assert len(outcome.document.parameters) == 1
+    assert [each.default for each in outcome.document.parameters] == [Text("3.0")]
+    assert outcome.conflicts == ("parameter a (deleted on one side): it stays",)
 
 
 def test_an_order_that_one_side_changed_is_taken() -> None:

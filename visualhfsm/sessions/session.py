@@ -28,7 +28,7 @@ from visualhfsm.errors import ChangedOutsideError, EditError, OldFormatError
 
 from .files import FileVersion, read_file, write_file
 from .journal import Done, Entry, Header, Journal, Redone, Saved, Undone, journal_directory
-from .merge import Conflict, merge_documents
+from .merge import merge_documents
 
 __all__ = ["Change", "Choice", "DocumentSession", "Resolution"]
 
@@ -154,7 +154,7 @@ class Resolution:
     """What became of a document whose file was changed, and where both had changed the same."""
 
     change: Change | None
-    conflicts: tuple[Conflict, ...] = ()
+    conflicts: tuple[str, ...] = ()
 
 
 class DocumentSession:
@@ -369,7 +369,7 @@ class DocumentSession:
         content, version = read_file(self.path)
         theirs = parse_file(content, self.path)
         change: Change | None = None
-        conflicts: tuple[Conflict, ...] = ()
+        conflicts: tuple[str, ...] = ()
         if choice is Choice.THEIRS:
             change = self.do(ReplaceDocument(content=written(theirs), name="Take the file as it is now"))
         elif choice is Choice.MERGE:

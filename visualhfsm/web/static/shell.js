@@ -185,8 +185,8 @@ function fileBanner() {
 
 async function resolve(choice) {
   const done = await askTab("resolve", {choice});
-  const conflicts = (done?.conflicts ?? []).map((each) => each.message);
-  if (conflicts.length) notify(`Merged. Both had changed: ${conflicts.join("; ")}. Yours was kept there.`);
+  const conflicts = done?.conflicts ?? [];
+  if (conflicts.length) notify(`Merged. Both had changed ${conflicts.join("; ")}.`);
 }
 
 /** Changes to the shown file from a session that ended without saving them. */
