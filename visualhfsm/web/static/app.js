@@ -35,12 +35,25 @@ const LAZY = {
   "hfsm-monitor-timeline": "./monitor/timeline.js",
   "hfsm-start": "./start.js",
 };
-const SIDE = [["hfsm-code-panel", "Code"], ["hfsm-data-panel", "Data"], ["hfsm-monitor-panel", "Live"]];
-const BOTTOM = [["hfsm-problems", "Problems"], ["hfsm-search", "Search"], ["hfsm-output", "Output"], ["hfsm-history", "History"], ["hfsm-monitor-timeline", "Timeline"]];
+const SIDE = [
+  ["hfsm-code-panel", "Code"],
+  ["hfsm-data-panel", "Data"],
+  ["hfsm-monitor-panel", "Live"],
+];
+const BOTTOM = [
+  ["hfsm-problems", "Problems"],
+  ["hfsm-search", "Search"],
+  ["hfsm-output", "Output"],
+  ["hfsm-history", "History"],
+  ["hfsm-monitor-timeline", "Timeline"],
+];
 
 export class HfsmApp extends PageElement {
   static properties = {side: {state: true}, bottom: {state: true}};
-  static watches = {page: ["tab", "automaton", "selection"], store: ["workspace", "document", "connection", "run", "outside"]};
+  static watches = {
+    page: ["tab", "automaton", "selection"],
+    store: ["workspace", "document", "connection", "run", "outside"],
+  };
 
   constructor() {
     super();
@@ -61,7 +74,11 @@ export class HfsmApp extends PageElement {
     this.listen(page, "tab", () => this.#titleWindow());
     this.listen(page, "save", () => perform("save", this.context));
     this.listen(page, "highlight", () => this.canvas.showLive(page.highlight?.get(page.automaton?.id)));
-    this.listen(page, "automaton", () => page.highlight && this.canvas.showLive(page.highlight.get(page.automaton?.id)));
+    this.listen(
+      page,
+      "automaton",
+      () => page.highlight && this.canvas.showLive(page.highlight.get(page.automaton?.id)),
+    );
     this.listen(page, "focus-canvas", () => this.canvas.focusSelected());
     this.listen(store, "workspace", () => this.#follow());
     this.listen(store, "document", ({detail}) => {
@@ -69,10 +86,16 @@ export class HfsmApp extends PageElement {
     });
     this.listen(store, "closed", ({detail}) => page.forget(detail.tab));
     this.listen(store, "failure", ({detail}) => notifyError(detail.error));
-    this.listen(this.canvas, "hfsm-menu", async ({detail}) => (await import("./menu.js")).showMenu(detail, this.context));
+    this.listen(this.canvas, "hfsm-menu", async ({detail}) =>
+      (await import("./menu.js")).showMenu(detail, this.context),
+    );
     this.listen(this.canvas, "tool", () => this.requestUpdate());
     takeDrops(this);
-    this.listen(window, "beforeunload", (event) => store.workspace.tabs.some((each) => each.dirty) && !store.online && event.preventDefault());
+    this.listen(
+      window,
+      "beforeunload",
+      (event) => store.workspace.tabs.some((each) => each.dirty) && !store.online && event.preventDefault(),
+    );
     this.listen(monitor, "running", () => monitor.running.length && this.#showMonitor("hfsm-monitor-toolbar"));
     this.listen(monitor, "mode", () => this.#monitored());
     this.listen(monitor, "structure", () => this.#showBreakpoints());
@@ -117,7 +140,8 @@ export class HfsmApp extends PageElement {
     runs.dismiss(tab);
     if (!this.bottom) this.outputOpened = true;
     this.showBottom("hfsm-output");
-    if ((await askTab("run", {arguments: [...options, ...planned.argumentsFor(tab)]})) !== undefined) monitor.expect(tab);
+    if ((await askTab("run", {arguments: [...options, ...planned.argumentsFor(tab)]})) !== undefined)
+      monitor.expect(tab);
   }
 
   /** Show which components run. */
@@ -156,44 +180,111 @@ export class HfsmApp extends PageElement {
 
   render() {
     const starting = !page.document;
-    return html`
-      <header>
-        ${starting ? html`<span class="brand">${icon("layout")}VisualHFSM</span>` : html`<h1 class="brand">${icon("layout")}VisualHFSM</h1>`}
+    return html` <header>
+        ${
+          starting
+            ? html`<span class="brand">${icon("layout")}VisualHFSM</span>`
+            : html`<h1 class="brand">${icon("layout")}VisualHFSM</h1>`
+        }
         <hfsm-tabs .context=${this.context}></hfsm-tabs>
         <div class="monitor-area">${this.elements.get("hfsm-monitor-toolbar") ?? nothing}</div>
         ${actionButton("search", this.context, {label: false})}
-        <button type="button" class="action bare" aria-label="Light or dark" title="Light or dark (Alt+D)" @click=${() => this.toggleTheme()}>${icon(currentTheme() === "dark" ? "sun" : "moon")}</button>
+        <button
+          type="button"
+          class="action bare"
+          aria-label="Light or dark"
+          title="Light or dark (Alt+D)"
+          @click=${() => this.toggleTheme()}
+        >
+          ${icon(currentTheme() === "dark" ? "sun" : "moon")}
+        </button>
         ${actionButton("help", this.context, {label: false})}
       </header>
-      ${banner()}
-      ${monitor.component ? this.elements.get("hfsm-monitor-bar") ?? nothing : nothing}
+      ${banner()} ${monitor.component ? (this.elements.get("hfsm-monitor-bar") ?? nothing) : nothing}
       <div class="work ${starting ? "starting" : this.side ? "beside" : ""}">
-        <nav class="left" aria-label="Tree of automata" ?hidden=${starting}><hfsm-tree></hfsm-tree>
-          ${resizer({name: "Width of the tree", variable: "--left", along: "x", sign: 1, smallest: 120, largest: 480})}</nav>
+        <nav class="left" aria-label="Tree of automata" ?hidden=${starting}>
+          <hfsm-tree></hfsm-tree>
+          ${resizer({name: "Width of the tree", variable: "--left", along: "x", sign: 1, smallest: 120, largest: 480})}
+        </nav>
         <main aria-label="Canvas">
           <div class="toolbar" role="toolbar" aria-label="View" ?hidden=${starting}>
             <hfsm-breadcrumbs></hfsm-breadcrumbs><span class="room"></span>
-            ${["undo", "redo", "layout", "fit", "zoomOut", "zoomIn", "compare", "export"].map((id) => actionButton(id, this.context, {label: false}))}
+            ${["undo", "redo", "layout", "fit", "zoomOut", "zoomIn", "compare", "export"].map((id) =>
+              actionButton(id, this.context, {label: false}),
+            )}
           </div>
           <div class="center" ?hidden=${starting}>
             ${this.canvas}
-            ${this.side ? html`${resizer({name: "Width of the panel", variable: "--side", along: "x", sign: -1, smallest: 260, largest: 1200})}
-              <section class="side" aria-label="Panel beside the canvas">${this.#panelTabs(SIDE, this.side, (tag) => this.showSide(tag))}<div class="content">${this.elements.get(this.side)}</div></section>` : nothing}
+            ${
+              this.side
+                ? html`${resizer({
+                      name: "Width of the panel",
+                      variable: "--side",
+                      along: "x",
+                      sign: -1,
+                      smallest: 260,
+                      largest: 1200,
+                    })}
+                    <section class="side" aria-label="Panel beside the canvas">
+                      ${this.#panelTabs(SIDE, this.side, (tag) => this.showSide(tag))}
+                      <div class="content">${this.elements.get(this.side)}</div>
+                    </section>`
+                : nothing
+            }
           </div>
-          ${monitor.component && !starting && this.bottom !== "hfsm-monitor-timeline" ? this.strip ?? nothing : nothing}
-          ${this.bottom && !starting ? html`${resizer({name: "Height of the panel", variable: "--bottom", along: "y", sign: -1, smallest: 90, largest: 700})}
-            <section class="bottom" aria-label="Panel below the canvas">${this.#panelTabs(BOTTOM, this.bottom, (tag) => this.showBottom(tag))}<div class="content">${this.elements.get(this.bottom)}</div></section>` : nothing}
+          ${
+            monitor.component && !starting && this.bottom !== "hfsm-monitor-timeline"
+              ? (this.strip ?? nothing)
+              : nothing
+          }
+          ${
+            this.bottom && !starting
+              ? html`${resizer({
+                    name: "Height of the panel",
+                    variable: "--bottom",
+                    along: "y",
+                    sign: -1,
+                    smallest: 90,
+                    largest: 700,
+                  })}
+                  <section class="bottom" aria-label="Panel below the canvas">
+                    ${this.#panelTabs(BOTTOM, this.bottom, (tag) => this.showBottom(tag))}
+                    <div class="content">${this.elements.get(this.bottom)}</div>
+                  </section>`
+              : nothing
+          }
           ${starting && store.online ? this.#start() : nothing}
         </main>
-        <aside class="right" aria-label="Actions" ?hidden=${starting}><hfsm-actions .context=${this.context}></hfsm-actions></aside>
+        <aside class="right" aria-label="Actions" ?hidden=${starting}>
+          <hfsm-actions .context=${this.context}></hfsm-actions>
+        </aside>
       </div>
       <footer><hfsm-status .context=${this.context}></hfsm-status></footer>`;
   }
 
   #panelTabs(list, shown, show) {
-    return html`<div class="panel-tabs"><div role="tablist" aria-label="Panels">${list.map(([tag, name]) => html`
-        <button type="button" role="tab" aria-selected=${tag === shown} @click=${() => show(tag)}>${name}</button>`)}</div>
-      <button type="button" class="action bare" aria-label="Close the panel" title="Close the panel" @click=${() => { show(""); this.canvas.focusSelected(); }}>${icon("close")}</button></div>`;
+    return html`<div class="panel-tabs">
+      <div role="tablist" aria-label="Panels">
+        ${list.map(
+          ([tag, name]) =>
+            html` <button type="button" role="tab" aria-selected=${tag === shown} @click=${() => show(tag)}>
+              ${name}
+            </button>`,
+        )}
+      </div>
+      <button
+        type="button"
+        class="action bare"
+        aria-label="Close the panel"
+        title="Close the panel"
+        @click=${() => {
+          show("");
+          this.canvas.focusSelected();
+        }}
+      >
+        ${icon("close")}
+      </button>
+    </div>`;
   }
 
   #start() {
@@ -276,7 +367,12 @@ export class HfsmApp extends PageElement {
     if (!monitor.component || this.strip) return;
     this.strip = document.createElement("hfsm-monitor-timeline");
     this.strip.compact = true;
-    const [whyNot] = await Promise.all([import("./monitor/why-not.js"), this.#showOverlay(), this.#load("hfsm-monitor-bar"), this.#load("hfsm-monitor-timeline")]);
+    const [whyNot] = await Promise.all([
+      import("./monitor/why-not.js"),
+      this.#showOverlay(),
+      this.#load("hfsm-monitor-bar"),
+      this.#load("hfsm-monitor-timeline"),
+    ]);
     whyNot.explainUnderPointer(this.canvas);
     this.requestUpdate();
   }
@@ -290,7 +386,7 @@ function takeDrops(element) {
   sign.className = "drop-sign";
   sign.hidden = true;
   sign.setAttribute("aria-hidden", "true");
-  render(html`<p><strong>Drop to open</strong><br>a document (.xml) or SCXML (.scxml)</p>`, sign);
+  render(html`<p><strong>Drop to open</strong><br />a document (.xml) or SCXML (.scxml)</p>`, sign);
   document.body.append(sign);
   element.addEventListener("dragover", (event) => {
     if (!holdsFiles(event)) return; // text goes where it is dropped
@@ -313,7 +409,11 @@ function takeDrops(element) {
 
 /* What a document imports is drawn, followed and read like everything else, and changed where it comes from. */
 
-/** What is shown of the imports of each tab: for which imports it was asked, and what came. @type {Map<number, {asked: string, content: import("./store.js").Automaton[]}>} */
+/**
+ * What is shown of the imports of each tab: for which imports it was asked, and what came.
+ *
+ * @type {Map<number, {asked: string, content: import("./store.js").Automaton[]}>}
+ */
 const imported = new Map();
 
 /** Ask for what the shown document imports, now and whenever that may be something else. */
@@ -336,7 +436,11 @@ async function lookAtImports(tab, anew = false) {
 }
 
 /** The imports of a document in a text, which changes when they do. */
-const importsOf = (document) => [...(document?.own.values() ?? [])].filter(({imported}) => imported).map(({id, imported}) => `${id} ${imported.automaton} ${imported.file}`).join("\n");
+const importsOf = (document) =>
+  [...(document?.own.values() ?? [])]
+    .filter(({imported}) => imported)
+    .map(({id, imported}) => `${id} ${imported.automaton} ${imported.file}`)
+    .join("\n");
 
 initTheme();
 restoreSizes();

@@ -34,12 +34,17 @@ export const askTab = (op, fields = {}) => ask(op, {tab: page.tab, ...fields});
 export const apply = (command, fields = {}) => ask("do", {tab: page.tab, command: {command, ...fields}});
 
 /** Apply a command to the shown automaton. */
-export const applyHere = (command, fields = {}) => ask("do", {tab: page.tab, command: {command, automaton: page.automaton.id, ...fields}});
+export const applyHere = (command, fields = {}) =>
+  ask("do", {tab: page.tab, command: {command, automaton: page.automaton.id, ...fields}});
 
 /** The selected ids as the fields of a command. */
 export const selected = () => ({states: [...page.states], transitions: [...page.transitions]});
 
-/** Select what a command has brought into the shown automaton; returns the first id. @param {"states" | "transitions"} kind */
+/**
+ * Select what a command has brought into the shown automaton; returns the first id.
+ *
+ * @param {"states" | "transitions"} kind
+ */
 export function selectAdded(done, kind) {
   const added = done?.added?.find((each) => each.automaton === page.automaton?.id);
   if (!added?.[kind]?.length) return undefined;
@@ -59,7 +64,9 @@ export function moveSelected(dx, dy) {
 
 /** Give a state or transition another name. */
 export function rename(kind, id, name) {
-  return kind === "state" ? applyHere("renameState", {state: id, name}) : applyHere("renameTransition", {transition: id, name});
+  return kind === "state"
+    ? applyHere("renameState", {state: id, name})
+    : applyHere("renameTransition", {transition: id, name});
 }
 
 export const copy = () => askTab("copy", {automaton: page.automaton.id, states: [...page.states]});
@@ -92,13 +99,19 @@ export async function extract(automaton) {
   const {chooseFile} = await import("./dialogs/files.js");
   const directory = path.includes("/") ? path.replace(/[^/]*$/, "") : "";
   const name = page.title(automaton).replace(/[^\w-]+/g, "_") || "part";
-  const file = await chooseFile({title: "Move the sub-automaton to a file", verb: "Move", suggestion: `${directory}${name}.xml`});
-  if (file && (await askTab("extract", {automaton: automaton.id, path: file}))) notify(`${file} holds the sub-automaton now. It is imported from there.`);
+  const file = await chooseFile({
+    title: "Move the sub-automaton to a file",
+    verb: "Move",
+    suggestion: `${directory}${name}.xml`,
+  });
+  if (file && (await askTab("extract", {automaton: automaton.id, path: file})))
+    notify(`${file} holds the sub-automaton now. It is imported from there.`);
 }
 
 /** Put the content of an imported automaton in its place. */
 export async function inline(automaton) {
-  if (await askTab("inline", {automaton: automaton.id})) notify(`The content of ${automaton.imported.file} is a part of this document now; the file stays.`);
+  if (await askTab("inline", {automaton: automaton.id}))
+    notify(`The content of ${automaton.imported.file} is a part of this document now; the file stays.`);
 }
 
 /** Show a sub-automaton of a state, made first when it has none. */

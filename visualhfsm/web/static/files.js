@@ -22,7 +22,10 @@ export function recentFiles() {
 }
 
 function remember(path) {
-  localStorage.setItem(RECENT, JSON.stringify([path, ...recentFiles().filter((each) => each !== path)].slice(0, MOST_RECENT)));
+  localStorage.setItem(
+    RECENT,
+    JSON.stringify([path, ...recentFiles().filter((each) => each !== path)].slice(0, MOST_RECENT)),
+  );
 }
 
 export async function openPath(path) {
@@ -35,10 +38,14 @@ export async function openPath(path) {
 /** Show what was opened, and what of it means nothing here. */
 function shown({tab, remarks}, name) {
   page.show(tab);
-  if ([...store.documents.get(tab).automata.values()].some(isHeaped)) notify(`${name} does not say where its states are: Shift+L arranges all automata.`);
+  if ([...store.documents.get(tab).automata.values()].some(isHeaped))
+    notify(`${name} does not say where its states are: Shift+L arranges all automata.`);
   if (!remarks) return;
   const [first = "", ...others] = remarks;
-  notify(`${name} was taken over as a new document.${first && ` Not all of it means something here: ${first}${others.length ? `, and ${others.length} more` : ""}.`}`);
+  const more = others.length ? `, and ${others.length} more` : "";
+  notify(
+    `${name} was taken over as a new document.${first && ` Not all of it means something here: ${first}${more}.`}`,
+  );
 }
 
 export async function openNew(template = "empty") {
@@ -52,7 +59,8 @@ export async function openFile() {
 }
 
 /** Whether all states of an automaton lie on one spot. @param {import("./store.js").Automaton} automaton */
-const isHeaped = ({imported, states}) => !imported && states.length > 1 && states.every(({x, y}) => x === states[0].x && y === states[0].y);
+const isHeaped = ({imported, states}) =>
+  !imported && states.length > 1 && states.every(({x, y}) => x === states[0].x && y === states[0].y);
 
 /** @param {File[]} dropped */
 export async function openDropped(dropped) {
@@ -96,7 +104,11 @@ export async function saveAs(tab = page.tab, wanted = "") {
   return path ? saving((overwrite) => store.request("saveAs", {tab, path, overwrite}), path, tab) : false;
 }
 
-/** Save, and ask when that would write over something. @param {(overwrite: boolean) => Promise<{path: string}>} request */
+/**
+ * Save, and ask when that would write over something.
+ *
+ * @param {(overwrite: boolean) => Promise<{path: string}>} request
+ */
 async function saving(request, path, tab, overwrite = false) {
   try {
     const done = await request(overwrite);
@@ -109,8 +121,12 @@ async function saving(request, path, tab, overwrite = false) {
       return false;
     }
     const choice = await confirm({
-      title: `Write over ${path}?`, text: error.message,
-      choices: [["overwrite", "Write over it", "danger"], ["saveAs", "Save as…", "primary"]],
+      title: `Write over ${path}?`,
+      text: error.message,
+      choices: [
+        ["overwrite", "Write over it", "danger"],
+        ["saveAs", "Save as…", "primary"],
+      ],
     });
     if (choice === "saveAs") return saveAs(tab, path.replace(/(\.xml)?$/i, "_2.xml"));
     return choice === "overwrite" && saving(request, path, tab, true);
@@ -127,9 +143,14 @@ export async function closeTab(tab) {
     }
     const {title} = store.workspace.tabs.find((each) => each.tab === tab);
     const choice = await confirm({
-      title: `Save ${title} before closing?`, text: "It has changes that are not in its file.",
-      choices: [["discard", "Close without saving", "danger"], ["save", "Save", "primary"]],
+      title: `Save ${title} before closing?`,
+      text: "It has changes that are not in its file.",
+      choices: [
+        ["discard", "Close without saving", "danger"],
+        ["save", "Save", "primary"],
+      ],
     });
-    if (choice === "discard" || (choice === "save" && (await save(tab)))) await ask("close", {tab, discard: choice === "discard"});
+    if (choice === "discard" || (choice === "save" && (await save(tab))))
+      await ask("close", {tab, discard: choice === "discard"});
   }
 }

@@ -5,7 +5,12 @@ const LIMIT = 10_000; // ms; a panel that takes longer does not come
 /** What was typed meanwhile, undefined while nothing is waited for. @type {string[] | undefined} */
 let held;
 
-/** Hold keys until something is done that moves the focus, and type them there. @template T @param {() => Promise<T>} work */
+/**
+ * Hold keys until something is done that moves the focus, and type them there.
+ *
+ * @template T
+ * @param {() => Promise<T>} work
+ */
 export async function holdKeys(work) {
   const mine = (held = [...(held ?? [])]);
   const timer = setTimeout(() => held === mine && letGo(), LIMIT);
@@ -20,7 +25,11 @@ export async function holdKeys(work) {
   }
 }
 
-/** Whether a key is held, so that it does nothing else; called for keys that nobody types into anything. @param {KeyboardEvent} event */
+/**
+ * Whether a key is held, so that it does nothing else; called for keys that nobody types into anything.
+ *
+ * @param {KeyboardEvent} event
+ */
 export function isHeld(event) {
   const {key} = event;
   if (!held || event.ctrlKey || event.altKey || event.metaKey || /^F\d/.test(key)) return false;
@@ -49,6 +58,7 @@ function type(text) {
     const [line, ...rest] = text.split("\n");
     target.setRangeText(line, target.selectionStart, target.selectionEnd, "end");
     target.dispatchEvent(new Event("input", {bubbles: true}));
-    if (rest.length) target.dispatchEvent(new KeyboardEvent("keydown", {key: "Enter", bubbles: true, cancelable: true}));
+    if (rest.length)
+      target.dispatchEvent(new KeyboardEvent("keydown", {key: "Enter", bubbles: true, cancelable: true}));
   }
 }

@@ -13,19 +13,39 @@ export function written(event) {
   const {key} = event;
   const letter = key.length === 1 && key !== " " ? key.toUpperCase() : key;
   const shown = /^[A-Z]$/.test(letter) || key.length > 1;
-  const parts = [(event.ctrlKey || event.metaKey) && "Ctrl", event.altKey && "Alt", event.shiftKey && shown && "Shift", letter];
+  const parts = [
+    (event.ctrlKey || event.metaKey) && "Ctrl",
+    event.altKey && "Alt",
+    event.shiftKey && shown && "Shift",
+    letter,
+  ];
   return parts.filter(Boolean).join("+");
 }
 
 /** A key as it is shown to people. */
 export function spoken(key) {
-  const names = {ArrowLeft: "←", ArrowRight: "→", ArrowUp: "↑", ArrowDown: "↓", Delete: "Del", Escape: "Esc", PageUp: "PgUp", PageDown: "PgDn"};
-  return key.split(/\+(?!$)/).map((part) => names[part] ?? part).join("+");
+  const names = {
+    ArrowLeft: "←",
+    ArrowRight: "→",
+    ArrowUp: "↑",
+    ArrowDown: "↓",
+    Delete: "Del",
+    Escape: "Esc",
+    PageUp: "PgUp",
+    PageDown: "PgDn",
+  };
+  return key
+    .split(/\+(?!$)/)
+    .map((part) => names[part] ?? part)
+    .join("+");
 }
 
 /** Whether somebody types into something. */
 function isTyping(target) {
-  return target.isContentEditable || (target.matches?.("input, textarea, select") && !target.matches("[type=checkbox], [type=radio], [type=button]"));
+  return (
+    target.isContentEditable ||
+    (target.matches?.("input, textarea, select") && !target.matches("[type=checkbox], [type=radio], [type=button]"))
+  );
 }
 
 /**
@@ -57,9 +77,46 @@ export function keyTable() {
     return {keys: keys.map(spoken), text: help ?? (hint ? `${label}: ${hint}` : label)};
   };
   const groups = {
-    Draw: ["newState", "newTransition", "rename", "edit", "editCode", "openChild", "markInitial", "toggleFinal", "delete"],
-    "Move about": ["up", "moveLeft", "moveRight", "moveUp", "moveDown", "goLeft", "goRight", "goUp", "goDown", "goNext", "goBack", "cancel"],
-    Edit: ["undo", "redo", "copy", "cut", "paste", "duplicate", "group", "selectAll", "tryEarlier", "tryLater", "resetHandle", "layout", "layoutAll"],
+    Draw: [
+      "newState",
+      "newTransition",
+      "rename",
+      "edit",
+      "editCode",
+      "openChild",
+      "markInitial",
+      "toggleFinal",
+      "delete",
+    ],
+    "Move about": [
+      "up",
+      "moveLeft",
+      "moveRight",
+      "moveUp",
+      "moveDown",
+      "goLeft",
+      "goRight",
+      "goUp",
+      "goDown",
+      "goNext",
+      "goBack",
+      "cancel",
+    ],
+    Edit: [
+      "undo",
+      "redo",
+      "copy",
+      "cut",
+      "paste",
+      "duplicate",
+      "group",
+      "selectAll",
+      "tryEarlier",
+      "tryLater",
+      "resetHandle",
+      "layout",
+      "layoutAll",
+    ],
     View: ["fit", "fitSelection", "zoomIn", "zoomOut", "search", "problems", "output", "historyList", "theme", "help"],
     Files: ["new", "open", "save", "saveAs", "closeTab", "export", "compare", "nextTab", "previousTab"],
     "Data and run": ["interfaces", "timing", "variables", "functions", "component", "generate", "run", "stopRun"],

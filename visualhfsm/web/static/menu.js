@@ -6,7 +6,11 @@ import {actions, isEnabled, perform, selectionActions, selectionTitle} from "./a
 import {icon} from "./icons.js";
 import {spoken} from "./keys.js";
 
-const GROUND = [["newState", "newTransition", "paste"], ["selectAll", "layout", "layoutAll", "fit"], ["repairNumbers", "extract", "inline", "export", "compare", "up"]];
+const GROUND = [
+  ["newState", "newTransition", "paste"],
+  ["selectAll", "layout", "layoutAll", "fit"],
+  ["repairNumbers", "extract", "inline", "export", "compare", "up"],
+];
 /** Actions that are left out where they make no sense. */
 const RARE = new Set(["repairNumbers", "extract", "inline"]);
 
@@ -20,7 +24,9 @@ export function showMenu({x, y, point}, context) {
   hideMenu();
   const here = {...context, point};
   const title = selectionTitle();
-  const groups = (title ? selectionActions() : GROUND).map((ids) => ids.filter((id) => !RARE.has(id) || isEnabled(id, here)));
+  const groups = (title ? selectionActions() : GROUND).map((ids) =>
+    ids.filter((id) => !RARE.has(id) || isEnabled(id, here)),
+  );
   element = document.createElement("div");
   element.className = "menu";
   element.setAttribute("role", "menu");
@@ -29,11 +35,24 @@ export function showMenu({x, y, point}, context) {
     const {label, icon: image, keys = [], checked} = actions.get(id);
     const enabled = isEnabled(id, here);
     const isChecked = checked && enabled ? checked() : undefined;
-    return html`<button type="button" role=${checked ? "menuitemcheckbox" : "menuitem"} tabindex="-1" aria-disabled=${!enabled} aria-checked=${checked ? String(Boolean(isChecked)) : nothing} @click=${() => enabled && choose(id, here)}>
-      ${icon(isChecked ? "properties" : image)}<span>${label}</span>${keys[0] ? html`<kbd>${spoken(keys[0])}</kbd>` : nothing}</button>`;
+    return html`<button
+      type="button"
+      role=${checked ? "menuitemcheckbox" : "menuitem"}
+      tabindex="-1"
+      aria-disabled=${!enabled}
+      aria-checked=${checked ? String(Boolean(isChecked)) : nothing}
+      @click=${() => enabled && choose(id, here)}
+    >
+      ${icon(isChecked ? "properties" : image)}<span>${label}</span>${
+        keys[0] ? html`<kbd>${spoken(keys[0])}</kbd>` : nothing
+      }
+    </button>`;
   };
-  render(html`${title ? html`<div class="title" role="presentation">${title}</div>` : nothing}
-    ${groups.map((ids, index) => html`${index ? html`<div role="separator"></div>` : nothing}${ids.map(item)}`)}`, element);
+  render(
+    html`${title ? html`<div class="title" role="presentation">${title}</div>` : nothing}
+    ${groups.map((ids, index) => html`${index ? html`<div role="separator"></div>` : nothing}${ids.map(item)}`)}`,
+    element,
+  );
   context.app.querySelector("main").append(element);
   const {width, height} = element.getBoundingClientRect();
   element.style.left = `${Math.max(4, Math.min(x, innerWidth - width - 4))}px`;

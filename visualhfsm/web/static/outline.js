@@ -1,4 +1,8 @@
-/** How the automata of a document hang together, and the transitions of a state. @typedef {import("./store.js").OpenDocument} OpenDocument */
+/**
+ * How the automata of a document hang together, and the transitions of a state.
+ *
+ * @typedef {import("./store.js").OpenDocument} OpenDocument
+ */
 
 /** The automaton that no state owns, or the first of a document that is not sound. */
 export function rootOf(document) {
@@ -31,7 +35,8 @@ export function pathTo(document, automaton) {
 /** Automata that hang on nothing, in a document that is not sound. */
 export function lostIn(document) {
   const owned = new Set();
-  for (const {states} of document.automata.values()) for (const {children} of states) children.forEach((id) => owned.add(id));
+  for (const {states} of document.automata.values())
+    for (const {children} of states) children.forEach((id) => owned.add(id));
   const root = rootOf(document);
   return [...document.automata.values()].filter((each) => each !== root && !owned.has(each.id));
 }

@@ -10,7 +10,13 @@ import {store} from "./store.js";
 /** Parts of a place that are edited as code beside the canvas. */
 const CODE_PARTS = new Set(["code", "entry", "exit", "trigger", "guard", "fired", "argument"]);
 /** Where the data of other parts is shown. */
-const SECTIONS = {period: "timing", onError: "description", onRefused: "description", language: "description", import: "inputs"};
+const SECTIONS = {
+  period: "timing",
+  onError: "description",
+  onRefused: "description",
+  language: "description",
+  import: "inputs",
+};
 
 /** @typedef {{automaton: number, states: Set<number>, transitions: Set<number>, visited: number[]}} Spot */
 
@@ -152,7 +158,8 @@ class Page extends EventTarget {
       this.dispatchEvent(new Event("reveal"));
     }
     if (CODE_PARTS.has(part)) this.edit({...place, ...at});
-    else if (part && part !== "name" && (kind === "automaton" || kind === "document")) this.showData(SECTIONS[part] ?? part, {...place, ...at});
+    else if (part && part !== "name" && (kind === "automaton" || kind === "document"))
+      this.showData(SECTIONS[part] ?? part, {...place, ...at});
   }
 
   /** Forget what is no longer there, after the document has changed. */

@@ -36,27 +36,65 @@ function content() {
 
 function automatonPage(automaton) {
   const owner = ownerOf(page.document, automaton);
-  return html`<section><h2>${page.title(automaton)}${owner?.children.length > 1 ? `, automaton ${owner.children.indexOf(automaton.id) + 1}` : ""}</h2>
-    <p>${automaton.imported ? `Comes from ${automaton.imported.file || "another document"}.` : `A cycle every ${automaton.period} ms.`} ${owner ? `Part of the state ${owner.name}.` : ""}</p>
+  return html`<section>
+    <h2>
+      ${page.title(automaton)}${
+        owner?.children.length > 1 ? `, automaton ${owner.children.indexOf(automaton.id) + 1}` : ""
+      }
+    </h2>
+    <p>
+      ${
+        automaton.imported
+          ? `Comes from ${automaton.imported.file || "another document"}.`
+          : `A cycle every ${automaton.period} ms.`
+      }
+      ${owner ? `Part of the state ${owner.name}.` : ""}
+    </p>
     ${automaton.states.length ? html`<figure>${picture(automaton)}</figure>` : nothing}
     ${table("Inputs", ["name", "type", "default", "description"], automaton.inputs)}
     ${code("Variables", automaton.variables)}${code("Functions", automaton.functions)}
-    ${automaton.states.map((state) => html`<h3>State ${state.name}${state.initial ? ", initial" : ""}${state.final ? ", final" : ""}</h3>
-      ${code("Entry", state.entry)}${code("Each cycle", state.code)}${code("Exit", state.exit)}
-      ${outgoing(automaton.transitions.filter(({origin}) => origin === state.id)).map((each) => transition(automaton, each))}`)}</section>`;
+    ${automaton.states.map(
+      (state) =>
+        html`<h3>State ${state.name}${state.initial ? ", initial" : ""}${state.final ? ", final" : ""}</h3>
+          ${code("Entry", state.entry)}${code("Each cycle", state.code)}${code("Exit", state.exit)}
+          ${outgoing(automaton.transitions.filter(({origin}) => origin === state.id)).map((each) =>
+            transition(automaton, each),
+          )}`,
+    )}
+  </section>`;
 }
 
 function transition(automaton, {name, destination, type, trigger, guard, code: fired}) {
   const to = automaton.states.find((each) => each.id === destination)?.name ?? "nothing";
   const what = type === "time" ? `after ${spokenTime(trigger)}` : (TRIGGERS[type]?.word ?? type);
-  return html`<p class="arc">→ <strong>${to}</strong>: ${name ? `${name}, ` : ""}${type === "event" ? `on the event ${trigger}` : what}</p>
+  return html`<p class="arc">
+      → <strong>${to}</strong>: ${name ? `${name}, ` : ""}${type === "event" ? `on the event ${trigger}` : what}
+    </p>
     ${type === "condition" ? code("", trigger) : nothing}${code("If", guard)}${code("When it fires", fired)}`;
 }
 
-const code = (title, text) => (text.trim() ? html`${title ? html`<h4>${title}</h4>` : nothing}<pre>${text}</pre>` : nothing);
+const code = (title, text) =>
+  text.trim()
+    ? html`${title ? html`<h4>${title}</h4>` : nothing}
+        <pre>${text}</pre>`
+    : nothing;
 
 function table(title, columns, rows) {
   if (!rows?.length) return nothing;
-  return html`<h3>${title}</h3><table><thead><tr>${columns.map((each) => html`<th>${each[0].toUpperCase()}${each.slice(1)}</th>`)}</tr></thead>
-    <tbody>${rows.map((row) => html`<tr>${columns.map((each) => html`<td>${row[each]}</td>`)}</tr>`)}</tbody></table>`;
+  return html`<h3>${title}</h3>
+    <table>
+      <thead>
+        <tr>
+          ${columns.map((each) => html`<th>${each[0].toUpperCase()}${each.slice(1)}</th>`)}
+        </tr>
+      </thead>
+      <tbody>
+        ${rows.map(
+          (row) =>
+            html`<tr>
+              ${columns.map((each) => html`<td>${row[each]}</td>`)}
+            </tr>`,
+        )}
+      </tbody>
+    </table>`;
 }

@@ -16,11 +16,16 @@ export function problemOf(problems, automaton, kind, id) {
   return index.get(`${automaton}/${kind}/${id}`);
 }
 
-/** The worst problem of an automaton as such, of its period or of what it imports. @param {import("./store.js").Problem[]} problems */
+/**
+ * The worst problem of an automaton as such, of its period or of what it imports.
+ *
+ * @param {import("./store.js").Problem[]} problems
+ */
 export const problemOfAutomaton = (problems, automaton) => problemOf(problems, automaton, "automaton", "");
 
 /** Whether two problems, or their lack, look the same. */
-export const sameProblem = (one, other) => one === other || (one?.severity === other?.severity && one?.message === other?.message);
+export const sameProblem = (one, other) =>
+  one === other || (one?.severity === other?.severity && one?.message === other?.message);
 
 /** How many problems of a severity there are. */
 export const countOf = (problems, severity) => problems.filter((each) => each.severity === severity).length;

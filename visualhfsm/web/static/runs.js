@@ -1,4 +1,6 @@
-/** The components that were started here: what became of that of each tab, and a message when one ends with an error. */
+/**
+ * The components that were started here: what became of that of each tab, and a message when one ends with an error.
+ */
 
 import {notify} from "./notices.js";
 import {page} from "./page.js";
@@ -55,7 +57,14 @@ class Runs {
       page.show(tab);
       page.jump(error.place, {line: error.line});
     };
-    this.#notices.set(tab, notify(`${told}${error ? `: ${error.text}` : "."}`, "error", error?.place && {label: `line ${error.line}`, run: show}));
+    this.#notices.set(
+      tab,
+      notify(
+        `${told}${error ? `: ${error.text}` : "."}`,
+        "error",
+        error?.place && {label: `line ${error.line}`, run: show},
+      ),
+    );
   }
 
   #forget(tab) {

@@ -1,4 +1,7 @@
-/** The small parts around the canvas: tabs, breadcrumbs, buttons, banners, the line of status, and the lines between areas. */
+/**
+ * The small parts around the canvas: tabs, breadcrumbs, buttons, banners, the line of status, and the lines between
+ * areas.
+ */
 
 import {html, nothing} from "lit";
 
@@ -18,9 +21,24 @@ export function actionButton(id, context, {label = true, kind = ""} = {}) {
   const action = actions.get(id);
   const key = action.keys?.[0];
   const title = `${action.label}${action.hint ? `: ${action.hint}` : ""}${key ? ` (${spoken(key)})` : ""}`;
-  return html`<button type="button" class="action ${kind} ${label ? "" : "bare"}" data-action=${id} title=${title} ?disabled=${!isEnabled(id, context)}
-      aria-label=${label ? nothing : action.label} aria-keyshortcuts=${key ? key.replace("Ctrl", "Control") : nothing} aria-pressed=${action.checked && isEnabled(id, context) ? String(action.checked()) : nothing}
-      @click=${() => perform(id, context)}>${icon(action.icon)}${label ? html`<span class="text">${action.label}</span>${key && label === true ? html`<kbd aria-hidden="true">${spoken(key)}</kbd>` : nothing}` : nothing}</button>`;
+  return html`<button
+    type="button"
+    class="action ${kind} ${label ? "" : "bare"}"
+    data-action=${id}
+    title=${title}
+    ?disabled=${!isEnabled(id, context)}
+    aria-label=${label ? nothing : action.label}
+    aria-keyshortcuts=${key ? key.replace("Ctrl", "Control") : nothing}
+    aria-pressed=${action.checked && isEnabled(id, context) ? String(action.checked()) : nothing}
+    @click=${() => perform(id, context)}
+  >
+    ${icon(action.icon)}${
+      label
+        ? html`<span class="text">${action.label}</span
+            >${key && label === true ? html`<kbd aria-hidden="true">${spoken(key)}</kbd>` : nothing}`
+        : nothing
+    }
+  </button>`;
 }
 
 class Tabs extends PageElement {
@@ -29,15 +47,43 @@ class Tabs extends PageElement {
   render() {
     const {tabs} = store.workspace;
     return html`<div role="tablist" aria-label="Open documents" @keydown=${this.#key}>
-        ${tabs.map((each) => html`<div class="tab ${each.tab === page.tab ? "chosen" : ""}" role="presentation">
-          <button type="button" role="tab" aria-selected=${each.tab === page.tab} tabindex=${each.tab === page.tab ? 0 : -1} title=${each.path || "not saved yet"}
-            @click=${() => page.show(each.tab)} @auxclick=${(event) => event.button === 1 && this.#close(each.tab)}>
-            <span class="text">${each.title}</span>${each.dirty ? html`<span class="dirty" role="img" aria-label="not saved" title="not saved"></span>` : nothing}
-          </button>
-          <span class="close-tab" aria-hidden="true" title="Close ${each.title} (Delete, or Alt+W)" @click=${() => this.#close(each.tab)}>${icon("close")}</span>
-        </div>`)}
+        ${tabs.map(
+          (each) =>
+            html`<div class="tab ${each.tab === page.tab ? "chosen" : ""}" role="presentation">
+              <button
+                type="button"
+                role="tab"
+                aria-selected=${each.tab === page.tab}
+                tabindex=${each.tab === page.tab ? 0 : -1}
+                title=${each.path || "not saved yet"}
+                @click=${() => page.show(each.tab)}
+                @auxclick=${(event) => event.button === 1 && this.#close(each.tab)}
+              >
+                <span class="text">${each.title}</span>${
+                  each.dirty
+                    ? html`<span class="dirty" role="img" aria-label="not saved" title="not saved"></span>`
+                    : nothing
+                }
+              </button>
+              <span
+                class="close-tab"
+                aria-hidden="true"
+                title="Close ${each.title} (Delete, or Alt+W)"
+                @click=${() => this.#close(each.tab)}
+                >${icon("close")}</span
+              >
+            </div>`,
+        )}
       </div>
-      <button type="button" class="action bare" aria-label="Start page" title="Start page: open or begin another document" @click=${() => page.show(0)}>${icon("add")}</button>`;
+      <button
+        type="button"
+        class="action bare"
+        aria-label="Start page"
+        title="Start page: open or begin another document"
+        @click=${() => page.show(0)}
+      >
+        ${icon("add")}
+      </button>`;
   }
 
   updated() {
@@ -66,20 +112,45 @@ class Tabs extends PageElement {
 class Breadcrumbs extends PageElement {
   render() {
     const {path} = page;
-    return html`<nav aria-label="Path to the shown automaton"><ol>
-      ${path.map((automaton, index) => html`<li>${index === path.length - 1
-        ? html`<span aria-current="location">${page.title(automaton)}</span>`
-        : html`<button type="button" @click=${() => page.open(automaton.id)}>${page.title(automaton)}</button>`}</li>`)}
-    </ol></nav>${this.#siblings()}`;
+    return html`<nav aria-label="Path to the shown automaton">
+        <ol>
+          ${path.map(
+            (automaton, index) =>
+              html`<li>
+                ${
+                  index === path.length - 1
+                    ? html`<span aria-current="location">${page.title(automaton)}</span>`
+                    : html`<button type="button" @click=${() => page.open(automaton.id)}>
+                        ${page.title(automaton)}
+                      </button>`
+                }
+              </li>`,
+          )}
+        </ol>
+      </nav>
+      ${this.#siblings()}`;
   }
 
   /** Automata that run beside the shown one, below the same state. */
   #siblings() {
     const {automaton, document} = page;
-    const owner = automaton && document.automata.get(automaton.father)?.states.find((state) => state.children.includes(automaton.id));
+    const owner =
+      automaton &&
+      document.automata.get(automaton.father)?.states.find((state) => state.children.includes(automaton.id));
     if (!owner || owner.children.length < 2) return nothing;
-    return html`<div class="siblings" role="group" aria-label="Automata of ${owner.name}">${owner.children.map((id, index) => html`
-      <button type="button" aria-pressed=${id === automaton.id} title="Automaton ${index + 1} of ${owner.name}" @click=${() => page.open(id)}>${index + 1}</button>`)}</div>`;
+    return html`<div class="siblings" role="group" aria-label="Automata of ${owner.name}">
+      ${owner.children.map(
+        (id, index) =>
+          html` <button
+            type="button"
+            aria-pressed=${id === automaton.id}
+            title="Automaton ${index + 1} of ${owner.name}"
+            @click=${() => page.open(id)}
+          >
+            ${index + 1}
+          </button>`,
+      )}
+    </div>`;
   }
 }
 
@@ -103,11 +174,27 @@ class ActionBar extends PageElement {
   render() {
     const title = selectionTitle();
     const groups = selectionActions();
-    return html`${ActionBar.groups.map(([name, ids]) => html`<section role="group" aria-label=${name}><h2>${name}</h2>
-        ${ids.map((id) => actionButton(id, this.context, {kind: id === "run" ? "primary" : ""}))}</section>`)}
-      ${groups.length ? html`<section role="group" aria-label="Selection" class="selection"><h2 title=${title}>${title}</h2>
-        ${groups[0].map((id) => actionButton(id, this.context, {label: "short"}))}
-        <div class="more">${groups.slice(1).flat().map((id) => actionButton(id, this.context, {label: false}))}</div></section>` : nothing}`;
+    return html`${ActionBar.groups.map(
+      ([name, ids]) =>
+        html`<section role="group" aria-label=${name}>
+          <h2>${name}</h2>
+          ${ids.map((id) => actionButton(id, this.context, {kind: id === "run" ? "primary" : ""}))}
+        </section>`,
+    )}
+    ${
+      groups.length
+        ? html`<section role="group" aria-label="Selection" class="selection">
+            <h2 title=${title}>${title}</h2>
+            ${groups[0].map((id) => actionButton(id, this.context, {label: "short"}))}
+            <div class="more">
+              ${groups
+                .slice(1)
+                .flat()
+                .map((id) => actionButton(id, this.context, {label: false}))}
+            </div>
+          </section>`
+        : nothing
+    }`;
   }
 }
 
@@ -129,14 +216,42 @@ class Status extends PageElement {
     const errors = countOf(document.problems, "error");
     const warnings = countOf(document.problems, "warning");
     const count = (number, noun) => `${number} ${noun}${number === 1 ? "" : "s"}`;
-    return html`
-      <button type="button" class="problem-count ${errors ? "error" : warnings ? "warning" : "none"}" title="Problems" @click=${() => perform("problems", this.context)}>
-        ${icon(errors + warnings ? "problems" : "properties")}${errors + warnings ? [errors && count(errors, "error"), warnings && count(warnings, "warning")].filter(Boolean).join(", ") : "No problems"}</button>
-      <span>${selectionTitle() || `${count(automaton?.states.length ?? 0, "state")}, ${count(automaton?.transitions.length ?? 0, "transition")}`}</span>
-      ${automaton?.imported ? html`<span title="It is changed in that file">from ${automaton.imported.file}</span>` : nothing}
-      ${automaton?.states.length || !automaton?.imported ? html`<span title="Time between two cycles of this automaton">every ${automaton?.period.trim() || "?"} ms</span>` : nothing}
+    return html` <button
+        type="button"
+        class="problem-count ${errors ? "error" : warnings ? "warning" : "none"}"
+        title="Problems"
+        @click=${() => perform("problems", this.context)}
+      >
+        ${icon(errors + warnings ? "problems" : "properties")}${
+          errors + warnings
+            ? [errors && count(errors, "error"), warnings && count(warnings, "warning")].filter(Boolean).join(", ")
+            : "No problems"
+        }
+      </button>
+      <span
+        >${
+          selectionTitle() ||
+          `${count(automaton?.states.length ?? 0, "state")}, ${count(automaton?.transitions.length ?? 0, "transition")}`
+        }</span
+      >
+      ${
+        automaton?.imported
+          ? html`<span title="It is changed in that file">from ${automaton.imported.file}</span>`
+          : nothing
+      }
+      ${
+        automaton?.states.length || !automaton?.imported
+          ? html`<span title="Time between two cycles of this automaton"
+              >every ${automaton?.period.trim() || "?"} ms</span
+            >`
+          : nothing
+      }
       <span class="room"></span>
-      ${document.undo.length ? html`<span class="last-step" title="The last step, which can be undone">${document.undo[0]}</span>` : nothing}
+      ${
+        document.undo.length
+          ? html`<span class="last-step" title="The last step, which can be undone">${document.undo[0]}</span>`
+          : nothing
+      }
       <span class="zoom"></span>
       <span class="connection ${store.online ? "on" : "off"}">${store.online ? "Connected" : "Away"}</span>`;
   }
@@ -147,13 +262,16 @@ class Status extends PageElement {
   }
 }
 
-/** What stands above everything until it is settled: the server is away, the robot is stopped, a file was changed by another program, or changes
+/** What stands above everything until it is settled: the server is away, the robot is stopped, a file was changed by
+ * another program, or changes
  * were not saved. */
 export function banner() {
   if (!store.online && store.offlineSince) {
     const since = new Date(store.offlineSince).toLocaleTimeString();
-    return html`<div class="banner error" role="alert">The server has been away since ${since}. Your work is kept there; this page connects again by itself.
-      <button type="button" @click=${() => store.connect()}>Try now</button></div>`;
+    return html`<div class="banner error" role="alert">
+      The server has been away since ${since}. Your work is kept there; this page connects again by itself.
+      <button type="button" @click=${() => store.connect()}>Try now</button>
+    </div>`;
   }
   return html`${stoppedBanner()}${fileBanner()}`;
 }
@@ -162,8 +280,10 @@ export function banner() {
 function stoppedBanner() {
   const reason = store.workspace.robotStopped;
   if (!reason) return nothing;
-  return html`<div class="banner error" role="alert">The robot is stopped and takes no command: ${reason}.
-    <button type="button" @click=${resetStop}>Reset the emergency stop</button></div>`;
+  return html`<div class="banner error" role="alert">
+    The robot is stopped and takes no command: ${reason}.
+    <button type="button" @click=${resetStop}>Reset the emergency stop</button>
+  </div>`;
 }
 
 async function resetStop() {
@@ -178,9 +298,16 @@ async function resetStop() {
 function fileBanner() {
   const outside = page.tabState?.outside;
   if (!outside) return unsavedBanner();
-  return html`<div class="banner" role="alert">Another program ${outside} the file of ${page.tabState.title}.
-    ${outside === "deleted" ? nothing : html`<button type="button" @click=${() => resolve("merge")}>Merge both</button><button type="button" @click=${() => resolve("theirs")}>Take theirs</button>`}
-    <button type="button" @click=${() => resolve("mine")}>Keep mine</button></div>`;
+  return html`<div class="banner" role="alert">
+    Another program ${outside} the file of ${page.tabState.title}.
+    ${
+      outside === "deleted"
+        ? nothing
+        : html`<button type="button" @click=${() => resolve("merge")}>Merge both</button
+            ><button type="button" @click=${() => resolve("theirs")}>Take theirs</button>`
+    }
+    <button type="button" @click=${() => resolve("mine")}>Keep mine</button>
+  </div>`;
 }
 
 async function resolve(choice) {
@@ -194,16 +321,23 @@ function unsavedBanner() {
   const path = page.tabState?.path;
   const lost = path && store.workspace.recoverable.find((each) => each.path === path);
   if (!lost) return nothing;
-  return html`<div class="banner" role="alert">Changes to ${page.tabState.title} of ${new Date(lost.changedAt * 1000).toLocaleString()} were not saved when the editor ended.
+  return html`<div class="banner" role="alert">
+    Changes to ${page.tabState.title} of ${new Date(lost.changedAt * 1000).toLocaleString()} were not saved when the
+    editor ended.
     <button type="button" @click=${async () => (await import("./files.js")).recover(lost.journal)}>Recover them</button>
-    <button type="button" @click=${() => ask("discard", {journal: lost.journal})}>Give them up</button></div>`;
+    <button type="button" @click=${() => ask("discard", {journal: lost.journal})}>Give them up</button>
+  </div>`;
 }
 
 /* Lines between two areas that can be dragged, or moved with the arrows. */
 
 const RESIZE_STEP = 24;
 const root = document.documentElement;
-/** Sizes that are known already: to ask the style makes the browser work it out for the whole page. @type {Map<string, number>} */
+/**
+ * Sizes that are known already: to ask the style makes the browser work it out for the whole page.
+ *
+ * @type {Map<string, number>}
+ */
 const sizes = new Map();
 window.addEventListener("resize", () => sizes.clear());
 
@@ -237,18 +371,31 @@ export function resizer({name, variable, along, sign, smallest, largest}) {
     const element = event.currentTarget;
     element.setPointerCapture(event.pointerId);
     const start = {at: along === "x" ? event.clientX : event.clientY, value: value()};
-    element.onpointermove = (move) => set(element, start.value + ((along === "x" ? move.clientX : move.clientY) - start.at) * sign);
+    element.onpointermove = (move) =>
+      set(element, start.value + ((along === "x" ? move.clientX : move.clientY) - start.at) * sign);
     element.onlostpointercapture = () => (element.onpointermove = null);
   };
   const key = (event) => {
-    const step = {ArrowLeft: -RESIZE_STEP, ArrowUp: -RESIZE_STEP, ArrowRight: RESIZE_STEP, ArrowDown: RESIZE_STEP}[event.key];
+    const step = {ArrowLeft: -RESIZE_STEP, ArrowUp: -RESIZE_STEP, ArrowRight: RESIZE_STEP, ArrowDown: RESIZE_STEP}[
+      event.key
+    ];
     if (!step) return;
     event.preventDefault();
     event.stopPropagation();
     set(event.currentTarget, value() + step * sign);
   };
-  return html`<div class="resizer ${along}" role="separator" tabindex="0" aria-label=${name} aria-orientation=${along === "x" ? "vertical" : "horizontal"}
-    aria-valuemin=${smallest} aria-valuemax=${largest} aria-valuenow=${Math.round(value()) || smallest} @pointerdown=${down} @keydown=${key}></div>`;
+  return html`<div
+    class="resizer ${along}"
+    role="separator"
+    tabindex="0"
+    aria-label=${name}
+    aria-orientation=${along === "x" ? "vertical" : "horizontal"}
+    aria-valuemin=${smallest}
+    aria-valuemax=${largest}
+    aria-valuenow=${Math.round(value()) || smallest}
+    @pointerdown=${down}
+    @keydown=${key}
+  ></div>`;
 }
 
 customElements.define("hfsm-tabs", Tabs);

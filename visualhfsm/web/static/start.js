@@ -8,16 +8,47 @@ import {openFile, openNew, openPath, recentFiles, recover} from "./files.js";
 import {icon} from "./icons.js";
 import {store} from "./store.js";
 
-const circle = (x, y, parent = false, initial = false) => svg`<g fill="none" stroke-width="2"><circle cx=${x} cy=${y} r="13" fill=${`var(--${parent ? "parent" : "plain"})`} stroke=${`var(--${parent ? "parent" : "plain"}-line)`}></circle>
-  ${initial ? svg`<circle cx=${x} cy=${y} r="9" stroke=${`var(--${parent ? "parent" : "plain"}-line)`} stroke-width="1.4"></circle>` : nothing}</g>`;
+const circle = (x, y, parent = false, initial = false) => {
+  const color = `var(--${parent ? "parent" : "plain"})`;
+  const line = `var(--${parent ? "parent" : "plain"}-line)`;
+  return svg`<g fill="none" stroke-width="2">
+    <circle cx=${x} cy=${y} r="13" fill=${color} stroke=${line}></circle>
+    ${initial ? svg`<circle cx=${x} cy=${y} r="9" stroke=${line} stroke-width="1.4"></circle>` : nothing}
+  </g>`;
+};
 const arcs = (path) => svg`<path d=${path} fill="none" stroke="var(--arc)" stroke-width="1.6"></path>`;
 
 /** The paper's three behaviors, and nothing. */
 const BEGINNINGS = [
-  {template: "dance", name: "Dance", text: "Both arms go from pose to pose, as the encoders allow.", picture: svg`${arcs("M33 20Q90 8 147 20M160 33V55M147 66Q90 78 33 66M20 55V33")}${circle(20, 20, false, true)}${circle(160, 20)}${circle(160, 66)}${circle(20, 66)}`},
-  {template: "follow_ball", name: "Follow the ball", text: "The head follows a ball, and searches when it is lost.", picture: svg`${arcs("M42 36Q90 10 138 36M138 50Q90 76 42 50")}${circle(30, 43, false, true)}${circle(150, 43)}`},
-  {template: "dance_and_follow", name: "Dance and follow", text: "Two behaviors by turns, on three levels.", picture: svg`${arcs("M42 22Q90 4 138 22M138 28Q90 40 42 28M30 37V55M150 37V55")}${circle(30, 24, true, true)}${circle(150, 24, true)}${circle(30, 70, true)}${circle(150, 70)}`},
-  {template: "empty", name: "Empty", text: "A component with nothing in it yet.", picture: svg`<circle cx="90" cy="43" r="15" fill="none" stroke="var(--strong-line)" stroke-width="1.6" stroke-dasharray="4 4"></circle><path d="M90 36v14M83 43h14" stroke="var(--strong-line)" stroke-width="1.6"></path>`},
+  {
+    template: "dance",
+    name: "Dance",
+    text: "Both arms go from pose to pose, as the encoders allow.",
+    picture: svg`${arcs("M33 20Q90 8 147 20M160 33V55M147 66Q90 78 33 66M20 55V33")}
+      ${circle(20, 20, false, true)}${circle(160, 20)}${circle(160, 66)}${circle(20, 66)}`,
+  },
+  {
+    template: "follow_ball",
+    name: "Follow the ball",
+    text: "The head follows a ball, and searches when it is lost.",
+    picture: svg`${arcs("M42 36Q90 10 138 36M138 50Q90 76 42 50")}${circle(30, 43, false, true)}${circle(150, 43)}`,
+  },
+  {
+    template: "dance_and_follow",
+    name: "Dance and follow",
+    text: "Two behaviors by turns, on three levels.",
+    picture: svg`${arcs("M42 22Q90 4 138 22M138 28Q90 40 42 28M30 37V55M150 37V55")}
+      ${circle(30, 24, true, true)}${circle(150, 24, true)}
+      ${circle(30, 70, true)}${circle(150, 70)}`,
+  },
+  {
+    template: "empty",
+    name: "Empty",
+    text: "A component with nothing in it yet.",
+    picture: svg`<circle cx="90" cy="43" r="15" fill="none" stroke="var(--strong-line)" stroke-width="1.6"
+        stroke-dasharray="4 4"></circle>
+      <path d="M90 36v14M83 43h14" stroke="var(--strong-line)" stroke-width="1.6"></path>`,
+  },
 ];
 
 class Start extends PageElement {
@@ -28,17 +59,60 @@ class Start extends PageElement {
     const {recoverable = []} = store.workspace;
     return html`<div class="start">
       <h1>Draw what your robot does</h1>
-      <p class="lead">States, what makes it go from one to the next, and automata inside states. Press Run, and watch it.</p>
-      ${recoverable.length ? html`<h2>Not saved when the editor ended</h2><ul class="recent">${recoverable.map((each) => html`<li class="offers">
-        <button type="button" @click=${() => recover(each.journal)}>${icon("history")}<span>Recover ${each.name}</span><span class="when">${new Date(each.changedAt * 1000).toLocaleString()}</span></button>
-        <button type="button" class="action bare" aria-label="Give up the changes of ${each.name}" title="Give up these changes" @click=${() => ask("discard", {journal: each.journal})}>${icon("delete")}</button></li>`)}</ul>` : nothing}
+      <p class="lead">
+        States, what makes it go from one to the next, and automata inside states. Press Run, and watch it.
+      </p>
+      ${
+        recoverable.length
+          ? html`<h2>Not saved when the editor ended</h2>
+              <ul class="recent">
+                ${recoverable.map(
+                  (each) =>
+                    html`<li class="offers">
+                      <button type="button" @click=${() => recover(each.journal)}>
+                        ${icon("history")}<span>Recover ${each.name}</span
+                        ><span class="when">${new Date(each.changedAt * 1000).toLocaleString()}</span>
+                      </button>
+                      <button
+                        type="button"
+                        class="action bare"
+                        aria-label="Give up the changes of ${each.name}"
+                        title="Give up these changes"
+                        @click=${() => ask("discard", {journal: each.journal})}
+                      >
+                        ${icon("delete")}
+                      </button>
+                    </li>`,
+                )}
+              </ul>`
+          : nothing
+      }
       <h2>Begin with</h2>
-      <div class="cards">${BEGINNINGS.map(({template, name, text, picture}) => html`<button type="button" class="card" @click=${() => openNew(template)}>
-        <svg viewBox="0 0 180 86" aria-hidden="true">${picture}</svg><span class="name">${name}</span><span class="text">${text}</span></button>`)}</div>
+      <div class="cards">
+        ${BEGINNINGS.map(
+          ({template, name, text, picture}) =>
+            html`<button type="button" class="card" @click=${() => openNew(template)}>
+              <svg viewBox="0 0 180 86" aria-hidden="true">${picture}</svg><span class="name">${name}</span
+              ><span class="text">${text}</span>
+            </button>`,
+        )}
+      </div>
       <h2>Or</h2>
-      <div class="offers"><button type="button" class="button primary" @click=${openFile}>Open a document</button>
-        <button type="button" class="button" @click=${() => this.#tour()}>Take the tour (one minute)</button></div>
-      ${recent.length ? html`<h2>Lately</h2><ul class="recent">${recent.map((path) => html`<li><button type="button" @click=${() => openPath(path)}>${icon("file")}${path}</button></li>`)}</ul>` : nothing}
+      <div class="offers">
+        <button type="button" class="button primary" @click=${openFile}>Open a document</button>
+        <button type="button" class="button" @click=${() => this.#tour()}>Take the tour (one minute)</button>
+      </div>
+      ${
+        recent.length
+          ? html`<h2>Lately</h2>
+              <ul class="recent">
+                ${recent.map(
+                  (path) =>
+                    html`<li><button type="button" @click=${() => openPath(path)}>${icon("file")}${path}</button></li>`,
+                )}
+              </ul>`
+          : nothing
+      }
       <p class="drop">You can also drop a document or SCXML anywhere on this page.</p>
     </div>`;
   }

@@ -9,11 +9,13 @@
  * @typedef {{id: number, name: string, x: number, y: number, origin: number, destination: number, type: string,
  *   trigger: string, guard: string, priority: string, code: string}} Transition
  * @typedef {{id: number, father: number, period: string, variables: string,
- *   functions: string, inputs: object[], imported: object | null, states: State[], transitions: Transition[]}} Automaton
+ *   functions: string, inputs: object[], imported: object | null, states: State[], transitions: Transition[]}}
+ *   Automaton
  * @typedef {{code: string, severity: string, message: string, automaton?: number, state?: number, transition?: number,
  *   part?: string, line: number, column: number, length: number}} Problem
  * @typedef {{tab: number, revision: number, undo: string[], redo: string[], dirty: boolean, fields: object,
- *   automata: Map<number, Automaton>, own: Map<number, Automaton>, content: Automaton[], problems: Problem[], checked?: number}} OpenDocument
+ *   automata: Map<number, Automaton>, own: Map<number, Automaton>, content: Automaton[], problems: Problem[], checked?:
+ *   number}} OpenDocument
  *   `automata` are its `own` with the `content` of those that are imported; `checked` is the revision that the
  *   problems are those of
  */
@@ -33,7 +35,8 @@ class RequestError extends Error {
 
 /**
  * Events: `connection`, `workspace`, `document` {tab, changed: Set of automaton ids, whole}, `problems` {tab},
- * `request` before one that others may have to precede, and one of the name of each further push (`output`, `run`, `snapshot`, `structure`, `stale`, `outside`, `closed`).
+ * `request` before one that others may have to precede, and one of the name of each further push (`output`, `run`,
+ * `snapshot`, `structure`, `stale`, `outside`, `closed`).
  */
 class Store extends EventTarget {
   /** @type {Map<number, OpenDocument>} */
@@ -54,7 +57,8 @@ class Store extends EventTarget {
   /** Connect, and again whenever the connection is lost. */
   connect() {
     clearTimeout(this.#timer);
-    if (this.#socket && this.#socket.readyState !== WebSocket.CLOSED) return; // one at a time, or all would be told twice
+    // One at a time, or all would be told twice.
+    if (this.#socket && this.#socket.readyState !== WebSocket.CLOSED) return;
     const scheme = location.protocol === "https:" ? "wss" : "ws";
     const socket = new WebSocket(`${scheme}://${location.host}/ws`);
     this.#socket = socket;
@@ -74,7 +78,12 @@ class Store extends EventTarget {
     if (!ASIDE.has(op)) this.dispatchEvent(new Event("request"));
     return new Promise((resolve, reject) => {
       if (this.#socket?.readyState !== WebSocket.OPEN) {
-        reject(new RequestError("The server is away; your work is kept there. This page connects again by itself.", "offline"));
+        reject(
+          new RequestError(
+            "The server is away; your work is kept there. This page connects again by itself.",
+            "offline",
+          ),
+        );
         return;
       }
       const id = ++this.#number;
@@ -88,7 +97,11 @@ class Store extends EventTarget {
     return this.request("do", {tab, command});
   }
 
-  /** Show what the imported automata of a document stand for. @param {Automaton[]} content each before those below it */
+  /**
+   * Show what the imported automata of a document stand for.
+   *
+   * @param {Automaton[]} content each before those below it
+   */
   showContent(tab, content) {
     const former = this.documents.get(tab);
     if (!former) return;
@@ -165,7 +178,18 @@ class Store extends EventTarget {
   #takeDocument(message) {
     const {tab, revision, undo, redo, dirty} = message;
     const former = this.documents.get(tab);
-    const next = {tab, problems: former?.problems ?? [], fields: {}, own: new Map(), content: [], ...former, revision, undo, redo, dirty};
+    const next = {
+      tab,
+      problems: former?.problems ?? [],
+      fields: {},
+      own: new Map(),
+      content: [],
+      ...former,
+      revision,
+      undo,
+      redo,
+      dirty,
+    };
     const changed = new Set();
     if (message.full) {
       const {automata, ...fields} = message.full;
@@ -199,7 +223,9 @@ function withContent({own, content}) {
   const automata = new Map(own);
   for (const each of content) {
     const stub = own.get(each.id);
-    const fits = stub ? stub.imported?.file === each.imported.file && stub.imported.automaton === each.imported.automaton : automata.has(each.father);
+    const fits = stub
+      ? stub.imported?.file === each.imported.file && stub.imported.automaton === each.imported.automaton
+      : automata.has(each.father);
     if (fits) automata.set(each.id, stub ? {...each, father: stub.father} : each);
   }
   return automata;
@@ -208,7 +234,12 @@ function withContent({own, content}) {
 /** An automaton after a change; what did not change in it is the very same object as before. */
 function patched(automaton, {fields, states, transitions}) {
   const items = (list, change) => (change ? patchedItems(list, change) : list);
-  return {...automaton, ...fields, states: items(automaton.states, states), transitions: items(automaton.transitions, transitions)};
+  return {
+    ...automaton,
+    ...fields,
+    states: items(automaton.states, states),
+    transitions: items(automaton.transitions, transitions),
+  };
 }
 
 function patchedItems(list, {changed = [], removed = [], order}) {

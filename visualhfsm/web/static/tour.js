@@ -10,14 +10,49 @@ const GAP = 12;
 
 /** What is shown, and what is said of it. */
 const STEPS = [
-  ["hfsm-canvas", "The canvas", html`Circles are states: blue ones do something, green ones hold an automaton of their own. The double circle is where it begins. Arcs lead from state to state.`],
-  [".state.parent", "Going inside", html`Double click a green state to see what is in it. <kbd>Backspace</kbd> leads back up.`],
-  ["hfsm-tree", "The whole tree", html`Every automaton with all its states. What is selected here is selected on the canvas, too.`],
-  ['[aria-label="Figures"]', "Drawing", html`Press <kbd>S</kbd> for a state and <kbd>T</kbd> for a transition, or drag from the rim of one state to another. <kbd>F2</kbd> renames.`],
-  ['[aria-label="Automaton data"]', "Data and code", html`<kbd>Shift+Enter</kbd> opens the code of what is selected beside the canvas. Here are the servants that the component uses, its cycle, variables and functions.`],
-  ['[aria-label="Generate and run"]', "Run", html`Run writes the component as Python and starts it. Then the canvas shows which states are current.`],
-  ["hfsm-status", "Problems", html`The document is checked as you draw. A click here lists what is wrong, and leads there.`],
-  [".toolbar", "Every step can be undone", html`<kbd>Ctrl+Z</kbd> takes back any change, in any automaton. All keys stand in the help: press <kbd>?</kbd>.`],
+  [
+    "hfsm-canvas",
+    "The canvas",
+    html`Circles are states: blue ones do something, green ones hold an automaton of their own. The double circle is
+    where it begins. Arcs lead from state to state.`,
+  ],
+  [
+    ".state.parent",
+    "Going inside",
+    html`Double click a green state to see what is in it. <kbd>Backspace</kbd> leads back up.`,
+  ],
+  [
+    "hfsm-tree",
+    "The whole tree",
+    html`Every automaton with all its states. What is selected here is selected on the canvas, too.`,
+  ],
+  [
+    '[aria-label="Figures"]',
+    "Drawing",
+    html`Press <kbd>S</kbd> for a state and <kbd>T</kbd> for a transition, or drag from the rim of one state to another.
+      <kbd>F2</kbd> renames.`,
+  ],
+  [
+    '[aria-label="Automaton data"]',
+    "Data and code",
+    html`<kbd>Shift+Enter</kbd> opens the code of what is selected beside the canvas. Here are the servants that the
+      component uses, its cycle, variables and functions.`,
+  ],
+  [
+    '[aria-label="Generate and run"]',
+    "Run",
+    html`Run writes the component as Python and starts it. Then the canvas shows which states are current.`,
+  ],
+  [
+    "hfsm-status",
+    "Problems",
+    html`The document is checked as you draw. A click here lists what is wrong, and leads there.`,
+  ],
+  [
+    ".toolbar",
+    "Every step can be undone",
+    html`<kbd>Ctrl+Z</kbd> takes back any change, in any automaton. All keys stand in the help: press <kbd>?</kbd>.`,
+  ],
 ];
 
 /** @param {import("./actions.js").Context} context */
@@ -46,10 +81,17 @@ export async function startTour(context) {
   const show = () => {
     const [selector, title, text] = STEPS[index];
     const last = index === STEPS.length - 1;
-    render(html`<h2 id="tour-title">${title}</h2><p>${text}</p><div class="steps"><span class="count">${index + 1} of ${STEPS.length}</span>
-      ${last ? "" : html`<button type="button" class="button" @click=${end}>End</button>`}
-      ${index ? html`<button type="button" class="button" @click=${() => go(-1)}>Back</button>` : ""}
-      <button type="button" class="button primary" @click=${() => go(1)}>${last ? "Done" : "Next"}</button></div>`, bubble);
+    render(
+      html`<h2 id="tour-title">${title}</h2>
+        <p>${text}</p>
+        <div class="steps">
+          <span class="count">${index + 1} of ${STEPS.length}</span>
+          ${last ? "" : html`<button type="button" class="button" @click=${end}>End</button>`}
+          ${index ? html`<button type="button" class="button" @click=${() => go(-1)}>Back</button>` : ""}
+          <button type="button" class="button primary" @click=${() => go(1)}>${last ? "Done" : "Next"}</button>
+        </div>`,
+      bubble,
+    );
     place(document.querySelector(selector) ?? context.canvas, frame, bubble);
     bubble.querySelector(".primary").focus();
   };
@@ -76,13 +118,24 @@ export async function startTour(context) {
 function place(element, frame, bubble) {
   const box = element.getBoundingClientRect();
   const {width, height} = bubble.getBoundingClientRect();
-  Object.assign(frame.style, {left: `${box.left - 4}px`, top: `${box.top - 4}px`, width: `${box.width + 8}px`, height: `${box.height + 8}px`});
+  Object.assign(frame.style, {
+    left: `${box.left - 4}px`,
+    top: `${box.top - 4}px`,
+    width: `${box.width + 8}px`,
+    height: `${box.height + 8}px`,
+  });
   const within = (value, size, most) => Math.max(GAP, Math.min(value, most - size - GAP));
   const rooms = [
-    [innerWidth - box.right, box.right + GAP, box.top], [box.left, box.left - width - GAP, box.top],
-    [innerHeight - box.bottom, box.left, box.bottom + GAP], [box.top, box.left, box.top - height - GAP],
+    [innerWidth - box.right, box.right + GAP, box.top],
+    [box.left, box.left - width - GAP, box.top],
+    [innerHeight - box.bottom, box.left, box.bottom + GAP],
+    [box.top, box.left, box.top - height - GAP],
   ];
-  const beside = rooms.find(([room], side) => room > (side < 2 ? width : height) + 2 * GAP) ?? [0, box.left + (box.width - width) / 2, box.top + GAP];
+  const beside = rooms.find(([room], side) => room > (side < 2 ? width : height) + 2 * GAP) ?? [
+    0,
+    box.left + (box.width - width) / 2,
+    box.top + GAP,
+  ];
   bubble.style.left = `${within(beside[1], width, innerWidth)}px`;
   bubble.style.top = `${within(beside[2], height, innerHeight)}px`;
 }

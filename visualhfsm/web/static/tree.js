@@ -10,7 +10,8 @@ import {problemOf, problemOfAutomaton} from "./problems.js";
 const MOST = 4000; // rows; a larger tree is folded below the first level
 const BLOCK = 50; // rows that are drawn together, and not laid out while none of them is seen
 
-/** @typedef {{key: string, level: number, name: string, kind: string, automaton: number, state?: number, open?: boolean,
+/** @typedef {{key: string, level: number, name: string, kind: string, automaton: number, state?: number, open?:
+ * boolean,
  *   child?: number, count: number, index: number}} Row */
 
 class Tree extends PageElement {
@@ -34,26 +35,66 @@ class Tree extends PageElement {
         const opens = children.length > 1 || children.some((id) => document.automata.get(id).states.length);
         const open = opens && !this.#folded.has(key);
         rows.push({
-          key, level, name: state.name || `state ${state.id}`, kind: kindOf(state), automaton: automaton.id, state: state.id, child: children[0],
-          open: opens ? open : undefined, count: automaton.states.length, index,
+          key,
+          level,
+          name: state.name || `state ${state.id}`,
+          kind: kindOf(state),
+          automaton: automaton.id,
+          state: state.id,
+          child: children[0],
+          open: opens ? open : undefined,
+          count: automaton.states.length,
+          index,
         });
         if (!open) return;
         if (children.length === 1) visit(document.automata.get(children[0]), level + 1, key);
-        else children.forEach((id, number) => {
-          const branch = `${key}:${id}`;
-          const child = document.automata.get(id);
-          const unfolded = !this.#folded.has(branch);
-          rows.push({key: branch, level: level + 1, name: `automaton ${number + 1}`, kind: "automaton", automaton: id, child: id, open: child.states.length ? unfolded : undefined, count: children.length, index: number});
-          if (unfolded) visit(child, level + 2, branch);
-        });
+        else
+          children.forEach((id, number) => {
+            const branch = `${key}:${id}`;
+            const child = document.automata.get(id);
+            const unfolded = !this.#folded.has(branch);
+            rows.push({
+              key: branch,
+              level: level + 1,
+              name: `automaton ${number + 1}`,
+              kind: "automaton",
+              automaton: id,
+              child: id,
+              open: child.states.length ? unfolded : undefined,
+              count: children.length,
+              index: number,
+            });
+            if (unfolded) visit(child, level + 2, branch);
+          });
       });
     };
     const root = rootOf(document);
     const open = !this.#folded.has("root");
-    if (root) rows.push({key: "root", level: 1, name: page.component, kind: "root", automaton: root.id, child: root.id, open: root.states.length ? open : undefined, count: 1, index: 0});
+    if (root)
+      rows.push({
+        key: "root",
+        level: 1,
+        name: page.component,
+        kind: "root",
+        automaton: root.id,
+        child: root.id,
+        open: root.states.length ? open : undefined,
+        count: 1,
+        index: 0,
+      });
     if (open) visit(root, 2, "root");
     for (const lost of lostIn(document)) {
-      rows.push({key: `lost:${lost.id}`, level: 1, name: `automaton ${lost.id}, of no state`, kind: "lost", automaton: lost.id, child: lost.id, open: undefined, count: 1, index: 0});
+      rows.push({
+        key: `lost:${lost.id}`,
+        level: 1,
+        name: `automaton ${lost.id}, of no state`,
+        kind: "lost",
+        automaton: lost.id,
+        child: lost.id,
+        open: undefined,
+        count: 1,
+        index: 0,
+      });
     }
     return rows;
   }
@@ -62,11 +103,27 @@ class Tree extends PageElement {
     if (!page.document) return nothing;
     const rows = (this.rows = this.#rows());
     const current = page.automaton?.id;
-    const focused = rows.find((row) => row.key === this.#focused) ?? rows.find(isSelected) ?? rows.find((row) => row.child === current) ?? rows[0];
+    const focused =
+      rows.find((row) => row.key === this.#focused) ??
+      rows.find(isSelected) ??
+      rows.find((row) => row.child === current) ??
+      rows[0];
     return html`<h2 id="tree-title">Automata</h2>
       <div role="tree" aria-labelledby="tree-title" @keydown=${this.#key} @click=${this.#click} @dblclick=${this.#open}>
-        ${inBlocks(rows.map((row) => ({row, selected: isSelected(row), problem: problemAt(row), shown: row.child === current && row.child !== undefined, focused: row === focused})))
-          .map((block, index) => html`<div role="presentation" class="block">${guard([JSON.stringify(block)], () => block.map((each, at) => branch(each, index * BLOCK + at)))}</div>`)}
+        ${inBlocks(
+          rows.map((row) => ({
+            row,
+            selected: isSelected(row),
+            problem: problemAt(row),
+            shown: row.child === current && row.child !== undefined,
+            focused: row === focused,
+          })),
+        ).map(
+          (block, index) =>
+            html`<div role="presentation" class="block">
+              ${guard([JSON.stringify(block)], () => block.map((each, at) => branch(each, index * BLOCK + at)))}
+            </div>`,
+        )}
       </div>`;
   }
 
@@ -82,7 +139,7 @@ class Tree extends PageElement {
   #markLive() {
     for (const branch of this.querySelectorAll("[role=treeitem]")) {
       const row = this.rows[Number(branch.dataset.index)];
-      const status = row && row.state !== undefined ? this.#live.get(`${row.automaton}.${row.state}`) ?? "" : "";
+      const status = row && row.state !== undefined ? (this.#live.get(`${row.automaton}.${row.state}`) ?? "") : "";
       if ((branch.dataset.live ?? "") === status) continue;
       branch.dataset.live = status;
       if (status === "active") branch.setAttribute("aria-current", "true");
@@ -128,10 +185,18 @@ class Tree extends PageElement {
     const index = this.rows.indexOf(row);
     let next;
     switch (event.key) {
-      case "ArrowDown": next = this.rows[index + 1]; break;
-      case "ArrowUp": next = this.rows[index - 1]; break;
-      case "Home": next = this.rows[0]; break;
-      case "End": next = this.rows.at(-1); break;
+      case "ArrowDown":
+        next = this.rows[index + 1];
+        break;
+      case "ArrowUp":
+        next = this.rows[index - 1];
+        break;
+      case "Home":
+        next = this.rows[0];
+        break;
+      case "End":
+        next = this.rows.at(-1);
+        break;
       case "ArrowRight":
         if (row.open === false) this.#fold(row, false);
         else if (row.open) next = this.rows[index + 1];
@@ -140,9 +205,14 @@ class Tree extends PageElement {
         if (row.open) this.#fold(row, true);
         else next = this.rows.slice(0, index).findLast((each) => each.level < row.level);
         break;
-      case "Enter": enter(row); break;
-      case " ": choose(row); break;
-      default: return;
+      case "Enter":
+        enter(row);
+        break;
+      case " ":
+        choose(row);
+        break;
+      default:
+        return;
     }
     event.preventDefault();
     event.stopPropagation();
@@ -155,21 +225,39 @@ class Tree extends PageElement {
   }
 }
 
-const inBlocks = (rows) => Array.from({length: Math.ceil(rows.length / BLOCK)}, (_, index) => rows.slice(index * BLOCK, (index + 1) * BLOCK));
+const inBlocks = (rows) =>
+  Array.from({length: Math.ceil(rows.length / BLOCK)}, (_, index) => rows.slice(index * BLOCK, (index + 1) * BLOCK));
 
-/** A row of the tree, `index` among all. @param {{row: Row, selected: boolean, problem: string, shown: boolean, focused: boolean}} each */
-const branch = ({row, selected, problem, shown, focused}, index) => html`
-  <div role="treeitem" class="branch ${row.kind} ${shown ? "shown" : ""}" data-index=${index} data-level=${row.level}
-      aria-level=${row.level} aria-setsize=${row.count} aria-posinset=${row.index + 1} aria-selected=${selected}
-      aria-expanded=${row.open ?? nothing} aria-label=${row.name + (problem ? `, ${problem}` : "")} tabindex=${focused ? 0 : -1}>
-    ${Array.from({length: row.level - 1}, () => html`<span class="indent"></span>`)}<span class="twist"></span><span class="dot"></span><span class="text">${row.name}</span>
+/**
+ * A row of the tree, `index` among all.
+ *
+ * @param {{row: Row, selected: boolean, problem: string, shown: boolean, focused: boolean}} each
+ */
+const branch = ({row, selected, problem, shown, focused}, index) =>
+  html` <div
+    role="treeitem"
+    class="branch ${row.kind} ${shown ? "shown" : ""}"
+    data-index=${index}
+    data-level=${row.level}
+    aria-level=${row.level}
+    aria-setsize=${row.count}
+    aria-posinset=${row.index + 1}
+    aria-selected=${selected}
+    aria-expanded=${row.open ?? nothing}
+    aria-label=${row.name + (problem ? `, ${problem}` : "")}
+    tabindex=${focused ? 0 : -1}
+  >
+    ${Array.from({length: row.level - 1}, () => html`<span class="indent"></span>`)}<span class="twist"></span
+    ><span class="dot"></span><span class="text">${row.name}</span>
     ${problem ? html`<span class="problem ${problem}" title=${problem}></span>` : nothing}
   </div>`;
 
-const kindOf = (state) => `${state.children.length ? "parent" : "plain"}${state.initial ? " initial" : ""}${state.final ? " final" : ""}`;
+const kindOf = (state) =>
+  `${state.children.length ? "parent" : "plain"}${state.initial ? " initial" : ""}${state.final ? " final" : ""}`;
 
 function isSelected(row) {
-  if (row.state === undefined) return row.automaton === page.automaton?.id && page.states.size + page.transitions.size === 0;
+  if (row.state === undefined)
+    return row.automaton === page.automaton?.id && page.states.size + page.transitions.size === 0;
   return row.automaton === page.automaton?.id && page.states.has(row.state);
 }
 
@@ -184,10 +272,16 @@ function enter(row) {
   else page.edit({kind: "state", automaton: row.automaton, id: row.state, part: "code"});
 }
 
-/** How grave the worst problem of a row is: of a state, and of the automaton that the row opens, such as one that is not found where it is imported from. */
+/**
+ * How grave the worst problem of a row is: of a state, and of the automaton that the row opens, such as one that is not
+ * found where it is imported from.
+ */
 function problemAt({automaton, state, child}) {
   const {problems} = page.document;
-  const found = [state !== undefined && problemOf(problems, automaton, "state", state), child !== undefined && problemOfAutomaton(problems, child)].filter(Boolean);
+  const found = [
+    state !== undefined && problemOf(problems, automaton, "state", state),
+    child !== undefined && problemOfAutomaton(problems, child),
+  ].filter(Boolean);
   return found.find(({severity}) => severity === "error")?.severity ?? found[0]?.severity ?? "";
 }
 

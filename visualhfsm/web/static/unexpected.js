@@ -8,21 +8,30 @@ import {notify, notifyError} from "./notices.js";
 
 const OWN_PLACE = /\/static\/\w+\/([\w./-]+:\d+)/;
 
-addEventListener("error", (event) => {
-  if (event.target !== window) { // that of an element, such as a picture of a camera
-    if (event.target.localName === "script") report(`${event.target.src} could not be loaded`);
-  } else if (!event.message.startsWith("ResizeObserver loop")) { // which only says that sizes follow in the next frame
-    report(event.message, event.error?.stack ?? `${event.filename}:${event.lineno}`);
-  }
-}, {capture: true});
+addEventListener(
+  "error",
+  (event) => {
+    if (event.target !== window) {
+      // that of an element, such as a picture of a camera
+      if (event.target.localName === "script") report(`${event.target.src} could not be loaded`);
+    } else if (!event.message.startsWith("ResizeObserver loop")) {
+      // which only says that sizes follow in the next frame
+      report(event.message, event.error?.stack ?? `${event.filename}:${event.lineno}`);
+    }
+  },
+  {capture: true},
+);
 
 addEventListener("unhandledrejection", ({reason}) => {
-  if (reason?.kind) notifyError(reason); // a refusal of the server says itself what to do
+  if (reason?.kind)
+    notifyError(reason); // a refusal of the server says itself what to do
   else report(String(reason), reason?.stack);
 });
 
 function report(what, stack = "") {
   const place = OWN_PLACE.exec(stack)?.[1];
-  const text = `An error of the editor, parts of this page may not react any more: ${what}${place ? ` (${place})` : ""}. Your changes are kept by the server. Reload the page, and report this text if it happens again.`;
+  const text =
+    `An error of the editor, parts of this page may not react any more: ${what}${place ? ` (${place})` : ""}. ` +
+    "Your changes are kept by the server. Reload the page, and report this text if it happens again.";
   notify(text, "failure", {label: "Reload the page", run: () => location.reload()});
 }

@@ -18,7 +18,10 @@ const BORDER = 28; // pixels from the edge, where a drag makes the drawing move 
 
 export class HfsmCanvas extends HTMLElement {
   scene = new Scene();
-  viewport = new Viewport(() => this.#size, () => this.#transform());
+  viewport = new Viewport(
+    () => this.#size,
+    () => this.#transform(),
+  );
   sketch = make("g", {class: "sketch"});
   /** What is said beside the pointer. */
   tip = make("title");
@@ -91,7 +94,11 @@ export class HfsmCanvas extends HTMLElement {
     this.minimap.draw();
   }
 
-  /** Show what a running component does in the shown automaton. @param {Map<string, import("./live-marks.js").Live>} [live] */
+  /**
+   * Show what a running component does in the shown automaton.
+   *
+   * @param {Map<string, import("./live-marks.js").Live>} [live]
+   */
   showLive(live) {
     this.#live = live;
     this.scene.showLive(live);
@@ -111,18 +118,26 @@ export class HfsmCanvas extends HTMLElement {
   /** Show everything; as soon as there is a place to show it in. */
   fit() {
     this.#unfitted = !this.#size.width;
-    if (this.#unfitted) this.viewport.zoom(0); // little is drawn until then
+    if (this.#unfitted)
+      this.viewport.zoom(0); // little is drawn until then
     else this.viewport.fit(this.scene.bounds());
     this.#fitted = this.#view();
   }
 
   /** Show the selected things, and everything without. */
   fitSelection() {
-    const places = this.selectedKeys().map((key) => this.scene.places.get(key)).filter(Boolean);
+    const places = this.selectedKeys()
+      .map((key) => this.scene.places.get(key))
+      .filter(Boolean);
     if (!places.length) return this.fit();
     const [xs, ys] = [places.map(({x}) => x), places.map(({y}) => y)];
     const far = RADIUS * 2;
-    return this.viewport.fit({left: Math.min(...xs) - far, right: Math.max(...xs) + far, top: Math.min(...ys) - far, bottom: Math.max(...ys) + far});
+    return this.viewport.fit({
+      left: Math.min(...xs) - far,
+      right: Math.max(...xs) + far,
+      top: Math.min(...ys) - far,
+      bottom: Math.max(...ys) + far,
+    });
   }
 
   /** Show each automaton whole when it is shown next. */
@@ -220,8 +235,10 @@ export class HfsmCanvas extends HTMLElement {
     this.cancel();
     this.rename.cancel();
     this.scene.automaton = undefined; // another document may have one of the same number
-    if (this.#fitted === this.#view()) this.#views.delete(this.#shown); // fitted anew: panels may have come or gone
-    else if (this.#shown) this.#views.set(this.#shown, {x: this.viewport.x, y: this.viewport.y, scale: this.viewport.scale});
+    if (this.#fitted === this.#view())
+      this.#views.delete(this.#shown); // fitted anew: panels may have come or gone
+    else if (this.#shown)
+      this.#views.set(this.#shown, {x: this.viewport.x, y: this.viewport.y, scale: this.viewport.scale});
     this.order.forget();
     this.hadFocus = this.contains(document.activeElement);
   }
@@ -278,7 +295,6 @@ export class HfsmCanvas extends HTMLElement {
       this.#reveal(); // a panel that opens for a state does not cover it
     }
   }
-
 }
 
 /** Whether any automaton of a state comes from another file. */

@@ -11,7 +11,10 @@ import {store} from "../store.js";
 
 const RANK = {added: 4, removed: 4, changed: 3, inside: 2, moved: 1};
 
-/** @typedef {{kind: string, place: {kind: string, automaton?: number, id?: number, part?: string}, before?: string, after?: string}} Difference */
+/**
+ * @typedef {{kind: string, place: {kind: string, automaton?: number, id?: number, part?: string}, before?: string,
+ *   after?: string}} Difference
+ */
 
 /** Ask with what to compare, and show it. @param {import("../actions.js").Context} context */
 export async function compare({canvas}) {
@@ -20,7 +23,11 @@ export async function compare({canvas}) {
     return;
   }
   const saved = page.tabState.path ? [["saved", "The saved version", "primary"]] : [];
-  const choice = await confirm({title: "Compare with", text: "What differs is shown on the canvas, in every automaton.", choices: [["file", "Another file"], ...saved]});
+  const choice = await confirm({
+    title: "Compare with",
+    text: "What differs is shown on the canvas, in every automaton.",
+    choices: [["file", "Another file"], ...saved],
+  });
   const against = choice === "file" ? await chooseFile({title: "Compare with a document", verb: "Compare"}) : choice;
   if (against) await new Comparison(canvas, against).begin();
 }
@@ -118,11 +125,27 @@ class Comparison {
     this.canvas.redraw();
     const count = (kind) => this.differences.filter((each) => each.kind === kind).length;
     const shown = this.differences[this.index];
-    render(html`<span>Compared with ${this.against === "saved" ? "the saved version" : this.against}:
-      ${this.differences.length ? ["added", "removed", "changed", "moved"].filter(count).map((kind) => html`<span class="sign ${kind}">${count(kind)} ${kind}</span>`) : "no difference"}</span>
-      ${this.differences.length ? html`<button type="button" class="button" @click=${() => this.#go(-1)}>Previous</button><button type="button" class="button" @click=${() => this.#go(1)}>Next</button>` : nothing}
-      <button type="button" class="button primary" @click=${() => this.end()}>Done</button>
-      ${shown ? html`<p aria-live="polite">${this.index + 1}. ${describe(shown)}</p>` : nothing}`, this.legend);
+    render(
+      html`<span
+          >Compared with ${this.against === "saved" ? "the saved version" : this.against}:
+          ${
+            this.differences.length
+              ? ["added", "removed", "changed", "moved"]
+                  .filter(count)
+                  .map((kind) => html`<span class="sign ${kind}">${count(kind)} ${kind}</span>`)
+              : "no difference"
+          }</span
+        >
+        ${
+          this.differences.length
+            ? html`<button type="button" class="button" @click=${() => this.#go(-1)}>Previous</button
+                ><button type="button" class="button" @click=${() => this.#go(1)}>Next</button>`
+            : nothing
+        }
+        <button type="button" class="button primary" @click=${() => this.end()}>Done</button>
+        ${shown ? html`<p aria-live="polite">${this.index + 1}. ${describe(shown)}</p>` : nothing}`,
+      this.legend,
+    );
   }
 
   #go(step) {
@@ -132,7 +155,10 @@ class Comparison {
     const there = place.automaton && page.document.automata.has(place.automaton);
     if (there) page.jump(kind === "removed" ? {kind: "automaton", automaton: place.automaton} : {...place, part: ""});
     this.#show();
-    if (there && place.id) this.canvas.viewport.reveal(this.canvas.scene.places.get(`${place.kind === "state" ? "s" : "t"}${place.id}`) ?? {x: 0, y: 0});
+    if (there && place.id)
+      this.canvas.viewport.reveal(
+        this.canvas.scene.places.get(`${place.kind === "state" ? "s" : "t"}${place.id}`) ?? {x: 0, y: 0},
+      );
   }
 }
 
@@ -140,7 +166,9 @@ function describe({kind, place, part = "", before = "", after = ""}) {
   const automaton = page.document.automata.get(place.automaton);
   const list = {state: automaton?.states, transition: automaton?.transitions}[place.kind];
   const name = list?.find((each) => each.id === place.id)?.name ?? (kind === "removed" ? before : place.id) ?? "";
-  const what = `${place.kind} ${place.kind === "automaton" ? (automaton ? page.title(automaton) : place.automaton) : name}`;
+  const what = `${place.kind} ${
+    place.kind === "automaton" ? (automaton ? page.title(automaton) : place.automaton) : name
+  }`;
   if (kind === "moved") return `${what} moved`;
   if (kind !== "changed") return `${what} ${kind}${place.name ? `: ${place.part} ${place.name}` : ""}`;
   const short = (text) => (text.length > 60 ? `${text.slice(0, 60)}…` : text).replaceAll("\n", "⏎");

@@ -8,7 +8,19 @@ const MARGIN = 24;
 const PIXELS = 2; // of a PNG for one of the drawing
 const MOST_PIXELS = 8000; // in one direction, which browsers still draw
 const INHERITED = ["font-size", "font-weight", "text-anchor"];
-const PRESENTED = ["fill", "fill-opacity", "stroke", "stroke-width", "stroke-opacity", "stroke-dasharray", "stroke-linecap", "stroke-linejoin", "paint-order", "opacity", ...INHERITED];
+const PRESENTED = [
+  "fill",
+  "fill-opacity",
+  "stroke",
+  "stroke-width",
+  "stroke-opacity",
+  "stroke-dasharray",
+  "stroke-linecap",
+  "stroke-linejoin",
+  "paint-order",
+  "opacity",
+  ...INHERITED,
+];
 
 /**
  * The picture of an automaton as an SVG element with its own styles.
@@ -24,11 +36,22 @@ export function picture(automaton, colors = "light") {
   document.documentElement.dataset.theme = colors;
   document.body.append(live);
   try {
-    scene.update(automaton, {imported: (state) => state.children.some((id) => page.document.automata.get(id)?.imported), problem: () => undefined});
+    scene.update(automaton, {
+      imported: (state) => state.children.some((id) => page.document.automata.get(id)?.imported),
+      problem: () => undefined,
+    });
     const box = scene.bounds() ?? {left: 0, top: 0, right: 200, bottom: 100};
-    const [width, height] = [Math.ceil(box.right - box.left + 2 * MARGIN), Math.ceil(box.bottom - box.top + 2 * MARGIN)];
+    const [width, height] = [
+      Math.ceil(box.right - box.left + 2 * MARGIN),
+      Math.ceil(box.bottom - box.top + 2 * MARGIN),
+    ];
     const [left, top] = [Math.floor(box.left - MARGIN), Math.floor(box.top - MARGIN)];
-    const made = make("svg", {viewBox: `${left} ${top} ${width} ${height}`, width, height, "font-family": "Inter, system-ui, 'DejaVu Sans', Arial, sans-serif"});
+    const made = make("svg", {
+      viewBox: `${left} ${top} ${width} ${height}`,
+      width,
+      height,
+      "font-family": "Inter, system-ui, 'DejaVu Sans', Arial, sans-serif",
+    });
     const title = make("title");
     title.textContent = page.title(automaton);
     made.append(title, make("rect", {x: left, y: top, width, height, fill: "#ffffff"}), ...scene.layers.map(styled));
@@ -43,11 +66,26 @@ export function picture(automaton, colors = "light") {
 function styled(element) {
   const style = getComputedStyle(element);
   const copy = element.cloneNode(false);
-  for (const name of ["class", "tabindex", "role", "aria-label", "aria-pressed", "aria-hidden", "data-key", "data-angle"]) copy.removeAttribute(name);
+  for (const name of [
+    "class",
+    "tabindex",
+    "role",
+    "aria-label",
+    "aria-pressed",
+    "aria-hidden",
+    "data-key",
+    "data-angle",
+  ])
+    copy.removeAttribute(name);
   if (element.childElementCount === 0 || element.tagName === "text") {
     for (const name of PRESENTED) {
       const value = style.getPropertyValue(name);
-      if (value && !(value === "none" && name === "stroke-dasharray") && !(value === "normal" && name === "paint-order")) copy.setAttribute(name, value);
+      if (
+        value &&
+        !(value === "none" && name === "stroke-dasharray") &&
+        !(value === "normal" && name === "paint-order")
+      )
+        copy.setAttribute(name, value);
     }
   }
   for (const child of element.childNodes) {
@@ -64,7 +102,8 @@ function isHidden(element) {
 }
 
 /** The text of an SVG file. */
-export const svgText = (automaton) => `<?xml version="1.0" encoding="UTF-8"?>\n${new XMLSerializer().serializeToString(picture(automaton))}\n`;
+export const svgText = (automaton) =>
+  `<?xml version="1.0" encoding="UTF-8"?>\n${new XMLSerializer().serializeToString(picture(automaton))}\n`;
 
 /** A PNG of an automaton. @returns {Promise<Blob>} */
 export async function pngOf(automaton) {
@@ -77,7 +116,9 @@ export async function pngOf(automaton) {
     const canvas = document.createElement("canvas");
     [canvas.width, canvas.height] = [Math.ceil(image.width * scale), Math.ceil(image.height * scale)];
     canvas.getContext("2d").drawImage(image, 0, 0, canvas.width, canvas.height);
-    return await new Promise((resolve, reject) => canvas.toBlob((blob) => (blob ? resolve(blob) : reject(new Error("the picture is too large"))), "image/png"));
+    return await new Promise((resolve, reject) =>
+      canvas.toBlob((blob) => (blob ? resolve(blob) : reject(new Error("the picture is too large"))), "image/png"),
+    );
   } finally {
     URL.revokeObjectURL(url);
   }

@@ -2,7 +2,8 @@
  * Where arcs run. Everything is a pure function of points in pixels, y downwards.
  *
  * @typedef {{x: number, y: number}} Point
- * @typedef {{path: string, head: string, middle: Point, normal: Point, first: Point, start?: Point, end?: Point, box: Box}} Arc
+ * @typedef {{path: string, head: string, middle: Point, normal: Point, first: Point, start?: Point, end?: Point, box:
+ *   Box}} Arc
  *   `path` from rim to rim, `head` the arrow's, `middle` the handle, `normal` the side on which a name stands best,
  *   `first` where a number at the arc's beginning stands, `start` and `end` its ends at the rims.
  * @typedef {{left: number, top: number, right: number, bottom: number}} Box
@@ -31,7 +32,12 @@ export const between = (a, b) => ({x: (a.x + b.x) / 2, y: (a.y + b.y) / 2});
 export const distance = (a, b) => Math.hypot(a.x - b.x, a.y - b.y);
 
 /** Whether a box lies in another one; no box lies anywhere. @param {Box} outer @param {Box | undefined} box */
-export const contains = (outer, box) => Boolean(box) && box.left >= outer.left && box.right <= outer.right && box.top >= outer.top && box.bottom <= outer.bottom;
+export const contains = (outer, box) =>
+  Boolean(box) &&
+  box.left >= outer.left &&
+  box.right <= outer.right &&
+  box.top >= outer.top &&
+  box.bottom <= outer.bottom;
 
 /** The point on a circle around `center` in the direction of `target`. */
 function rim(center, target, radius) {
@@ -80,10 +86,17 @@ export function arc(from, to, handle, isLoop = false) {
     const start = rim(from, to, RADIUS);
     const tip = rim(to, from, RADIUS + 2);
     const end = rim(to, from, RADIUS + HEAD_LENGTH);
-    const normal = Math.abs(across.y) < 0.2 ? {x: 1, y: 0} : {x: across.x * -Math.sign(across.y), y: -Math.abs(across.y)};
+    const normal =
+      Math.abs(across.y) < 0.2 ? {x: 1, y: 0} : {x: across.x * -Math.sign(across.y), y: -Math.abs(across.y)};
     return {
-      path: `M${at(start.x, start.y)}L${at(end.x, end.y)}`, head: head(tip, from), middle: handle, normal,
-      first: ahead(start, to, across, FAR_FROM_RIM), start, end: tip, box: boxOf([start, tip, handle]),
+      path: `M${at(start.x, start.y)}L${at(end.x, end.y)}`,
+      head: head(tip, from),
+      middle: handle,
+      normal,
+      first: ahead(start, to, across, FAR_FROM_RIM),
+      start,
+      end: tip,
+      box: boxOf([start, tip, handle]),
     };
   }
   // The control point that would make a curve between the middles pass through the handle gives the rims.
@@ -94,9 +107,14 @@ export function arc(from, to, handle, isLoop = false) {
   const control = {x: 2 * handle.x - (start.x + end.x) / 2, y: 2 * handle.y - (start.y + end.y) / 2};
   const side = Math.sign(offset) || 1;
   return {
-    path: `M${at(start.x, start.y)}Q${at(control.x, control.y)} ${at(end.x, end.y)}`, head: head(tip, end),
-    middle: handle, normal: {x: across.x * side, y: across.y * side}, first: ahead(start, control, {x: -across.x * side, y: -across.y * side}, FAR_FROM_RIM),
-    start, end: tip, box: boxOf([start, tip, handle, between(handle, control)]),
+    path: `M${at(start.x, start.y)}Q${at(control.x, control.y)} ${at(end.x, end.y)}`,
+    head: head(tip, end),
+    middle: handle,
+    normal: {x: across.x * side, y: across.y * side},
+    first: ahead(start, control, {x: -across.x * side, y: -across.y * side}, FAR_FROM_RIM),
+    start,
+    end: tip,
+    box: boxOf([start, tip, handle, between(handle, control)]),
   };
 }
 
@@ -112,7 +130,10 @@ function loop(center, handle) {
   const size = length(axis.x, axis.y);
   const normal = size < 2 ? {x: 0, y: -1} : {x: axis.x / size, y: axis.y / size};
   const angle = Math.atan2(normal.y, normal.x);
-  const on = (turn, radius) => ({x: center.x + Math.cos(angle + turn) * radius, y: center.y + Math.sin(angle + turn) * radius});
+  const on = (turn, radius) => ({
+    x: center.x + Math.cos(angle + turn) * radius,
+    y: center.y + Math.sin(angle + turn) * radius,
+  });
   const start = on(-LOOP_OPENING, RADIUS);
   const tip = on(LOOP_OPENING, RADIUS + 2);
   const end = on(LOOP_OPENING, RADIUS + HEAD_LENGTH - 1);
@@ -123,8 +144,13 @@ function loop(center, handle) {
   const second = {x: middle.x - normal.y * width, y: middle.y + normal.x * width};
   return {
     path: `M${at(start.x, start.y)}C${at(first.x, first.y)} ${at(second.x, second.y)} ${at(end.x, end.y)}`,
-    head: head(tip, {x: tip.x * 2 - center.x, y: tip.y * 2 - center.y}), middle: handle, normal,
-    first: on(0, RADIUS + FAR_FROM_RIM), start, end: tip, box: boxOf([start, tip, handle, first, second]),
+    head: head(tip, {x: tip.x * 2 - center.x, y: tip.y * 2 - center.y}),
+    middle: handle,
+    normal,
+    first: on(0, RADIUS + FAR_FROM_RIM),
+    start,
+    end: tip,
+    box: boxOf([start, tip, handle, first, second]),
   };
 }
 
@@ -135,8 +161,12 @@ function stub(from, to, handle) {
   const edge = rim(known, handle, RADIUS + (to ? 2 : 0));
   const [start, tip] = from ? [edge, handle] : [handle, edge];
   return {
-    path: `M${at(start.x, start.y)}L${at(tip.x, tip.y)}`, head: to ? head(tip, handle) : "", middle: handle,
-    normal: {x: 0, y: -1}, first: start, box: boxOf([start, tip]),
+    path: `M${at(start.x, start.y)}L${at(tip.x, tip.y)}`,
+    head: to ? head(tip, handle) : "",
+    middle: handle,
+    normal: {x: 0, y: -1},
+    first: start,
+    box: boxOf([start, tip]),
   };
 }
 
@@ -145,7 +175,11 @@ export function drawnArc(from, target, isState) {
   if (isState && distance(from, target) < 1) return loop(from, {x: from.x, y: from.y - LOOP});
   if (isState) return arc(from, target, between(from, target));
   const start = rim(from, target, RADIUS);
-  return {...stub(undefined, undefined, target), path: `M${at(start.x, start.y)}L${at(target.x, target.y)}`, head: head(target, start)};
+  return {
+    ...stub(undefined, undefined, target),
+    path: `M${at(start.x, start.y)}L${at(target.x, target.y)}`,
+    head: head(target, start),
+  };
 }
 
 /**
@@ -191,7 +225,10 @@ export function bounds(states, arcs) {
   ];
   if (!boxes.length) return undefined;
   return boxes.reduce((a, b) => ({
-    left: Math.min(a.left, b.left), top: Math.min(a.top, b.top), right: Math.max(a.right, b.right), bottom: Math.max(a.bottom, b.bottom),
+    left: Math.min(a.left, b.left),
+    top: Math.min(a.top, b.top),
+    right: Math.max(a.right, b.right),
+    bottom: Math.max(a.bottom, b.bottom),
   }));
 }
 

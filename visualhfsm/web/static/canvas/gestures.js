@@ -37,7 +37,9 @@ export class Band {
   constructor(canvas, event) {
     this.canvas = canvas;
     this.start = canvas.point(event);
-    this.before = event.shiftKey ? {states: [...page.states], transitions: [...page.transitions]} : {states: [], transitions: []};
+    this.before = event.shiftKey
+      ? {states: [...page.states], transitions: [...page.transitions]}
+      : {states: [], transitions: []};
     if (!event.shiftKey) page.select({});
     this.box = make("rect", {class: "band"});
     canvas.sketch.append(this.box);
@@ -58,7 +60,10 @@ export class Band {
     const {states, transitions} = page.automaton;
     page.select({
       states: new Set([...this.before.states, ...states.map((each) => each.id).filter((id) => within(`s${id}`))]),
-      transitions: new Set([...this.before.transitions, ...transitions.map((each) => each.id).filter((id) => within(`t${id}`))]),
+      transitions: new Set([
+        ...this.before.transitions,
+        ...transitions.map((each) => each.id).filter((id) => within(`t${id}`)),
+      ]),
     });
   }
 

@@ -3,7 +3,8 @@
  *
  * Each name tries some places around its handle, the best first, and takes the first that is free.
  *
- * @typedef {{key: any, handle: {x: number, y: number}, normal: {x: number, y: number}, width: number, height: number}} Label
+ * @typedef {{key: any, handle: {x: number, y: number}, normal: {x: number, y: number}, width: number, height: number}}
+ *   Label
  */
 
 import {RADIUS} from "./geometry.js";
@@ -86,15 +87,23 @@ export function beside(label, direction, far = 0) {
   const [ax, ay] = [Math.abs(direction.x), Math.abs(direction.y)];
   // As far as the label's box needs so that it just does not touch the handle.
   const room = HANDLE + GAP;
-  const reach = Math.min(ax > 1e-6 ? (width / 2 + room) / ax : Infinity, ay > 1e-6 ? (height / 2 + room) / ay : Infinity) + far;
+  const reach =
+    Math.min(ax > 1e-6 ? (width / 2 + room) / ax : Infinity, ay > 1e-6 ? (height / 2 + room) / ay : Infinity) + far;
   return {x: handle.x + direction.x * reach, y: handle.y + direction.y * reach};
 }
 
 function directions(normal) {
   return [
-    normal, {x: 0, y: Math.sign(normal.y) || -1}, {x: Math.sign(normal.x) || 1, y: 0},
-    {x: 0, y: -Math.sign(normal.y) || 1}, {x: -Math.sign(normal.x) || -1, y: 0},
-    {x: 0.7, y: -0.7}, {x: -0.7, y: -0.7}, {x: 0.7, y: 0.7}, {x: -0.7, y: 0.7}, {x: -normal.x, y: -normal.y},
+    normal,
+    {x: 0, y: Math.sign(normal.y) || -1},
+    {x: Math.sign(normal.x) || 1, y: 0},
+    {x: 0, y: -Math.sign(normal.y) || 1},
+    {x: -Math.sign(normal.x) || -1, y: 0},
+    {x: 0.7, y: -0.7},
+    {x: -0.7, y: -0.7},
+    {x: 0.7, y: 0.7},
+    {x: -0.7, y: 0.7},
+    {x: -normal.x, y: -normal.y},
   ];
 }
 

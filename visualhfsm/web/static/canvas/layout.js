@@ -14,7 +14,9 @@ const WIDEST_LABEL = 150;
 const BEGIN = 120; // where the first state stands, from the top left
 const GRID = 10;
 /** Where loops may stand, upwards first. */
-const LOOP_ANGLES = [-90, 90, -60, -120, 60, 120, -30, -150, 30, 150, 0, 180].map((degrees) => (degrees * Math.PI) / 180);
+const LOOP_ANGLES = [-90, 90, -60, -120, 60, 120, -30, -150, 30, 150, 0, 180].map(
+  (degrees) => (degrees * Math.PI) / 180,
+);
 
 const rounded = (value) => Math.round(value / GRID) * GRID;
 
@@ -26,11 +28,20 @@ const rounded = (value) => Math.round(value / GRID) * GRID;
  */
 function placement(automaton) {
   const graph = new dagre.graphlib.Graph({multigraph: true});
-  graph.setGraph({rankdir: "LR", nodesep: BETWEEN_STATES, ranksep: BETWEEN_RANKS, edgesep: 46, marginx: BEGIN - RADIUS, marginy: BEGIN - RADIUS});
+  graph.setGraph({
+    rankdir: "LR",
+    nodesep: BETWEEN_STATES,
+    ranksep: BETWEEN_RANKS,
+    edgesep: 46,
+    marginx: BEGIN - RADIUS,
+    marginy: BEGIN - RADIUS,
+  });
   graph.setDefaultEdgeLabel(() => ({}));
   const states = [...automaton.states].sort((a, b) => Number(b.initial) - Number(a.initial));
   for (const {id} of states) graph.setNode(String(id), {width: RADIUS * 2 + 16, height: RADIUS * 2 + 16});
-  const arcs = automaton.transitions.filter(({origin, destination}) => graph.hasNode(String(origin)) && graph.hasNode(String(destination)));
+  const arcs = automaton.transitions.filter(
+    ({origin, destination}) => graph.hasNode(String(origin)) && graph.hasNode(String(destination)),
+  );
   for (const {id, origin, destination, name} of arcs) {
     if (origin === destination) continue;
     const wide = Math.min(WIDEST_LABEL, width(name, 12, 500) + 20);
@@ -59,14 +70,20 @@ function loopHandles(arcs, states, handles) {
     if (origin === destination) continue;
     for (const state of [origin, destination]) taken.get(state).push(direction(places.get(state), knobs.get(id)));
   }
-  return arcs.filter(({origin, destination}) => origin === destination).map(({id, origin}) => {
-    const {x, y} = places.get(origin);
-    const angles = taken.get(origin);
-    const room = (angle) => Math.min(Math.PI, ...angles.map((other) => Math.abs(Math.atan2(Math.sin(angle - other), Math.cos(angle - other)))));
-    const best = LOOP_ANGLES.reduce((a, b) => (room(b) > room(a) + 0.01 ? b : a));
-    angles.push(best);
-    return [id, Math.round(x + LOOP * Math.cos(best)), Math.round(y + LOOP * Math.sin(best))];
-  });
+  return arcs
+    .filter(({origin, destination}) => origin === destination)
+    .map(({id, origin}) => {
+      const {x, y} = places.get(origin);
+      const angles = taken.get(origin);
+      const room = (angle) =>
+        Math.min(
+          Math.PI,
+          ...angles.map((other) => Math.abs(Math.atan2(Math.sin(angle - other), Math.cos(angle - other)))),
+        );
+      const best = LOOP_ANGLES.reduce((a, b) => (room(b) > room(a) + 0.01 ? b : a));
+      angles.push(best);
+      return [id, Math.round(x + LOOP * Math.cos(best)), Math.round(y + LOOP * Math.sin(best))];
+    });
 }
 
 const direction = (from, to) => Math.atan2(to.y - from.y, to.x - from.x);
@@ -75,7 +92,10 @@ const direction = (from, to) => Math.atan2(to.y - from.y, to.x - from.x);
 export async function arrange(automata, canvas) {
   const own = automata.filter(({imported, states}) => !imported && states.length);
   if (!own.length) return;
-  const done = await apply("placeItems", {placements: own.map(placement), name: own.length === 1 ? "Arrange" : "Arrange all automata"});
+  const done = await apply("placeItems", {
+    placements: own.map(placement),
+    name: own.length === 1 ? "Arrange" : "Arrange all automata",
+  });
   if (done === undefined) return;
   canvas.forgetViews();
   canvas.fit();

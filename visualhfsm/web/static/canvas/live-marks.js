@@ -4,7 +4,8 @@ import {RADIUS} from "./geometry.js";
 import {make, set} from "./svg.js";
 
 /**
- * @typedef {{status?: "active" | "ghost", trail?: number, timer?: number, remaining?: number, fired?: number, guard?: boolean, finished?: boolean,
+ * @typedef {{status?: "active" | "ghost", trail?: number, timer?: number, remaining?: number, fired?: number, guard?:
+ *   boolean, finished?: boolean,
  *   breakpoint?: "set" | "conditional" | "hit", note?: string}} Live
  *   of a state `status`, `finished` and `trail` (0..1, 1 the latest); of a transition `timer` (the part that remains),
  *   `remaining` (s), `guard` (its last value) and `fired` (0..1, 1 just now)
@@ -39,13 +40,25 @@ export function markTransition(view, {timer = 0, remaining, fired = 0, guard, br
   classList.toggle("guard-true", guard === true);
   classList.toggle("guard-false", guard === false);
   markBreakpoint(view.handle, breakpoint, -9, -9, 5.5);
-  say(group, [view.words, timer > 0 && remaining !== undefined && `in ${Math.ceil(remaining)} s`, fired > 0 && "fired last",
-    guard !== undefined && `condition ${guard ? "true" : "false"}`, BREAKPOINTS[breakpoint]]);
+  say(group, [
+    view.words,
+    timer > 0 && remaining !== undefined && `in ${Math.ceil(remaining)} s`,
+    fired > 0 && "fired last",
+    guard !== undefined && `condition ${guard ? "true" : "false"}`,
+    BREAKPOINTS[breakpoint],
+  ]);
 }
 
 function markBreakpoint(group, kind, x, y, r) {
-  const sign = markWith(group, "breakpoint-sign", Boolean(kind), () => make("g", {class: "breakpoint-sign", transform: `translate(${x},${y})`},
-    make("circle", {class: "halo", r: r + 5}), make("circle", {class: "dot", r}), make("path", {class: "if", d: `M${-r / 2} -1.500H${r / 2}M${-r / 2} 1.500H${r / 2}`})));
+  const sign = markWith(group, "breakpoint-sign", Boolean(kind), () =>
+    make(
+      "g",
+      {class: "breakpoint-sign", transform: `translate(${x},${y})`},
+      make("circle", {class: "halo", r: r + 5}),
+      make("circle", {class: "dot", r}),
+      make("path", {class: "if", d: `M${-r / 2} -1.500H${r / 2}M${-r / 2} 1.500H${r / 2}`}),
+    ),
+  );
   sign?.classList.toggle("conditional", kind === "conditional");
   sign?.classList.toggle("hit", kind === "hit");
 }

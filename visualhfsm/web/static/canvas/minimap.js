@@ -1,4 +1,7 @@
-/** A small picture of the whole automaton, with a frame around what is seen; a click goes there. Hidden while all is seen. */
+/**
+ * A small picture of the whole automaton, with a frame around what is seen; a click goes there. Hidden while all is
+ * seen.
+ */
 
 import {page} from "../page.js";
 import {contains, RADIUS} from "./geometry.js";
@@ -30,23 +33,30 @@ export class Minimap {
     this.element.setAttribute("aria-label", "Map of the automaton");
     this.ratio = window.devicePixelRatio || 1;
     this.picture = document.createElement("canvas");
-    for (const each of [this.element, this.picture]) [each.width, each.height] = [WIDTH * this.ratio, HEIGHT * this.ratio];
+    for (const each of [this.element, this.picture])
+      [each.width, each.height] = [WIDTH * this.ratio, HEIGHT * this.ratio];
     this.element.addEventListener("pointerdown", (event) => {
       this.element.setPointerCapture(event.pointerId);
       this.#go(event);
     });
-    this.element.addEventListener("pointermove", (event) => this.element.hasPointerCapture(event.pointerId) && this.#go(event));
+    this.element.addEventListener(
+      "pointermove",
+      (event) => this.element.hasPointerCapture(event.pointerId) && this.#go(event),
+    );
   }
 
   /** Draw all of it again, soon. */
   draw() {
     if (this.#waiting) return;
     this.#waiting = true;
-    whenIdle(() => {
-      this.#waiting = false;
-      this.#paint();
-      this.frame();
-    }, {timeout: PATIENCE});
+    whenIdle(
+      () => {
+        this.#waiting = false;
+        this.#paint();
+        this.frame();
+      },
+      {timeout: PATIENCE},
+    );
   }
 
   /** Draw the frame around what is seen again, with the next picture of the screen. */
@@ -70,7 +80,10 @@ export class Minimap {
     const style = getComputedStyle(this.canvas);
     const color = (name) => style.getPropertyValue(name);
     const context = this.#cleared(this.picture);
-    this.scale = Math.min((WIDTH - 2 * MARGIN) / (box.right - box.left), (HEIGHT - 2 * MARGIN) / (box.bottom - box.top));
+    this.scale = Math.min(
+      (WIDTH - 2 * MARGIN) / (box.right - box.left),
+      (HEIGHT - 2 * MARGIN) / (box.bottom - box.top),
+    );
     this.x = WIDTH / 2 - ((box.left + box.right) / 2) * this.scale;
     this.y = HEIGHT / 2 - ((box.top + box.bottom) / 2) * this.scale;
     context.strokeStyle = color("--arc");
@@ -81,7 +94,10 @@ export class Minimap {
       const to = scene.places.get(`s${transition.destination}`);
       if (!from || !to || from === to) continue;
       context.moveTo(...this.#at(from));
-      context.quadraticCurveTo(...this.#at({x: 2 * arc.middle.x - (from.x + to.x) / 2, y: 2 * arc.middle.y - (from.y + to.y) / 2}), ...this.#at(to));
+      context.quadraticCurveTo(
+        ...this.#at({x: 2 * arc.middle.x - (from.x + to.x) / 2, y: 2 * arc.middle.y - (from.y + to.y) / 2}),
+        ...this.#at(to),
+      );
     }
     context.stroke();
     const circles = {"--plain-line": new Path2D(), "--parent-line": new Path2D()};

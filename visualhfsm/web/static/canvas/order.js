@@ -42,7 +42,8 @@ export class Order {
     this.#focusable = view?.group;
     if (!view) return;
     this.#current = view.group.dataset.key;
-    if (former && !former.isConnected && document.activeElement === document.body) view.group.focus({preventScroll: true});
+    if (former && !former.isConnected && document.activeElement === document.body)
+      view.group.focus({preventScroll: true});
   }
 
   /** Focus what is selected, or else what Tab reaches. */

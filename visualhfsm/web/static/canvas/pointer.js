@@ -39,7 +39,8 @@ export class Pointer {
     svg.addEventListener("wheel", (event) => this.#wheel(event), {passive: false});
     canvas.addEventListener("keydown", (event) => this.#key(event));
     canvas.addEventListener("keyup", (event) => event.key === " " && (this.#spaceHeld = false));
-    canvas.addEventListener("focusout", (event) => canvas.contains(event.relatedTarget) || (this.#spaceHeld = false)); // let go elsewhere
+    // Let go elsewhere.
+    canvas.addEventListener("focusout", (event) => canvas.contains(event.relatedTarget) || (this.#spaceHeld = false));
   }
 
   /** Whether something is being dragged. */
@@ -75,7 +76,14 @@ export class Pointer {
   #key(event) {
     const {canvas} = this;
     if (event.key === " ") this.#spaceHeld = true;
-    if (!canvas.tool || event.ctrlKey || event.metaKey || event.target === canvas.rename.input || !canvas.tool.key(event)) return;
+    if (
+      !canvas.tool ||
+      event.ctrlKey ||
+      event.metaKey ||
+      event.target === canvas.rename.input ||
+      !canvas.tool.key(event)
+    )
+      return;
     event.preventDefault();
     event.stopPropagation();
   }
@@ -115,10 +123,14 @@ export class Pointer {
     }
     const selected = canvas.selectedKeys().includes(key);
     if (!selected || event.shiftKey) canvas.order.select(key, event.shiftKey);
-    return canvas.readOnly ? undefined : new Move(canvas, event, () => selected && !event.shiftKey && canvas.order.select(key));
+    return canvas.readOnly
+      ? undefined
+      : new Move(canvas, event, () => selected && !event.shiftKey && canvas.order.select(key));
   }
 
-  /** What waits for the end of the gesture is done when the server has answered: until then, all stays where it was put. */
+  /**
+   * What waits for the end of the gesture is done when the server has answered: until then, all stays where it was put.
+   */
   async #up() {
     const gesture = this.#gesture;
     this.#gesture = undefined;
@@ -310,7 +322,10 @@ function freePlace(canvas) {
     const count = Math.max(1, ring * 6);
     for (let turn = 0; turn < count; turn++) {
       const angle = (turn / count) * 2 * Math.PI;
-      const place = {x: Math.round(middle.x + Math.cos(angle) * ring * 60), y: Math.round(middle.y + Math.sin(angle) * ring * 60)};
+      const place = {
+        x: Math.round(middle.x + Math.cos(angle) * ring * 60),
+        y: Math.round(middle.y + Math.sin(angle) * ring * 60),
+      };
       if (states.every((state) => distance(state, place) > RADIUS * 2.6)) return place;
     }
   }

@@ -73,7 +73,7 @@ export class Rename {
   #place() {
     const {kind, id} = this.#what;
     const view = this.canvas.scene.view(`${kind === "state" ? "s" : "t"}${id}`);
-    return kind === "state" ? this.canvas.scene.places.get(`s${id}`) : view?.nameAt ?? view?.arc.middle;
+    return kind === "state" ? this.canvas.scene.places.get(`s${id}`) : (view?.nameAt ?? view?.arc.middle);
   }
 
   #key(event) {

@@ -18,7 +18,8 @@ const LARGE = 1000; // states and transitions, from which on what is not seen is
 
 /**
  * @typedef {import("./geometry.js").Point} Point
- * @typedef {{imported: (state: object) => boolean, problem: (kind: "state" | "transition", id: number) => {severity: string, message: string} | undefined,
+ * @typedef {{imported: (state: object) => boolean, problem: (kind: "state" | "transition", id: number) => {severity:
+ *   string, message: string} | undefined,
  *   marks?: Map<string, string>}} More what is drawn besides, by keys such as `s1` and `t2`
  */
 
@@ -67,7 +68,11 @@ export class Scene {
     const points = new Map();
     const names = new Map();
     this.#sync(this.states, this.circles, states, "s", StateView, (view, state, key) => {
-      view.update(state, {problem: more.problem("state", state.id), imported: more.imported(state), mark: more.marks?.get(key)});
+      view.update(state, {
+        problem: more.problem("state", state.id),
+        imported: more.imported(state),
+        mark: more.marks?.get(key),
+      });
       changed = view.place(state) || changed;
       this.places.set(key, state);
       if (!points.has(state.id)) {
@@ -80,10 +85,21 @@ export class Scene {
     this.#sync(this.transitions, this.arcs, transitions, "t", TransitionView, (view, transition, key) => {
       const from = names.get(transition.origin) ?? "nothing";
       const to = names.get(transition.destination) ?? "nothing";
-      const rewritten = view.update(transition, {from, to, rank: ranks.get(transition) ?? 0, problem: more.problem("transition", transition.id), mark: more.marks?.get(key)});
+      const rewritten = view.update(transition, {
+        from,
+        to,
+        rank: ranks.get(transition) ?? 0,
+        problem: more.problem("transition", transition.id),
+        mark: more.marks?.get(key),
+      });
       const handle = grips.get(transition);
       this.places.set(key, handle);
-      const replaced = view.place(points.get(transition.origin), points.get(transition.destination), handle, transition.origin === transition.destination);
+      const replaced = view.place(
+        points.get(transition.origin),
+        points.get(transition.destination),
+        handle,
+        transition.origin === transition.destination,
+      );
       changed = rewritten || replaced || changed;
     });
     if (changed || this.#moved) {
@@ -116,7 +132,15 @@ export class Scene {
       const {origin, destination} = view.transition;
       if (!moved.has(key) && !moved.has(`s${origin}`) && !moved.has(`s${destination}`)) continue;
       const before = view.offset;
-      if (!view.place(this.places.get(`s${origin}`), this.places.get(`s${destination}`), this.places.get(key), origin === destination)) continue;
+      if (
+        !view.place(
+          this.places.get(`s${origin}`),
+          this.places.get(`s${destination}`),
+          this.places.get(key),
+          origin === destination,
+        )
+      )
+        continue;
       if (before) view.placeName({x: view.arc.middle.x + before.x, y: view.arc.middle.y + before.y});
     }
   }
@@ -138,7 +162,8 @@ export class Scene {
 
   /** Finish what is seen, and then also what is near, so that moving a little finds nothing to do. */
   #approach(seen) {
-    const within = (box) => [...this.#bare].filter((view) => (this.#detailed || view instanceof StateView) && view.isIn(box));
+    const within = (box) =>
+      [...this.#bare].filter((view) => (this.#detailed || view instanceof StateView) && view.isIn(box));
     if (within(wider(seen, 0.1)).length) within(wider(seen, 0.5)).forEach((view) => this.#finish(view));
   }
 
@@ -159,7 +184,10 @@ export class Scene {
   #placeNames() {
     const views = [...this.transitions.values()].filter((view) => view.complete);
     const circles = [...this.states.keys()].map((key) => this.places.get(key));
-    const found = placeLabels(views.map((view) => view.asLabel()), circles);
+    const found = placeLabels(
+      views.map((view) => view.asLabel()),
+      circles,
+    );
     for (const view of views) view.placeName(found.get(view));
   }
 
@@ -167,7 +195,10 @@ export class Scene {
   #placeBadges() {
     const angles = new Map();
     for (const {arc, transition} of this.transitions.values()) {
-      for (const [id, point] of [[transition.origin, arc.start], [transition.destination, arc.end]]) {
+      for (const [id, point] of [
+        [transition.origin, arc.start],
+        [transition.destination, arc.end],
+      ]) {
         const place = this.places.get(`s${id}`);
         if (!place || !point) continue;
         const angle = Math.atan2(point.y - place.y, point.x - place.x);
@@ -186,10 +217,17 @@ export class Scene {
 
   #live;
 
-  /** Show what a running component does. @param {Map<string, import("./live-marks.js").Live> | undefined} live by key; undefined for nothing */
+  /**
+   * Show what a running component does.
+   *
+   * @param {Map<string, import("./live-marks.js").Live> | undefined} live by key; undefined for nothing
+   */
   showLive(live) {
     if (!live && !this.#live) return;
-    for (const [views, show] of [[this.states, markState], [this.transitions, markTransition]]) {
+    for (const [views, show] of [
+      [this.states, markState],
+      [this.transitions, markTransition],
+    ]) {
       for (const [key, view] of views) {
         const now = live?.get(key);
         if (!now && !this.#live?.has(key)) continue;
@@ -207,7 +245,12 @@ export class Scene {
     const boxes = [...this.transitions.values()].flatMap((view) => {
       const {nameAt, width, height, arc} = view;
       if (!nameAt || !width) return [arc];
-      const name = {left: nameAt.x - width / 2, right: nameAt.x + width / 2, top: nameAt.y - height / 2, bottom: nameAt.y + height / 2};
+      const name = {
+        left: nameAt.x - width / 2,
+        right: nameAt.x + width / 2,
+        top: nameAt.y - height / 2,
+        bottom: nameAt.y + height / 2,
+      };
       return [arc, {box: name}];
     });
     return bounds(circles, boxes);

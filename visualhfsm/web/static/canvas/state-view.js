@@ -12,7 +12,8 @@ const blank = template(`
   </g>`);
 /** What is not seen from far away. */
 const blankDetails = templates(`
-  <circle class="ring" r="${RADIUS - 5}"/><text class="name" aria-hidden="true"/><g class="codes" aria-hidden="true"/><circle class="rim" r="${RADIUS}"/>`);
+  <circle class="ring" r="${RADIUS - 5}"/><text class="name" aria-hidden="true"/>
+  <g class="codes" aria-hidden="true"/><circle class="rim" r="${RADIUS}"/>`);
 const MOST_BARS = 4;
 const CLEAR = 0.5; // radians between a badge and an arc
 const TURNS = [0, 0.35, -0.35, 0.7, -0.7, 1.05, -1.05, 1.4, -1.4, 1.9, -1.9, 2.4, -2.4];
@@ -46,27 +47,48 @@ export class StateView {
   update(state, more) {
     const {problem, imported, mark = ""} = more;
     const former = this.#more;
-    if (state === this.state && imported === former.imported && more.mark === former.mark && sameProblem(problem, former.problem)) return;
+    if (
+      state === this.state &&
+      imported === former.imported &&
+      more.mark === former.mark &&
+      sameProblem(problem, former.problem)
+    )
+      return;
     this.state = state;
     this.#more = more;
     const has = codesOf(state);
     const signature = JSON.stringify([
-      state.id, state.name, state.initial, state.final, state.children.length, state.history, has, imported, mark, problem?.severity, problem?.message,
+      state.id,
+      state.name,
+      state.initial,
+      state.final,
+      state.children.length,
+      state.history,
+      has,
+      imported,
+      mark,
+      problem?.severity,
+      problem?.message,
     ]);
     if (signature === this.#signature) return;
     this.#signature = signature;
     const {group} = this;
     group.dataset.key = `s${state.id}`;
     const kinds = [
-      "state", state.children.length && "parent", state.initial && "initial", state.final && "final",
-      problem && `has-${problem.severity}`, mark && `is-${mark}`,
+      "state",
+      state.children.length && "parent",
+      state.initial && "initial",
+      state.final && "final",
+      problem && `has-${problem.severity}`,
+      mark && `is-${mark}`,
     ];
     group.setAttribute("class", kinds.filter(Boolean).join(" "));
     this.words = describe(state, imported, problem, mark);
     group.setAttribute("aria-label", this.words);
     /** What is shown beside the pointer. */
     this.tip = [state.name || "a state without a name", ...has.map((part) => CODES[part].word), problem?.message]
-      .filter(Boolean).join("\n");
+      .filter(Boolean)
+      .join("\n");
     if (this.complete) this.#drawDetails();
   }
 
@@ -107,17 +129,22 @@ export class StateView {
     const high = lineHeight(size);
     const top = -((lines.length - 1) * high) / 2 + size * 0.35 - (hasCodes ? 2 : 0);
     this.name.setAttribute("font-size", size);
-    this.name.replaceChildren(...lines.map((line, index) => {
-      const span = make("tspan", {x: 0, y: +(top + index * high).toFixed(1)});
-      span.textContent = index < lines.length - 1 && name.includes(`${line} `) ? `${line} ` : line; // as it is read
-      return span;
-    }));
+    this.name.replaceChildren(
+      ...lines.map((line, index) => {
+        const span = make("tspan", {x: 0, y: +(top + index * high).toFixed(1)});
+        span.textContent = index < lines.length - 1 && name.includes(`${line} `) ? `${line} ` : line; // as it is read
+        return span;
+      }),
+    );
   }
 
   #drawCodes(has) {
     const start = -(has.length - 1) * 6;
-    this.codes.replaceChildren(...has.map((part, index) =>
-      make("path", {d: CODES[part].path, transform: `translate(${start + index * 12},${CODES_AT})`})));
+    this.codes.replaceChildren(
+      ...has.map((part, index) =>
+        make("path", {d: CODES[part].path, transform: `translate(${start + index * 12},${CODES_AT})`}),
+      ),
+    );
   }
 
   /** Put the badges where no arc is, by the angles (rad) at which arcs touch the rim. @param {number[]} angles */
@@ -127,9 +154,14 @@ export class StateView {
     const taken = [...angles];
     for (const each of this.badges.children) {
       const wanted = Number(each.dataset.angle);
-      const angle = TURNS.map((turn) => wanted + turn).find((angle) => taken.every((other) => apart(angle, other) > CLEAR)) ?? wanted;
+      const angle =
+        TURNS.map((turn) => wanted + turn).find((angle) => taken.every((other) => apart(angle, other) > CLEAR)) ??
+        wanted;
       taken.push(angle);
-      each.setAttribute("transform", `translate(${(Math.cos(angle) * RADIUS).toFixed(1)},${(Math.sin(angle) * RADIUS).toFixed(1)})`);
+      each.setAttribute(
+        "transform",
+        `translate(${(Math.cos(angle) * RADIUS).toFixed(1)},${(Math.sin(angle) * RADIUS).toFixed(1)})`,
+      );
     }
   }
 
@@ -162,15 +194,25 @@ function badge(kind, halfTurns, path, count = 1) {
   const bars = count > 1 ? Math.min(count, MOST_BARS) : 0;
   const group = make("g", {class: `badge ${kind}`, "data-angle": halfTurns * Math.PI});
   const d = Array.from({length: bars}, (_, index) => `M${9 + index * 4}-4.5V4.5`).join("");
-  group.append(make("rect", {x: -9, y: -9, width: 18 + (bars ? bars * 4 + 1 : 0), height: 18, rx: 9}), make("path", {d: path + d}));
+  group.append(
+    make("rect", {x: -9, y: -9, width: 18 + (bars ? bars * 4 + 1 : 0), height: 18, rx: 9}),
+    make("path", {d: path + d}),
+  );
   return group;
 }
 
 function describe(state, imported, problem, mark) {
   const count = state.children.length;
   return [
-    `State ${state.name || "without a name"}`, state.initial && "initial", state.final && "final",
-    count === 1 ? "has a sub-automaton" : count > 1 && `has ${count} sub-automata`, imported && BADGES.imported.word,
-    state.history.trim() === "restart" && BADGES.restart.word, mark, problem && `${problem.severity}: ${problem.message}`,
-  ].filter(Boolean).join(", ");
+    `State ${state.name || "without a name"}`,
+    state.initial && "initial",
+    state.final && "final",
+    count === 1 ? "has a sub-automaton" : count > 1 && `has ${count} sub-automata`,
+    imported && BADGES.imported.word,
+    state.history.trim() === "restart" && BADGES.restart.word,
+    mark,
+    problem && `${problem.severity}: ${problem.message}`,
+  ]
+    .filter(Boolean)
+    .join(", ");
 }

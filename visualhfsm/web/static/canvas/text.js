@@ -73,7 +73,19 @@ function fit(name, radius) {
   for (let line = 0; line < 3 && left.length; line++) {
     const room = chord(line, 3, size, radius);
     let taken = 1;
-    while (line < 2 && taken < left.length && width(left.slice(0, taken + 1).join("").trim(), size, 500) <= room) taken++;
+    while (
+      line < 2 &&
+      taken < left.length &&
+      width(
+        left
+          .slice(0, taken + 1)
+          .join("")
+          .trim(),
+        size,
+        500,
+      ) <= room
+    )
+      taken++;
     rest.push(shortened((line < 2 ? left.slice(0, taken) : left).join("").trim(), size, room, 500));
     left = line < 2 ? left.slice(taken) : [];
   }
@@ -94,7 +106,9 @@ function broken(words, size, count, radius) {
   }
   lines.push(current.trim());
   if (lines.length > count) return undefined;
-  return lines.every((line, index) => width(line, size, 500) <= chord(index, lines.length, size, radius)) ? lines : undefined;
+  return lines.every((line, index) => width(line, size, 500) <= chord(index, lines.length, size, radius))
+    ? lines
+    : undefined;
 }
 
 /** How wide a line may be so that it stays in the circle. */

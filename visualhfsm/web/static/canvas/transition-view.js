@@ -16,7 +16,9 @@ const blankHandle = template(`
     <g class="handle"><circle class="grip" r="${HANDLE + 4}"/><circle class="knob" r="${HANDLE}"/><path class="glyph"/>
     <circle class="timer" r="${HANDLE + 2.5}" pathLength="1"/><circle class="mark" cx="7" cy="-7" r="4"/></g>`);
 /** The name stands apart: all names are above all arcs, and screen readers hear the label of the group. */
-const blankLabel = template(`<g class="label"><text class="rank"/><text><tspan class="title"/><tspan class="detail"/></text></g>`);
+const blankLabel = template(
+  `<g class="label"><text class="rank"/><text><tspan class="title"/><tspan class="detail"/></text></g>`,
+);
 const NAME = 12;
 const DETAIL = 10.5;
 const WIDEST = 150;
@@ -38,32 +40,73 @@ export class TransitionView {
    * Write what a transition is; does nothing when nothing that is drawn differs.
    *
    * @param {Transition} transition
-   * @param {{from: string, to: string, rank: number, problem?: {severity: string, message: string}, mark?: string}} more
+   * @param {{from: string, to: string, rank: number, problem?: {severity: string, message: string}, mark?: string}}
+   *   more
    *   `rank` is its place among those out of its state, 0 when it is the only one
    * @returns {boolean} whether anything differed
    */
   update(transition, more) {
     const {from, to, rank, problem, mark = ""} = more;
     const former = this.#more;
-    if (transition === this.transition && from === former.from && to === former.to && rank === former.rank && more.mark === former.mark
-      && sameProblem(problem, former.problem)) return false;
+    if (
+      transition === this.transition &&
+      from === former.from &&
+      to === former.to &&
+      rank === former.rank &&
+      more.mark === former.mark &&
+      sameProblem(problem, former.problem)
+    )
+      return false;
     this.transition = transition;
     this.#more = more;
     const {id, name, type, trigger, guard} = transition;
     const hasCode = Boolean(transition.code.trim());
-    const signature = JSON.stringify([id, name, type, trigger, guard, hasCode, from, to, rank, mark, problem?.severity, problem?.message]);
+    const signature = JSON.stringify([
+      id,
+      name,
+      type,
+      trigger,
+      guard,
+      hasCode,
+      from,
+      to,
+      rank,
+      mark,
+      problem?.severity,
+      problem?.message,
+    ]);
     if (signature === this.#signature) return false;
     this.#signature = signature;
     const kind = TRIGGERS[type] ?? UNKNOWN_TRIGGER;
     this.group.dataset.key = `t${id}`;
-    const kinds = ["transition", `by-${type}`, hasCode && "has-code", problem && `has-${problem.severity}`, mark && `is-${mark}`];
+    const kinds = [
+      "transition",
+      `by-${type}`,
+      hasCode && "has-code",
+      problem && `has-${problem.severity}`,
+      mark && `is-${mark}`,
+    ];
     this.group.setAttribute("class", kinds.filter(Boolean).join(" "));
-    this.words = [`Transition ${name || "without a name"} from ${from} to ${to}`, kind.word, rank && `number ${rank}`, mark,
-      problem && `${problem.severity}: ${problem.message}`].filter(Boolean).join(", ");
+    this.words = [
+      `Transition ${name || "without a name"} from ${from} to ${to}`,
+      kind.word,
+      rank && `number ${rank}`,
+      mark,
+      problem && `${problem.severity}: ${problem.message}`,
+    ]
+      .filter(Boolean)
+      .join(", ");
     this.group.setAttribute("aria-label", this.words);
     /** What is shown beside the pointer. */
-    this.tip = [`${name}: ${kind.word}`, trigger.trim(), guard.trim() && `if ${guard.trim()}`, hasCode && "code runs when it fires", problem?.message]
-      .filter(Boolean).join("\n");
+    this.tip = [
+      `${name}: ${kind.word}`,
+      trigger.trim(),
+      guard.trim() && `if ${guard.trim()}`,
+      hasCode && "code runs when it fires",
+      problem?.message,
+    ]
+      .filter(Boolean)
+      .join("\n");
     if (this.complete) this.#write();
     return true;
   }
@@ -168,7 +211,8 @@ export class TransitionView {
 /** What makes a transition fire, in a few words. */
 function whatFires({type, trigger, guard}) {
   const text = trigger.trim().split("\n")[0];
-  const first = {time: () => spokenTime(trigger), event: () => text || "no event", condition: () => text}[type]?.() ?? "";
+  const first =
+    {time: () => spokenTime(trigger), event: () => text || "no event", condition: () => text}[type]?.() ?? "";
   const if_ = guard.trim().split("\n")[0];
   return [first, if_ && `[${if_}]`].filter(Boolean).join(" ");
 }

@@ -22,10 +22,25 @@ export function showDialog({title, content, footer, wide = false}) {
       value = given;
       dialog.close();
     };
-    const redraw = () => render(html`
-      <header><h2 id="dialog-title">${title}</h2><button type="button" class="action bare" aria-label="Close" @click=${() => close()}>${icon("close")}</button></header>
-      <div class="content" tabindex=${wide ? 0 : nothing} role=${wide ? "group" : nothing} aria-labelledby=${wide ? "dialog-title" : nothing}>${content(close, redraw)}</div>
-      ${footer ? html`<footer>${footer(close)}</footer>` : ""}`, dialog);
+    const redraw = () =>
+      render(
+        html` <header>
+            <h2 id="dialog-title">${title}</h2>
+            <button type="button" class="action bare" aria-label="Close" @click=${() => close()}>
+              ${icon("close")}
+            </button>
+          </header>
+          <div
+            class="content"
+            tabindex=${wide ? 0 : nothing}
+            role=${wide ? "group" : nothing}
+            aria-labelledby=${wide ? "dialog-title" : nothing}
+          >
+            ${content(close, redraw)}
+          </div>
+          ${footer ? html`<footer>${footer(close)}</footer>` : ""}`,
+        dialog,
+      );
     redraw();
     dialog.addEventListener("close", () => {
       dialog.remove();
@@ -49,7 +64,17 @@ export function confirm({title, text, choices}) {
   return showDialog({
     title,
     content: () => html`<p>${text}</p>`,
-    footer: (close) => html`<button type="button" class="button" @click=${() => close()}>Cancel</button>
-      ${choices.map(([value, label, kind = ""], index) => html`<button type="button" class="button ${kind}" ?autofocus=${index === choices.length - 1} @click=${() => close(value)}>${label}</button>`)}`,
+    footer: (close) =>
+      html`<button type="button" class="button" @click=${() => close()}>Cancel</button> ${choices.map(
+          ([value, label, kind = ""], index) =>
+            html`<button
+              type="button"
+              class="button ${kind}"
+              ?autofocus=${index === choices.length - 1}
+              @click=${() => close(value)}
+            >
+              ${label}
+            </button>`,
+        )}`,
   });
 }

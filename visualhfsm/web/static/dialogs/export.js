@@ -19,8 +19,15 @@ const CHOICES = [
 export async function showExport() {
   const choice = await showDialog({
     title: "Export",
-    content: (close) => html`<div class="choices">${CHOICES.map(([value, label, text], index) => html`
-      <button type="button" class="choice" ?autofocus=${index === 0} @click=${() => close(value)}>${icon(value === "document" ? "file" : "exportFile")}<span><strong>${label}</strong><br>${text}</span></button>`)}</div>`,
+    content: (close) =>
+      html`<div class="choices">
+        ${CHOICES.map(
+          ([value, label, text], index) =>
+            html` <button type="button" class="choice" ?autofocus=${index === 0} @click=${() => close(value)}>
+              ${icon(value === "document" ? "file" : "exportFile")}<span><strong>${label}</strong><br />${text}</span>
+            </button>`,
+        )}
+      </div>`,
   });
   if (!choice) return;
   try {
@@ -32,7 +39,10 @@ export async function showExport() {
 
 async function run(choice) {
   const automaton = page.automaton;
-  const name = `${page.component}${automaton.father ? `-${page.title(automaton)}` : ""}`.replace(/[^\p{L}\p{N}._-]+/gu, "_");
+  const name = `${page.component}${automaton.father ? `-${page.title(automaton)}` : ""}`.replace(
+    /[^\p{L}\p{N}._-]+/gu,
+    "_",
+  );
   if (choice === "svg") download(`${name}.svg`, new Blob([svgText(automaton)], {type: "image/svg+xml"}));
   else if (choice === "png") download(`${name}.png`, await pngOf(automaton));
   else if (choice === "pages") await (await import("../print.js")).printComponent();

@@ -7,33 +7,115 @@ import {keyTable} from "../keys.js";
 import {currentTheme} from "../theme.js";
 import {showDialog} from "./dialog.js";
 
-const plain = {id: 1, name: "state", x: 0, y: 0, initial: false, final: false, children: [], history: "", entry: "", code: "", exit: "", arguments: []};
-const arc = {id: 1, name: "", x: 0, y: 0, origin: 9, destination: 9, type: "condition", trigger: "", guard: "", priority: "", code: ""};
+const plain = {
+  id: 1,
+  name: "state",
+  x: 0,
+  y: 0,
+  initial: false,
+  final: false,
+  children: [],
+  history: "",
+  entry: "",
+  code: "",
+  exit: "",
+  arguments: [],
+};
+const arc = {
+  id: 1,
+  name: "",
+  x: 0,
+  y: 0,
+  origin: 9,
+  destination: 9,
+  type: "condition",
+  trigger: "",
+  guard: "",
+  priority: "",
+  code: "",
+};
 
 const SIGNS = [
-  ["A state", {}], ["The initial one", {initial: true}], ["A final one", {final: true}],
-  ["With a sub-automaton", {children: [1]}], ["With two, side by side", {children: [1, 2]}], ["Its automata begin anew", {children: [1], history: "restart"}],
+  ["A state", {}],
+  ["The initial one", {initial: true}],
+  ["A final one", {final: true}],
+  ["With a sub-automaton", {children: [1]}],
+  ["With two, side by side", {children: [1, 2]}],
+  ["Its automata begin anew", {children: [1], history: "restart"}],
   ["With entry, code and exit", {entry: "-", code: "-", exit: "-"}],
 ];
-const TRIGGERS = [["After a time", "time", "1000"], ["On a condition", "condition"], ["On an event", "event", "event"], ["When all below finished", "finished"]];
+const TRIGGERS = [
+  ["After a time", "time", "1000"],
+  ["On a condition", "condition"],
+  ["On an event", "event", "event"],
+  ["When all below finished", "finished"],
+];
 
 /** @param {import("../actions.js").Context} context */
 export async function showHelp(context) {
   const tour = await showDialog({
-    title: "Help", wide: true,
-    content: (close) => html`<div class="signs">${SIGNS.map(([text, fields]) => html`<figure>${stateSign(fields)}<figcaption>${text}</figcaption></figure>`)}
-        ${TRIGGERS.map(([text, type, trigger]) => html`<figure>${transitionSign(type, trigger)}<figcaption>${text}</figcaption></figure>`)}</div>
-      <p>Drag from the rim of a state to another one to connect them. Drag the handle of an arc to bend it; a double click lets it go back. The wheel zooms, the middle button pans; so does the left one while Space is held.
-        A dot at a handle says that code runs when the transition fires; a number, that it is tried in this order.</p>
-      <div class="help">${keyTable().map(({title, rows}) => html`<section><h3>${title}</h3><dl>
-        ${rows.map(({keys, text}) => html`<dd>${text}</dd><dt>${keys.map((key) => html` <kbd>${key}</kbd>`)}</dt>`)}</dl></section>`)}</div>`,
-    footer: (close) => html`<button type="button" class="button" @click=${() => close(true)}>Take the tour</button><button type="button" class="button primary" autofocus @click=${() => close()}>Close</button>`,
+    title: "Help",
+    wide: true,
+    content: (close) =>
+      html`<div class="signs">
+          ${SIGNS.map(
+            ([text, fields]) =>
+              html`<figure>
+                ${stateSign(fields)}
+                <figcaption>${text}</figcaption>
+              </figure>`,
+          )}
+          ${TRIGGERS.map(
+            ([text, type, trigger]) =>
+              html`<figure>
+                ${transitionSign(type, trigger)}
+                <figcaption>${text}</figcaption>
+              </figure>`,
+          )}
+        </div>
+        <p>
+          Drag from the rim of a state to another one to connect them. Drag the handle of an arc to bend it; a double
+          click lets it go back. The wheel zooms, the middle button pans; so does the left one while Space is held. A
+          dot at a handle says that code runs when the transition fires; a number, that it is tried in this order.
+        </p>
+        <div class="help">
+          ${keyTable().map(
+            ({title, rows}) =>
+              html`<section>
+                <h3>${title}</h3>
+                <dl>
+                  ${rows.map(
+                    ({keys, text}) =>
+                      html`<dd>${text}</dd>
+                        <dt>${keys.map((key) => html` <kbd>${key}</kbd>`)}</dt>`,
+                  )}
+                </dl>
+              </section>`,
+          )}
+        </div>`,
+    footer: (close) =>
+      html`<button type="button" class="button" @click=${() => close(true)}>Take the tour</button
+        ><button type="button" class="button primary" autofocus @click=${() => close()}>Close</button>`,
   });
   if (tour) (await import("../tour.js")).startTour(context);
 }
 
-const stateSign = (fields) => sign({states: [{...plain, ...fields, name: fields.initial ? "initial" : fields.final ? "final" : "state"}], transitions: []});
-const transitionSign = (type, trigger = "") => sign({states: [{...plain, id: 9, x: -100, name: ""}, {...plain, id: 8, x: 100, name: ""}], transitions: [{...arc, destination: 8, type, trigger, y: 0.01}]}, "-52 -48 104 96");
+const stateSign = (fields) =>
+  sign({
+    states: [{...plain, ...fields, name: fields.initial ? "initial" : fields.final ? "final" : "state"}],
+    transitions: [],
+  });
+const transitionSign = (type, trigger = "") =>
+  sign(
+    {
+      states: [
+        {...plain, id: 9, x: -100, name: ""},
+        {...plain, id: 8, x: 100, name: ""},
+      ],
+      transitions: [{...arc, destination: 8, type, trigger, y: 0.01}],
+    },
+    "-52 -48 104 96",
+  );
 
 function sign(automaton, viewBox) {
   const made = picture({id: 0, father: 0, ...automaton}, currentTheme());

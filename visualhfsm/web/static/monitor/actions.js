@@ -29,8 +29,13 @@ function toggleBreakpoint() {
 function force() {
   const {automaton, transition} = page;
   const {state} = monitor.now(automaton.id) ?? {};
-  if (transition.origin === state) return monitor.steer("forceTransition", {automaton: automaton.id, transition: transition.id});
-  notify(`${transition.name || "The transition"} leaves ${monitor.stateName(automaton.id, transition.origin)}, and ${page.title()} is in ${monitor.stateName(automaton.id, state)} now.`, "error");
+  if (transition.origin === state)
+    return monitor.steer("forceTransition", {automaton: automaton.id, transition: transition.id});
+  notify(
+    `${transition.name || "The transition"} leaves ${monitor.stateName(automaton.id, transition.origin)}, ` +
+      `and ${page.title()} is in ${monitor.stateName(automaton.id, state)} now.`,
+    "error",
+  );
   return undefined;
 }
 
@@ -41,35 +46,215 @@ async function reload(context) {
   if (!report) return;
   const {notKept, held} = report;
   if (notKept.length) (await dialogs()).showNotKept(notKept);
-  else notify(`Reloaded. States, timers and variables were kept; no cycle began for ${held < 0.001 ? "less than 1" : Math.round(held * 1000)} ms.`);
+  else
+    notify(
+      "Reloaded. States, timers and variables were kept; " +
+        `no cycle began for ${held < 0.001 ? "less than 1" : Math.round(held * 1000)} ms.`,
+    );
 }
 
 /** @type {import("../actions.js").Action[]} */
 export const monitorActions = [
-  {id: "attach", label: "Follow", icon: "link", keys: ["Alt+A"], scope: "typing", run: ({app}) => app.showRunning(), hint: "a component that runs anywhere in the realm"},
-  {id: "detach", label: "Follow no longer", icon: "unlink", keys: ["Alt+Shift+A"], scope: "typing", enabled: attached, run: () => monitor.detach(), hint: "it runs on"},
-  {id: "openRecording", label: "Open a recording", icon: "film", keys: ["Alt+R"], scope: "typing", run: async () => (await import("./documents.js")).openRecording()},
-  {id: "pauseResume", label: "Pause or resume", icon: "pause", keys: ["F8"], scope: "typing", enabled: steers, run: () => monitor.steer(paused() ? "resume" : "pause")},
-  {id: "stepOne", label: "Step", icon: "step", keys: ["F10"], scope: "typing", enabled: () => steers() && paused() && here(), run: () => monitor.steer("step", {automaton: page.automaton.id}), hint: "one cycle of the shown automaton"},
-  {id: "stepAll", label: "Step all", icon: "stepAll", keys: ["Ctrl+F10"], scope: "typing", enabled: () => steers() && paused(), run: () => monitor.steer("step", {automaton: 0}), hint: "one cycle of each automaton"},
-  {id: "reload", label: "Reload", icon: "reload", keys: ["F9"], scope: "typing", enabled: () => steers() && here(), run: reload, hint: "goes on in the changed document, in the same states"},
-  {id: "sendEvent", label: "Send an event", icon: "events", keys: ["Alt+E"], scope: "typing", enabled: steers, run: async () => (await dialogs()).askEvent()},
-  {id: "steering", label: "Steer, or only watch", icon: "lock", keys: ["Alt+U"], scope: "typing", enabled: () => attached() && !monitor.recording, run: () => monitor.allowSteering(!monitor.writable)},
-  {id: "follow", label: "Keep what is active in view", icon: "target", keys: ["G"], enabled: attached, run: () => monitor.setFollows(!monitor.follows), hint: "opens sub-automata as they become active"},
-  {id: "livePanel", label: "Live values", icon: "variables", keys: ["Alt+L"], scope: "typing", enabled: attached, run: ({app}) => app.showSide("hfsm-monitor-panel"), hint: "variables, plots, cameras, the robot"},
-  {id: "backToLive", label: "Back to now", icon: "live", keys: ["Alt+End"], scope: "typing", enabled: () => Boolean(monitor.looking) && !monitor.recording, run: async () => (await import("./scrubbing.js")).scrubbing.to(Infinity)},
-  {id: "whyNot", label: "Why not?", icon: "help", keys: ["W"], enabled: () => here() && monitor.isLive, run: async ({canvas}) => (await import("./why-not.js")).explainSelected(canvas), hint: "what keeps transitions from firing", help: "Why not: what keeps transitions from firing"},
-  {id: "breakpoint", label: "Breakpoint", icon: "breakpoint", keys: ["B"], enabled: breakable, run: toggleBreakpoint, hint: "on or off; before the start, too"},
-  {id: "breakpointIf", label: "Breakpoint with a condition", icon: "breakpointIf", keys: ["Shift+B"], enabled: breakable, run: async () => (await dialogs()).askCondition(page.automaton.id, kind(), selected())},
-  {id: "startHere", label: "Start from here", icon: "run", keys: ["Alt+F5"], scope: "typing", enabled: () => Boolean(page.state), run: ({app}) => app.run(["--begin-at", `${page.automaton.id}.${page.state.id}`]), hint: "runs the component with this as its first state"},
-  {id: "force", label: "Force the transition", icon: "force", keys: ["Alt+Enter"], scope: "canvas", enabled: () => steers() && here() && Boolean(page.transition), run: force, hint: "fires at the next cycle, whatever its condition says"},
-  {id: "stopRobot", label: "STOP", icon: "stop", keys: [STOP_KEY], scope: "typing", enabled: attached, run: stopRobot, hint: "stops the robot and the component at once, also while only watching"},
+  {
+    id: "attach",
+    label: "Follow",
+    icon: "link",
+    keys: ["Alt+A"],
+    scope: "typing",
+    run: ({app}) => app.showRunning(),
+    hint: "a component that runs anywhere in the realm",
+  },
+  {
+    id: "detach",
+    label: "Follow no longer",
+    icon: "unlink",
+    keys: ["Alt+Shift+A"],
+    scope: "typing",
+    enabled: attached,
+    run: () => monitor.detach(),
+    hint: "it runs on",
+  },
+  {
+    id: "openRecording",
+    label: "Open a recording",
+    icon: "film",
+    keys: ["Alt+R"],
+    scope: "typing",
+    run: async () => (await import("./documents.js")).openRecording(),
+  },
+  {
+    id: "pauseResume",
+    label: "Pause or resume",
+    icon: "pause",
+    keys: ["F8"],
+    scope: "typing",
+    enabled: steers,
+    run: () => monitor.steer(paused() ? "resume" : "pause"),
+  },
+  {
+    id: "stepOne",
+    label: "Step",
+    icon: "step",
+    keys: ["F10"],
+    scope: "typing",
+    enabled: () => steers() && paused() && here(),
+    run: () => monitor.steer("step", {automaton: page.automaton.id}),
+    hint: "one cycle of the shown automaton",
+  },
+  {
+    id: "stepAll",
+    label: "Step all",
+    icon: "stepAll",
+    keys: ["Ctrl+F10"],
+    scope: "typing",
+    enabled: () => steers() && paused(),
+    run: () => monitor.steer("step", {automaton: 0}),
+    hint: "one cycle of each automaton",
+  },
+  {
+    id: "reload",
+    label: "Reload",
+    icon: "reload",
+    keys: ["F9"],
+    scope: "typing",
+    enabled: () => steers() && here(),
+    run: reload,
+    hint: "goes on in the changed document, in the same states",
+  },
+  {
+    id: "sendEvent",
+    label: "Send an event",
+    icon: "events",
+    keys: ["Alt+E"],
+    scope: "typing",
+    enabled: steers,
+    run: async () => (await dialogs()).askEvent(),
+  },
+  {
+    id: "steering",
+    label: "Steer, or only watch",
+    icon: "lock",
+    keys: ["Alt+U"],
+    scope: "typing",
+    enabled: () => attached() && !monitor.recording,
+    run: () => monitor.allowSteering(!monitor.writable),
+  },
+  {
+    id: "follow",
+    label: "Keep what is active in view",
+    icon: "target",
+    keys: ["G"],
+    enabled: attached,
+    run: () => monitor.setFollows(!monitor.follows),
+    hint: "opens sub-automata as they become active",
+  },
+  {
+    id: "livePanel",
+    label: "Live values",
+    icon: "variables",
+    keys: ["Alt+L"],
+    scope: "typing",
+    enabled: attached,
+    run: ({app}) => app.showSide("hfsm-monitor-panel"),
+    hint: "variables, plots, cameras, the robot",
+  },
+  {
+    id: "backToLive",
+    label: "Back to now",
+    icon: "live",
+    keys: ["Alt+End"],
+    scope: "typing",
+    enabled: () => Boolean(monitor.looking) && !monitor.recording,
+    run: async () => (await import("./scrubbing.js")).scrubbing.to(Infinity),
+  },
+  {
+    id: "whyNot",
+    label: "Why not?",
+    icon: "help",
+    keys: ["W"],
+    enabled: () => here() && monitor.isLive,
+    run: async ({canvas}) => (await import("./why-not.js")).explainSelected(canvas),
+    hint: "what keeps transitions from firing",
+    help: "Why not: what keeps transitions from firing",
+  },
+  {
+    id: "breakpoint",
+    label: "Breakpoint",
+    icon: "breakpoint",
+    keys: ["B"],
+    enabled: breakable,
+    run: toggleBreakpoint,
+    hint: "on or off; before the start, too",
+  },
+  {
+    id: "breakpointIf",
+    label: "Breakpoint with a condition",
+    icon: "breakpointIf",
+    keys: ["Shift+B"],
+    enabled: breakable,
+    run: async () => (await dialogs()).askCondition(page.automaton.id, kind(), selected()),
+  },
+  {
+    id: "startHere",
+    label: "Start from here",
+    icon: "run",
+    keys: ["Alt+F5"],
+    scope: "typing",
+    enabled: () => Boolean(page.state),
+    run: ({app}) => app.run(["--begin-at", `${page.automaton.id}.${page.state.id}`]),
+    hint: "runs the component with this as its first state",
+  },
+  {
+    id: "force",
+    label: "Force the transition",
+    icon: "force",
+    keys: ["Alt+Enter"],
+    scope: "canvas",
+    enabled: () => steers() && here() && Boolean(page.transition),
+    run: force,
+    hint: "fires at the next cycle, whatever its condition says",
+  },
+  {
+    id: "stopRobot",
+    label: "STOP",
+    icon: "stop",
+    keys: [STOP_KEY],
+    scope: "typing",
+    enabled: attached,
+    run: stopRobot,
+    hint: "stops the robot and the component at once, also while only watching",
+  },
 ];
 
 /** What can be done with the selected state or transition of a component. @returns {string[][]} */
-export const monitoredSelection = () => [
-  [...(page.state ? ["startHere"] : []), ...(here() && selected() ? ["whyNot"] : []), ...(selected() ? ["breakpoint", "breakpointIf"] : []), ...(here() && page.transition ? ["force"] : [])],
-].filter((group) => group.length);
+export const monitoredSelection = () =>
+  [
+    [
+      ...(page.state ? ["startHere"] : []),
+      ...(here() && selected() ? ["whyNot"] : []),
+      ...(selected() ? ["breakpoint", "breakpointIf"] : []),
+      ...(here() && page.transition ? ["force"] : []),
+    ],
+  ].filter((group) => group.length);
 
 /** The groups of the list of keys. */
-export const MONITOR_KEYS = ["attach", "detach", "openRecording", "pauseResume", "stepOne", "stepAll", "reload", "sendEvent", "steering", "startHere", "breakpoint", "breakpointIf", "force", "whyNot", "follow", "livePanel", "backToLive", "stopRobot"];
+export const MONITOR_KEYS = [
+  "attach",
+  "detach",
+  "openRecording",
+  "pauseResume",
+  "stepOne",
+  "stepAll",
+  "reload",
+  "sendEvent",
+  "steering",
+  "startHere",
+  "breakpoint",
+  "breakpointIf",
+  "force",
+  "whyNot",
+  "follow",
+  "livePanel",
+  "backToLive",
+  "stopRobot",
+];

@@ -22,36 +22,98 @@ class MonitorBar extends MonitorElement {
     const {recording, writable, looking} = monitor;
     const paused = monitor.newest && monitor.newest.component.status !== 0;
     return html`<div class="live-bar" role="region" aria-label="Followed component">
-      <span class="live-status ${status}" role="status" title=${monitor.isOver ? `Ended at ${clockTime(monitor.ended.at)}` : why ?? nothing}><span class="sign" aria-hidden="true"></span>${word}</span>
-      <strong class="component" title=${monitor.recording?.file || monitor.component}>${monitor.component.replace(/^recording:\d+:/, "")}</strong>
+      <span
+        class="live-status ${status}"
+        role="status"
+        title=${monitor.isOver ? `Ended at ${clockTime(monitor.ended.at)}` : (why ?? nothing)}
+        ><span class="sign" aria-hidden="true"></span>${word}</span
+      >
+      <strong class="component" title=${monitor.recording?.file || monitor.component}
+        >${monitor.component.replace(/^recording:\d+:/, "")}</strong
+      >
       <span class="time" title="Component time">${spokenSeconds(monitor.snapshot?.component.time ?? NaN)}</span>
       ${this.#elsewhere()}
-      ${recording ? nothing : html`<div role="group" aria-label="Steer">
-        ${this.#button("pauseResume", paused ? "run" : "pause", paused ? "Resume" : "Pause")}
-        ${["stepOne", "stepAll", "reload", "sendEvent"].map((id) => this.#button(id))}</div>
-        <button type="button" class="switch" role="switch" aria-checked=${writable} title="Whether this window may steer the component (Alt+U)" @click=${() => perform("steering", this.context)}>
-          <span class="knob" aria-hidden="true"></span>${writable ? "Steering" : "Only watching"}</button>`}
+      ${
+        recording
+          ? nothing
+          : html`<div role="group" aria-label="Steer">
+                ${this.#button("pauseResume", paused ? "run" : "pause", paused ? "Resume" : "Pause")}
+                ${["stepOne", "stepAll", "reload", "sendEvent"].map((id) => this.#button(id))}
+              </div>
+              <button
+                type="button"
+                class="switch"
+                role="switch"
+                aria-checked=${writable}
+                title="Whether this window may steer the component (Alt+U)"
+                @click=${() => perform("steering", this.context)}
+              >
+                <span class="knob" aria-hidden="true"></span>${writable ? "Steering" : "Only watching"}
+              </button>`
+      }
       <span class="room"></span>
-      ${looking && !recording ? html`<button type="button" class="button" @click=${() => perform("backToLive", this.context)}>Back to now</button>` : nothing}
-      <button type="button" class="action bare" aria-pressed=${monitor.follows} aria-label="Keep what is active in view" title="Keep what is active in view (G)" @click=${() => perform("follow", this.context)}>${icon("target")}</button>
+      ${
+        looking && !recording
+          ? html`<button type="button" class="button" @click=${() => perform("backToLive", this.context)}>
+              Back to now
+            </button>`
+          : nothing
+      }
+      <button
+        type="button"
+        class="action bare"
+        aria-pressed=${monitor.follows}
+        aria-label="Keep what is active in view"
+        title="Keep what is active in view (G)"
+        @click=${() => perform("follow", this.context)}
+      >
+        ${icon("target")}
+      </button>
       ${this.#button("livePanel")}${this.#button("detach")}
-      ${recording ? nothing : html`<button type="button" class="stop-button" aria-label="STOP the robot and the component" aria-keyshortcuts="Control+Shift+Space" title="Stop the robot and the component at once (${spoken(STOP_KEY)}), also while only watching"
-        @click=${() => perform("stopRobot", this.context)}>STOP</button>`}</div>`;
+      ${
+        recording
+          ? nothing
+          : html`<button
+              type="button"
+              class="stop-button"
+              aria-label="STOP the robot and the component"
+              aria-keyshortcuts="Control+Shift+Space"
+              title="Stop the robot and the component at once (${spoken(STOP_KEY)}), also while only watching"
+              @click=${() => perform("stopRobot", this.context)}
+            >
+              STOP
+            </button>`
+      }
+    </div>`;
   }
 
   #button(id, image = actions.get(id).icon, label = actions.get(id).label) {
     const {hint, keys = []} = actions.get(id);
-    return html`<button type="button" class="action bare" data-action=${id} aria-label=${label} title="${label}${hint ? `: ${hint}` : ""} (${spoken(keys[0])})"
-      ?disabled=${!isEnabled(id, this.context)} @click=${() => perform(id, this.context)}>${icon(image)}</button>`;
+    return html`<button
+      type="button"
+      class="action bare"
+      data-action=${id}
+      aria-label=${label}
+      title="${label}${hint ? `: ${hint}` : ""} (${spoken(keys[0])})"
+      ?disabled=${!isEnabled(id, this.context)}
+      @click=${() => perform(id, this.context)}
+    >
+      ${icon(image)}
+    </button>`;
   }
 
   /** Where the document is that this is about, unless it is the one that is shown. */
   #elsewhere() {
     const {tab} = monitor;
     if (tab && tab === page.tab) return nothing;
-    if (tab) return html`<button type="button" class="link" @click=${() => page.show(tab)}>Show ${monitor.structure?.document ?? "its document"}</button>`;
+    if (tab)
+      return html`<button type="button" class="link" @click=${() => page.show(tab)}>
+        Show ${monitor.structure?.document ?? "its document"}
+      </button>`;
     if (!monitor.structure) return nothing;
-    return html`<button type="button" class="link" @click=${() => this.context.app.openFollowed()}>Open ${monitor.structure.document || "its document"}</button>`;
+    return html`<button type="button" class="link" @click=${() => this.context.app.openFollowed()}>
+      Open ${monitor.structure.document || "its document"}
+    </button>`;
   }
 }
 
@@ -61,7 +123,11 @@ function statusOf() {
   if (recording) return {status: "recording", word: recording.complete ? "Recording" : "Recording, its beginning"};
   if (!store.online) return {status: "stale", word: "The server is away"};
   if (monitor.isOver) return {status: "ended", word: spokenEnd(monitor.ended)};
-  if (since) return {status: "stale", word: `${monitor.running.includes(monitor.component) ? "Silent" : "Gone"} since ${clockTime(since)}`};
+  if (since)
+    return {
+      status: "stale",
+      word: `${monitor.running.includes(monitor.component) ? "Silent" : "Gone"} since ${clockTime(since)}`,
+    };
   if (looking) return {status: "past", word: "Looking back"};
   if (!newest) return {status: "waiting", word: "Waiting"};
   const {status, stoppedAt, refusal} = newest.component;

@@ -1,4 +1,7 @@
-/** The breakpoints of the followed component, those that it had before it was started anew, and those of one that is not there yet. */
+/**
+ * The breakpoints of the followed component, those that it had before it was started anew, and those of one that is not
+ * there yet.
+ */
 
 import {store} from "../store.js";
 
@@ -9,7 +12,9 @@ const MOST_DOCUMENTS = 50;
 const MOST_ARGUMENTS = 80;
 const LONGEST_CONDITION = 900; // characters that a command line takes here
 
-/** Where the followed component pauses, and where another one of a tab is to; `all` are those that the followed one has. */
+/**
+ * Where the followed component pauses, and where another one of a tab is to; `all` are those that the followed one has.
+ */
 export class Breakpoints {
   /** @type {Breakpoint[]} */
   all = [];
@@ -33,7 +38,11 @@ export class Breakpoints {
     return this.arePlanned(tab) ? planned.of(tab) : this.all;
   }
 
-  /** Put one, with a condition or with "" for always, or take it away with undefined. @param {"state" | "transition"} kind */
+  /**
+   * Put one, with a condition or with "" for always, or take it away with undefined.
+   *
+   * @param {"state" | "transition"} kind
+   */
   async set(tab, automaton, kind, id, condition) {
     const all = withBreakpoint(this.of(tab), automaton, kind, id, condition);
     if (!this.arePlanned(tab)) {
@@ -63,7 +72,11 @@ export class Breakpoints {
     this.all = [];
   }
 
-  /** Put those that were kept, as far as there is still what they stand at. @param {{has: (breakpoint: Breakpoint) => boolean}} structure */
+  /**
+   * Put those that were kept, as far as there is still what they stand at.
+   *
+   * @param {{has: (breakpoint: Breakpoint) => boolean}} structure
+   */
   restore(structure) {
     const kept = this.#former.filter((each) => structure.has(each));
     if (kept.length) this.#replace(kept);
@@ -71,9 +84,14 @@ export class Breakpoints {
 }
 
 /** The breakpoint of a state or transition. @param {Breakpoint[]} all @param {"state" | "transition"} kind */
-export const breakpointAt = (all, automaton, kind, id) => all.find((each) => each.automaton === automaton && each[kind] === id);
+export const breakpointAt = (all, automaton, kind, id) =>
+  all.find((each) => each.automaton === automaton && each[kind] === id);
 
-/** All with another one, which has a condition or "" for always; with undefined all without it. @param {Breakpoint[]} all */
+/**
+ * All with another one, which has a condition or "" for always; with undefined all without it.
+ *
+ * @param {Breakpoint[]} all
+ */
 function withBreakpoint(all, automaton, kind, id, condition) {
   const rest = all.filter((each) => !(each.automaton === automaton && each[kind] === id));
   return condition === undefined ? rest : [...rest, {automaton, state: 0, transition: 0, condition, [kind]: id}];
@@ -111,8 +129,13 @@ class Planned {
 
   /** What starts a component with them. @returns {string[]} */
   argumentsFor(tab) {
-    const fitting = this.of(tab).filter(({condition}) => condition.length < LONGEST_CONDITION).slice(0, MOST_ARGUMENTS / 2);
-    return fitting.flatMap(({automaton, state, transition, condition}) => ["--breakpoint", `${automaton}.${state || `t${transition}`}${condition && `:${condition}`}`]);
+    const fitting = this.of(tab)
+      .filter(({condition}) => condition.length < LONGEST_CONDITION)
+      .slice(0, MOST_ARGUMENTS / 2);
+    return fitting.flatMap(({automaton, state, transition, condition}) => [
+      "--breakpoint",
+      `${automaton}.${state || `t${transition}`}${condition && `:${condition}`}`,
+    ]);
   }
 
   #of(tab) {
@@ -139,7 +162,10 @@ class Planned {
   }
 }
 
-/** What a document is known by: its file, or its title as long as it has none; "" before the server said where files are. */
+/**
+ * What a document is known by: its file, or its title as long as it has none; "" before the server said where files
+ * are.
+ */
 function keyOf(tab) {
   const found = store.workspace.tabs.find((each) => each.tab === tab);
   const {root} = store.greeting;
@@ -150,7 +176,11 @@ function keyOf(tab) {
 function read() {
   try {
     const found = JSON.parse(localStorage.getItem(KEPT) ?? "{}");
-    return Object.fromEntries(Object.entries(found).filter(([, all]) => Array.isArray(all) && all.every((each) => each && typeof each.condition === "string")));
+    return Object.fromEntries(
+      Object.entries(found).filter(
+        ([, all]) => Array.isArray(all) && all.every((each) => each && typeof each.condition === "string"),
+      ),
+    );
   } catch {
     return {}; // somebody else wrote there
   }

@@ -15,10 +15,17 @@ class Cameras extends MonitorElement {
 
   render() {
     const names = monitor.recording ? markedCameras() : monitor.robot.cameras;
-    if (!names.length) return html`<p class="empty">${monitor.recording ? "A recording holds no images." : "No camera is there in this realm."}</p>`;
-    const explanation = monitor.recording ? "A recording holds no images: these are the marks." : monitor.looking && "Images are those of now, also while you look back.";
-    return html`<div class="cameras">${explanation ? html`<p class="faint explain">${explanation}</p>` : nothing}
-      ${names.map((name) => html`<hfsm-camera .name=${name} .images=${!monitor.recording}></hfsm-camera>`)}</div>`;
+    if (!names.length)
+      return html`<p class="empty">
+        ${monitor.recording ? "A recording holds no images." : "No camera is there in this realm."}
+      </p>`;
+    const explanation = monitor.recording
+      ? "A recording holds no images: these are the marks."
+      : monitor.looking && "Images are those of now, also while you look back.";
+    return html`<div class="cameras">
+      ${explanation ? html`<p class="faint explain">${explanation}</p>` : nothing}
+      ${names.map((name) => html`<hfsm-camera .name=${name} .images=${!monitor.recording}></hfsm-camera>`)}
+    </div>`;
   }
 }
 
@@ -28,7 +35,11 @@ function markedCameras() {
   return [...new Set(names.filter(Boolean))].sort();
 }
 
-/** The marks on a camera's picture, of now or of the moment of a recording. @returns {{u: number, v: number, label: string}[]} */
+/**
+ * The marks on a camera's picture, of now or of the moment of a recording.
+ *
+ * @returns {{u: number, v: number, label: string}[]}
+ */
 function marksOn(camera) {
   const snapshot = monitor.recording ? monitor.snapshot : monitor.newest;
   const silent = !monitor.recording && (monitor.since || monitor.ended);
@@ -41,7 +52,10 @@ function drawMarks(canvas, marks) {
   const arm = canvas.width / 24;
   for (const {u, v, label} of marks) {
     const words = label.toLowerCase().split(/\s+/);
-    for (const [width, color] of [[canvas.width / 80, "black"], [canvas.width / 160, COLORS.find((each) => words.includes(each)) ?? "white"]]) {
+    for (const [width, color] of [
+      [canvas.width / 80, "black"],
+      [canvas.width / 160, COLORS.find((each) => words.includes(each)) ?? "white"],
+    ]) {
       pen.lineWidth = width;
       pen.strokeStyle = color;
       pen.beginPath();
@@ -61,9 +75,13 @@ class Camera extends MonitorElement {
   render() {
     const title = TITLES[this.name] ?? this.name;
     const marks = marksOn(this.name).map(({u, v, label}) => `${label} ${Math.round(u)}, ${Math.round(v)}`.trim());
-    return html`<figure class="camera ${this.problem ? "lost" : ""}"><canvas width="320" height="240" role="img" aria-label=${title}></canvas>
-      <figcaption>${title}<span class="faint">${this.problem ?? html`<span class="rate"></span>`}</span>
-        ${marks.length ? html`<span class="marks">${marks.join("; ")}</span>` : nothing}</figcaption></figure>`;
+    return html`<figure class="camera ${this.problem ? "lost" : ""}">
+      <canvas width="320" height="240" role="img" aria-label=${title}></canvas>
+      <figcaption>
+        ${title}<span class="faint">${this.problem ?? html`<span class="rate"></span>`}</span>
+        ${marks.length ? html`<span class="marks">${marks.join("; ")}</span>` : nothing}
+      </figcaption>
+    </figure>`;
   }
 
   updated(changed) {
@@ -87,7 +105,8 @@ class Camera extends MonitorElement {
         const passed = performance.now() - since;
         if (passed > 1000) {
           const rate = this.querySelector(".rate");
-          if (rate) rate.textContent = `${canvas.width} × ${canvas.height}, ${Math.round((count * 1000) / passed)} images/s`;
+          if (rate)
+            rate.textContent = `${canvas.width} × ${canvas.height}, ${Math.round((count * 1000) / passed)} images/s`;
           [count, since] = [0, performance.now()];
         }
         if (document.hidden) return;
@@ -101,7 +120,8 @@ class Camera extends MonitorElement {
   #drawWithoutImage() {
     const canvas = this.querySelector("canvas");
     const marks = marksOn(this.name);
-    while (canvas.width < 2560 && marks.some(({u, v}) => u >= canvas.width || v >= canvas.height)) Object.assign(canvas, {width: 2 * canvas.width, height: 2 * canvas.height});
+    while (canvas.width < 2560 && marks.some(({u, v}) => u >= canvas.width || v >= canvas.height))
+      Object.assign(canvas, {width: 2 * canvas.width, height: 2 * canvas.height});
     canvas.getContext("2d").clearRect(0, 0, canvas.width, canvas.height);
     drawMarks(canvas, marks);
   }

@@ -13,10 +13,27 @@ class Cycles extends MonitorElement {
     const {snapshot} = monitor;
     if (!snapshot) return html`<p class="empty">Waiting for the first values.</p>`;
     const {automata, time} = snapshot.component;
-    return html`<div class="live-values"><table class="cycles" aria-label="Cycles">
-      <thead><tr><th scope="col">Automaton</th><th scope="col">State</th><th scope="col">for</th><th scope="col" class="bar-head">Last / period</th><th scope="col">Longest</th><th scope="col">Overruns</th></tr></thead>
-      <tbody>${automata.map((each) => this.#row(each, time))}</tbody></table>
-      <p class="faint explain">Times of cycles in ms, as the wall's clock has them. A cycle that takes longer than the period is an overrun; the next one then begins late.</p></div>`;
+    return html`<div class="live-values">
+      <table class="cycles" aria-label="Cycles">
+        <thead>
+          <tr>
+            <th scope="col">Automaton</th>
+            <th scope="col">State</th>
+            <th scope="col">for</th>
+            <th scope="col" class="bar-head">Last / period</th>
+            <th scope="col">Longest</th>
+            <th scope="col">Overruns</th>
+          </tr>
+        </thead>
+        <tbody>
+          ${automata.map((each) => this.#row(each, time))}
+        </tbody>
+      </table>
+      <p class="faint explain">
+        Times of cycles in ms, as the wall's clock has them. A cycle that takes longer than the period is an overrun;
+        the next one then begins late.
+      </p>
+    </div>`;
   }
 
   #row({id, state, ghost, finished, enteredAt, overruns, cycles, lastCycle, longestCycle}, time) {
@@ -24,12 +41,39 @@ class Cycles extends MonitorElement {
     const part = period > 0 ? lastCycle / period : 0;
     const drawn = page.tab === monitor.tab && page.document?.automata.has(id);
     return html`<tr class=${ghost ? "ghost-row" : ""}>
-      <th scope="row"><button type="button" class="link" title=${name} ?disabled=${!drawn} @click=${() => page.open(id, {states: [state]})}>${name}</button></th>
-      <td>${monitor.stateName(id, state)}${ghost ? html` <span class="faint">ghost</span>` : finished ? html` <span class="faint">finished</span>` : ""}</td>
+      <th scope="row">
+        <button
+          type="button"
+          class="link"
+          title=${name}
+          ?disabled=${!drawn}
+          @click=${() => page.open(id, {states: [state]})}
+        >
+          ${name}
+        </button>
+      </th>
+      <td>
+        ${monitor.stateName(id, state)}${
+          ghost ? html` <span class="faint">ghost</span>` : finished ? html` <span class="faint">finished</span>` : ""
+        }
+      </td>
       <td class="number">${ghost ? "" : spokenSeconds(Math.max(0, time - enteredAt))}</td>
-      <td><div class="cycle-bar" title="${cycles} cycles"><svg viewBox="0 0 100 8" preserveAspectRatio="none" aria-hidden="true"><rect class="track" width="100" height="8"></rect><rect class=${part > 1 ? "over" : part > 0.7 ? "near" : "fine"} width=${Math.min(100, part * 100)} height="8"></rect></svg>
-        <span class="number">${ms(lastCycle)} / ${ms(period)}</span></div></td>
-      <td class="number">${ms(longestCycle)}</td><td class="number ${overruns ? "some-overruns" : ""}">${overruns}</td></tr>`;
+      <td>
+        <div class="cycle-bar" title="${cycles} cycles">
+          <svg viewBox="0 0 100 8" preserveAspectRatio="none" aria-hidden="true">
+            <rect class="track" width="100" height="8"></rect>
+            <rect
+              class=${part > 1 ? "over" : part > 0.7 ? "near" : "fine"}
+              width=${Math.min(100, part * 100)}
+              height="8"
+            ></rect>
+          </svg>
+          <span class="number">${ms(lastCycle)} / ${ms(period)}</span>
+        </div>
+      </td>
+      <td class="number">${ms(longestCycle)}</td>
+      <td class="number ${overruns ? "some-overruns" : ""}">${overruns}</td>
+    </tr>`;
   }
 }
 

@@ -18,15 +18,37 @@ const onEnter = (act) => (event) => {
 /** Ask which event to send, and send it. */
 export async function askEvent() {
   const known = new Set();
-  for (const {transitions} of monitor.structure?.automata ?? []) for (const {event} of transitions) if (event) known.add(event);
+  for (const {transitions} of monitor.structure?.automata ?? [])
+    for (const {event} of transitions) if (event) known.add(event);
   const state = {name: [...known][0] ?? "", data: ""};
   const sent = await showDialog({
     title: "Send an event",
-    content: (close) => html`<div @keydown=${onEnter(() => close(true))}>
-      <div class="field"><label for="event-name">Event</label><input id="event-name" list="event-names" autofocus .value=${state.name} @input=${({target}) => (state.name = target.value)}>
-        <datalist id="event-names">${[...known].map((name) => html`<option value=${name}></option>`)}</datalist></div>
-      <div class="field"><label for="event-data">Data, such as 3, "red" or [1, 2]; may be empty</label><input id="event-data" class="mono" .value=${state.data} @input=${({target}) => (state.data = target.value)}></div></div>`,
-    footer: (close) => html`<button type="button" class="button" @click=${() => close()}>Cancel</button><button type="button" class="button primary" @click=${() => close(true)}>Send</button>`,
+    content: (close) =>
+      html`<div @keydown=${onEnter(() => close(true))}>
+        <div class="field">
+          <label for="event-name">Event</label
+          ><input
+            id="event-name"
+            list="event-names"
+            autofocus
+            .value=${state.name}
+            @input=${({target}) => (state.name = target.value)}
+          />
+          <datalist id="event-names">${[...known].map((name) => html`<option value=${name}></option>`)}</datalist>
+        </div>
+        <div class="field">
+          <label for="event-data">Data, such as 3, "red" or [1, 2]; may be empty</label
+          ><input
+            id="event-data"
+            class="mono"
+            .value=${state.data}
+            @input=${({target}) => (state.data = target.value)}
+          />
+        </div>
+      </div>`,
+    footer: (close) =>
+      html`<button type="button" class="button" @click=${() => close()}>Cancel</button
+        ><button type="button" class="button primary" @click=${() => close(true)}>Send</button>`,
   });
   if (!sent || !state.name.trim()) return;
   const data = state.data.trim() ? valueIn(state.data) : null;
@@ -46,21 +68,50 @@ export async function askCondition(automaton, kind, {id, name}) {
   const state = {condition: known?.condition ?? ""};
   const chosen = await showDialog({
     title: `Breakpoint at ${name || kind}`,
-    content: (close) => html`<p>The component pauses when ${kind === "state" ? "the state has been entered, before its code runs" : "the transition has fired"}, if this is true in ${page.title()}; always when it is empty.</p>
-      <div class="field"><label for="break-condition">Condition, in Python${variables.length ? html`; variables are ${variables.slice(0, 8).join(", ")}` : nothing}</label>
-        <input id="break-condition" class="mono" autofocus spellcheck="false" .value=${state.condition} @keydown=${onEnter(() => close("set"))} @input=${({target}) => (state.condition = target.value)}></div>`,
-    footer: (close) => html`<button type="button" class="button" @click=${() => close()}>Cancel</button>
-      ${known ? html`<button type="button" class="button danger" @click=${() => close("remove")}>Remove</button>` : nothing}
-      <button type="button" class="button primary" @click=${() => close("set")}>Set</button>`,
+    content: (close) =>
+      html`<p>
+          The component pauses when
+          ${kind === "state" ? "the state has been entered, before its code runs" : "the transition has fired"}, if this
+          is true in ${page.title()}; always when it is empty.
+        </p>
+        <div class="field">
+          <label for="break-condition"
+            >Condition, in
+            Python${variables.length ? html`; variables are ${variables.slice(0, 8).join(", ")}` : nothing}</label
+          >
+          <input
+            id="break-condition"
+            class="mono"
+            autofocus
+            spellcheck="false"
+            .value=${state.condition}
+            @keydown=${onEnter(() => close("set"))}
+            @input=${({target}) => (state.condition = target.value)}
+          />
+        </div>`,
+    footer: (close) =>
+      html`<button type="button" class="button" @click=${() => close()}>Cancel</button>
+        ${
+          known
+            ? html`<button type="button" class="button danger" @click=${() => close("remove")}>Remove</button>`
+            : nothing
+        }
+        <button type="button" class="button primary" @click=${() => close("set")}>Set</button>`,
   });
-  if (chosen) await monitor.breakpoints.set(tab, automaton, kind, id, chosen === "set" ? state.condition.trim() : undefined);
+  if (chosen)
+    await monitor.breakpoints.set(tab, automaton, kind, id, chosen === "set" ? state.condition.trim() : undefined);
 }
 
 /** Tell what a reload could not keep. @param {string[]} notKept */
 export function showNotKept(notKept) {
   return showDialog({
     title: "Reloaded",
-    content: () => html`<p>The component goes on in the changed document. This could not be kept:</p><ul class="not-kept">${notKept.map((each) => html`<li>${each}</li>`)}</ul>`,
-    footer: (close) => html`<button type="button" class="button primary" autofocus @click=${() => close()}>Close</button>`,
+    content: () =>
+      html`<p>The component goes on in the changed document. This could not be kept:</p>
+        <ul class="not-kept">
+          ${notKept.map((each) => html`<li>${each}</li>`)}
+        </ul>`,
+    footer: (close) =>
+      html`<button type="button" class="button primary" autofocus @click=${() => close()}>Close</button>`,
   });
 }

@@ -20,7 +20,12 @@ export async function openFollowed() {
   }
   const path = await find(name);
   if (path) await openPath(path);
-  else notify(`No ${name} lies below ${store.greeting.root ?? "the root"}: open the document of ${monitor.component} to see its states.`, "error");
+  else
+    notify(
+      `No ${name} lies below ${store.greeting.root ?? "the root"}: ` +
+        `open the document of ${monitor.component} to see its states.`,
+      "error",
+    );
 }
 
 async function find(name) {

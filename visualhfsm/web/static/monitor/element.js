@@ -15,7 +15,8 @@ export class MonitorElement extends PageElement {
 
   connectedCallback() {
     super.connectedCallback();
-    for (const kind of this.constructor.kinds) this.listen(monitor, kind, kind === "shown" ? () => this.#later() : () => this.requestUpdate());
+    for (const kind of this.constructor.kinds)
+      this.listen(monitor, kind, kind === "shown" ? () => this.#later() : () => this.requestUpdate());
     this.requestUpdate();
   }
 

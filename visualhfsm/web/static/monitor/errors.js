@@ -11,13 +11,56 @@ class LiveErrors extends MonitorElement {
   render() {
     const errors = monitor.snapshot?.component.errors ?? [];
     const health = monitor.snapshot?.robot.health?.events ?? [];
-    if (!errors.length && !health.length) return html`<p class="empty">No errors, neither of the component nor of the robot.</p>`;
+    if (!errors.length && !health.length)
+      return html`<p class="empty">No errors, neither of the component nor of the robot.</p>`;
     return html`<div class="live-values">
-      ${errors.length ? html`<h3>Component</h3><ul class="rows" aria-label="Errors of the component">${grouped(errors).map(([each, count]) => html`<li><button type="button" class="row" @click=${() => jump(each)}>
-        <span class="severity-sign error" role="img" aria-label="error"></span><span class="message">${each.message}${count > 1 ? html` <span class="faint">${count} times</span>` : nothing}</span>
-        <span class="where">${monitor.automaton(each.automaton)?.name ?? each.automaton}, ${monitor.stateName(each.automaton, each.state)}, ${spokenSeconds(each.time)}${each.location ? html`<br>${each.location}` : nothing}</span></button></li>`)}</ul>` : nothing}
-      ${health.length ? html`<h3>Robot</h3><ul class="rows" aria-label="Events of the robot">${health.toReversed().map((each) => html`<li class="row">
-        <span class="severity-sign ${["note", "warning", "error"][each.level]}" role="img" aria-label=${["note", "warning", "error"][each.level]}></span><span class="message">${each.message}</span><span class="where">${each.source}, ${spokenSeconds(each.time)}</span></li>`)}</ul>` : nothing}</div>`;
+      ${
+        errors.length
+          ? html`<h3>Component</h3>
+              <ul class="rows" aria-label="Errors of the component">
+                ${grouped(errors).map(
+                  ([each, count]) =>
+                    html`<li>
+                      <button type="button" class="row" @click=${() => jump(each)}>
+                        <span class="severity-sign error" role="img" aria-label="error"></span
+                        ><span class="message"
+                          >${each.message}${
+                            count > 1 ? html` <span class="faint">${count} times</span>` : nothing
+                          }</span
+                        >
+                        <span class="where"
+                          >${monitor.automaton(each.automaton)?.name ?? each.automaton},
+                          ${monitor.stateName(each.automaton, each.state)},
+                          ${spokenSeconds(each.time)}${each.location ? html`<br />${each.location}` : nothing}</span
+                        >
+                      </button>
+                    </li>`,
+                )}
+              </ul>`
+          : nothing
+      }
+      ${
+        health.length
+          ? html`<h3>Robot</h3>
+              <ul class="rows" aria-label="Events of the robot">
+                ${health
+                  .toReversed()
+                  .map(
+                    (each) =>
+                      html`<li class="row">
+                        <span
+                          class="severity-sign ${["note", "warning", "error"][each.level]}"
+                          role="img"
+                          aria-label=${["note", "warning", "error"][each.level]}
+                        ></span
+                        ><span class="message">${each.message}</span
+                        ><span class="where">${each.source}, ${spokenSeconds(each.time)}</span>
+                      </li>`,
+                  )}
+              </ul>`
+          : nothing
+      }
+    </div>`;
   }
 }
 
@@ -38,7 +81,8 @@ async function jump({automaton, state, location}) {
   const {tab} = monitor;
   if (!tab) return;
   page.show(tab);
-  const found = location && (await store.request("locate", {tab, text: location, automaton, state}).catch(() => undefined));
+  const found =
+    location && (await store.request("locate", {tab, text: location, automaton, state}).catch(() => undefined));
   if (page.tab !== tab) return;
   if (found) page.jump(found.place, {line: found.line});
   else page.jump({kind: "state", automaton, id: state, part: "code"});

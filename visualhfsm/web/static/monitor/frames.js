@@ -6,7 +6,8 @@ const AGAIN = 1500; // ms until a lost connection is tried anew
  * Receive frames until `close` is called.
  *
  * @param {string} path of the websocket
- * @param {{draw: (frame: ArrayBuffer, isFirst: boolean) => Promise<void> | void, lost: (reason: string) => void}} handlers the next frame is
+ * @param {{draw: (frame: ArrayBuffer, isFirst: boolean) => Promise<void> | void, lost: (reason: string) => void}}
+ *   handlers the next frame is
  *   asked for when `draw` is done; it is told which one is the first of a connection
  * @returns {{close: () => void}}
  */

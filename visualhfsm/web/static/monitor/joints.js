@@ -14,27 +14,70 @@ class Joints extends MonitorElement {
     const names = Object.keys(joints);
     return html`<div class="live-values">
       ${health ? this.#health(health) : nothing}
-      ${names.length ? html`<table class="joints" aria-label="Joints"><tbody>${names.map((name) => this.#row(name, joints[name]))}</tbody></table>`
-        : html`<p class="empty">${monitor.recording ? "This recording does not hold the joints." : whyUnknown()}</p>`}</div>`;
+      ${
+        names.length
+          ? html`<table class="joints" aria-label="Joints">
+              <tbody>
+                ${names.map((name) => this.#row(name, joints[name]))}
+              </tbody>
+            </table>`
+          : html`<p class="empty">${monitor.recording ? "This recording does not hold the joints." : whyUnknown()}</p>`
+      }
+    </div>`;
   }
 
   #row(name, angle) {
     const {lower, upper} = monitor.robot.limits.get(name) ?? {};
     const part = upper > lower ? (angle - lower) / (upper - lower) : undefined;
     const near = part !== undefined && (part < NEAR || part > 1 - NEAR);
-    return html`<tr><th scope="row">${name}</th><td>${part === undefined ? nothing : html`<svg class="joint-bar" viewBox="0 0 200 12" preserveAspectRatio="none" role="img" aria-label="between ${degrees(lower)} and ${degrees(upper)}">
-        <rect class="track" y="4.500" width="200" height="3" rx="1.500"></rect><rect class="place ${near ? "near" : ""}" x=${Math.min(196, Math.max(0, part * 200 - 2))} width="4" height="12" rx="2"></rect></svg>`}</td>
-      <td class="number ${near ? "near" : ""}" title=${near ? "near its limit" : ""}>${degrees(angle)}</td></tr>`;
+    return html`<tr>
+      <th scope="row">${name}</th>
+      <td>
+        ${
+          part === undefined
+            ? nothing
+            : html`<svg
+                class="joint-bar"
+                viewBox="0 0 200 12"
+                preserveAspectRatio="none"
+                role="img"
+                aria-label="between ${degrees(lower)} and ${degrees(upper)}"
+              >
+                <rect class="track" y="4.500" width="200" height="3" rx="1.500"></rect>
+                <rect
+                  class="place ${near ? "near" : ""}"
+                  x=${Math.min(196, Math.max(0, part * 200 - 2))}
+                  width="4"
+                  height="12"
+                  rx="2"
+                ></rect>
+              </svg>`
+        }
+      </td>
+      <td class="number ${near ? "near" : ""}" title=${near ? "near its limit" : ""}>${degrees(angle)}</td>
+    </tr>`;
   }
 
   #health({realTimeFactor, lag, torsoTilt, fallen, cameraRates, limitedCommands, velocityTimeouts}) {
     const rates = Object.entries(cameraRates ?? {});
     const facts = [
-      ["Real time factor", realTimeFactor.toFixed(2)], ["Lag", `${(lag * 1000).toFixed(0)} ms`], ["Tilt of the torso", degrees(torsoTilt)],
-      ["Commands limited", limitedCommands], ["Velocities timed out", velocityTimeouts],
+      ["Real time factor", realTimeFactor.toFixed(2)],
+      ["Lag", `${(lag * 1000).toFixed(0)} ms`],
+      ["Tilt of the torso", degrees(torsoTilt)],
+      ["Commands limited", limitedCommands],
+      ["Velocities timed out", velocityTimeouts],
       ...rates.map(([name, rate]) => [name, `${rate.toFixed(0)} images/s`]),
     ];
-    return html`${fallen ? html`<p class="fallen" role="alert">The robot has fallen.</p>` : nothing}<dl class="health">${facts.map(([name, value]) => html`<div><dt>${name}</dt><dd>${value}</dd></div>`)}</dl>`;
+    return html`${fallen ? html`<p class="fallen" role="alert">The robot has fallen.</p>` : nothing}
+      <dl class="health">
+        ${facts.map(
+          ([name, value]) =>
+            html`<div>
+              <dt>${name}</dt>
+              <dd>${value}</dd>
+            </div>`,
+        )}
+      </dl>`;
   }
 }
 

@@ -14,7 +14,8 @@ const FONT = "11px Inter, system-ui, 'DejaVu Sans', sans-serif";
  * Draw lanes from top to bottom.
  *
  * @param {HTMLCanvasElement} canvas
- * @param {{lanes: Lane[], range: Range, laneHeight: number, gap: number, axis: number}} options `axis` is the height of the times below
+ * @param {{lanes: Lane[], range: Range, laneHeight: number, gap: number, axis: number}} options `axis` is the height of
+ *   the times below
  */
 export function drawLanes(canvas, {lanes, range, laneHeight, gap, axis}) {
   const {clientWidth: width, clientHeight: height} = canvas;
@@ -33,7 +34,8 @@ export function drawLanes(canvas, {lanes, range, laneHeight, gap, axis}) {
     const top = index * (laneHeight + gap);
     pen.fillStyle = colors.empty;
     pen.fillRect(0, top, width, laneHeight);
-    for (const span of seen(monitor.past.spans.get(id) ?? [], range)) drawSpan(pen, colors, span, {id, left: x(span.start), right: x(span.end), top, laneHeight, width});
+    for (const span of seen(monitor.past.spans.get(id) ?? [], range))
+      drawSpan(pen, colors, span, {id, left: x(span.start), right: x(span.end), top, laneHeight, width});
   });
   drawAxis(pen, colors, {range, x, width, top: height - axis + 2});
   return x;
@@ -111,7 +113,8 @@ function palette() {
   const style = getComputedStyle(document.documentElement);
   const color = (name) => style.getPropertyValue(name).trim();
   known = {
-    empty: color("--ground"), muted: color("--muted"),
+    empty: color("--ground"),
+    muted: color("--muted"),
     plain: [color("--plain"), color("--plain-line"), color("--plain-ink")],
     parent: [color("--parent"), color("--parent-line"), color("--parent-ink")],
   };

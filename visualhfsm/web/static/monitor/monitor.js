@@ -6,11 +6,15 @@
  *
  * @typedef {{id: number, state: number, ghost: boolean, finished: boolean, lastTransition: number, enteredAt: number,
  *   timers: {transition: number, remaining: number}[], guards: {transition: number, value: boolean}[],
- *   variables: Record<string, string>, cycles: number, overruns: number, lastCycle: number, longestCycle: number}} AutomatonNow
- * @typedef {{time: number, status: number, generation: number, automata: AutomatonNow[], parameters: Record<string, string>,
- *   stoppedAt: Breakpoint[], errors: {time: number, automaton: number, state: number, location: string, message: string}[], marks: {camera: string, u: number, v: number, label: string}[], refusal: string}} ComponentNow
+ *   variables: Record<string, string>, cycles: number, overruns: number, lastCycle: number, longestCycle: number}}
+ *   AutomatonNow
+ * @typedef {{time: number, status: number, generation: number, automata: AutomatonNow[], parameters: Record<string,
+ *   string>,
+ *   stoppedAt: Breakpoint[], errors: {time: number, automaton: number, state: number, location: string, message:
+ *   string}[], marks: {camera: string, u: number, v: number, label: string}[], refusal: string}} ComponentNow
  * @typedef {import("./breakpoints.js").Breakpoint} Breakpoint
- * @typedef {{at: number, component: ComponentNow, robot: {joints: Record<string, number>, pan: number | null, tilt: number | null, health: object | null}}} Snapshot
+ * @typedef {{at: number, component: ComponentNow, robot: {joints: Record<string, number>, pan: number | null, tilt:
+ *   number | null, health: object | null}}} Snapshot
  */
 
 import {notifyError} from "../notices.js";
@@ -40,7 +44,12 @@ class RobotFacts {
     this.cameras = facts?.cameras ?? [];
   }
 
-  /** Ask for what is missing of a robot that is there, now and then. @param {() => Promise<object>} ask @returns {Promise<boolean>} whether it came */
+  /**
+   * Ask for what is missing of a robot that is there, now and then.
+   *
+   * @param {() => Promise<object>} ask
+   * @returns {Promise<boolean>} whether it came
+   */
   async complete(ask) {
     if (this.limits.size || performance.now() - this.#asked < FACTS_AGAIN) return false;
     this.#asked = performance.now();
@@ -59,7 +68,8 @@ class Structure {
   constructor(reported) {
     this.automata = new Map((reported?.automata ?? []).map((each) => [each.id, each]));
     this.transitions = new Map();
-    for (const {id, transitions} of this.automata.values()) for (const each of transitions) this.transitions.set(`${id}/${each.id}`, each);
+    for (const {id, transitions} of this.automata.values())
+      for (const each of transitions) this.transitions.set(`${id}/${each.id}`, each);
   }
 
   automaton(id) {
@@ -78,7 +88,11 @@ class Structure {
   /** Whether there is what a breakpoint stands at. @param {Breakpoint} breakpoint */
   has({automaton, state, transition}) {
     const found = this.automaton(automaton);
-    return Boolean(found) && (!state || found.states.some((each) => each.id === state)) && (!transition || this.transitions.has(`${automaton}/${transition}`));
+    return (
+      Boolean(found) &&
+      (!state || found.states.some((each) => each.id === state)) &&
+      (!transition || this.transitions.has(`${automaton}/${transition}`))
+    );
   }
 }
 
@@ -127,7 +141,11 @@ class Monitor extends EventTarget {
   past = new Past();
   /** Since when nothing is heard of it, s since 1970; 0 while it speaks. */
   since = 0;
-  /** How it ended, when it was meant to or an error ended it. @type {{at: number, message: string, exitCode?: number} | undefined} */
+  /**
+   * How it ended, when it was meant to or an error ended it.
+   *
+   * @type {{at: number, message: string, exitCode?: number} | undefined}
+   */
   ended = undefined;
   /** Whether it may be steered, beside being stopped. */
   writable = false;
@@ -240,8 +258,10 @@ class Monitor extends EventTarget {
       notifyError(error);
       return false;
     }
-    if (this.#attaching !== asked) { // another one was chosen meanwhile
-      if (![this.component, this.#attaching?.component].includes(component)) store.request("detach", {component}).catch(() => {}); // it is gone already
+    if (this.#attaching !== asked) {
+      // another one was chosen meanwhile
+      if (![this.component, this.#attaching?.component].includes(component))
+        store.request("detach", {component}).catch(() => {}); // it is gone already
       return false;
     }
     this.#attaching = undefined;
@@ -273,7 +293,18 @@ class Monitor extends EventTarget {
   async detach() {
     const {component} = this;
     if (!component) return;
-    Object.assign(this, {component: "", structure: undefined, newest: undefined, looking: undefined, breakpoints: new Breakpoints(this), since: 0, ended: undefined, writable: false, recording: undefined, past: new Past()});
+    Object.assign(this, {
+      component: "",
+      structure: undefined,
+      newest: undefined,
+      looking: undefined,
+      breakpoints: new Breakpoints(this),
+      since: 0,
+      ended: undefined,
+      writable: false,
+      recording: undefined,
+      past: new Past(),
+    });
     this.#learn(undefined);
     this.#emit("mode", "shown");
     if (store.online) await store.request("detach", {component}).catch(() => {}); // it is gone already
@@ -338,7 +369,8 @@ class Monitor extends EventTarget {
     if (value?.cameras?.length) this.robot.cameras = value.cameras;
     this.#known = new Structure(this.structure);
     this.#emit("structure", "shown");
-    if (renewed && !this.breakpoints.all.length) this.breakpoints.restore(this.#known); // a component that is started anew knows of none
+    // A component that is started anew knows of none.
+    if (renewed && !this.breakpoints.all.length) this.breakpoints.restore(this.#known);
   }
 
   #take(value) {
@@ -356,13 +388,15 @@ class Monitor extends EventTarget {
     if (!this.looking) this.#emit("shown");
     this.#emit("snapshot");
     if (wasLost || restarted || status !== value.component.status) this.#emit("mode");
-    if (Object.keys(value.robot.joints).length) this.robot.complete(() => this.control("facts")).then((came) => came && this.#emit("structure"));
+    if (Object.keys(value.robot.joints).length)
+      this.robot.complete(() => this.control("facts")).then((came) => came && this.#emit("structure"));
   }
 
   /** What was started here has ended. */
   #ran({tab, message, exitCode}) {
     if (tab === this.#tab) this.#expected = "";
-    if (this.component && !this.recording && this.isOf(this.component, tab)) this.end(this.ended?.message ?? message, exitCode);
+    if (this.component && !this.recording && this.isOf(this.component, tab))
+      this.end(this.ended?.message ?? message, exitCode);
   }
 
   #lose(since) {

@@ -45,20 +45,43 @@ function liveOf(id) {
     for (const {transition, value} of guards) put(`t${transition}`, {guard: value});
   }
   for (const {key, conditional, state, transition} of breakpointsIn(id, monitor.breakpoints.all)) {
-    const hit = component.stoppedAt.some((each) => each.automaton === id && each.state === state && each.transition === transition);
+    const hit = component.stoppedAt.some(
+      (each) => each.automaton === id && each.state === state && each.transition === transition,
+    );
     put(key, {breakpoint: hit ? "hit" : conditional ? "conditional" : "set"});
   }
   return live;
 }
 
-/** What an automaton shows whose component is not followed: where it is to pause. @returns {Map<string, import("../canvas/live-marks.js").Live>} */
-const plannedOf = (id, breakpoints) => new Map(breakpointsIn(id, breakpoints).map(({key, conditional}) => [key, {breakpoint: conditional ? "conditional" : "set"}]));
+/**
+ * What an automaton shows whose component is not followed: where it is to pause.
+ *
+ * @returns {Map<string, import("../canvas/live-marks.js").Live>}
+ */
+const plannedOf = (id, breakpoints) =>
+  new Map(
+    breakpointsIn(id, breakpoints).map(({key, conditional}) => [
+      key,
+      {breakpoint: conditional ? "conditional" : "set"},
+    ]),
+  );
 
 /** The breakpoints of an automaton. @param {import("./breakpoints.js").Breakpoint[]} breakpoints */
-const breakpointsIn = (id, breakpoints) => breakpoints.filter(({automaton}) => automaton === id)
-  .map(({state, transition, condition}) => ({key: state ? `s${state}` : `t${transition}`, conditional: Boolean(condition), state, transition}));
+const breakpointsIn = (id, breakpoints) =>
+  breakpoints
+    .filter(({automaton}) => automaton === id)
+    .map(({state, transition, condition}) => ({
+      key: state ? `s${state}` : `t${transition}`,
+      conditional: Boolean(condition),
+      state,
+      transition,
+    }));
 
-/** Follows the page and the monitor for as long as the page lives. @param {import("../canvas/canvas.js").HfsmCanvas} canvas */
+/**
+ * Follows the page and the monitor for as long as the page lives.
+ *
+ * @param {import("../canvas/canvas.js").HfsmCanvas} canvas
+ */
 export function showOn(canvas) {
   let shown = false;
   let marked = "";
@@ -73,13 +96,17 @@ export function showOn(canvas) {
     const signature = running.map(({id, state, ghost}) => `${id}.${state}${ghost ? "g" : ""}`).join();
     if (signature !== marked) {
       marked = signature;
-      document.querySelector("hfsm-tree")?.showLive(new Map(running.map(({id, state, ghost}) => [`${id}.${state}`, ghost ? "ghost" : "active"])));
+      document
+        .querySelector("hfsm-tree")
+        ?.showLive(new Map(running.map(({id, state, ghost}) => [`${id}.${state}`, ghost ? "ghost" : "active"])));
     }
     const planned = here || !page.automaton ? [] : monitor.breakpoints.of(page.tab);
     if (!here && !shown && !planned.length) return;
     shown = Boolean(here || planned.length);
     if (here && monitor.follows) followDeepest();
-    canvas.showLive(!page.automaton ? undefined : here ? liveOf(page.automaton.id) : plannedOf(page.automaton.id, planned));
+    canvas.showLive(
+      !page.automaton ? undefined : here ? liveOf(page.automaton.id) : plannedOf(page.automaton.id, planned),
+    );
   };
   for (const kind of ["shown", "mode", "structure"]) monitor.addEventListener(kind, draw);
   for (const kind of ["tab", "automaton", "highlight"]) page.addEventListener(kind, draw);
@@ -90,11 +117,15 @@ export function showOn(canvas) {
 /** Show the automaton that is active deepest below the root, in the order of the document. */
 function followDeepest() {
   const {automata} = page.document;
-  const active = new Map(monitor.snapshot.component.automata.filter((each) => !each.ghost).map((each) => [each.id, each]));
+  const active = new Map(
+    monitor.snapshot.component.automata.filter((each) => !each.ghost).map((each) => [each.id, each]),
+  );
   let each = [...automata.values()].find(({father}) => father === 0);
   for (;;) {
     const {state} = active.get(each?.id) ?? {};
-    const below = each?.states.find(({id}) => id === state)?.children.find((id) => active.has(id) && automata.get(id)?.states.length);
+    const below = each?.states
+      .find(({id}) => id === state)
+      ?.children.find((id) => active.has(id) && automata.get(id)?.states.length);
     if (below === undefined) break;
     each = automata.get(below);
   }

@@ -22,18 +22,44 @@ const ROOMY = 480; // px of height from which on the signs are explained without
 
 /* What the signs on the canvas mean while a component is followed. */
 
-const circle = (kind) => svg`<g class="state ${kind}" transform="translate(15,12)"><circle class="glow" r="10.5"></circle><circle class="body" r="8"></circle></g>`;
+const circle = (kind) =>
+  svg`<g class="state ${kind}" transform="translate(15,12)">
+    <circle class="glow" r="10.5"></circle><circle class="body" r="8"></circle></g>`;
 const SIGNS = [
   ["current", circle("active")],
   ["ghost: kept while the state above is left", circle("ghost")],
   ["left just before", circle("trail")],
-  ["finished", svg`<g class="state active finished" transform="translate(15,12)"><circle class="body" r="8"></circle><path class="finished-sign" d="M-3.500 0L-1 2.500L3.500-2.500"></path></g>`],
-  ["fired last", svg`<g class="transition fired"><path class="glow" d="M2 14Q15 2 28 14"></path><path class="line" d="M2 14Q15 2 28 14"></path></g>`],
-  ["time that remains", svg`<g class="transition waiting"><g transform="translate(15,12)"><circle class="knob" r="7"></circle><circle class="timer" r="9" pathLength="1" stroke-dasharray="0.65 1"></circle></g></g>`],
+  [
+    "finished",
+    svg`<g class="state active finished" transform="translate(15,12)">
+      <circle class="body" r="8"></circle><path class="finished-sign" d="M-3.500 0L-1 2.500L3.500-2.500"></path></g>`,
+  ],
+  [
+    "fired last",
+    svg`<g class="transition fired">
+      <path class="glow" d="M2 14Q15 2 28 14"></path><path class="line" d="M2 14Q15 2 28 14"></path></g>`,
+  ],
+  [
+    "time that remains",
+    svg`<g class="transition waiting"><g transform="translate(15,12)">
+      <circle class="knob" r="7"></circle>
+      <circle class="timer" r="9" pathLength="1" stroke-dasharray="0.65 1"></circle></g></g>`,
+  ],
   ["breakpoint", svg`<circle class="legend-break" cx="15" cy="12" r="5.5"></circle>`],
 ];
 
-const liveLegend = (open) => html`<details class="live-legend" ?open=${open}><summary>Signs on the canvas</summary><ul>${SIGNS.map(([words, sign]) => html`<li><svg width="30" height="24" viewBox="0 0 30 24" aria-hidden="true">${sign}</svg><span>${words}</span></li>`)}</ul></details>`;
+const liveLegend = (open) =>
+  html`<details class="live-legend" ?open=${open}>
+    <summary>Signs on the canvas</summary>
+    <ul>
+      ${SIGNS.map(
+        ([words, sign]) =>
+          html`<li>
+            <svg width="30" height="24" viewBox="0 0 30 24" aria-hidden="true">${sign}</svg><span>${words}</span>
+          </li>`,
+      )}
+    </ul>
+  </details>`;
 
 class MonitorPanel extends MonitorElement {
   static properties = {context: {attribute: false}, chosen: {state: true}};
@@ -56,14 +82,19 @@ class MonitorPanel extends MonitorElement {
 
   render() {
     if (!monitor.component) {
-      return html`<div class="empty"><p>Nothing is followed. Press F5 to run this component, or Alt+A to follow one that runs already.</p></div>`;
+      return html`<div class="empty">
+        <p>Nothing is followed. Press F5 to run this component, or Alt+A to follow one that runs already.</p>
+      </div>`;
     }
     const errors = monitor.snapshot?.component.errors.length ?? 0;
     const tabs = TABS.map(({id, label}) => ({id, label, filled: id === "errors" && errors > 0}));
     return html`<div class="monitor-panel">
       ${tabStrip({label: "Live values", tabs, chosen: this.chosen, choose: (id) => this.choose(id), prefix: "live"})}
-      <div class="tab-panel" role="tabpanel" tabindex="0" id="live-panel" aria-labelledby="live-tab-${this.chosen}">${this.elements.get(this.chosen) ?? nothing}</div>
-      ${liveLegend(this.roomy)}</div>`;
+      <div class="tab-panel" role="tabpanel" tabindex="0" id="live-panel" aria-labelledby="live-tab-${this.chosen}">
+        ${this.elements.get(this.chosen) ?? nothing}
+      </div>
+      ${liveLegend(this.roomy)}
+    </div>`;
   }
 
   /** Show one of the tabs. */
@@ -77,7 +108,8 @@ class MonitorPanel extends MonitorElement {
       notifyError(new Error(`${module} could not be loaded: ${error.message}`));
       return;
     }
-    if (!this.elements.has(id)) this.elements.set(id, Object.assign(document.createElement(tag), {context: this.context}));
+    if (!this.elements.has(id))
+      this.elements.set(id, Object.assign(document.createElement(tag), {context: this.context}));
     this.requestUpdate();
   }
 }

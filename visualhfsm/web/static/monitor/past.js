@@ -15,10 +15,21 @@ export class Past {
     this.start = timeline?.start ?? Infinity;
     this.end = timeline?.end ?? 0;
     /** @type {Change[]} */
-    this.changes = (timeline?.changes ?? []).map(([time, automaton, origin, destination, transition]) => ({time, automaton, origin, destination, transition}));
-    /** When which state was the current one. @type {Map<number, {state: number, ghost: boolean, start: number, end: number}[]>} */
+    this.changes = (timeline?.changes ?? []).map(([time, automaton, origin, destination, transition]) => ({
+      time,
+      automaton,
+      origin,
+      destination,
+      transition,
+    }));
+    /**
+     * When which state was the current one.
+     *
+     * @type {Map<number, {state: number, ghost: boolean, start: number, end: number}[]>}
+     */
     this.spans = new Map();
-    for (const [automaton, state, ghost, start, end] of timeline?.spans ?? []) this.#of(automaton).push({state, ghost, start, end});
+    for (const [automaton, state, ghost, start, end] of timeline?.spans ?? [])
+      this.#of(automaton).push({state, ghost, start, end});
     this.#count = timeline?.spans.length ?? 0;
     /** Names of all that can be plotted. @type {Set<string>} */
     this.numbers = new Set(timeline?.numbers ?? []);
@@ -39,8 +50,18 @@ export class Past {
       const spans = this.#of(id);
       const last = spans.at(-1);
       const before = this.#before.get(id) ?? (last && {state: last.state, ghost: last.ghost});
-      const changed = before && (before.state !== state || (!before.ghost && !ghost && before.enteredAt !== undefined && before.enteredAt !== enteredAt));
-      if (changed) this.changes.push({time: enteredAt > 0 && enteredAt <= time ? enteredAt : time, automaton: id, origin: before.state, destination: state, transition: lastTransition});
+      const changed =
+        before &&
+        (before.state !== state ||
+          (!before.ghost && !ghost && before.enteredAt !== undefined && before.enteredAt !== enteredAt));
+      if (changed)
+        this.changes.push({
+          time: enteredAt > 0 && enteredAt <= time ? enteredAt : time,
+          automaton: id,
+          origin: before.state,
+          destination: state,
+          transition: lastTransition,
+        });
       this.#before.set(id, {state, ghost, enteredAt});
       if (last && last.state === state && last.ghost === ghost && !changed) last.end = time;
       else {

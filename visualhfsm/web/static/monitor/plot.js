@@ -33,7 +33,10 @@ export class Plot {
     this.#sizes.observe(this.element);
   }
 
-  #sizes = new ResizeObserver(() => this.#chart && this.element.clientWidth && this.#chart.setSize({width: this.element.clientWidth, height: HEIGHT}));
+  #sizes = new ResizeObserver(
+    () =>
+      this.#chart && this.element.clientWidth && this.#chart.setSize({width: this.element.clientWidth, height: HEIGHT}),
+  );
 
   choose(names) {
     this.names = names;
@@ -81,11 +84,14 @@ export class Plot {
   /** Draw soon. */
   draw() {
     if (this.#timer) return;
-    this.#timer = setTimeout(() => {
-      this.#timer = 0;
-      this.#drawn = performance.now();
-      this.#drawNow();
-    }, Math.max(0, this.#drawn + EVERY - performance.now()));
+    this.#timer = setTimeout(
+      () => {
+        this.#timer = 0;
+        this.#drawn = performance.now();
+        this.#drawNow();
+      },
+      Math.max(0, this.#drawn + EVERY - performance.now()),
+    );
   }
 
   close() {
@@ -102,7 +108,10 @@ export class Plot {
     this.theme = theme;
     this.#chart ??= this.#make(width);
     const at = monitor.snapshot?.component.time ?? 0;
-    const end = monitor.looking && !monitor.recording ? Math.max(at, Math.min(monitor.past.end, at + this.span / 2)) : monitor.past.end;
+    const end =
+      monitor.looking && !monitor.recording
+        ? Math.max(at, Math.min(monitor.past.end, at + this.span / 2))
+        : monitor.past.end;
     this.#chart.setData(this.#data, false);
     this.#chart.batch(() => {
       const start = monitor.recording ? 0 : Math.max(Math.min(this.#data[0][0] ?? 0, end), end - this.span);
@@ -113,14 +122,45 @@ export class Plot {
   #make(width) {
     const style = getComputedStyle(document.documentElement);
     const color = (name) => style.getPropertyValue(name).trim();
-    const axis = {stroke: color("--muted"), grid: {stroke: color("--line"), width: 1}, ticks: {stroke: color("--line"), width: 1}, font: "11px Inter, system-ui, 'DejaVu Sans', sans-serif"};
+    const axis = {
+      stroke: color("--muted"),
+      grid: {stroke: color("--line"), width: 1},
+      ticks: {stroke: color("--line"), width: 1},
+      font: "11px Inter, system-ui, 'DejaVu Sans', sans-serif",
+    };
     const dashes = [[], [7, 4], [2, 3], [10, 3, 2, 3]];
-    return new uPlot({
-      width, height: HEIGHT, legend: {show: false}, cursor: {y: false, points: {size: 5}}, scales: {x: {time: false}},
-      axes: [{...axis, size: 26, values: (_chart, all, _axis, _space, step) => all.map((each) => `${+each.toFixed(step < 1 ? 2 : 1)} s`)}, {...axis, size: 52}],
-      series: [{}, ...this.names.map((name, index) => ({label: this.titleOf(name), stroke: color(`--line-${index % 8}`), width: 1.6, dash: dashes[Math.floor(index / 2) % 4], points: {show: false}, spanGaps: false, paths: uPlot.paths.stepped({align: 1})}))],
-      hooks: {draw: [(chart) => this.#drawMoment(chart, color("--select"))]},
-    }, this.#data, this.element);
+    return new uPlot(
+      {
+        width,
+        height: HEIGHT,
+        legend: {show: false},
+        cursor: {y: false, points: {size: 5}},
+        scales: {x: {time: false}},
+        axes: [
+          {
+            ...axis,
+            size: 26,
+            values: (_chart, all, _axis, _space, step) => all.map((each) => `${+each.toFixed(step < 1 ? 2 : 1)} s`),
+          },
+          {...axis, size: 52},
+        ],
+        series: [
+          {},
+          ...this.names.map((name, index) => ({
+            label: this.titleOf(name),
+            stroke: color(`--line-${index % 8}`),
+            width: 1.6,
+            dash: dashes[Math.floor(index / 2) % 4],
+            points: {show: false},
+            spanGaps: false,
+            paths: uPlot.paths.stepped({align: 1}),
+          })),
+        ],
+        hooks: {draw: [(chart) => this.#drawMoment(chart, color("--select"))]},
+      },
+      this.#data,
+      this.element,
+    );
   }
 
   /** While somebody looks back, where that is. */

@@ -36,16 +36,84 @@ class Plots extends MonitorElement {
   render() {
     if (!this.plots.length && this.names.size) this.#add(this.#suggestion());
     return html`<div class="plots">
-      <div class="list-tools"><button type="button" class="tool" @click=${() => this.#add([])}>${icon("add")}Add a plot</button><span class="room"></span>
-        <label>Window <select aria-label="Window" @change=${({target}) => this.#resize(Number(target.value))}>${[10, 30, 60, 300, 1800].map((each) => html`<option value=${each} ?selected=${each === this.span}>${each < 60 ? `${each} s` : `${each / 60} min`}</option>`)}</select></label></div>
-      ${this.plots.map((plot, index) => html`<section class="plot" aria-label="Plot ${index + 1}">
-        <div class="plot-head"><ul aria-label="Numbers of the plot">${plot.names.map((name, line) => html`<li><span class="line-sign line-${line % 8}" aria-hidden="true"></span><span>${this.#titleOf(name)}</span><output class="number" data-name=${name}></output>
-            <button type="button" class="action bare" aria-label="Remove ${this.#titleOf(name)}" title="Remove" @click=${() => this.#choose(plot, plot.names.filter((each) => each !== name))}>${icon("close")}</button></li>`)}</ul>
-          ${plot.names.length < MOST_LINES ? html`<select class="pick" aria-label="Add a number to plot ${index + 1}" @change=${({target}) => { if (target.value) this.#choose(plot, [...plot.names, target.value]); target.value = ""; }}>
-            <option value="">Add…</option>${this.#groups().map(([title, names]) => html`<optgroup label=${title}>${names.filter((name) => !plot.names.includes(name)).map((name) => html`<option value=${name}>${this.#titleOf(name)}</option>`)}</optgroup>`)}</select>` : nothing}
-          <button type="button" class="action bare" aria-label="Remove plot ${index + 1}" title="Remove the plot" @click=${() => this.#remove(plot)}>${icon("delete")}</button></div>
-        ${plot.element}</section>`)}
-      ${this.plots.length ? nothing : html`<p class="empty">There are no numbers to plot yet.</p>`}</div>`;
+      <div class="list-tools">
+        <button type="button" class="tool" @click=${() => this.#add([])}>${icon("add")}Add a plot</button
+        ><span class="room"></span>
+        <label
+          >Window
+          <select aria-label="Window" @change=${({target}) => this.#resize(Number(target.value))}>
+            ${[10, 30, 60, 300, 1800].map(
+              (each) =>
+                html`<option value=${each} ?selected=${each === this.span}>
+                  ${each < 60 ? `${each} s` : `${each / 60} min`}
+                </option>`,
+            )}
+          </select></label
+        >
+      </div>
+      ${this.plots.map(
+        (plot, index) =>
+          html`<section class="plot" aria-label="Plot ${index + 1}">
+            <div class="plot-head">
+              <ul aria-label="Numbers of the plot">
+                ${plot.names.map(
+                  (name, line) =>
+                    html`<li>
+                      <span class="line-sign line-${line % 8}" aria-hidden="true"></span
+                      ><span>${this.#titleOf(name)}</span><output class="number" data-name=${name}></output>
+                      <button
+                        type="button"
+                        class="action bare"
+                        aria-label="Remove ${this.#titleOf(name)}"
+                        title="Remove"
+                        @click=${() =>
+                          this.#choose(
+                            plot,
+                            plot.names.filter((each) => each !== name),
+                          )}
+                      >
+                        ${icon("close")}
+                      </button>
+                    </li>`,
+                )}
+              </ul>
+              ${
+                plot.names.length < MOST_LINES
+                  ? html`<select
+                      class="pick"
+                      aria-label="Add a number to plot ${index + 1}"
+                      @change=${({target}) => {
+                        if (target.value) this.#choose(plot, [...plot.names, target.value]);
+                        target.value = "";
+                      }}
+                    >
+                      <option value="">Add…</option>
+                      ${this.#groups().map(
+                        ([title, names]) =>
+                          html`<optgroup label=${title}>
+                            ${names
+                              .filter((name) => !plot.names.includes(name))
+                              .map((name) => html`<option value=${name}>${this.#titleOf(name)}</option>`)}
+                          </optgroup>`,
+                      )}
+                    </select>`
+                  : nothing
+              }
+              <button
+                type="button"
+                class="action bare"
+                aria-label="Remove plot ${index + 1}"
+                title="Remove the plot"
+                @click=${() => this.#remove(plot)}
+              >
+                ${icon("delete")}
+              </button>
+            </div>
+            ${plot.element}
+          </section>`,
+      )}
+      ${this.plots.length ? nothing : html`<p class="empty">There are no numbers to plot yet.</p>`}
+    </div>`;
   }
 
   /** What is plotted at first: variables of automata, else the joints of the head. */
@@ -99,7 +167,8 @@ class Plots extends MonitorElement {
     if (this.component !== monitor.component) this.#forget();
     const numbers = monitor.newest ? numbersOf(monitor.newest) : new Map();
     const before = this.names.size;
-    for (const name of [...monitor.past.numbers, ...numbers.keys()]) if (this.names.size < MOST_NAMES) this.names.add(name);
+    for (const name of [...monitor.past.numbers, ...numbers.keys()])
+      if (this.names.size < MOST_NAMES) this.names.add(name);
     if (this.names.size !== before) this.requestUpdate();
     for (const plot of this.plots) plot.append(numbers);
   }
@@ -118,7 +187,15 @@ class Plots extends MonitorElement {
   #groups() {
     const groups = new Map();
     for (const name of [...this.names].sort()) {
-      const title = /^\d+[.:]/.test(name) ? monitor.automaton(Number.parseInt(name, 10))?.name ?? "Automaton" : {joint: "Joints (rad)", self: "Parameters", robot: "Robot", images: "Images a second", mark: "Marks (pixels)"}[name.split(".")[0]] ?? "Other";
+      const title = /^\d+[.:]/.test(name)
+        ? (monitor.automaton(Number.parseInt(name, 10))?.name ?? "Automaton")
+        : ({
+            joint: "Joints (rad)",
+            self: "Parameters",
+            robot: "Robot",
+            images: "Images a second",
+            mark: "Marks (pixels)",
+          }[name.split(".")[0]] ?? "Other");
       groups.set(title, [...(groups.get(title) ?? []), name]);
     }
     return [...groups];
@@ -128,7 +205,7 @@ class Plots extends MonitorElement {
     const [, id, sign, rest] = /^(\d+)([.:])(.*)$/.exec(name) ?? [];
     if (!id) return name.replace(/^(joint|self)\./, "");
     const automaton = monitor.automaton(Number(id))?.name ?? id;
-    return `${automaton} ${sign === ":" ? {lastCycle: "cycle (s)", overruns: "overruns"}[rest] ?? rest : rest}`;
+    return `${automaton} ${sign === ":" ? ({lastCycle: "cycle (s)", overruns: "overruns"}[rest] ?? rest) : rest}`;
   }
 }
 

@@ -1,8 +1,29 @@
 /** The robot's body as three.js draws it: the geometry once, then poses. */
 
 import {
-  AmbientLight, Box3, BoxGeometry, BufferAttribute, BufferGeometry, CapsuleGeometry, Color, CylinderGeometry, DirectionalLight, DoubleSide, GridHelper, Group, HemisphereLight,
-  Mesh, MeshStandardMaterial, OrbitControls, PerspectiveCamera, Scene, Sphere, SphereGeometry, SRGBColorSpace, Vector3, WebGLRenderer,
+  AmbientLight,
+  Box3,
+  BoxGeometry,
+  BufferAttribute,
+  BufferGeometry,
+  CapsuleGeometry,
+  Color,
+  CylinderGeometry,
+  DirectionalLight,
+  DoubleSide,
+  GridHelper,
+  Group,
+  HemisphereLight,
+  Mesh,
+  MeshStandardMaterial,
+  OrbitControls,
+  PerspectiveCamera,
+  Scene,
+  Sphere,
+  SphereGeometry,
+  SRGBColorSpace,
+  Vector3,
+  WebGLRenderer,
 } from "three";
 
 /** Shapes of `nao_h25.json`; sizes are radii and half lengths in m, along z. */
@@ -64,7 +85,16 @@ export class RobotScene {
       const key = `${red},${green},${blue},${glow}`;
       if (!materials.has(key)) {
         const color = new Color().setRGB(red, green, blue, SRGBColorSpace);
-        materials.set(key, new MeshStandardMaterial({color, emissive: color, emissiveIntensity: glow, roughness: 0.45, side: DoubleSide}));
+        materials.set(
+          key,
+          new MeshStandardMaterial({
+            color,
+            emissive: color,
+            emissiveIntensity: glow,
+            roughness: 0.45,
+            side: DoubleSide,
+          }),
+        );
       }
       return materials.get(key);
     };
@@ -79,7 +109,8 @@ export class RobotScene {
       if (quaternion) part.quaternion.fromArray(quaternion);
       groups.get(link)?.add(part);
     }
-    for (const [name, {radius, color}] of Object.entries(described.balls)) groups.get(name)?.add(new Mesh(SHAPES.sphere([radius]), material(color)));
+    for (const [name, {radius, color}] of Object.entries(described.balls))
+      groups.get(name)?.add(new Mesh(SHAPES.sphere([radius]), material(color)));
     this.parts = [...groups.values()];
     this.balls = Object.keys(described.balls).map((name) => groups.get(name));
     this.framed = 0;
@@ -125,7 +156,10 @@ export class RobotScene {
     const around = box.getBoundingSphere(new Sphere());
     const distance = (around.radius + 0.08) / Math.sin((this.camera.fov * Math.PI) / 360);
     this.controls.target.copy(around.center);
-    this.camera.position.copy(FROM).setLength(distance / Math.min(1, this.camera.aspect)).add(around.center);
+    this.camera.position
+      .copy(FROM)
+      .setLength(distance / Math.min(1, this.camera.aspect))
+      .add(around.center);
     this.controls.update();
   }
 

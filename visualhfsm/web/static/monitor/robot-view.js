@@ -12,7 +12,10 @@ class RobotView extends MonitorElement {
   static properties = {problem: {state: true}};
 
   render() {
-    return html`<div class="robot-view"><div class="stage"></div><p class="robot-hint faint" role="status">${this.problem ?? hint()}</p></div>`;
+    return html`<div class="robot-view">
+      <div class="stage"></div>
+      <p class="robot-hint faint" role="status">${this.problem ?? hint()}</p>
+    </div>`;
   }
 
   updated(changed) {
@@ -53,7 +56,8 @@ class RobotView extends MonitorElement {
 }
 
 function hint() {
-  if (monitor.newest?.robot.health?.fallen) return "It has fallen. Of a real robot it is known how far it is tilted, but not to which side.";
+  if (monitor.newest?.robot.health?.fallen)
+    return "It has fallen. Of a real robot it is known how far it is tilted, but not to which side.";
   return monitor.looking ? "The robot as it is now, also while you look back." : "Drag to turn, wheel to come closer.";
 }
 

@@ -14,7 +14,8 @@ export async function stopRobot() {
     const problems = Object.entries(failed).map(([name, reason]) => `${name}: ${reason}`);
     if (stopped.includes(monitor.component)) monitor.end("it was stopped by STOP");
     if (stopped.length) notify(`Stopped: ${stopped.join(", ")}.`);
-    else if (!problems.length) notify("There was nothing to stop: neither the robot nor the component is there.", "error");
+    else if (!problems.length)
+      notify("There was nothing to stop: neither the robot nor the component is there.", "error");
     if (problems.length) notify(`Not stopped. ${problems.join("; ")}`, "error");
   } catch (error) {
     notify(`STOP did not reach the robot: ${error.message} Use the robot's own button.`, "error");
@@ -23,10 +24,21 @@ export async function stopRobot() {
 
 /** Listen before everybody else, also while a dialog is open. */
 export function listenForStop() {
-  window.addEventListener("keydown", (event) => {
-    if (event.code !== "Space" || !event.shiftKey || !(event.ctrlKey || event.metaKey) || event.repeat || !monitor.component) return;
-    event.preventDefault();
-    event.stopImmediatePropagation();
-    stopRobot();
-  }, {capture: true});
+  window.addEventListener(
+    "keydown",
+    (event) => {
+      if (
+        event.code !== "Space" ||
+        !event.shiftKey ||
+        !(event.ctrlKey || event.metaKey) ||
+        event.repeat ||
+        !monitor.component
+      )
+        return;
+      event.preventDefault();
+      event.stopImmediatePropagation();
+      stopRobot();
+    },
+    {capture: true},
+  );
 }

@@ -45,7 +45,10 @@ class Timeline extends MonitorElement {
   }
 
   render() {
-    if (!monitor.component) return html`<p class="empty">Nothing is followed. Press F5 to run this component, or Alt+A to follow one that runs.</p>`;
+    if (!monitor.component)
+      return html`<p class="empty">
+        Nothing is followed. Press F5 to run this component, or Alt+A to follow one that runs.
+      </p>`;
     const lanes = this.#lanes();
     const height = lanes.length * (LANE + GAP) + AXIS;
     const {start, end} = monitor.past;
@@ -53,20 +56,79 @@ class Timeline extends MonitorElement {
     const live = !monitor.looking;
     return html`<div class="timeline ${this.compact ? "compact" : ""}">
       <div class="timeline-tools" role="group" aria-label="Playback">
-        ${this.#button(scrubbing.plays ? "pause" : "run", scrubbing.plays ? "Pause the playback" : "Play from here", () => (scrubbing.plays ? scrubbing.pause() : scrubbing.play()))}
+        ${this.#button(
+          scrubbing.plays ? "pause" : "run",
+          scrubbing.plays ? "Pause the playback" : "Play from here",
+          () => (scrubbing.plays ? scrubbing.pause() : scrubbing.play()),
+        )}
         ${this.#button("previous", "The change before", () => scrubbing.toChange(-1))}
         ${this.#button("next", "The change after", () => scrubbing.toChange(1))}
-        ${monitor.recording ? nothing : html`<button type="button" class="now ${live ? "live" : ""}" aria-pressed=${live} title="Show what happens now (Alt+End)" @click=${() => scrubbing.to(Infinity)}>Now</button>`}
-        ${this.compact ? nothing : html`<label><span class="faint">Speed</span> <select aria-label="Speed" @change=${({target}) => (scrubbing.speed = Number(target.value))}>${[0.25, 0.5, 1, 2, 5, 10].map((each) => html`<option value=${each} ?selected=${each === scrubbing.speed}>${each}×</option>`)}</select></label>`}
-        ${monitor.recording ? nothing : html`<label class="whole"><input type="checkbox" .checked=${this.whole} @change=${({target}) => (this.whole = target.checked)}> All</label>`}
+        ${
+          monitor.recording
+            ? nothing
+            : html`<button
+                type="button"
+                class="now ${live ? "live" : ""}"
+                aria-pressed=${live}
+                title="Show what happens now (Alt+End)"
+                @click=${() => scrubbing.to(Infinity)}
+              >
+                Now
+              </button>`
+        }
+        ${
+          this.compact
+            ? nothing
+            : html`<label
+                ><span class="faint">Speed</span>
+                <select aria-label="Speed" @change=${({target}) => (scrubbing.speed = Number(target.value))}>
+                  ${[0.25, 0.5, 1, 2, 5, 10].map(
+                    (each) => html`<option value=${each} ?selected=${each === scrubbing.speed}>${each}×</option>`,
+                  )}
+                </select></label
+              >`
+        }
+        ${
+          monitor.recording
+            ? nothing
+            : html`<label class="whole"
+                ><input type="checkbox" .checked=${this.whole} @change=${({target}) => (this.whole = target.checked)} />
+                All</label
+              >`
+        }
       </div>
       <div class="lanes-area">
-        <ul class="lane-names" aria-label="Automata">${lanes.map(({id, name, drawn}) => html`<li><button type="button" ?disabled=${!drawn} title="Show ${name}" @click=${() => page.open(id)}>${name}</button></li>`)}</ul>
-        <div class="lanes" role="slider" tabindex="0" aria-label="Moment of the run" aria-valuemin=${round(start)} aria-valuemax=${round(end)} aria-valuenow=${round(time)}
-          aria-valuetext="${live ? "now, " : ""}${spokenSeconds(time)}" @pointerdown=${this.#down} @pointermove=${this.#move} @pointerup=${this.#up} @lostpointercapture=${this.#up} @keydown=${this.#key}>
-          <canvas height=${height} data-height=${height}></canvas><div class="cursor ${live ? "live" : ""}"><span>${spokenSeconds(time)}</span></div></div>
+        <ul class="lane-names" aria-label="Automata">
+          ${lanes.map(
+            ({id, name, drawn}) =>
+              html`<li>
+                <button type="button" ?disabled=${!drawn} title="Show ${name}" @click=${() => page.open(id)}>
+                  ${name}
+                </button>
+              </li>`,
+          )}
+        </ul>
+        <div
+          class="lanes"
+          role="slider"
+          tabindex="0"
+          aria-label="Moment of the run"
+          aria-valuemin=${round(start)}
+          aria-valuemax=${round(end)}
+          aria-valuenow=${round(time)}
+          aria-valuetext="${live ? "now, " : ""}${spokenSeconds(time)}"
+          @pointerdown=${this.#down}
+          @pointermove=${this.#move}
+          @pointerup=${this.#up}
+          @lostpointercapture=${this.#up}
+          @keydown=${this.#key}
+        >
+          <canvas height=${height} data-height=${height}></canvas>
+          <div class="cursor ${live ? "live" : ""}"><span>${spokenSeconds(time)}</span></div>
+        </div>
       </div>
-      ${this.compact ? nothing : this.#list()}</div>`;
+      ${this.compact ? nothing : this.#list()}
+    </div>`;
   }
 
   updated(changed) {
@@ -107,12 +169,19 @@ class Timeline extends MonitorElement {
   /** @returns {{id: number, name: string, drawn: boolean}[]} `drawn` tells whether the open document has it */
   #lanes() {
     const document = page.tab === monitor.tab ? page.document : undefined;
-    const all = (monitor.structure?.automata ?? []).map(({id, name}) => ({id, name, drawn: Boolean(document?.automata.has(id))}));
+    const all = (monitor.structure?.automata ?? []).map(({id, name}) => ({
+      id,
+      name,
+      drawn: Boolean(document?.automata.has(id)),
+    }));
     if (!this.compact) return all;
     const path = document ? page.path.map((each) => each.id) : [];
     const below = document ? (page.automaton?.states.flatMap((each) => each.children) ?? []) : [];
     const wanted = [...path, ...below].filter((id) => all.some((each) => each.id === id));
-    const chosen = wanted.length > MOST_LANES ? wanted.slice(Math.max(0, path.length - MOST_LANES), Math.max(MOST_LANES, path.length)) : wanted;
+    const chosen =
+      wanted.length > MOST_LANES
+        ? wanted.slice(Math.max(0, path.length - MOST_LANES), Math.max(MOST_LANES, path.length))
+        : wanted;
     return chosen.length ? chosen.map((id) => all.find((each) => each.id === id)) : all.slice(0, MOST_LANES);
   }
 
@@ -120,17 +189,29 @@ class Timeline extends MonitorElement {
     const {changes} = monitor.past;
     const {time} = scrubbing;
     const shown = changes.slice(-LISTED).reverse();
-    return html`<ol class="change-list" aria-label="Changes, the latest first" tabindex="0">${shown.map((change) => {
-      const {automaton, origin, destination, transition} = change;
-      const by = transition && monitor.transition(automaton, transition)?.name;
-      return html`<li class=${change.time > time + 1e-3 ? "later" : ""}><button type="button" @click=${() => scrubbing.to(change.time + 0.001)}>
-        <span class="time">${spokenSeconds(change.time)}</span><span class="who">${monitor.automaton(automaton)?.name ?? automaton}</span>
-        <span>${origin ? `${monitor.stateName(automaton, origin)} → ` : ""}${monitor.stateName(automaton, destination)}</span>${by ? html`<span class="faint">by ${by}</span>` : nothing}</button></li>`;
-    })}</ol>`;
+    return html`<ol class="change-list" aria-label="Changes, the latest first" tabindex="0">
+      ${shown.map((change) => {
+        const {automaton, origin, destination, transition} = change;
+        const by = transition && monitor.transition(automaton, transition)?.name;
+        return html`<li class=${change.time > time + 1e-3 ? "later" : ""}>
+          <button type="button" @click=${() => scrubbing.to(change.time + 0.001)}>
+            <span class="time">${spokenSeconds(change.time)}</span
+            ><span class="who">${monitor.automaton(automaton)?.name ?? automaton}</span>
+            <span
+              >${
+                origin ? `${monitor.stateName(automaton, origin)} → ` : ""
+              }${monitor.stateName(automaton, destination)}</span
+            >${by ? html`<span class="faint">by ${by}</span>` : nothing}
+          </button>
+        </li>`;
+      })}
+    </ol>`;
   }
 
   #button(image, label, act) {
-    return html`<button type="button" class="action bare" aria-label=${label} title=${label} @click=${act}>${icon(image)}</button>`;
+    return html`<button type="button" class="action bare" aria-label=${label} title=${label} @click=${act}>
+      ${icon(image)}
+    </button>`;
   }
 
   #dragged; // what was shown when a drag began: it does not move meanwhile
@@ -162,9 +243,12 @@ class Timeline extends MonitorElement {
     const {time} = scrubbing;
     const far = event.shiftKey ? 10 : 1;
     const act = {
-      ArrowLeft: () => scrubbing.to(time - 0.1 * far), ArrowRight: () => scrubbing.to(time + 0.1 * far),
-      PageDown: () => scrubbing.toChange(-1), PageUp: () => scrubbing.toChange(1),
-      Home: () => scrubbing.to(monitor.past.start), End: () => scrubbing.to(monitor.recording ? monitor.past.end : Infinity),
+      ArrowLeft: () => scrubbing.to(time - 0.1 * far),
+      ArrowRight: () => scrubbing.to(time + 0.1 * far),
+      PageDown: () => scrubbing.toChange(-1),
+      PageUp: () => scrubbing.toChange(1),
+      Home: () => scrubbing.to(monitor.past.start),
+      End: () => scrubbing.to(monitor.recording ? monitor.past.end : Infinity),
       " ": () => (scrubbing.plays ? scrubbing.pause() : scrubbing.play()),
     }[event.key];
     if (!act || event.ctrlKey || event.altKey || event.metaKey) return;

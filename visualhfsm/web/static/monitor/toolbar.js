@@ -13,9 +13,17 @@ class MonitorToolbar extends MonitorElement {
 
   render() {
     const {running} = monitor;
-    return html`<button type="button" class="running-now ${running.length ? "some" : ""}" aria-haspopup="menu" aria-expanded=${Boolean(this.open)}
-        title="Components that run in the realm (Alt+A)" aria-keyshortcuts="Alt+A" @click=${() => this.toggle()}>
-        <span class="pulse" aria-hidden="true"></span>${running.length ? `${running.length} running` : "Nothing runs"}</button>
+    return html`<button
+        type="button"
+        class="running-now ${running.length ? "some" : ""}"
+        aria-haspopup="menu"
+        aria-expanded=${Boolean(this.open)}
+        title="Components that run in the realm (Alt+A)"
+        aria-keyshortcuts="Alt+A"
+        @click=${() => this.toggle()}
+      >
+        <span class="pulse" aria-hidden="true"></span>${running.length ? `${running.length} running` : "Nothing runs"}
+      </button>
       ${this.open ? this.#menu(running) : nothing}`;
   }
 
@@ -27,13 +35,34 @@ class MonitorToolbar extends MonitorElement {
   }
 
   #menu(running) {
-    return html`<div class="menu running-menu" role="menu" aria-label="Running now" @keydown=${this.#key} @focusout=${this.#left}>
+    return html`<div
+      class="menu running-menu"
+      role="menu"
+      aria-label="Running now"
+      @keydown=${this.#key}
+      @focusout=${this.#left}
+    >
       <div class="title" role="presentation">${running.length ? "Running now" : "No component runs in this realm"}</div>
-      ${running.map((name) => html`<button type="button" role="menuitem" tabindex="-1" @click=${() => this.#choose(name)}>
-        ${icon(name === monitor.component ? "properties" : "link")}<span>${name}</span>${name === monitor.component ? html`<kbd>followed</kbd>` : nothing}</button>`)}
+      ${running.map(
+        (name) =>
+          html`<button type="button" role="menuitem" tabindex="-1" @click=${() => this.#choose(name)}>
+            ${icon(name === monitor.component ? "properties" : "link")}<span>${name}</span>${
+              name === monitor.component ? html`<kbd>followed</kbd>` : nothing
+            }
+          </button>`,
+      )}
       ${running.length ? html`<div role="separator"></div>` : nothing}
-      <button type="button" role="menuitem" tabindex="-1" @click=${() => this.#do("openRecording")}>${icon("film")}<span>Open a recording</span><kbd>Alt+R</kbd></button>
-      ${monitor.component ? html`<button type="button" role="menuitem" tabindex="-1" @click=${() => this.#do("detach")}>${icon("unlink")}<span>Follow ${monitor.component} no longer</span></button>` : nothing}</div>`;
+      <button type="button" role="menuitem" tabindex="-1" @click=${() => this.#do("openRecording")}>
+        ${icon("film")}<span>Open a recording</span><kbd>Alt+R</kbd>
+      </button>
+      ${
+        monitor.component
+          ? html`<button type="button" role="menuitem" tabindex="-1" @click=${() => this.#do("detach")}>
+              ${icon("unlink")}<span>Follow ${monitor.component} no longer</span>
+            </button>`
+          : nothing
+      }
+    </div>`;
   }
 
   async #choose(name) {

@@ -23,7 +23,11 @@ export function valueIn(text) {
     if (part.length > 1 && part.startsWith("'")) json += JSON.stringify(part.slice(1, -1).replace(/\\(['\\])/g, "$1"));
     else if (part.length > 1 && part.startsWith('"')) json += part;
     else if (/^[A-Za-z_]/.test(part)) json += {True: "true", False: "false", None: "null"}[part] ?? part;
-    else json += part.replaceAll("(", "[").replaceAll(/,?\s*\)/g, "]").replaceAll(/,\s*\]/g, "]");
+    else
+      json += part
+        .replaceAll("(", "[")
+        .replaceAll(/,?\s*\)/g, "]")
+        .replaceAll(/,\s*\]/g, "]");
   }
   try {
     return JSON.parse(json);

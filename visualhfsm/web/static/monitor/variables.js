@@ -31,15 +31,51 @@ class LiveVariables extends MonitorElement {
     const none = !automata.length && !Object.keys(component.parameters).length;
     return html`<div class="live-values">
       ${none ? html`<p class="empty">This component has no variables and no parameters.</p>` : nothing}
-      ${automata.map(({id, variables, ghost}) => this.#table(monitor.automaton(id)?.name ?? `automaton ${id}`, id, Object.entries(variables), ghost ? "ghost" : ""))}
-      ${Object.keys(component.parameters).length ? this.#table("Parameters", 0, Object.entries(component.parameters), "", types) : nothing}
-      ${robot.pan === null && robot.tilt === null ? nothing : html`<section><h3>Head</h3><table><tbody>
-        ${["pan", "tilt"].filter((each) => robot[each] !== null).map((each) => html`<tr><th scope="row">${each}</th><td>${(robot[each] * 180 / Math.PI).toFixed(1)}°</td></tr>`)}</tbody></table></section>`}</div>`;
+      ${automata.map(({id, variables, ghost}) =>
+        this.#table(
+          monitor.automaton(id)?.name ?? `automaton ${id}`,
+          id,
+          Object.entries(variables),
+          ghost ? "ghost" : "",
+        ),
+      )}
+      ${
+        Object.keys(component.parameters).length
+          ? this.#table("Parameters", 0, Object.entries(component.parameters), "", types)
+          : nothing
+      }
+      ${
+        robot.pan === null && robot.tilt === null
+          ? nothing
+          : html`<section>
+              <h3>Head</h3>
+              <table>
+                <tbody>
+                  ${["pan", "tilt"]
+                    .filter((each) => robot[each] !== null)
+                    .map(
+                      (each) =>
+                        html`<tr>
+                          <th scope="row">${each}</th>
+                          <td>${((robot[each] * 180) / Math.PI).toFixed(1)}°</td>
+                        </tr>`,
+                    )}
+                </tbody>
+              </table>
+            </section>`
+      }
+    </div>`;
   }
 
   #table(title, automaton, entries, note, types) {
-    return html`<section><h3>${title}${note ? html` <span class="faint">${note}</span>` : nothing}</h3><table aria-label=${title}><tbody>
-      ${entries.map(([name, text]) => this.#row(automaton, name, text, types?.get(name)))}</tbody></table></section>`;
+    return html`<section>
+      <h3>${title}${note ? html` <span class="faint">${note}</span>` : nothing}</h3>
+      <table aria-label=${title}>
+        <tbody>
+          ${entries.map(([name, text]) => this.#row(automaton, name, text, types?.get(name)))}
+        </tbody>
+      </table>
+    </section>`;
   }
 
   #row(automaton, name, text, type) {
@@ -48,11 +84,27 @@ class LiveVariables extends MonitorElement {
     if (this.#before.has(key) && this.#before.get(key) !== text) this.#changed.set(key, performance.now());
     const fresh = performance.now() - (this.#changed.get(key) ?? -Infinity) < FRESH;
     if (!fresh) this.#changed.delete(key);
-    return html`<tr class=${fresh ? "fresh" : ""}><th scope="row" title=${type?.description ?? ""}>${name}${type ? html` <span class="faint">${type.type}</span>` : nothing}</th>
-      <td>${monitor.steers
-        ? html`<input class="mono" aria-label="${name}" spellcheck="false" .value=${live(this.editing === key ? this.typed : text)} @focus=${(event) => this.#begin(key, text, event.target)}
-            @input=${(event) => (this.typed = event.target.value)} @keydown=${(event) => this.#key(event, automaton, name, text)} @blur=${() => this.#end()}>`
-        : html`<span class="mono" title=${text}>${text}</span>`}</td></tr>`;
+    return html`<tr class=${fresh ? "fresh" : ""}>
+      <th scope="row" title=${type?.description ?? ""}>
+        ${name}${type ? html` <span class="faint">${type.type}</span>` : nothing}
+      </th>
+      <td>
+        ${
+          monitor.steers
+            ? html`<input
+                class="mono"
+                aria-label="${name}"
+                spellcheck="false"
+                .value=${live(this.editing === key ? this.typed : text)}
+                @focus=${(event) => this.#begin(key, text, event.target)}
+                @input=${(event) => (this.typed = event.target.value)}
+                @keydown=${(event) => this.#key(event, automaton, name, text)}
+                @blur=${() => this.#end()}
+              />`
+            : html`<span class="mono" title=${text}>${text}</span>`
+        }
+      </td>
+    </tr>`;
   }
 
   #begin(key, text, input) {

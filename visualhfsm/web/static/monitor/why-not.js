@@ -12,7 +12,11 @@ let element;
 let timer = 0;
 let shown; // {automaton, transition, spot, pinned}
 
-/** Explain what the pointer rests on, for as long as a component is followed. @param {import("../canvas/canvas.js").HfsmCanvas} canvas */
+/**
+ * Explain what the pointer rests on, for as long as a component is followed.
+ *
+ * @param {import("../canvas/canvas.js").HfsmCanvas} canvas
+ */
 export function explainUnderPointer(canvas) {
   canvas.svg.addEventListener("pointerover", (event) => {
     const group = event.target.closest?.("[data-key]");
@@ -33,15 +37,23 @@ export function explainUnderPointer(canvas) {
   canvas.addEventListener("view", () => hide());
   for (const kind of ["tab", "automaton"]) page.addEventListener(kind, () => hide());
   monitor.addEventListener("mode", () => !isExplained() && hide());
-  document.addEventListener("keydown", (event) => {
-    if (event.key !== "Escape" || !shown) return;
-    hide();
-    event.preventDefault();
-    event.stopPropagation();
-  }, {capture: true});
+  document.addEventListener(
+    "keydown",
+    (event) => {
+      if (event.key !== "Escape" || !shown) return;
+      hide();
+      event.preventDefault();
+      event.stopPropagation();
+    },
+    {capture: true},
+  );
 }
 
-/** Explain the selected state or transition, or the state that the shown automaton is in. @param {import("../canvas/canvas.js").HfsmCanvas} canvas */
+/**
+ * Explain the selected state or transition, or the state that the shown automaton is in.
+ *
+ * @param {import("../canvas/canvas.js").HfsmCanvas} canvas
+ */
 export function explainSelected(canvas) {
   if (shown?.pinned) return hide();
   const key = canvas.selectedKeys()[0] ?? `s${monitor.now(page.automaton.id)?.state}`;
@@ -63,7 +75,13 @@ async function show(canvas, group, pinned) {
     if (pinned) canvas.announce(`The automaton is in ${monitor.stateName(now.id, now.state)} now.`);
     else return;
   }
-  const current = {canvas, group, pinned, automaton: page.automaton.id, transition: origin === now.state ? transition : 0};
+  const current = {
+    canvas,
+    group,
+    pinned,
+    automaton: page.automaton.id,
+    transition: origin === now.state ? transition : 0,
+  };
   shown = current;
   let said = false;
   while (shown === current && monitor.isLive) {
@@ -74,7 +92,8 @@ async function show(canvas, group, pinned) {
       break; // it is gone; the canvas says so
     }
     if (shown !== current) return;
-    if (current.transition && !explanation.transitions.some((each) => each.transition === current.transition)) break; // it has left the state
+    // It has left the state.
+    if (current.transition && !explanation.transitions.some((each) => each.transition === current.transition)) break;
     draw(current, explanation);
     if (pinned && !said) canvas.announce(explanation.summary);
     said = true;
@@ -92,17 +111,35 @@ function draw({canvas, group, automaton, transition}, explanation) {
   }
   const asked = explanation.transitions.filter((each) => !transition || each.transition === transition);
   const state = monitor.stateName(automaton, explanation.state);
-  render(html`<h3>${transition ? nameOf(automaton, transition) : `In ${state}`}${explanation.ghost ? html` <span class="faint">ghost: its state above is not active</span>` : nothing}</h3>
-    ${asked.length ? html`<ul>${asked.map((each) => html`<li class=${each.asked ? (each.value ? "true" : "false") : "unasked"}>
-        <span class="verdict-sign" aria-hidden="true">${each.value ? "✓" : "✕"}</span>
-        <span><strong>${transition ? "" : nameOf(automaton, each.transition)}</strong> ${each.reason}</span></li>`)}</ul>`
-      : html`<p>${explanation.summary || "No transition leads out of it."}</p>`}`, element);
+  render(
+    html`<h3>
+        ${transition ? nameOf(automaton, transition) : `In ${state}`}${
+          explanation.ghost ? html` <span class="faint">ghost: its state above is not active</span>` : nothing
+        }
+      </h3>
+      ${
+        asked.length
+          ? html`<ul>
+              ${asked.map(
+                (each) =>
+                  html`<li class=${each.asked ? (each.value ? "true" : "false") : "unasked"}>
+                    <span class="verdict-sign" aria-hidden="true">${each.value ? "✓" : "✕"}</span>
+                    <span><strong>${transition ? "" : nameOf(automaton, each.transition)}</strong> ${each.reason}</span>
+                  </li>`,
+              )}
+            </ul>`
+          : html`<p>${explanation.summary || "No transition leads out of it."}</p>`
+      }`,
+    element,
+  );
   place(group.getBoundingClientRect());
 }
 
 function nameOf(automaton, id) {
   const transition = monitor.transition(automaton, id);
-  return transition ? transition.name || `to ${monitor.stateName(automaton, transition.destination)}` : `transition ${id}`;
+  return transition
+    ? transition.name || `to ${monitor.stateName(automaton, transition.destination)}`
+    : `transition ${id}`;
 }
 
 /** Beside what it is about, where there is room. */

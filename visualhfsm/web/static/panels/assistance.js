@@ -5,7 +5,8 @@ import {store} from "../store.js";
 import {problemsAt} from "./places.js";
 
 /**
- * @typedef {{items: import("../store.js").Problem[], current: boolean}} Known the problems of the document, and whether they are
+ * @typedef {{items: import("../store.js").Problem[], current: boolean}} Known the problems of the document, and whether
+ *   they are
  *   those of the text that is shown
  */
 
@@ -24,7 +25,10 @@ export function assistance({tab, place, problems}) {
   const help = new Help(tab, place);
   return [
     autocompletion({override: [(context) => help.complete(context)], icons: true, maxRenderedOptions: 100}),
-    linter((view) => help.lint(view, problems), {delay: LINT_AFTER, needsRefresh: ({transactions}) => transactions.some((each) => each.effects.some((effect) => effect.is(recheck)))}),
+    linter((view) => help.lint(view, problems), {
+      delay: LINT_AFTER,
+      needsRefresh: ({transactions}) => transactions.some((each) => each.effects.some((effect) => effect.is(recheck))),
+    }),
     hoverTooltip((view, position) => help.hover(view, position), {hoverTime: 500}),
     signatures(help),
   ];
@@ -41,7 +45,14 @@ class Help {
     if (doc.length > LARGEST) return null;
     const at = doc.lineAt(position);
     try {
-      return await store.request("codeHelp", {wanted, tab: this.tab, place: this.place, code: doc.toString(), line: at.number, column: position - at.from});
+      return await store.request("codeHelp", {
+        wanted,
+        tab: this.tab,
+        place: this.place,
+        code: doc.toString(),
+        line: at.number,
+        column: position - at.from,
+      });
     } catch {
       return null;
     }
@@ -80,11 +91,20 @@ class Help {
     if (!word) return null;
     const found = await this.ask("explain", view.state, word.from);
     if (!found) return null;
-    return {pos: word.from, end: word.to, above: true, create: () => ({dom: explain([`${found.name}${found.detail}`], found.documentation)})};
+    return {
+      pos: word.from,
+      end: word.to,
+      above: true,
+      create: () => ({dom: explain([`${found.name}${found.detail}`], found.documentation)}),
+    };
   }
 }
 
-/** A completion of the server for CodeMirror. @param {{label: string, type?: string, detail?: string, info?: string, boost?: number}} found */
+/**
+ * A completion of the server for CodeMirror.
+ *
+ * @param {{label: string, type?: string, detail?: string, info?: string, boost?: number}} found
+ */
 function asOption({info, boost = 0, ...found}) {
   return {...found, boost, info: info ? () => explain([], info) : undefined};
 }

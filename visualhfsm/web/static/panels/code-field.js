@@ -7,20 +7,51 @@ import {notifyError} from "../notices.js";
 import {Draft, flushEdits} from "./draft.js";
 import {commandFor, keyOf} from "./places.js";
 
-/** Ask for what stands in a shadow root of its own: the editor's styles reach nothing else, and need no exception from the page's policy. */
+/**
+ * Ask for what stands in a shadow root of its own: the editor's styles reach nothing else, and need no exception from
+ * the page's policy.
+ */
 class CodeField extends LitElement {
   static properties = {
-    tab: {type: Number}, place: {attribute: false}, text: {attribute: false}, label: {}, hint: {}, wraps: {type: Boolean},
-    readonly: {type: Boolean}, failed: {state: true}, ready: {state: true},
+    tab: {type: Number},
+    place: {attribute: false},
+    text: {attribute: false},
+    label: {},
+    hint: {},
+    wraps: {type: Boolean},
+    readonly: {type: Boolean},
+    failed: {state: true},
+    ready: {state: true},
   };
 
   static styles = css`
-    :host { display: block; min-height: 0; background: var(--code-background); }
-    :host([hidden]) { display: none; }
-    .editor { height: 100%; }
-    .editor:empty { display: none; }
-    pre { margin: 0; padding: 6px 8px 6px 46px; font: 13px/1.5 var(--code-font); color: var(--code-faint); overflow: hidden; height: 100%; box-sizing: border-box; }
-    .failed { padding: 8px; color: var(--code-error); }
+    :host {
+      display: block;
+      min-height: 0;
+      background: var(--code-background);
+    }
+    :host([hidden]) {
+      display: none;
+    }
+    .editor {
+      height: 100%;
+    }
+    .editor:empty {
+      display: none;
+    }
+    pre {
+      margin: 0;
+      padding: 6px 8px 6px 46px;
+      font: 13px/1.5 var(--code-font);
+      color: var(--code-faint);
+      overflow: hidden;
+      height: 100%;
+      box-sizing: border-box;
+    }
+    .failed {
+      padding: 8px;
+      color: var(--code-error);
+    }
   `;
 
   constructor() {
@@ -58,7 +89,8 @@ class CodeField extends LitElement {
   render() {
     const {failed, ready} = this;
     if (failed) return html`<div class="failed" role="alert">${failed}</div>`;
-    return html`<div class="editor"></div>${ready ? nothing : html`<pre aria-hidden="true">${this.text}</pre>`}`;
+    return html`<div class="editor"></div>
+      ${ready ? nothing : html`<pre aria-hidden="true">${this.text}</pre>`}`;
   }
 
   willUpdate() {
@@ -128,7 +160,17 @@ class CodeField extends LitElement {
 
   #content() {
     const {tab, place, label, hint, wraps, readonly} = this;
-    return {text: this.#draft.text, cursor: this.#cursor, tab, place, label, hint, wraps, readonly, python: this.#python};
+    return {
+      text: this.#draft.text,
+      cursor: this.#cursor,
+      tab,
+      place,
+      label,
+      hint,
+      wraps,
+      readonly,
+      python: this.#python,
+    };
   }
 
   #show(text, whole) {

@@ -33,14 +33,22 @@ class CodePanel extends PageElement {
     const readonly = Boolean(automaton.imported);
     const about = {tab: page.tab, document, automaton, readonly};
     return html`<div class="code-panel" @keydown=${this.#press}>
-      ${state ? stateEditor({...about, state, part: this.part, choose: (part) => this.#choose(part)}) : transitionEditor({...about, transition})}
+      ${
+        state
+          ? stateEditor({...about, state, part: this.part, choose: (part) => this.#choose(part)})
+          : transitionEditor({...about, transition})
+      }
     </div>`;
   }
 
   #hint() {
     const count = page.states.size + page.transitions.size;
-    return html`<div class="code-panel"><p class="empty">${count > 1 ? "Several things are selected." : "Nothing is selected."}
-      Select one state or one transition to edit its code.</p></div>`;
+    return html`<div class="code-panel">
+      <p class="empty">
+        ${count > 1 ? "Several things are selected." : "Nothing is selected."} Select one state or one transition to
+        edit its code.
+      </p>
+    </div>`;
   }
 
   async #choose(part) {

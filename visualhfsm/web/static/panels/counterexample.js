@@ -1,7 +1,8 @@
 /**
  * How a property is violated, played on the canvas step by step.
  *
- * @typedef {{timeMs: number, automaton: number, kind: string, text: string, state: number, origin?: number, transition?: number}} Step
+ * @typedef {{timeMs: number, automaton: number, kind: string, text: string, state: number, origin?: number,
+ *   transition?: number}} Step
  *   as visualhfsm/editing/problems.py has them
  * @typedef {{steps: Step[], endsMs: number, repeats?: number}} Counterexample
  */
@@ -30,13 +31,61 @@ export function counterexamplePlayer(counterexample, index, choose) {
   };
   return html`<div class="player" role="group" aria-label="Steps until it is violated" @keydown=${press}>
     <div class="player-tools">
-      <button type="button" class="action bare" aria-label="Previous step" title="Previous step (←)" ?disabled=${index <= 0} @click=${() => choose(index - 1)}>${icon("collapse")}</button>
-      <button type="button" class="action bare next" aria-label="Next step" title="Next step (→)" ?disabled=${index >= last} @click=${() => choose(index + 1)}>${icon("collapse")}</button>
-      <span role="status">Step ${index + 1} of ${steps.length}, at ${(steps[index].timeMs / 1000).toFixed(3)} s: ${steps[index].text}</span><span class="room"></span>
-      <button type="button" class="action bare" aria-label="Stop playing" title="Stop playing" @click=${() => choose(null)}>${icon("close")}</button></div>
-    <ol class="steps">${steps.map((step, number) => html`<li><button type="button" class="step ${number > index ? "later" : ""}" aria-current=${number === index ? "step" : nothing} @click=${() => choose(number)}>
-      <span class="time">${(step.timeMs / 1000).toFixed(3)} s</span> ${step.text}</button></li>`)}
-      ${repeats === undefined || repeats === null ? nothing : html`<li class="faint">and so on${repeats < steps.length ? ` from step ${repeats + 1}` : ""}</li>`}</ol></div>`;
+      <button
+        type="button"
+        class="action bare"
+        aria-label="Previous step"
+        title="Previous step (←)"
+        ?disabled=${index <= 0}
+        @click=${() => choose(index - 1)}
+      >
+        ${icon("collapse")}
+      </button>
+      <button
+        type="button"
+        class="action bare next"
+        aria-label="Next step"
+        title="Next step (→)"
+        ?disabled=${index >= last}
+        @click=${() => choose(index + 1)}
+      >
+        ${icon("collapse")}
+      </button>
+      <span role="status"
+        >Step ${index + 1} of ${steps.length}, at ${(steps[index].timeMs / 1000).toFixed(3)} s:
+        ${steps[index].text}</span
+      ><span class="room"></span>
+      <button
+        type="button"
+        class="action bare"
+        aria-label="Stop playing"
+        title="Stop playing"
+        @click=${() => choose(null)}
+      >
+        ${icon("close")}
+      </button>
+    </div>
+    <ol class="steps">
+      ${steps.map(
+        (step, number) =>
+          html`<li>
+            <button
+              type="button"
+              class="step ${number > index ? "later" : ""}"
+              aria-current=${number === index ? "step" : nothing}
+              @click=${() => choose(number)}
+            >
+              <span class="time">${(step.timeMs / 1000).toFixed(3)} s</span> ${step.text}
+            </button>
+          </li>`,
+      )}
+      ${
+        repeats === undefined || repeats === null
+          ? nothing
+          : html`<li class="faint">and so on${repeats < steps.length ? ` from step ${repeats + 1}` : ""}</li>`
+      }
+    </ol>
+  </div>`;
 }
 
 /**
@@ -54,7 +103,8 @@ export function showStep(document, steps, index) {
     else if (kind === "enters" || kind === "resumes") ghosts.delete(automaton);
   }
   const highlight = new Map();
-  for (const [automaton, state] of current) highlight.set(automaton, new Map([[`s${state}`, {status: ghosts.has(automaton) ? "ghost" : "active"}]]));
+  for (const [automaton, state] of current)
+    highlight.set(automaton, new Map([[`s${state}`, {status: ghosts.has(automaton) ? "ghost" : "active"}]]));
   const {automaton, kind, transition, origin} = steps[index];
   if (kind === "fires" && transition) {
     highlight.get(automaton)?.set(`t${transition}`, {fired: 1});

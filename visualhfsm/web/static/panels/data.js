@@ -7,7 +7,14 @@ import {store} from "../store.js";
 import "./code-field.js";
 import "./entries.js";
 import "./text-field.js";
-import {identitiesOf, interfaceDetails, interfaceNames, known, loadIdentities, loadInterfaces} from "./known-interfaces.js";
+import {
+  identitiesOf,
+  interfaceDetails,
+  interfaceNames,
+  known,
+  loadIdentities,
+  loadInterfaces,
+} from "./known-interfaces.js";
 import {placeOf} from "./places.js";
 import {tabStrip} from "./tabs.js";
 import {verdictOf} from "./verdicts.js";
@@ -49,7 +56,9 @@ class DataPanel extends PageElement {
     const {document, automaton} = page;
     if (!document || !automaton) return html`<div class="data-panel"><p class="empty">No document is open.</p></div>`;
     const problems = document.problems;
-    const ofAutomaton = problems.filter((each) => placeOf(each).kind === "automaton" && placeOf(each).automaton === automaton.id);
+    const ofAutomaton = problems.filter(
+      (each) => placeOf(each).kind === "automaton" && placeOf(each).automaton === automaton.id,
+    );
     const ofComponent = problems.filter((each) => placeOf(each).kind === "document" && placeOf(each).part);
     const tabs = [
       {id: "automaton", label: `Automaton ${page.title()}`, problems: ofAutomaton},
@@ -59,8 +68,17 @@ class DataPanel extends PageElement {
     return html`<div class="data-panel" @keydown=${this.#press}>
       ${tabStrip({label: "Whose data", tabs, chosen: this.half, choose: (half) => (this.half = half), prefix: "data"})}
       <div class="tab-panel scrolling" role="tabpanel" id="data-panel" aria-labelledby="data-tab-${this.half}">
-        ${this.half === "automaton" ? automatonData(about) : componentData({...about, known: known(), showProblems: () => this.context?.app.showBottom("hfsm-problems")})}
-      </div></div>`;
+        ${
+          this.half === "automaton"
+            ? automatonData(about)
+            : componentData({
+                ...about,
+                known: known(),
+                showProblems: () => this.context?.app.showBottom("hfsm-problems"),
+              })
+        }
+      </div>
+    </div>`;
   }
 
   async #reveal(place) {
@@ -74,9 +92,11 @@ class DataPanel extends PageElement {
     if (!section) return;
     section.scrollIntoView({block: "start"});
     const {line, column, focus = true} = place;
-    if (section.reveal) await (place.index === undefined ? focusFirst(section) : section.reveal(place.index, place.name));
+    if (section.reveal)
+      await (place.index === undefined ? focusFirst(section) : section.reveal(place.index, place.name));
     else if (section.goTo && line) await section.goTo(line, column, {focus});
-    else if (focus) await (section.goTo ? section : section.querySelector("hfsm-text-field, hfsm-code-field") ?? section).focus();
+    else if (focus)
+      await (section.goTo ? section : (section.querySelector("hfsm-text-field, hfsm-code-field") ?? section)).focus();
   }
 
   #press = (event) => {
@@ -94,23 +114,67 @@ async function focusFirst(list) {
 /**
  * The data of one automaton: its period, variables, functions, inputs, and where its content comes from.
  *
- * @param {{tab: number, document: import("../store.js").OpenDocument, automaton: import("../store.js").Automaton}} about
+ * @param {{tab: number, document: import("../store.js").OpenDocument, automaton: import("../store.js").Automaton}}
+ *   about
  */
 function automatonData({tab, document, automaton}) {
   const place = {kind: "automaton", automaton: automaton.id};
   const isRoot = automaton.father === 0;
   const {imported} = automaton;
   const readonly = Boolean(imported);
-  return html`
-    ${readonly ? html`<p class="explain">The content of this automaton comes from ${imported.file}; change it there.</p>` : html`
-      <div data-section="period" class="section"><hfsm-text-field kind="number" label="Period" unit="ms" .tab=${tab} .place=${{...place, part: "period"}} .text=${automaton.period} hint="100"></hfsm-text-field>
-        <p class="explain">Time from one cycle to the next. ${rate(automaton.period)}</p></div>
-      <div class="section"><h3>Variables <span class="faint">run once, before everything</span></h3>
-        <hfsm-code-field data-section="variables" class="grow" .tab=${tab} .place=${{...place, part: "variables"}} .text=${automaton.variables} label="Variables" hint="count = 0"></hfsm-code-field></div>
-      <div class="section"><h3>Functions <span class="faint">called as self.name() by all automata</span></h3>
-        <hfsm-code-field data-section="functions" class="grow tall" .tab=${tab} .place=${{...place, part: "functions"}} .text=${automaton.functions} label="Functions" hint=${"def name(self):\n    ..."}></hfsm-code-field></div>
-      ${isRoot ? "" : html`<hfsm-entries data-section="inputs" .tab=${tab} .automaton=${automaton.id} .of=${LISTS.inputs} .entries=${automaton.inputs} .problems=${document.problems}></hfsm-entries>`}`}
-    ${isRoot || !document.own.has(automaton.id) ? "" : importSection(tab, automaton, place)}`;
+  return html` ${
+    readonly
+      ? html`<p class="explain">The content of this automaton comes from ${imported.file}; change it there.</p>`
+      : html` <div data-section="period" class="section">
+            <hfsm-text-field
+              kind="number"
+              label="Period"
+              unit="ms"
+              .tab=${tab}
+              .place=${{...place, part: "period"}}
+              .text=${automaton.period}
+              hint="100"
+            ></hfsm-text-field>
+            <p class="explain">Time from one cycle to the next. ${rate(automaton.period)}</p>
+          </div>
+          <div class="section">
+            <h3>Variables <span class="faint">run once, before everything</span></h3>
+            <hfsm-code-field
+              data-section="variables"
+              class="grow"
+              .tab=${tab}
+              .place=${{...place, part: "variables"}}
+              .text=${automaton.variables}
+              label="Variables"
+              hint="count = 0"
+            ></hfsm-code-field>
+          </div>
+          <div class="section">
+            <h3>Functions <span class="faint">called as self.name() by all automata</span></h3>
+            <hfsm-code-field
+              data-section="functions"
+              class="grow tall"
+              .tab=${tab}
+              .place=${{...place, part: "functions"}}
+              .text=${automaton.functions}
+              label="Functions"
+              hint=${"def name(self):\n    ..."}
+            ></hfsm-code-field>
+          </div>
+          ${
+            isRoot
+              ? ""
+              : html`<hfsm-entries
+                  data-section="inputs"
+                  .tab=${tab}
+                  .automaton=${automaton.id}
+                  .of=${LISTS.inputs}
+                  .entries=${automaton.inputs}
+                  .problems=${document.problems}
+                ></hfsm-entries>`
+          }`
+  }
+  ${isRoot || !document.own.has(automaton.id) ? "" : importSection(tab, automaton, place)}`;
 }
 
 /** How often that is, in words. */
@@ -127,19 +191,55 @@ function importSection(tab, automaton, place) {
   if (!imported && !isEmpty) return "";
   const set = (fields) => (to, text) => {
     const former = store.documents.get(to)?.automata.get(automaton.id)?.imported;
-    return store.do(to, {command: "setImport", automaton: automaton.id, file: former?.file ?? "", source: former?.automaton ?? 0, ...fields(text)});
+    return store.do(to, {
+      command: "setImport",
+      automaton: automaton.id,
+      file: former?.file ?? "",
+      source: former?.automaton ?? 0,
+      ...fields(text),
+    });
   };
-  return html`<div class="section" data-section="import"><h3>Import <span class="faint">the content comes from another document</span></h3>
-    <hfsm-text-field label="File" mono .tab=${tab} .place=${{...place, part: "import"}} .text=${imported?.file ?? ""} .send=${set((file) => ({file}))} hint="search.xml, relative to this document"></hfsm-text-field>
-    ${imported ? html`<hfsm-text-field label="Automaton" kind="number" .tab=${tab} .place=${{...place, part: "import", name: "source"}} .text=${String(imported.automaton)}
-      .send=${set((text) => ({source: Math.max(0, Number.parseInt(text, 10) || 0)}))} hint="0 is its root"></hfsm-text-field>` : ""}</div>`;
+  return html`<div class="section" data-section="import">
+    <h3>Import <span class="faint">the content comes from another document</span></h3>
+    <hfsm-text-field
+      label="File"
+      mono
+      .tab=${tab}
+      .place=${{...place, part: "import"}}
+      .text=${imported?.file ?? ""}
+      .send=${set((file) => ({file}))}
+      hint="search.xml, relative to this document"
+    ></hfsm-text-field>
+    ${
+      imported
+        ? html`<hfsm-text-field
+            label="Automaton"
+            kind="number"
+            .tab=${tab}
+            .place=${{...place, part: "import", name: "source"}}
+            .text=${String(imported.automaton)}
+            .send=${set((text) => ({source: Math.max(0, Number.parseInt(text, 10) || 0)}))}
+            hint="0 is its root"
+          ></hfsm-text-field>`
+        : ""
+    }
+  </div>`;
 }
 
 /** What stands in the document; an empty one is "stop". */
-const afterError = (text) => [[text.trim() === "stop" ? "stop" : "", "Stop the robot and halt"], ["continue", "Go on without that piece of code"]];
+const afterError = (text) => [
+  [text.trim() === "stop" ? "stop" : "", "Stop the robot and halt"],
+  ["continue", "Go on without that piece of code"],
+];
 /** The same; an empty one is "pause". */
-const afterRefusal = (text) => [[text.trim() === "pause" ? "pause" : "", "Pause until the robot takes commands again"], ["error", "Treat it as an error in the code"]];
-const LANGUAGES = [["", "Python"], ["C++", "C++: kept, and not run"]];
+const afterRefusal = (text) => [
+  [text.trim() === "pause" ? "pause" : "", "Pause until the robot takes commands again"],
+  ["error", "Treat it as an error in the code"],
+];
+const LANGUAGES = [
+  ["", "Python"],
+  ["C++", "C++: kept, and not run"],
+];
 
 /**
  * The data of the component: what it is for, what it uses, and what is to be proved of it.
@@ -149,20 +249,39 @@ const LANGUAGES = [["", "Python"], ["C++", "C++: kept, and not run"]];
  */
 function componentData({tab, document, known, showProblems}) {
   const {fields, problems} = document;
-  const text = (part, label, rest) => html`<hfsm-text-field data-section=${part} class="section" label=${label} .tab=${tab} .place=${{kind: "document", part}} .text=${fields[part] ?? ""}
-    kind=${rest.kind} .options=${rest.options ?? []} hint=${rest.hint ?? ""}></hfsm-text-field>`;
-  const list = (name, more = {}) => html`<hfsm-entries data-section=${name} .tab=${tab} .of=${LISTS[name]} .entries=${fields[name] ?? []} .problems=${problems}
-    .details=${more.details ?? nothingMore} .suggest=${more.suggest ?? noSuggestions}></hfsm-entries>`;
-  return html`
-    ${text("description", "Description", {kind: "area", hint: "what the component is for"})}
-    ${text("onError", "After an error in its code", {kind: "select", options: afterError(fields.onError ?? "")})}
-    ${text("onRefused", "After a refused command", {kind: "select", options: afterRefusal(fields.onRefused ?? "")})}
-    ${text("language", "Language of the code", {kind: "select", options: LANGUAGES})}
-    ${list("interfaces", {details: (entry) => interfaceDetails(entry, known), suggest: (field, {type}) => ({type: () => interfaceNames(known), proxy: () => identitiesOf(type)})[field]?.() ?? []})}
-    ${list("libraries", {suggest: (field) => (field === "name" ? ["math", "numpy as np", "cv2", "random", "json"] : [])})}
-    ${list("parameters")}
-    ${list("events")}
-    ${list("properties", {details: (entry, index) => verdict(document, index, showProblems)})}`;
+  const text = (part, label, rest) =>
+    html`<hfsm-text-field
+      data-section=${part}
+      class="section"
+      label=${label}
+      .tab=${tab}
+      .place=${{kind: "document", part}}
+      .text=${fields[part] ?? ""}
+      kind=${rest.kind}
+      .options=${rest.options ?? []}
+      hint=${rest.hint ?? ""}
+    ></hfsm-text-field>`;
+  const list = (name, more = {}) =>
+    html`<hfsm-entries
+      data-section=${name}
+      .tab=${tab}
+      .of=${LISTS[name]}
+      .entries=${fields[name] ?? []}
+      .problems=${problems}
+      .details=${more.details ?? nothingMore}
+      .suggest=${more.suggest ?? noSuggestions}
+    ></hfsm-entries>`;
+  return html` ${text("description", "Description", {kind: "area", hint: "what the component is for"})}
+  ${text("onError", "After an error in its code", {kind: "select", options: afterError(fields.onError ?? "")})}
+  ${text("onRefused", "After a refused command", {kind: "select", options: afterRefusal(fields.onRefused ?? "")})}
+  ${text("language", "Language of the code", {kind: "select", options: LANGUAGES})}
+  ${list("interfaces", {
+    details: (entry) => interfaceDetails(entry, known),
+    suggest: (field, {type}) => ({type: () => interfaceNames(known), proxy: () => identitiesOf(type)})[field]?.() ?? [],
+  })}
+  ${list("libraries", {suggest: (field) => (field === "name" ? ["math", "numpy as np", "cv2", "random", "json"] : [])})}
+  ${list("parameters")} ${list("events")}
+  ${list("properties", {details: (entry, index) => verdict(document, index, showProblems)})}`;
 }
 
 const nothingMore = () => nothing;
@@ -171,14 +290,21 @@ const noSuggestions = () => [];
 function verdict(document, index, showProblems) {
   const found = verdictOf(document, index);
   if (!found) return nothing;
-  return html`<p class="verdict ${found.kind}"><span class="dot" aria-hidden="true"></span>${found.words}
-    ${found.kind === "violated" ? html`<button type="button" class="link" @click=${showProblems}>Show how</button>` : nothing}</p>`;
+  return html`<p class="verdict ${found.kind}">
+    <span class="dot" aria-hidden="true"></span>${found.words}
+    ${
+      found.kind === "violated"
+        ? html`<button type="button" class="link" @click=${showProblems}>Show how</button>`
+        : nothing
+    }
+  </p>`;
 }
 
 /**
  * The lists of a document that are edited as such, and what each entry has.
  *
- * @typedef {{name: string, label: string, kind?: string, options?: [string, string][], hint?: string, mono?: boolean, unit?: string,
+ * @typedef {{name: string, label: string, kind?: string, options?: [string, string][], hint?: string, mono?: boolean,
+ *   unit?: string,
  *   wide?: boolean}} Field `wide` takes a line of its own
  * @typedef {{list: string, title: string, noun: string, explain: string, fields: Field[]}} EntryList
  */
@@ -196,11 +322,17 @@ const parameterFields = (types, hint) => [
 /** @type {Record<string, EntryList>} */
 const LISTS = {
   libraries: {
-    list: "libraries", title: "Libraries", noun: "library", explain: "What the code imports: numpy as np, from math import pi.",
+    list: "libraries",
+    title: "Libraries",
+    noun: "library",
+    explain: "What the code imports: numpy as np, from math import pi.",
     fields: [{name: "name", label: "Import", mono: true, wide: true, hint: "math"}],
   },
   interfaces: {
-    list: "interfaces", title: "Interfaces", noun: "interface", explain: "Servants that the code uses, each by an attribute of self.",
+    list: "interfaces",
+    title: "Interfaces",
+    noun: "interface",
+    explain: "Servants that the code uses, each by an attribute of self.",
     fields: [
       {name: "name", label: "self.", mono: true, hint: "camera"},
       {name: "type", label: "Interface", mono: true, hint: "Camera"},
@@ -208,24 +340,55 @@ const LISTS = {
     ],
   },
   parameters: {
-    list: "parameters", title: "Parameters", noun: "parameter", explain: "Attributes of self, and options of the command line.",
+    list: "parameters",
+    title: "Parameters",
+    noun: "parameter",
+    explain: "Attributes of self, and options of the command line.",
     fields: parameterFields(TYPES, "0.0"),
   },
   events: {
-    list: "events", title: "Events", noun: "event", explain: "Events that may come from outside. Those that only the code sends need no entry.",
-    fields: [{name: "name", label: "Name"}, {name: "description", label: "Description", wide: true, hint: "when it comes"}],
-  },
-  properties: {
-    list: "properties", title: "Properties", noun: "property", explain: "What the model checker is to prove, of all runs there may be.",
+    list: "events",
+    title: "Events",
+    noun: "event",
+    explain: "Events that may come from outside. Those that only the code sends need no entry.",
     fields: [
       {name: "name", label: "Name"},
-      {name: "kind", label: "Kind", kind: "select", options: [["always", "always"], ["eventually", "eventually"], ["never", "never"]]},
+      {name: "description", label: "Description", wide: true, hint: "when it comes"},
+    ],
+  },
+  properties: {
+    list: "properties",
+    title: "Properties",
+    noun: "property",
+    explain: "What the model checker is to prove, of all runs there may be.",
+    fields: [
+      {name: "name", label: "Name"},
+      {
+        name: "kind",
+        label: "Kind",
+        kind: "select",
+        options: [
+          ["always", "always"],
+          ["eventually", "eventually"],
+          ["never", "never"],
+        ],
+      },
       {name: "within", label: "Within", kind: "number", unit: "ms", hint: "any time"},
-      {name: "expression", label: "Expression", kind: "area", mono: true, wide: true, hint: "not (day/lamp/red and day/lamp/green)"},
+      {
+        name: "expression",
+        label: "Expression",
+        kind: "area",
+        mono: true,
+        wide: true,
+        hint: "not (day/lamp/red and day/lamp/green)",
+      },
     ],
   },
   inputs: {
-    list: "inputs", title: "Inputs", noun: "input", explain: "Variables that the state above sets each time it is entered.",
+    list: "inputs",
+    title: "Inputs",
+    noun: "input",
+    explain: "Variables that the state above sets each time it is entered.",
     fields: parameterFields(INPUT_TYPES, "none: must be handed over"),
   },
 };

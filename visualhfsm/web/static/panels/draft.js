@@ -95,7 +95,8 @@ export class Draft {
     }
     const isSame = tab === this.#tab && key === this.#key;
     // A document that is older than the answer is still on its way, and shown by `take`.
-    if (isSame && !this.busy && (store.documents.get(tab)?.revision ?? 0) >= revision) this.#replace(this.#known, false);
+    if (isSame && !this.busy && (store.documents.get(tab)?.revision ?? 0) >= revision)
+      this.#replace(this.#known, false);
   }
 
   /** Go on waiting with what could not be sent. */

@@ -1,10 +1,39 @@
 /** The code editor. Loaded when the first piece of code is shown, as CodeMirror is larger than the rest of the page. */
 
 import {
-  Annotation, EditorState, EditorView, HighlightStyle, Prec, bracketMatching, closeBrackets, closeBracketsKeymap,
-  completionKeymap, crosshairCursor, defaultKeymap, drawSelection, dropCursor, foldGutter, foldKeymap, highlightActiveLine,
-  highlightActiveLineGutter, highlightSelectionMatches, highlightSpecialChars, indentOnInput, indentUnit, indentWithTab, keymap, lineNumbers,
-  lintGutter, lintKeymap, placeholder, python, rectangularSelection, searchKeymap, syntaxHighlighting, tags, tooltips,
+  Annotation,
+  EditorState,
+  EditorView,
+  HighlightStyle,
+  Prec,
+  bracketMatching,
+  closeBrackets,
+  closeBracketsKeymap,
+  completionKeymap,
+  crosshairCursor,
+  defaultKeymap,
+  drawSelection,
+  dropCursor,
+  foldGutter,
+  foldKeymap,
+  highlightActiveLine,
+  highlightActiveLineGutter,
+  highlightSelectionMatches,
+  highlightSpecialChars,
+  indentOnInput,
+  indentUnit,
+  indentWithTab,
+  keymap,
+  lineNumbers,
+  lintGutter,
+  lintKeymap,
+  placeholder,
+  python,
+  rectangularSelection,
+  searchKeymap,
+  syntaxHighlighting,
+  tags,
+  tooltips,
 } from "codemirror";
 import {assistance, recheck} from "./assistance.js";
 
@@ -34,17 +63,26 @@ const theme = EditorView.theme({
   ".cm-activeLine, .cm-activeLineGutter": {backgroundColor: "transparent"},
   "&.cm-focused .cm-activeLine": {backgroundColor: "var(--code-line)"},
   "&.cm-focused .cm-activeLineGutter": {backgroundColor: "var(--code-line)", color: "var(--code-text)"},
-  "&.cm-focused > .cm-scroller > .cm-selectionLayer .cm-selectionBackground, .cm-selectionBackground": {background: "var(--code-selection)"},
+  "&.cm-focused > .cm-scroller > .cm-selectionLayer .cm-selectionBackground, .cm-selectionBackground": {
+    background: "var(--code-selection)",
+  },
   ".cm-selectionMatch, .cm-searchMatch": {backgroundColor: "var(--code-match)"},
   "&.cm-focused .cm-matchingBracket": {backgroundColor: "var(--code-match)"},
   ".cm-placeholder": {color: "var(--code-faint)", fontStyle: "italic"},
   ".cm-foldGutter .cm-gutterElement": {cursor: "pointer"},
   ".cm-tooltip": {
-    backgroundColor: "var(--code-popup)", color: "var(--code-text)", border: "1px solid var(--code-border)", borderRadius: "6px",
-    boxShadow: "0 4px 16px #0003", maxWidth: "34rem",
+    backgroundColor: "var(--code-popup)",
+    color: "var(--code-text)",
+    border: "1px solid var(--code-border)",
+    borderRadius: "6px",
+    boxShadow: "0 4px 16px #0003",
+    maxWidth: "34rem",
   },
   ".cm-tooltip.cm-tooltip-autocomplete > ul": {fontFamily: "var(--code-font)", maxHeight: "16em"},
-  ".cm-tooltip-autocomplete ul li[aria-selected]": {backgroundColor: "var(--code-chosen)", color: "var(--code-chosen-text)"},
+  ".cm-tooltip-autocomplete ul li[aria-selected]": {
+    backgroundColor: "var(--code-chosen)",
+    color: "var(--code-chosen-text)",
+  },
   ".cm-completionDetail": {color: "inherit", opacity: "0.9", fontStyle: "normal"},
   ".cm-help": {whiteSpace: "pre-wrap", maxHeight: "18em", overflow: "auto"},
   ".cm-completionInfo, .cm-tooltip.cm-help, .cm-tooltip-hover .cm-help": {padding: "6px 10px"},
@@ -53,20 +91,48 @@ const theme = EditorView.theme({
   ".cm-help p": {margin: "4px 0 0"},
   ".cm-diagnostic": {padding: "4px 10px", borderLeftWidth: "3px"},
   ".cm-panels": {backgroundColor: "var(--code-gutter)", color: "var(--code-text)"},
-  ".cm-textfield": {backgroundColor: "var(--code-background)", color: "inherit", border: "1px solid var(--code-border)", borderRadius: "4px"},
-  ".cm-button": {backgroundImage: "none", backgroundColor: "var(--code-popup)", color: "inherit", border: "1px solid var(--code-border)", borderRadius: "4px"},
+  ".cm-textfield": {
+    backgroundColor: "var(--code-background)",
+    color: "inherit",
+    border: "1px solid var(--code-border)",
+    borderRadius: "4px",
+  },
+  ".cm-button": {
+    backgroundImage: "none",
+    backgroundColor: "var(--code-popup)",
+    color: "inherit",
+    border: "1px solid var(--code-border)",
+    borderRadius: "4px",
+  },
 });
 
 const shared = [
-  lineNumbers(), highlightActiveLineGutter(), highlightSpecialChars(), foldGutter(), drawSelection(), dropCursor(),
-  EditorState.allowMultipleSelections.of(true), EditorState.tabSize.of(4), indentUnit.of("    "), indentOnInput(), bracketMatching(),
-  closeBrackets(), rectangularSelection(), crosshairCursor(), highlightActiveLine(), highlightSelectionMatches(), lintGutter(),
-  tooltips({position: "fixed"}), syntaxHighlighting(colors), theme,
+  lineNumbers(),
+  highlightActiveLineGutter(),
+  highlightSpecialChars(),
+  foldGutter(),
+  drawSelection(),
+  dropCursor(),
+  EditorState.allowMultipleSelections.of(true),
+  EditorState.tabSize.of(4),
+  indentUnit.of("    "),
+  indentOnInput(),
+  bracketMatching(),
+  closeBrackets(),
+  rectangularSelection(),
+  crosshairCursor(),
+  highlightActiveLine(),
+  highlightSelectionMatches(),
+  lintGutter(),
+  tooltips({position: "fixed"}),
+  syntaxHighlighting(colors),
+  theme,
   EditorView.cspNonce.of(document.querySelector('meta[name="style-nonce"]').content),
 ];
 
 /**
- * @typedef {{text: string, cursor: number, place: import("./places.js").Place, tab: number, label: string, hint: string,
+ * @typedef {{text: string, cursor: number, place: import("./places.js").Place, tab: number, label: string, hint:
+ *   string,
  *   wraps: boolean, python: boolean, readonly: boolean}} Content `cursor` is where it stands in the text at first
  * @typedef {{typed: (text: string) => void, undo: () => void, redo: () => void, save: () => void,
  *   problems: () => import("./assistance.js").Known}} Actions what the editor tells and asks
@@ -135,7 +201,8 @@ export class Editor {
   /** Type a text where the cursor stands. @param {string} text */
   insert(text) {
     const {state} = this.#view;
-    if (!state.readOnly) this.#view.dispatch({...state.replaceSelection(text), userEvent: "input.type", scrollIntoView: true});
+    if (!state.readOnly)
+      this.#view.dispatch({...state.replaceSelection(text), userEvent: "input.type", scrollIntoView: true});
   }
 
   /** Let go of everything. */
@@ -156,16 +223,30 @@ export class Editor {
       selection: {anchor: Math.min(cursor, text.length)},
       extensions: [
         // One list of what can be undone for the whole document: the editor keeps none of its own.
-        Prec.highest(keymap.of([
-          {key: "Mod-s", run: run(save), preventDefault: true},
-          {key: "Mod-z", run: run(undo), preventDefault: true},
-          {key: "Mod-y", run: run(redo), preventDefault: true},
-          {key: "Mod-Shift-z", run: run(redo), preventDefault: true},
-        ])),
-        keymap.of([...completionKeymap, ...closeBracketsKeymap, ...searchKeymap, ...foldKeymap, ...lintKeymap, indentWithTab, ...standardKeys]),
+        Prec.highest(
+          keymap.of([
+            {key: "Mod-s", run: run(save), preventDefault: true},
+            {key: "Mod-z", run: run(undo), preventDefault: true},
+            {key: "Mod-y", run: run(redo), preventDefault: true},
+            {key: "Mod-Shift-z", run: run(redo), preventDefault: true},
+          ]),
+        ),
+        keymap.of([
+          ...completionKeymap,
+          ...closeBracketsKeymap,
+          ...searchKeymap,
+          ...foldKeymap,
+          ...lintKeymap,
+          indentWithTab,
+          ...standardKeys,
+        ]),
         shared,
         isPython ? [python(), assistance({tab, place, problems})] : [],
-        EditorView.contentAttributes.of(() => ({tabindex: "0", "aria-label": this.#label, "aria-description": "Escape goes back to the drawing"})),
+        EditorView.contentAttributes.of(() => ({
+          tabindex: "0",
+          "aria-label": this.#label,
+          "aria-description": "Escape goes back to the drawing",
+        })),
         placeholder(hint),
         wraps ? EditorView.lineWrapping : [],
         EditorState.readOnly.of(readonly),

@@ -5,11 +5,20 @@ import {apply} from "../commands.js";
 import {icon} from "../icons.js";
 import {placeOf} from "./places.js";
 
-/** `details(entry, index)` gives what is shown below the fields of an entry, `suggest(field, entry)` what is offered for one. */
+/**
+ * `details(entry, index)` gives what is shown below the fields of an entry, `suggest(field, entry)` what is offered for
+ * one.
+ */
 class Entries extends LitElement {
   static properties = {
-    tab: {type: Number}, automaton: {type: Number}, of: {attribute: false}, entries: {attribute: false}, problems: {attribute: false},
-    details: {attribute: false}, suggest: {attribute: false}, readonly: {type: Boolean},
+    tab: {type: Number},
+    automaton: {type: Number},
+    of: {attribute: false},
+    entries: {attribute: false},
+    problems: {attribute: false},
+    details: {attribute: false},
+    suggest: {attribute: false},
+    readonly: {type: Boolean},
   };
 
   constructor() {
@@ -28,9 +37,16 @@ class Entries extends LitElement {
   render() {
     const {title, noun, explain} = this.of;
     const count = this.entries.length;
-    return html`
-      <header class="entries-head"><h3>${title}${count ? html` <span class="faint">${count}</span>` : nothing}</h3>
-        ${this.readonly ? nothing : html`<button type="button" class="action add" aria-label="Add ${article(noun)}" @click=${this.#add}>${icon("add")}<span class="text">Add</span></button>`}</header>
+    return html` <header class="entries-head">
+        <h3>${title}${count ? html` <span class="faint">${count}</span>` : nothing}</h3>
+        ${
+          this.readonly
+            ? nothing
+            : html`<button type="button" class="action add" aria-label="Add ${article(noun)}" @click=${this.#add}>
+                ${icon("add")}<span class="text">Add</span>
+              </button>`
+        }
+      </header>
       <p class="explain">${explain}</p>
       <div class="entries">${this.entries.map((entry, index) => this.#entry(entry, index))}</div>`;
   }
@@ -51,19 +67,76 @@ class Entries extends LitElement {
     const place = {kind: this.automaton ? "automaton" : "document", automaton: this.automaton, part: list, index};
     const own = this.problems.filter((each) => {
       const other = placeOf(each);
-      return other.part === list && (other.automaton ?? 0) === this.automaton && (other.index ?? 0) === index && !other.name;
+      return (
+        other.part === list && (other.automaton ?? 0) === this.automaton && (other.index ?? 0) === index && !other.name
+      );
     });
     const last = this.entries.length - 1;
     return html`<div class="entry" role="group" aria-label=${words} @keydown=${(event) => this.#press(event, index)}>
-      <div class="entry-fields">${fields.map((field) => html`<hfsm-text-field class=${field.wide ? "wide" : ""} data-field=${field.name} .tab=${this.tab} .place=${{...place, name: field.name}}
-        .text=${entry[field.name] ?? ""} label=${field.label} kind=${field.kind ?? "text"} .options=${field.options ?? []} hint=${field.hint ?? ""} unit=${field.unit ?? ""} ?mono=${field.mono}
-        .suggestions=${this.suggest(field.name, entry)} ?readonly=${this.readonly}></hfsm-text-field>`)}</div>
-      ${this.readonly ? nothing : html`<div class="entry-actions">
-        <button type="button" class="action bare" aria-label="Move ${words} up" title="Move up (Alt+↑)" ?disabled=${index === 0} @click=${() => this.#move(index, index - 1)}>${icon("up")}</button>
-        <button type="button" class="action bare down" aria-label="Move ${words} down" title="Move down (Alt+↓)" ?disabled=${index === last} @click=${() => this.#move(index, index + 1)}>${icon("up")}</button>
-        <button type="button" class="action bare" aria-label="Remove ${words}" title="Remove" @click=${() => this.#remove(index)}>${icon("delete")}</button></div>`}
-      ${own.length ? html`<p class="field-problems">${own.map((each) => html`<span class=${each.severity}>${each.message}</span>`)}</p>` : nothing}
-      ${this.details(entry, index)}</div>`;
+      <div class="entry-fields">
+        ${fields.map(
+          (field) =>
+            html`<hfsm-text-field
+              class=${field.wide ? "wide" : ""}
+              data-field=${field.name}
+              .tab=${this.tab}
+              .place=${{...place, name: field.name}}
+              .text=${entry[field.name] ?? ""}
+              label=${field.label}
+              kind=${field.kind ?? "text"}
+              .options=${field.options ?? []}
+              hint=${field.hint ?? ""}
+              unit=${field.unit ?? ""}
+              ?mono=${field.mono}
+              .suggestions=${this.suggest(field.name, entry)}
+              ?readonly=${this.readonly}
+            ></hfsm-text-field>`,
+        )}
+      </div>
+      ${
+        this.readonly
+          ? nothing
+          : html`<div class="entry-actions">
+              <button
+                type="button"
+                class="action bare"
+                aria-label="Move ${words} up"
+                title="Move up (Alt+↑)"
+                ?disabled=${index === 0}
+                @click=${() => this.#move(index, index - 1)}
+              >
+                ${icon("up")}
+              </button>
+              <button
+                type="button"
+                class="action bare down"
+                aria-label="Move ${words} down"
+                title="Move down (Alt+↓)"
+                ?disabled=${index === last}
+                @click=${() => this.#move(index, index + 1)}
+              >
+                ${icon("up")}
+              </button>
+              <button
+                type="button"
+                class="action bare"
+                aria-label="Remove ${words}"
+                title="Remove"
+                @click=${() => this.#remove(index)}
+              >
+                ${icon("delete")}
+              </button>
+            </div>`
+      }
+      ${
+        own.length
+          ? html`<p class="field-problems">
+              ${own.map((each) => html`<span class=${each.severity}>${each.message}</span>`)}
+            </p>`
+          : nothing
+      }
+      ${this.details(entry, index)}
+    </div>`;
   }
 
   #add = async () => {
@@ -75,7 +148,8 @@ class Entries extends LitElement {
 
   async #move(index, to) {
     if (to < 0 || to >= this.entries.length) return;
-    if ((await apply("reorderEntry", {list: this.of.list, index, to, automaton: this.automaton})) !== undefined) await this.reveal(to);
+    if ((await apply("reorderEntry", {list: this.of.list, index, to, automaton: this.automaton})) !== undefined)
+      await this.reveal(to);
   }
 
   async #remove(index) {

@@ -22,13 +22,47 @@ class History extends PageElement {
     if (!document) return html`<p class="empty">No document is open.</p>`;
     const {undo, redo} = document;
     // The latest first: what would be done again, then the present, then what led to it.
-    return html`<div class="list-panel"><ol class="rows history" aria-label="Steps, the latest first" @keydown=${moveAmongRows}>
-      ${redo.map((name, index) => ({name, steps: index + 1})).reverse().map(({name, steps}) => html`<li><button type="button" class="row undone" @click=${() => this.#go("redo", steps)}
-        title="Do it again"><span class="message">${name}</span><span class="where">undone</span></button></li>`)}
-      ${undo.map((name, index) => html`<li><button type="button" class="row" aria-current=${index === 0 ? "step" : nothing} @click=${() => this.#go("undo", index)}
-        title=${index === 0 ? "The document as it is now" : "Go back to here"}><span class="message">${name}</span>${index === 0 ? html`<span class="where">now</span>` : nothing}</button></li>`)}
-      <li><button type="button" class="row" aria-current=${undo.length ? nothing : "step"} @click=${() => this.#go("undo", undo.length)} title="Undo everything">
-        <span class="message faint">${undo.length >= 100 ? "100 steps ago" : "As it was opened"}</span>${undo.length ? nothing : html`<span class="where">now</span>`}</button></li></ol></div>`;
+    return html`<div class="list-panel">
+      <ol class="rows history" aria-label="Steps, the latest first" @keydown=${moveAmongRows}>
+        ${redo
+          .map((name, index) => ({name, steps: index + 1}))
+          .reverse()
+          .map(
+            ({name, steps}) =>
+              html`<li>
+                <button type="button" class="row undone" @click=${() => this.#go("redo", steps)} title="Do it again">
+                  <span class="message">${name}</span><span class="where">undone</span>
+                </button>
+              </li>`,
+          )}
+        ${undo.map(
+          (name, index) =>
+            html`<li>
+              <button
+                type="button"
+                class="row"
+                aria-current=${index === 0 ? "step" : nothing}
+                @click=${() => this.#go("undo", index)}
+                title=${index === 0 ? "The document as it is now" : "Go back to here"}
+              >
+                <span class="message">${name}</span>${index === 0 ? html`<span class="where">now</span>` : nothing}
+              </button>
+            </li>`,
+        )}
+        <li>
+          <button
+            type="button"
+            class="row"
+            aria-current=${undo.length ? nothing : "step"}
+            @click=${() => this.#go("undo", undo.length)}
+            title="Undo everything"
+          >
+            <span class="message faint">${undo.length >= 100 ? "100 steps ago" : "As it was opened"}</span
+            >${undo.length ? nothing : html`<span class="where">now</span>`}
+          </button>
+        </li>
+      </ol>
+    </div>`;
   }
 
   async #go(op, steps) {

@@ -1,7 +1,8 @@
 /**
  * The interfaces that documents may declare, with what their operations do.
  *
- * @typedef {{name: string, scoped: string, operations: {name: string, signature: string, result: string, documentation: string,
+ * @typedef {{name: string, scoped: string, operations: {name: string, signature: string, result: string, documentation:
+ *   string,
  *   streamed: boolean}[]}} KnownInterface see visualhfsm/code_help/worker.py
  */
 
@@ -17,7 +18,10 @@ export const known = () => interfaces;
 
 /** Ask the server once; interfaces that are not known are typed by hand. */
 export function loadInterfaces() {
-  loading ??= store.request("interfaces").then((found) => (interfaces = found ?? []), () => (loading = undefined));
+  loading ??= store.request("interfaces").then(
+    (found) => (interfaces = found ?? []),
+    () => (loading = undefined),
+  );
   return loading;
 }
 
@@ -33,7 +37,9 @@ export async function loadIdentities() {
 export function identitiesOf(type) {
   const wanted = type.trim().replace(/^::/, "");
   const fits = (each) => each.replace(/^::/, "") === wanted || each.endsWith(`::${wanted}`);
-  return Object.keys(identities).filter((each) => !each.startsWith("Hfsm.") && (!wanted || identities[each].some(fits)));
+  return Object.keys(identities).filter(
+    (each) => !each.startsWith("Hfsm.") && (!wanted || identities[each].some(fits)),
+  );
 }
 
 /** Names to write into a document: plain where that is enough. */
@@ -42,14 +48,29 @@ export function interfaceNames(all = []) {
   return all.map((each) => (count(each.name) > 1 ? each.scoped : each.name)).sort();
 }
 
-/** What an entry's interface offers. @param {{name: string, type: string}} entry @param {KnownInterface[] | undefined} all */
+/**
+ * What an entry's interface offers.
+ *
+ * @param {{name: string, type: string}} entry
+ * @param {KnownInterface[] | undefined} all
+ */
 export function interfaceDetails(entry, all) {
   const type = entry.type.trim();
   const found = all?.find((each) => each.name === type || each.scoped === type);
   if (!found) return nothing;
   const {operations} = found;
-  return html`<details class="operations"><summary>${operations.length} operation${operations.length === 1 ? "" : "s"} of ${found.name}</summary>
-    <dl>${operations.map((each) => html`<dt class="mono">self.${entry.name}.${called(each)}</dt><dd>${each.documentation}${each.streamed ? html` <em>Also streamed: .latest(), .wait().</em>` : nothing}</dd>`)}</dl></details>`;
+  return html`<details class="operations">
+    <summary>${operations.length} operation${operations.length === 1 ? "" : "s"} of ${found.name}</summary>
+    <dl>
+      ${operations.map(
+        (each) =>
+          html`<dt class="mono">self.${entry.name}.${called(each)}</dt>
+            <dd>
+              ${each.documentation}${each.streamed ? html` <em>Also streamed: .latest(), .wait().</em>` : nothing}
+            </dd>`,
+      )}
+    </dl>
+  </details>`;
 }
 
 /** An operation as it is called. */

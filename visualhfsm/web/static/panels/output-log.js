@@ -27,10 +27,15 @@ class OutputLog extends EventTarget {
     return this.#lines.get(tab) ?? [];
   }
 
-  /** The last error that the component of a tab told, with its place in the code if it has one. @returns {Line | undefined} */
+  /**
+   * The last error that the component of a tab told, with its place in the code if it has one.
+   *
+   * @returns {Line | undefined}
+   */
   lastError(tab) {
     const lines = this.of(tab);
-    const logged = lines.findLast(({text, place}) => place && BEFORE.test(text)) ?? lines.findLast(({text}) => EXCEPTION.test(text));
+    const logged =
+      lines.findLast(({text, place}) => place && BEFORE.test(text)) ?? lines.findLast(({text}) => EXCEPTION.test(text));
     return logged && {...logged, text: logged.text.replace(BEFORE, "").replace(BEHIND, "")};
   }
 

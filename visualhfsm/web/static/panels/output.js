@@ -35,10 +35,13 @@ class Output extends PageElement {
 
   render() {
     return html`<div class="list-panel">
-      <div class="list-tools"><span role="status">${this.#status()}</span><span class="room"></span>
-        <label><input type="checkbox" .checked=${this.follows} @change=${this.#follow}> Follow</label>
-        <button type="button" class="tool" @click=${() => outputLog.clear(page.tab)}>Clear</button></div>
-      <div class="lines" role="log" aria-label="Output of the component" tabindex="0" @scroll=${this.#scrolled}></div></div>`;
+      <div class="list-tools">
+        <span role="status">${this.#status()}</span><span class="room"></span>
+        <label><input type="checkbox" .checked=${this.follows} @change=${this.#follow} /> Follow</label>
+        <button type="button" class="tool" @click=${() => outputLog.clear(page.tab)}>Clear</button>
+      </div>
+      <div class="lines" role="log" aria-label="Output of the component" tabindex="0" @scroll=${this.#scrolled}></div>
+    </div>`;
   }
 
   updated() {

@@ -9,10 +9,29 @@ import {ownerOf, pathTo, titleOf} from "../outline.js";
 
 const LISTS = new Set(["parameters", "inputs", "events", "properties", "libraries", "interfaces"]);
 const WORDS = {
-  entry: "entry code", code: "code", exit: "exit code", argument: "argument", trigger: "trigger", guard: "guard", fired: "code",
-  priority: "priority", variables: "variables", functions: "functions", period: "period", import: "import", name: "name",
-  description: "description", onError: "after an error", onRefused: "after a refused command", language: "language", inputs: "input", parameters: "parameter",
-  events: "event", properties: "property", libraries: "library", interfaces: "interface",
+  entry: "entry code",
+  code: "code",
+  exit: "exit code",
+  argument: "argument",
+  trigger: "trigger",
+  guard: "guard",
+  fired: "code",
+  priority: "priority",
+  variables: "variables",
+  functions: "functions",
+  period: "period",
+  import: "import",
+  name: "name",
+  description: "description",
+  onError: "after an error",
+  onRefused: "after a refused command",
+  language: "language",
+  inputs: "input",
+  parameters: "parameter",
+  events: "event",
+  properties: "property",
+  libraries: "library",
+  interfaces: "interface",
 };
 
 /** A text that is the same for the same place. @param {Place} place */
@@ -72,12 +91,16 @@ export function wordsFor(document, place) {
   const {kind, automaton, id, part = "", index = 0, name = ""} = place;
   const found = [];
   const shown = automaton ? document.automata.get(automaton) : undefined;
-  if (automaton) found.push(...(shown ? pathTo(document, shown).map((each) => wordFor(document, each)) : [`automaton ${automaton}`]));
+  if (automaton)
+    found.push(
+      ...(shown ? pathTo(document, shown).map((each) => wordFor(document, each)) : [`automaton ${automaton}`]),
+    );
   if (kind === "state") found.push(nameOf(shown?.states, id, "state"));
   if (kind === "transition") found.push(nameOf(shown?.transitions, id, "transition"));
   if (kind === "document") found.push("component");
   const list = kind === "automaton" ? shown?.[part] : document.fields[part];
-  if (LISTS.has(part)) found.push(`${WORDS[part]} ${list?.[index]?.name || index + 1}`, ...(name && name !== "name" ? [name] : []));
+  if (LISTS.has(part))
+    found.push(`${WORDS[part]} ${list?.[index]?.name || index + 1}`, ...(name && name !== "name" ? [name] : []));
   else if (part === "argument") found.push(`argument ${name}`);
   else if (part) found.push(WORDS[part] ?? part);
   return found;
@@ -86,7 +109,8 @@ export function wordsFor(document, place) {
 /** What an automaton is called, with its number where its state has several. */
 function wordFor(document, automaton) {
   const children = ownerOf(document, automaton)?.children ?? [];
-  return `${titleOf(document, automaton, document.fields?.name)}${children.length > 1 ? ` (${children.indexOf(automaton.id) + 1})` : ""}`;
+  const title = titleOf(document, automaton, document.fields?.name);
+  return children.length > 1 ? `${title} (${children.indexOf(automaton.id) + 1})` : title;
 }
 
 const nameOf = (items, id, kind) => items?.find((each) => each.id === id)?.name || `${kind} ${id}`;

@@ -7,7 +7,11 @@ import {counterexamplePlayer, showNoStep, showStep} from "./counterexample.js";
 import {placeOf, wordsFor} from "./places.js";
 import {moveAmongRows} from "./rows.js";
 
-const SEVERITIES = [["error", "Errors"], ["warning", "Warnings"], ["note", "Notes"]];
+const SEVERITIES = [
+  ["error", "Errors"],
+  ["warning", "Warnings"],
+  ["note", "Notes"],
+];
 
 class Problems extends PageElement {
   static properties = {played: {state: true}};
@@ -46,18 +50,40 @@ class Problems extends PageElement {
     const {problems} = document;
     const shown = problems.filter((each) => !this.left.has(each.severity));
     return html`<div class="list-panel">
-      <div class="list-tools" role="group" aria-label="Shown problems">${SEVERITIES.map(([severity, title]) => {
-        const count = problems.filter((each) => each.severity === severity).length;
-        return html`<button type="button" class="filter ${severity}" aria-pressed=${!this.left.has(severity)} ?disabled=${!count} @click=${() => this.#toggle(severity)}>
-          <span class="severity-sign ${severity}" aria-hidden="true"></span>${count} ${count === 1 ? title.slice(0, -1) : title}</button>`;
-      })}<span class="room"></span>${document.checked !== undefined && document.checked !== document.revision ? html`<span class="faint" role="status">Being checked…</span>` : nothing}</div>
-      ${problems.length ? html`<ol class="rows" aria-label="Problems" @keydown=${moveAmongRows}>${shown.map((each) => this.#row(document, each))}</ol>`
-        : html`<p class="empty" role="status">The checks found nothing wrong.</p>`}</div>`;
+      <div class="list-tools" role="group" aria-label="Shown problems">
+        ${SEVERITIES.map(([severity, title]) => {
+          const count = problems.filter((each) => each.severity === severity).length;
+          return html`<button
+            type="button"
+            class="filter ${severity}"
+            aria-pressed=${!this.left.has(severity)}
+            ?disabled=${!count}
+            @click=${() => this.#toggle(severity)}
+          >
+            <span class="severity-sign ${severity}" aria-hidden="true"></span>${count}
+            ${count === 1 ? title.slice(0, -1) : title}
+          </button>`;
+        })}<span class="room"></span>${
+          document.checked !== undefined && document.checked !== document.revision
+            ? html`<span class="faint" role="status">Being checked…</span>`
+            : nothing
+        }
+      </div>
+      ${
+        problems.length
+          ? html`<ol class="rows" aria-label="Problems" @keydown=${moveAmongRows}>
+              ${shown.map((each) => this.#row(document, each))}
+            </ol>`
+          : html`<p class="empty" role="status">The checks found nothing wrong.</p>`
+      }
+    </div>`;
   }
 
   #row(document, problem) {
     const place = placeOf(problem);
-    const words = problem.file ? [problem.file, problem.line && `line ${problem.line}`] : [...wordsFor(document, place), problem.line > 0 && `line ${problem.line}`];
+    const words = problem.file
+      ? [problem.file, problem.line && `line ${problem.line}`]
+      : [...wordsFor(document, place), problem.line > 0 && `line ${problem.line}`];
     const key = keyOf(problem);
     const isPlayed = this.played?.key === key;
     const {steps = []} = problem.counterexample ?? {};
@@ -66,10 +92,27 @@ class Problems extends PageElement {
       <button type="button" class="row" @click=${() => this.#go(problem, place)}>
         <span class="severity-sign ${problem.severity}" role="img" aria-label="${problem.severity}: "></span>
         <span class="message">${problem.message}</span><span class="code-name">${problem.code}</span>
-        <span class="where">${words.filter(Boolean).join(" › ")}</span></button>
-      ${notes.length ? html`<ul class="notes">${notes.map((each) => html`<li>${each}</li>`)}</ul>` : nothing}
-      ${steps.length ? (isPlayed ? counterexamplePlayer(problem.counterexample, this.played.step, (step) => this.#play(step === null ? null : {key, step}, steps))
-        : html`<button type="button" class="play" @click=${() => this.#play({key, step: 0}, steps)}>Play the ${steps.length} steps on the canvas</button>`) : nothing}</li>`;
+        <span class="where">${words.filter(Boolean).join(" › ")}</span>
+      </button>
+      ${
+        notes.length
+          ? html`<ul class="notes">
+              ${notes.map((each) => html`<li>${each}</li>`)}
+            </ul>`
+          : nothing
+      }
+      ${
+        steps.length
+          ? isPlayed
+            ? counterexamplePlayer(problem.counterexample, this.played.step, (step) =>
+                this.#play(step === null ? null : {key, step}, steps),
+              )
+            : html`<button type="button" class="play" @click=${() => this.#play({key, step: 0}, steps)}>
+                Play the ${steps.length} steps on the canvas
+              </button>`
+          : nothing
+      }
+    </li>`;
   }
 
   #toggle(severity) {

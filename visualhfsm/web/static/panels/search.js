@@ -10,7 +10,10 @@ import {moveAmongRows} from "./rows.js";
 const PAUSE = 150; // ms
 const SHOWN = 200;
 
-/** @typedef {{place: import("./places.js").Place, line: number, column: number, length: number, excerpt: string, tab: number}} Hit */
+/**
+ * @typedef {{place: import("./places.js").Place, line: number, column: number, length: number, excerpt: string, tab:
+ *   number}} Hit
+ */
 
 class Search extends PageElement {
   static properties = {text: {state: true}, hits: {state: true}, everywhere: {state: true}, failed: {state: true}};
@@ -45,12 +48,41 @@ class Search extends PageElement {
     const more = hits && hits.length > SHOWN;
     return html`<div class="list-panel">
       <form class="list-tools" role="search" @submit=${this.#submit}>
-        <input type="search" aria-label="Search in names and code" placeholder="Search in names and code" .value=${text} @input=${this.#type} @keydown=${this.#press} spellcheck="false" autocomplete="off">
-        <label><input type="checkbox" .checked=${this.everywhere} @change=${this.#widen}> In all open documents</label>
-        <span class="room"></span><span class="faint" role="status">${this.failed || (hits ? `${hits.length}${hits.length >= 1000 ? " or more" : ""} found` : "")}</span></form>
-      ${hits?.length ? html`<ol class="rows" aria-label="Found" @keydown=${moveAmongRows}>${hits.slice(0, SHOWN).map((hit) => this.#row(hit))}
-        ${more ? html`<li class="faint rest">${hits.length - SHOWN} more: search for more letters.</li>` : nothing}</ol>`
-        : html`<p class="empty">${text && hits ? `Nothing has “${text}” in it.` : "Names of states and transitions, all code, and the data are searched."}</p>`}</div>`;
+        <input
+          type="search"
+          aria-label="Search in names and code"
+          placeholder="Search in names and code"
+          .value=${text}
+          @input=${this.#type}
+          @keydown=${this.#press}
+          spellcheck="false"
+          autocomplete="off"
+        />
+        <label
+          ><input type="checkbox" .checked=${this.everywhere} @change=${this.#widen} /> In all open documents</label
+        >
+        <span class="room"></span
+        ><span class="faint" role="status"
+          >${this.failed || (hits ? `${hits.length}${hits.length >= 1000 ? " or more" : ""} found` : "")}</span
+        >
+      </form>
+      ${
+        hits?.length
+          ? html`<ol class="rows" aria-label="Found" @keydown=${moveAmongRows}>
+              ${hits.slice(0, SHOWN).map((hit) => this.#row(hit))}
+              ${
+                more ? html`<li class="faint rest">${hits.length - SHOWN} more: search for more letters.</li>` : nothing
+              }
+            </ol>`
+          : html`<p class="empty">
+              ${
+                text && hits
+                  ? `Nothing has “${text}” in it.`
+                  : "Names of states and transitions, all code, and the data are searched."
+              }
+            </p>`
+      }
+    </div>`;
   }
 
   /** @param {Hit} hit */
@@ -58,11 +90,15 @@ class Search extends PageElement {
     const document = store.documents.get(hit.tab);
     const title = hit.tab !== page.tab ? store.workspace.tabs.find((each) => each.tab === hit.tab)?.title : undefined;
     const words = document ? wordsFor(document, hit.place) : [];
-    const line = hit.line > 1 || hit.place.part?.match(/^(entry|code|exit|fired|variables|functions)$/) ? `:${hit.line}` : "";
+    const line =
+      hit.line > 1 || hit.place.part?.match(/^(entry|code|exit|fired|variables|functions)$/) ? `:${hit.line}` : "";
     const where = `${[title, ...words].filter(Boolean).join(" › ")}${line}`;
-    return html`<li><button type="button" class="row hit" @click=${() => this.#go(hit)}>
-      <span class="where" title=${where}><bdi>${where}</bdi></span>
-      <code class="excerpt">${this.#marked(hit)}</code></button></li>`;
+    return html`<li>
+      <button type="button" class="row hit" @click=${() => this.#go(hit)}>
+        <span class="where" title=${where}><bdi>${where}</bdi></span>
+        <code class="excerpt">${this.#marked(hit)}</code>
+      </button>
+    </li>`;
   }
 
   #marked({excerpt, length}) {

@@ -22,32 +22,84 @@ export function stateEditor(about) {
   const problems = document.problems.filter((each) => isAt(placeOf(each), place));
   const inputs = inputsOf(document, state);
   const tabs = Object.entries(CODES).map(([id, {label}]) => ({
-    id, label, filled: state[id].trim() !== "", problems: problems.filter((each) => placeOf(each).part === id),
+    id,
+    label,
+    filled: state[id].trim() !== "",
+    problems: problems.filter((each) => placeOf(each).part === id),
   }));
   if (inputs.length || state.arguments.length) {
-    tabs.push({id: "argument", label: "Arguments", filled: state.arguments.length > 0, problems: problems.filter((each) => placeOf(each).part === "argument")});
+    tabs.push({
+      id: "argument",
+      label: "Arguments",
+      filled: state.arguments.length > 0,
+      problems: problems.filter((each) => placeOf(each).part === "argument"),
+    });
   }
   const part = tabs.some((each) => each.id === about.part) ? about.part : "code";
   const own = problems.filter((each) => !placeOf(each).part);
-  return html`
-    <div class="about">
-      <hfsm-text-field class="title" data-part="name" label="Name of the state" .tab=${tab} .place=${{...place, part: "name"}} .text=${state.name} ?readonly=${readonly}></hfsm-text-field>
+  return html` <div class="about">
+      <hfsm-text-field
+        class="title"
+        data-part="name"
+        label="Name of the state"
+        .tab=${tab}
+        .place=${{...place, part: "name"}}
+        .text=${state.name}
+        ?readonly=${readonly}
+      ></hfsm-text-field>
       <div class="marks">
-        <label><input type="checkbox" .checked=${live(state.initial)} ?disabled=${state.initial || readonly} @change=${() => apply("markInitial", at(place))}> Initial</label>
-        <label><input type="checkbox" .checked=${live(isFinal(place, state))} ?disabled=${readonly} @change=${({target}) => markFinal(place, state, target)}> Final</label>
+        <label
+          ><input
+            type="checkbox"
+            .checked=${live(state.initial)}
+            ?disabled=${state.initial || readonly}
+            @change=${() => apply("markInitial", at(place))}
+          />
+          Initial</label
+        >
+        <label
+          ><input
+            type="checkbox"
+            .checked=${live(isFinal(place, state))}
+            ?disabled=${readonly}
+            @change=${({target}) => markFinal(place, state, target)}
+          />
+          Final</label
+        >
         ${state.children.length ? history(place, state, readonly) : nothing}
       </div>
-      ${own.length ? html`<p class="field-problems">${own.map((each) => html`<span class=${each.severity}>${each.message}</span>`)}</p>` : nothing}
+      ${
+        own.length
+          ? html`<p class="field-problems">
+              ${own.map((each) => html`<span class=${each.severity}>${each.message}</span>`)}
+            </p>`
+          : nothing
+      }
     </div>
     ${tabStrip({label: "Code of the state", tabs, chosen: part, choose, prefix: "state"})}
     <div class="tab-panel" role="tabpanel" id="state-panel" aria-labelledby="state-tab-${part}">
-      ${part === "argument" ? argumentList(about, place, inputs)
-        : html`<hfsm-code-field class="fill" data-part=${part} .tab=${tab} .place=${{...place, part}} .text=${state[part]} ?readonly=${readonly}
-            label="${CODES[part].label === "Code" ? "Code" : `${CODES[part].label} code`} of the state ${state.name}" hint=${CODES[part].hint}></hfsm-code-field>`}
+      ${
+        part === "argument"
+          ? argumentList(about, place, inputs)
+          : html`<hfsm-code-field
+              class="fill"
+              data-part=${part}
+              .tab=${tab}
+              .place=${{...place, part}}
+              .text=${state[part]}
+              ?readonly=${readonly}
+              label="${CODES[part].label === "Code" ? "Code" : `${CODES[part].label} code`} of the state ${state.name}"
+              hint=${CODES[part].hint}
+            ></hfsm-code-field>`
+      }
     </div>`;
 }
 
-/** What was chosen and not answered yet: it stays chosen, whatever is drawn meanwhile. @type {{key: string, final: boolean} | undefined} */
+/**
+ * What was chosen and not answered yet: it stays chosen, whatever is drawn meanwhile.
+ *
+ * @type {{key: string, final: boolean} | undefined}
+ */
 let chosenFinal;
 
 const isFinal = (place, state) => (chosenFinal?.key === keyOf(place) ? chosenFinal.final : state.final);
@@ -65,9 +117,13 @@ const isAt = (one, place) => one.kind === place.kind && one.automaton === place.
 
 function history(place, state, readonly) {
   const choose = ({target}) => apply("setHistory", {...at(place), history: target.value});
-  return html`<label class="again">When entered again <select ?disabled=${readonly} @change=${choose}>
-    <option value="" ?selected=${state.history !== "restart"}>its automata go on</option>
-    <option value="restart" ?selected=${state.history === "restart"}>its automata begin anew</option></select></label>`;
+  return html`<label class="again"
+    >When entered again
+    <select ?disabled=${readonly} @change=${choose}>
+      <option value="" ?selected=${state.history !== "restart"}>its automata go on</option>
+      <option value="restart" ?selected=${state.history === "restart"}>its automata begin anew</option>
+    </select></label
+  >`;
 }
 
 /** The inputs of the automata of a state, and what is handed to each. */
@@ -81,26 +137,71 @@ function inputsOf(document, state) {
 function argumentList({tab, document, state, readonly}, place, inputs) {
   const names = inputs.map((each) => each.input.name);
   const isFor = (argument, child, name) => argument.name === name && (argument.child === child || argument.child === 0);
-  const strays = state.arguments.filter((argument) => !inputs.some(({child, input}) => isFor(argument, child, input.name)));
+  const strays = state.arguments.filter(
+    (argument) => !inputs.some(({child, input}) => isFor(argument, child, input.name)),
+  );
   const rows = inputs.map(({child, input}) => {
     const given = state.arguments.find((argument) => isFor(argument, child, input.name));
     const several = names.filter((name) => name === input.name).length > 1;
-    return {name: input.name, child: given?.child ?? (several ? child : 0), input, given, words: several ? ` of automaton ${child}` : ""};
+    return {
+      name: input.name,
+      child: given?.child ?? (several ? child : 0),
+      input,
+      given,
+      words: several ? ` of automaton ${child}` : "",
+    };
   });
-  for (const given of strays) rows.push({name: given.name, child: given.child, given, words: ", which none of its automata has"});
-  return html`<p class="explain">Expressions over the variables of this automaton, handed to the automata below when the state is entered.</p>
-    <ul class="entries">${rows.map(({name, child, input, given, words}) => {
-      const where = {...place, part: "argument", name, child};
-      const problems = document.problems.filter((each) => {
-        const other = placeOf(each);
-        return isAt(other, place) && other.part === "argument" && other.name === name;
-      });
-      return html`<li class="entry"><div class="entry-head"><strong class="mono">${name}</strong>
-          <span class="faint">${input ? `${input.type}${input.default ? `, otherwise ${input.default}` : ", needed"}` : ""}${words}</span>${badge(problems)}
-          ${given && !readonly ? html`<button type="button" class="action bare" aria-label="Remove the argument ${name}" title="Remove"
-            @click=${() => apply("removeArgument", {...at(place), name, child})}>${icon("delete")}</button>` : nothing}</div>
-        ${keyed(`${state.id} ${name} ${child}`, html`<hfsm-code-field class="grow" wraps data-part="argument" data-name=${name} .tab=${tab} .place=${where} .text=${given?.value ?? ""}
-          ?readonly=${readonly} label="Argument ${name}" hint=${input?.default || "an expression"}></hfsm-code-field>`)}
-        ${input?.description ? html`<p class="explain">${input.description}</p>` : nothing}</li>`;
-    })}</ul>`;
+  for (const given of strays)
+    rows.push({name: given.name, child: given.child, given, words: ", which none of its automata has"});
+  return html`<p class="explain">
+      Expressions over the variables of this automaton, handed to the automata below when the state is entered.
+    </p>
+    <ul class="entries">
+      ${rows.map(({name, child, input, given, words}) => {
+        const where = {...place, part: "argument", name, child};
+        const problems = document.problems.filter((each) => {
+          const other = placeOf(each);
+          return isAt(other, place) && other.part === "argument" && other.name === name;
+        });
+        return html`<li class="entry">
+          <div class="entry-head">
+            <strong class="mono">${name}</strong>
+            <span class="faint"
+              >${
+                input ? `${input.type}${input.default ? `, otherwise ${input.default}` : ", needed"}` : ""
+              }${words}</span
+            >${badge(problems)}
+            ${
+              given && !readonly
+                ? html`<button
+                    type="button"
+                    class="action bare"
+                    aria-label="Remove the argument ${name}"
+                    title="Remove"
+                    @click=${() => apply("removeArgument", {...at(place), name, child})}
+                  >
+                    ${icon("delete")}
+                  </button>`
+                : nothing
+            }
+          </div>
+          ${keyed(
+            `${state.id} ${name} ${child}`,
+            html`<hfsm-code-field
+              class="grow"
+              wraps
+              data-part="argument"
+              data-name=${name}
+              .tab=${tab}
+              .place=${where}
+              .text=${given?.value ?? ""}
+              ?readonly=${readonly}
+              label="Argument ${name}"
+              hint=${input?.default || "an expression"}
+            ></hfsm-code-field>`,
+          )}
+          ${input?.description ? html`<p class="explain">${input.description}</p>` : nothing}
+        </li>`;
+      })}
+    </ul>`;
 }

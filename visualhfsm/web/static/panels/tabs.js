@@ -3,8 +3,10 @@
 import {html, nothing} from "lit";
 
 /**
- * @param {{label: string, tabs: {id: string, label: string, filled?: boolean, problems?: import("../store.js").Problem[]}[],
- *   chosen: string, choose: (id: string) => void, prefix: string}} options `prefix` begins the ids of tabs and their panels
+ * @param {{label: string, tabs: {id: string, label: string, filled?: boolean, problems?:
+ *   import("../store.js").Problem[]}[],
+ *   chosen: string, choose: (id: string) => void, prefix: string}} options `prefix` begins the ids of tabs and their
+ *   panels
  */
 export function tabStrip({label, tabs, chosen, choose, prefix}) {
   const press = (event) => {
@@ -16,10 +18,27 @@ export function tabStrip({label, tabs, chosen, choose, prefix}) {
     choose(tabs[next].id);
     event.currentTarget.children[next].focus();
   };
-  const words = ({label: text, filled, problems = []}) => [text, filled && "not empty", problems.length && counted(problems)].filter(Boolean).join(", ");
-  return html`<div class="inner-tabs" role="tablist" aria-label=${label} @keydown=${press}>${tabs.map((each) => html`
-    <button type="button" role="tab" id="${prefix}-tab-${each.id}" aria-controls="${prefix}-panel" aria-selected=${each.id === chosen} tabindex=${each.id === chosen ? 0 : -1}
-      aria-label=${words(each)} @click=${() => choose(each.id)}>${each.label}${each.filled ? html`<span class="filled" title="not empty"></span>` : nothing}${badge(each.problems ?? [])}</button>`)}</div>`;
+  const words = ({label: text, filled, problems = []}) =>
+    [text, filled && "not empty", problems.length && counted(problems)].filter(Boolean).join(", ");
+  return html`<div class="inner-tabs" role="tablist" aria-label=${label} @keydown=${press}>
+    ${tabs.map(
+      (each) =>
+        html` <button
+          type="button"
+          role="tab"
+          id="${prefix}-tab-${each.id}"
+          aria-controls="${prefix}-panel"
+          aria-selected=${each.id === chosen}
+          tabindex=${each.id === chosen ? 0 : -1}
+          aria-label=${words(each)}
+          @click=${() => choose(each.id)}
+        >
+          ${each.label}${
+            each.filled ? html`<span class="filled" title="not empty"></span>` : nothing
+          }${badge(each.problems ?? [])}
+        </button>`,
+    )}
+  </div>`;
 }
 
 const counted = (problems) => `${problems.length} problem${problems.length === 1 ? "" : "s"}`;
@@ -28,5 +47,10 @@ const counted = (problems) => `${problems.length} problem${problems.length === 1
 export function badge(problems) {
   if (!problems.length) return nothing;
   const gravest = ["error", "warning", "note"].find((severity) => problems.some((each) => each.severity === severity));
-  return html`<span class="count-badge ${gravest}" aria-hidden="true" data-count=${problems.length} title=${counted(problems)}></span>`;
+  return html`<span
+    class="count-badge ${gravest}"
+    aria-hidden="true"
+    data-count=${problems.length}
+    title=${counted(problems)}
+  ></span>`;
 }

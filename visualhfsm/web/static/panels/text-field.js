@@ -14,8 +14,17 @@ let count = 0;
  */
 class TextField extends LitElement {
   static properties = {
-    tab: {type: Number}, place: {attribute: false}, text: {attribute: false}, label: {}, hint: {}, unit: {}, kind: {},
-    options: {attribute: false}, suggestions: {attribute: false}, readonly: {type: Boolean}, send: {attribute: false},
+    tab: {type: Number},
+    place: {attribute: false},
+    text: {attribute: false},
+    label: {},
+    hint: {},
+    unit: {},
+    kind: {},
+    options: {attribute: false},
+    suggestions: {attribute: false},
+    readonly: {type: Boolean},
+    send: {attribute: false},
     mono: {type: Boolean},
   };
 
@@ -48,18 +57,41 @@ class TextField extends LitElement {
 
   willUpdate() {
     const {place, send} = this;
-    if (place) this.#draft.take(this.tab, keyOf(place), this.text, send ?? ((tab, text) => store.do(tab, commandFor(place, text))));
+    if (place)
+      this.#draft.take(
+        this.tab,
+        keyOf(place),
+        this.text,
+        send ?? ((tab, text) => store.do(tab, commandFor(place, text))),
+      );
   }
 
   render() {
     const {label, unit, number} = this;
-    const problems = problemsAt(store.documents.get(this.tab)?.problems ?? [], this.place).filter((each) => !isVerdict(each));
+    const problems = problemsAt(store.documents.get(this.tab)?.problems ?? [], this.place).filter(
+      (each) => !isVerdict(each),
+    );
     const id = `field-${number}`;
-    return html`
-      <label for=${id}>${label}</label>
-      <span class="field-box">${this.#input(id, problems)}${unit ? html`<span class="unit" aria-hidden="true">${unit}</span>` : nothing}</span>
-      ${this.suggestions.length ? html`<datalist id="${id}-list">${this.suggestions.map((each) => html`<option value=${each}></option>`)}</datalist>` : nothing}
-      ${problems.length ? html`<span class="field-problems" id="${id}-problems">${problems.map((each) => html`<span class=${each.severity}>${each.message}</span>`)}</span>` : nothing}`;
+    return html` <label for=${id}>${label}</label>
+      <span class="field-box"
+        >${this.#input(id, problems)}${
+          unit ? html`<span class="unit" aria-hidden="true">${unit}</span>` : nothing
+        }</span
+      >
+      ${
+        this.suggestions.length
+          ? html`<datalist id="${id}-list">
+              ${this.suggestions.map((each) => html`<option value=${each}></option>`)}
+            </datalist>`
+          : nothing
+      }
+      ${
+        problems.length
+          ? html`<span class="field-problems" id="${id}-problems"
+              >${problems.map((each) => html`<span class=${each.severity}>${each.message}</span>`)}</span
+            >`
+          : nothing
+      }`;
   }
 
   focus() {
@@ -73,18 +105,52 @@ class TextField extends LitElement {
     const described = problems.length ? `${id}-problems` : nothing;
     if (kind === "select") {
       const known = this.options.some(([value]) => value === text.trim());
-      return html`<select id=${id} ?disabled=${readonly} aria-invalid=${invalid} aria-describedby=${described} @change=${this.#choose}>
-        ${this.options.map(([value, shown]) => html`<option value=${value} ?selected=${value === text.trim()}>${shown}</option>`)}
+      return html`<select
+        id=${id}
+        ?disabled=${readonly}
+        aria-invalid=${invalid}
+        aria-describedby=${described}
+        @change=${this.#choose}
+      >
+        ${this.options.map(
+          ([value, shown]) => html`<option value=${value} ?selected=${value === text.trim()}>${shown}</option>`,
+        )}
         ${known ? nothing : html`<option value=${text} selected>${text || "none"}</option>`}
       </select>`;
     }
     if (kind === "area") {
-      return html`<textarea id=${id} class=${this.mono ? "mono" : ""} rows="2" spellcheck=${this.mono ? "false" : "true"} placeholder=${hint} ?readonly=${readonly} .value=${live(text)}
-        aria-invalid=${invalid} aria-describedby=${described} @input=${this.#type} @blur=${this.#leave}></textarea>`;
+      return html`<textarea
+        id=${id}
+        class=${this.mono ? "mono" : ""}
+        rows="2"
+        spellcheck=${this.mono ? "false" : "true"}
+        placeholder=${hint}
+        ?readonly=${readonly}
+        .value=${live(text)}
+        aria-invalid=${invalid}
+        aria-describedby=${described}
+        @input=${this.#type}
+        @blur=${this.#leave}
+      ></textarea>`;
     }
-    return html`<input id=${id} class=${this.mono || kind === "number" ? "mono" : ""} type="text" inputmode=${kind === "number" ? "decimal" : nothing} spellcheck="false"
-      autocomplete="off" placeholder=${hint} title=${text.length > 14 ? text : nothing} ?readonly=${readonly} .value=${live(text)} list=${this.suggestions.length ? `${id}-list` : nothing}
-      aria-invalid=${invalid} aria-describedby=${described} @input=${this.#type} @blur=${this.#leave} @keydown=${this.#press}>`;
+    return html`<input
+      id=${id}
+      class=${this.mono || kind === "number" ? "mono" : ""}
+      type="text"
+      inputmode=${kind === "number" ? "decimal" : nothing}
+      spellcheck="false"
+      autocomplete="off"
+      placeholder=${hint}
+      title=${text.length > 14 ? text : nothing}
+      ?readonly=${readonly}
+      .value=${live(text)}
+      list=${this.suggestions.length ? `${id}-list` : nothing}
+      aria-invalid=${invalid}
+      aria-describedby=${described}
+      @input=${this.#type}
+      @blur=${this.#leave}
+      @keydown=${this.#press}
+    />`;
   }
 
   #type = ({target}) => this.#draft.type(target.value);

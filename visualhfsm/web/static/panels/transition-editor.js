@@ -25,34 +25,104 @@ export function transitionEditor(about) {
     return other.kind === "transition" && other.automaton === automaton.id && other.id === transition.id && !other.part;
   });
   const fields = {automaton: automaton.id, transition: transition.id};
-  const retarget = (end) => ({target}) => apply("retargetTransition", {...fields, [end]: Number(target.value)});
-  const ends = (end, label) => html`<label>${label} <select ?disabled=${readonly} @change=${retarget(end)}>${automaton.states.map((state) => html`
-    <option value=${state.id} ?selected=${state.id === transition[end]}>${state.name || `state ${state.id}`}</option>`)}</select></label>`;
-  return html`
-    <div class="about">
-      <hfsm-text-field class="title" data-part="name" label="Name of the transition" .tab=${tab} .place=${{...place, part: "name"}} .text=${transition.name} ?readonly=${readonly}></hfsm-text-field>
+  const retarget =
+    (end) =>
+    ({target}) =>
+      apply("retargetTransition", {...fields, [end]: Number(target.value)});
+  const ends = (end, label) =>
+    html`<label
+      >${label}
+      <select ?disabled=${readonly} @change=${retarget(end)}>
+        ${automaton.states.map(
+          (state) =>
+            html` <option value=${state.id} ?selected=${state.id === transition[end]}>
+              ${state.name || `state ${state.id}`}
+            </option>`,
+        )}
+      </select></label
+    >`;
+  return html` <div class="about">
+      <hfsm-text-field
+        class="title"
+        data-part="name"
+        label="Name of the transition"
+        .tab=${tab}
+        .place=${{...place, part: "name"}}
+        .text=${transition.name}
+        ?readonly=${readonly}
+      ></hfsm-text-field>
       <div class="marks">${ends("origin", "From")} ${ends("destination", "To")}</div>
-      ${own.length ? html`<p class="field-problems">${own.map((each) => html`<span class=${each.severity}>${each.message}</span>`)}</p>` : nothing}
+      ${
+        own.length
+          ? html`<p class="field-problems">
+              ${own.map((each) => html`<span class=${each.severity}>${each.message}</span>`)}
+            </p>`
+          : nothing
+      }
     </div>
     <div class="tab-panel sections">
-      ${typeChoice(transition, fields, readonly)}
-      ${trigger(about, place)}
-      ${transition.type === "condition" && !transition.guard.trim() ? nothing : html`<div class="section">
-        <h3 id="guard-title">Guard <span class="faint">must hold as well</span></h3>
-        <hfsm-code-field class="grow" wraps data-part="guard" .tab=${tab} .place=${{...place, part: "guard"}} .text=${transition.guard} ?readonly=${readonly}
-          label="Guard of ${transition.name}" hint="always"></hfsm-code-field>
-        ${transition.type === "condition" ? html`<p class="explain">A condition has no guard: the component cannot be generated. Write both into the condition, joined by <code>and</code>, or delete the guard.</p>` : nothing}</div>`}
+      ${typeChoice(transition, fields, readonly)} ${trigger(about, place)}
+      ${
+        transition.type === "condition" && !transition.guard.trim()
+          ? nothing
+          : html`<div class="section">
+              <h3 id="guard-title">Guard <span class="faint">must hold as well</span></h3>
+              <hfsm-code-field
+                class="grow"
+                wraps
+                data-part="guard"
+                .tab=${tab}
+                .place=${{...place, part: "guard"}}
+                .text=${transition.guard}
+                ?readonly=${readonly}
+                label="Guard of ${transition.name}"
+                hint="always"
+              ></hfsm-code-field>
+              ${
+                transition.type === "condition"
+                  ? html`<p class="explain">
+                      A condition has no guard: the component cannot be generated. Write both into the condition, joined
+                      by <code>and</code>, or delete the guard.
+                    </p>`
+                  : nothing
+              }
+            </div>`
+      }
       ${priority(about, place, fields)}
-      <div class="section code"><h3>Code <span class="faint">runs when it fires</span></h3>
-        <hfsm-code-field class="fill" data-part="fired" .tab=${tab} .place=${{...place, part: "fired"}} .text=${transition.code} ?readonly=${readonly}
-          label="Code of the transition ${transition.name}" hint="Runs once, after the old state's exit code"></hfsm-code-field></div>
+      <div class="section code">
+        <h3>Code <span class="faint">runs when it fires</span></h3>
+        <hfsm-code-field
+          class="fill"
+          data-part="fired"
+          .tab=${tab}
+          .place=${{...place, part: "fired"}}
+          .text=${transition.code}
+          ?readonly=${readonly}
+          label="Code of the transition ${transition.name}"
+          hint="Runs once, after the old state's exit code"
+        ></hfsm-code-field>
+      </div>
     </div>`;
 }
 
 function typeChoice(transition, fields, readonly) {
   const choose = (type) => apply("setTransitionType", {...fields, type});
-  return html`<fieldset class="type-choice"><legend>Fires</legend>${TYPES.map(([type, label, words]) => html`
-    <label title=${words}><input type="radio" name="transition-type" value=${type} .checked=${live(transition.type === type)} ?disabled=${readonly} @change=${() => choose(type)}><span>${label}</span></label>`)}</fieldset>`;
+  return html`<fieldset class="type-choice">
+    <legend>Fires</legend>
+    ${TYPES.map(
+      ([type, label, words]) =>
+        html` <label title=${words}
+          ><input
+            type="radio"
+            name="transition-type"
+            value=${type}
+            .checked=${live(transition.type === type)}
+            ?disabled=${readonly}
+            @change=${() => choose(type)}
+          /><span>${label}</span></label
+        >`,
+    )}
+  </fieldset>`;
 }
 
 function trigger({tab, document, transition, readonly}, place) {
@@ -61,15 +131,45 @@ function trigger({tab, document, transition, readonly}, place) {
     case "finished":
       return html`<p class="explain">Fires when every automaton of its origin has come to a final state.</p>`;
     case "time":
-      return html`<hfsm-text-field class="section" data-part="trigger" kind="number" label="After" unit=${seconds(transition.trigger)} .tab=${tab} .place=${where}
-        .text=${transition.trigger} ?readonly=${readonly} hint="milliseconds, such as 1000"></hfsm-text-field>`;
+      return html`<hfsm-text-field
+        class="section"
+        data-part="trigger"
+        kind="number"
+        label="After"
+        unit=${seconds(transition.trigger)}
+        .tab=${tab}
+        .place=${where}
+        .text=${transition.trigger}
+        ?readonly=${readonly}
+        hint="milliseconds, such as 1000"
+      ></hfsm-text-field>`;
     case "event":
-      return html`<hfsm-text-field class="section" data-part="trigger" label="Event" .tab=${tab} .place=${where} .text=${transition.trigger} ?readonly=${readonly}
-        .suggestions=${knownEvents(document, transition)} hint="its name"></hfsm-text-field>`;
+      return html`<hfsm-text-field
+        class="section"
+        data-part="trigger"
+        label="Event"
+        .tab=${tab}
+        .place=${where}
+        .text=${transition.trigger}
+        ?readonly=${readonly}
+        .suggestions=${knownEvents(document, transition)}
+        hint="its name"
+      ></hfsm-text-field>`;
     default:
-      return html`<div class="section"><h3>Condition <span class="faint">an expression, or statements that return</span></h3>
-        <hfsm-code-field class="grow" wraps data-part="trigger" .tab=${tab} .place=${where} .text=${transition.trigger} ?readonly=${readonly}
-          label="Condition of ${transition.name}" hint="never: write what must hold"></hfsm-code-field></div>`;
+      return html`<div class="section">
+        <h3>Condition <span class="faint">an expression, or statements that return</span></h3>
+        <hfsm-code-field
+          class="grow"
+          wraps
+          data-part="trigger"
+          .tab=${tab}
+          .place=${where}
+          .text=${transition.trigger}
+          ?readonly=${readonly}
+          label="Condition of ${transition.name}"
+          hint="never: write what must hold"
+        ></hfsm-code-field>
+      </div>`;
   }
 }
 
@@ -84,10 +184,42 @@ function priority({tab, automaton, transition, readonly}, place, fields) {
   const index = order.indexOf(transition);
   const move = (step) => apply("reorderTransition", {...fields, index: index + step});
   return html`<div class="section inline">
-    <hfsm-text-field data-part="priority" kind="number" label="Priority" .tab=${tab} .place=${{...place, part: "priority"}} .text=${transition.priority} ?readonly=${readonly} hint="none"></hfsm-text-field>
-    ${order.length < 2 ? html`<span class="faint">the only one out of its state</span>` : html`<span class="faint">tried as number ${index + 1} of ${order.length}</span>
-      <button type="button" class="action bare" aria-label="Try earlier" title="Try earlier" ?disabled=${index <= 0 || readonly} @click=${() => move(-1)}>${icon("up")}</button>
-      <button type="button" class="action bare down" aria-label="Try later" title="Try later" ?disabled=${index >= order.length - 1 || readonly} @click=${() => move(1)}>${icon("up")}</button>`}</div>`;
+    <hfsm-text-field
+      data-part="priority"
+      kind="number"
+      label="Priority"
+      .tab=${tab}
+      .place=${{...place, part: "priority"}}
+      .text=${transition.priority}
+      ?readonly=${readonly}
+      hint="none"
+    ></hfsm-text-field>
+    ${
+      order.length < 2
+        ? html`<span class="faint">the only one out of its state</span>`
+        : html`<span class="faint">tried as number ${index + 1} of ${order.length}</span>
+            <button
+              type="button"
+              class="action bare"
+              aria-label="Try earlier"
+              title="Try earlier"
+              ?disabled=${index <= 0 || readonly}
+              @click=${() => move(-1)}
+            >
+              ${icon("up")}
+            </button>
+            <button
+              type="button"
+              class="action bare down"
+              aria-label="Try later"
+              title="Try later"
+              ?disabled=${index >= order.length - 1 || readonly}
+              @click=${() => move(1)}
+            >
+              ${icon("up")}
+            </button>`
+    }
+  </div>`;
 }
 
 /** Names of events: those that are declared, those that code sends, and those by which other transitions fire. */
@@ -95,9 +227,14 @@ function knownEvents(document, shown) {
   const names = new Set(document.fields.events?.map((each) => each.name));
   const sent = /\bself\.send\(\s*(["'])((?:(?!\1).){1,100})\1/g;
   for (const {states, transitions, functions} of document.automata.values()) {
-    const texts = [functions, ...states.flatMap((each) => [each.entry, each.code, each.exit]), ...transitions.map((each) => each.code)];
+    const texts = [
+      functions,
+      ...states.flatMap((each) => [each.entry, each.code, each.exit]),
+      ...transitions.map((each) => each.code),
+    ];
     for (const text of texts) for (const match of text.matchAll(sent)) names.add(match[2]);
-    for (const each of transitions) if (each !== shown && each.type === "event" && each.trigger.trim()) names.add(each.trigger.trim());
+    for (const each of transitions)
+      if (each !== shown && each.type === "event" && each.trigger.trim()) names.add(each.trigger.trim());
   }
   return [...names].sort();
 }

@@ -15,7 +15,8 @@ export const isVerdict = ({code}) => code === "E610" || code === "W611";
 /**
  * The verdict on the property at an index; undefined where there is none.
  *
- * The checker does not run on a document with other errors. What it proves it does not tell: a property that is not among the problems of
+ * The checker does not run on a document with other errors. What it proves it does not tell: a property that is not
+ * among the problems of
  * the present revision holds.
  *
  * @param {import("../store.js").OpenDocument} document
@@ -24,10 +25,13 @@ export const isVerdict = ({code}) => code === "E610" || code === "W611";
 export function verdictOf(document, index) {
   const {problems, revision, checked} = document;
   const isOfProperty = (problem) => problem.code in BY_CODE;
-  const own = problems.find((each) => isOfProperty(each) && placeOf(each).part === "properties" && (placeOf(each).index ?? 0) === index);
+  const own = problems.find(
+    (each) => isOfProperty(each) && placeOf(each).part === "properties" && (placeOf(each).index ?? 0) === index,
+  );
   if (own) return BY_CODE[own.code];
   if (!document.fields.properties?.[index]?.expression.trim()) return undefined;
   if (checked !== revision) return {kind: "unknown", words: "Being checked…"};
-  if (problems.some((each) => each.severity === "error" && !isOfProperty(each))) return {kind: "unknown", words: "Not checked: the document has errors."};
+  if (problems.some((each) => each.severity === "error" && !isOfProperty(each)))
+    return {kind: "unknown", words: "Not checked: the document has errors."};
   return {kind: "holds", words: "Holds in every run."};
 }
