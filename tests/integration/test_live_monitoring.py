@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import io
 import json
+import math
 import time
 from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
 from contextlib import asynccontextmanager, contextmanager
@@ -14,7 +15,6 @@ from types import SimpleNamespace
 from typing import Any
 
 import msgspec
-import numpy as np
 import pytest
 from PIL import Image
 
@@ -499,16 +499,16 @@ def test_the_poses_begin_with_the_body_and_go_on(robot: ServedRobot) -> None:
     async def go(opened: Page) -> None:
         stream = opened.service.poses()
         described = json.loads(await anext(stream))
-        order = described["order"]
-        assert order[0] == "torso"
-        assert order[-2:] == ["BallRed", "BallGreen"]
+        assert described["links"][0] == {"name": "torso"}
         async for frame in stream:
-            numbers = np.frombuffer(frame, "<f4").reshape(len(order), 7)
-            if not np.isnan(numbers).any():
+            state = json.loads(frame)
+            if state["joints"] and state["tilt"] is not None and len(state["balls"]) == 2:
                 break
-        assert np.linalg.norm(numbers[:, 3:], axis=1) == pytest.approx(np.ones(len(order)), abs=1e-5)
-        assert 0.2 < numbers[0, 2] < 0.4
-        assert np.hypot(*numbers[-1, :2]) == pytest.approx(1.0, abs=0.01)
+        assert set(state["joints"]) == {link["joint"] for link in described["links"] if "joint" in link}
+        assert state["tilt"] == pytest.approx(0.0, abs=0.01)
+        assert state["torso"] is None
+        assert state["balls"].keys() == described["balls"].keys()
+        assert math.hypot(*state["balls"]["BallGreen"][:2]) == pytest.approx(1.0, abs=0.01)
         await stream.aclose()
 
     on_page(robot, go)
@@ -520,16 +520,15 @@ def test_the_poses_are_as_a_simulation_tells_it() -> None:
 
     async def go(opened: Page) -> None:
         stream = opened.service.poses()
-        order = json.loads(await anext(stream))["order"]
+        await anext(stream)
         async for frame in stream:
-            numbers = np.frombuffer(frame, "<f4").reshape(len(order), 7)
-            if not np.isnan(numbers).any() and numbers[0, 0] > 0.5:
+            state = json.loads(frame)
+            if state["joints"] and state["torso"] is not None and state["torso"][0] > 0.5:
                 break
-        poses = dict(zip(order, numbers, strict=True))
-        assert poses["torso"][:2] == pytest.approx((1.0, 0.5), abs=0.05)
-        feet = (poses["l_foot"][:2] + poses["r_foot"][:2]) / 2
-        assert feet == pytest.approx((1.0, 0.5), abs=0.05)
-        assert poses["BallRed"][:3] == pytest.approx((2.0, -1.0, 0.7), abs=0.01)
+        assert state["torso"][:2] == pytest.approx([1.0, 0.5], abs=0.05)
+        assert state["torso"][2] == pytest.approx(0.33, abs=0.05)
+        assert math.hypot(*state["torso"][3:]) == pytest.approx(1.0, abs=1e-5)
+        assert state["balls"]["BallRed"] == pytest.approx([2.0, -1.0, 0.7], abs=0.01)
         await stream.aclose()
 
     with served(SimulatedRobot(skin=False)) as robot:

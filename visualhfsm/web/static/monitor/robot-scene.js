@@ -1,4 +1,4 @@
-/** The robot's body as three.js draws it: the geometry once, then poses. */
+/** The robot as three.js draws it: the geometry once, then what is known of it. */
 
 import {
   AmbientLight,
@@ -12,7 +12,6 @@ import {
   DirectionalLight,
   DoubleSide,
   GridHelper,
-  Group,
   HemisphereLight,
   Mesh,
   MeshStandardMaterial,
@@ -25,6 +24,8 @@ import {
   Vector3,
   WebGLRenderer,
 } from "three";
+
+import {Body} from "./body.js";
 
 /** Shapes of `nao_h25.json`; sizes are radii and half lengths in m, along z. */
 const SHAPES = {
@@ -77,7 +78,7 @@ export class RobotScene {
     this.at = new Vector3();
   }
 
-  /** Make the body; `described` is `nao_h25.json` with the `order` of the poses. */
+  /** Make the body and the balls; `described` is `nao_h25.json`. */
   build(described) {
     this.#clear();
     const materials = new Map();
@@ -99,7 +100,7 @@ export class RobotScene {
       return materials.get(key);
     };
     const meshes = described.meshes.map((each) => geometryOf(each, described.meshUnit));
-    const groups = new Map(described.order.map((name) => [name, new Group()]));
+    this.body = new Body(described);
     for (const {link, kind, size, mesh, mirrored, position, quaternion, color, glow} of described.shapes) {
       const geometry = kind === "mesh" ? meshes[mesh] : SHAPES[kind]?.(size);
       if (!geometry) continue;
@@ -107,36 +108,43 @@ export class RobotScene {
       if (mirrored) part.scale.y = -1;
       if (position) part.position.fromArray(position);
       if (quaternion) part.quaternion.fromArray(quaternion);
-      groups.get(link)?.add(part);
+      this.body.links.get(link)?.add(part);
     }
-    for (const [name, {radius, color}] of Object.entries(described.balls))
-      groups.get(name)?.add(new Mesh(SHAPES.sphere([radius]), material(color)));
-    this.parts = [...groups.values()];
-    this.balls = Object.keys(described.balls).map((name) => groups.get(name));
+    this.balls = new Map(
+      Object.entries(described.balls).map(([name, {radius, color}]) => [
+        name,
+        new Mesh(SHAPES.sphere([radius]), material(color)),
+      ]),
+    );
     this.framed = 0;
+    this.parts = [this.body.torso, ...this.balls.values()];
     for (const each of this.parts) each.visible = false;
     this.scene.add(...this.parts);
   }
 
-  /** Put everything where it is; returns whether anything of the robot is known. @param {Float32Array} numbers */
-  pose(numbers) {
-    this.parts.forEach((part, index) => {
-      const [x, y, z, ...rotation] = numbers.subarray(index * 7, index * 7 + 7);
-      part.visible = !Number.isNaN(x);
-      if (!part.visible) return;
-      part.position.set(x, y, z);
-      part.quaternion.set(...rotation);
-    });
+  /**
+   * Put everything where it is; returns whether anything of the robot is known.
+   *
+   * @param {import("./body.js").BodyState & {balls: Record<string, number[]>}} state
+   */
+  pose(state) {
+    const {torso} = this.body;
+    torso.visible = Object.keys(state.joints).length > 0;
+    if (torso.visible) this.body.pose(state);
+    for (const [name, ball] of this.balls) {
+      ball.visible = name in state.balls;
+      if (ball.visible) ball.position.fromArray(state.balls[name]);
+    }
     this.#follow();
     this.#frameBalls();
     this.#draw();
-    return this.parts[0]?.visible ?? false;
+    return torso.visible;
   }
 
   /** Go along with a robot that walks; the floor has no end. */
   #follow() {
-    const [torso] = this.parts;
-    if (!torso?.visible) return;
+    const {torso} = this.body;
+    if (!torso.visible) return;
     const moved = new Vector3(torso.position.x, torso.position.y, 0).sub(this.at);
     if (moved.length() < NEAR) return;
     this.at.add(moved);
@@ -148,7 +156,7 @@ export class RobotScene {
 
   /** As balls become known they come into the picture, unless somebody has chosen another view. */
   #frameBalls() {
-    const seen = this.balls.filter((ball) => ball.visible);
+    const seen = [...this.balls.values()].filter((ball) => ball.visible);
     if (this.turned || seen.length <= this.framed) return;
     this.framed = seen.length;
     const box = new Box3(new Vector3(-0.15, -0.3, 0), new Vector3(0.15, 0.3, 0.58)).translate(this.at);

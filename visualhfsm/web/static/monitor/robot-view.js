@@ -42,11 +42,12 @@ class RobotView extends MonitorElement {
     this.frames = receiveFrames("/poses", {
       draw: async (frame, isFirst) => {
         if (!this.scene) return;
+        const content = JSON.parse(new TextDecoder().decode(frame));
         if (isFirst) {
-          this.scene.build(JSON.parse(new TextDecoder().decode(frame)));
+          this.scene.build(content);
           return;
         }
-        const known = this.scene.pose(new Float32Array(frame));
+        const known = this.scene.pose(content);
         this.problem = known ? undefined : whyUnknown();
         if (!document.hidden) await this.scene.drawn();
       },

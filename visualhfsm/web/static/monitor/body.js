@@ -1,0 +1,113 @@
+/** Where the links of the robot's body are: three.js groups, one in another as the links carry each other. */
+
+import {Group, Quaternion, Vector3} from "three";
+
+/** Metres by which the other sole must fit better for the body to stand on that one. */
+const LEVEL = 0.005;
+
+/** Radians that a body may be off the pose in which its soles stand level; beyond that it has fallen. */
+const UNSTEADY = 0.35;
+
+/** Sine of the angle from which on it is known where to a torso leans. */
+const LEANING = 0.1;
+
+/** Metres from the origins of the links of a body that lies to the floor, about. */
+const THICKNESS = 0.05;
+
+/**
+ * What the server knows of the robot: angles of the joints in rad, the angle in rad between the torso's z axis and the
+ * vertical, and where a simulation has the torso (position in m, and a quaternion x, y, z, w).
+ *
+ * @typedef {{joints: Record<string, number>, tilt: number | null, torso: number[] | null}} BodyState
+ */
+
+export class Body {
+  /** @param {{links: object[], soles: Record<string, number[][]>}} described as `nao_h25.json` has it */
+  constructor({links, soles}) {
+    /** Each sits at its parent joint, and is parallel to the torso when all joints are 0. @type {Map<string, Group>} */
+    this.links = new Map();
+    this.joints = [];
+    for (const {name, parent, joint, axis = [0, 0, 1], origin = [0, 0, 0]} of links) {
+      const link = new Group();
+      link.position.fromArray(origin);
+      this.links.set(name, link);
+      if (parent) this.links.get(parent).add(link);
+      if (joint) this.joints.push({link, joint, axis: new Vector3(...axis)});
+    }
+    this.torso = this.links.get(links[0].name);
+    this.soles = Object.entries(soles).map(([name, outline]) => ({
+      foot: this.links.get(name),
+      outline: outline.map((point) => new Vector3(...point)),
+    }));
+  }
+
+  /** Put the links where they are. @param {BodyState} state */
+  pose({joints, tilt, torso}) {
+    for (const {link, joint, axis} of this.joints) link.quaternion.setFromAxisAngle(axis, joints[joint] ?? 0);
+    if (torso) {
+      this.torso.position.fromArray(torso);
+      this.torso.quaternion.fromArray(torso, 3);
+    } else {
+      this.#stand();
+      if (tilt !== null) this.#fall(tilt);
+    }
+    this.torso.updateMatrixWorld(true);
+  }
+
+  /**
+   * Let the body stand level on one of its soles: that one is on the floor below which the other reaches least.
+   *
+   * No encoder tells where the torso is: x is where the torso looks, and the origin lies between the feet, as when the
+   * robot was put there.
+   */
+  #stand() {
+    const {torso} = this;
+    torso.position.set(0, 0, 0);
+    torso.quaternion.identity();
+    torso.updateMatrixWorld(true);
+    const feet = this.soles.map(({foot, outline}) => ({
+      foot,
+      points: outline.map((point) => point.clone().applyMatrix4(foot.matrixWorld)),
+    }));
+    const between = new Vector3();
+    for (const {foot} of feet) between.add(foot.getWorldPosition(new Vector3()).divideScalar(feet.length));
+    let least = Infinity;
+    for (const {foot, points} of feet) {
+      const level = withoutYaw(foot.getWorldQuaternion(new Quaternion()).invert());
+      const floor = lowest(points, level);
+      const below = floor - Math.min(...feet.map((other) => lowest(other.points, level)));
+      if (below >= least - LEVEL) continue;
+      least = below;
+      torso.quaternion.copy(level);
+      torso.position.copy(between).applyQuaternion(level).negate().setZ(-floor);
+    }
+  }
+
+  /**
+   * Lay a body down that is tilted so and cannot stand so, the way that it leans or else forward; all links are on the
+   * floor then.
+   */
+  #fall(tilt) {
+    const {torso} = this;
+    const up = new Vector3(0, 0, 1).applyQuaternion(torso.quaternion);
+    const further = tilt - Math.acos(Math.min(1, Math.max(-1, up.z)));
+    if (Math.abs(further) < UNSTEADY) return;
+    const lean = Math.hypot(up.x, up.y);
+    const axis = lean > LEANING ? new Vector3(-up.y / lean, up.x / lean, 0) : new Vector3(0, 1, 0);
+    const over = new Quaternion().setFromAxisAngle(axis, further);
+    torso.position.applyQuaternion(over);
+    torso.quaternion.premultiply(over);
+    torso.updateMatrixWorld(true);
+    const heights = [...this.links.values()].map((link) => link.getWorldPosition(new Vector3()).z);
+    torso.position.z += THICKNESS - Math.min(...heights);
+  }
+}
+
+/** The least height of some points that are turned. */
+const lowest = (points, turn) => Math.min(...points.map((point) => point.clone().applyQuaternion(turn).z));
+
+/** A rotation turned about the vertical so that its x axis looks along the world's. */
+function withoutYaw(rotation) {
+  const {x, y} = new Vector3(1, 0, 0).applyQuaternion(rotation);
+  return new Quaternion().setFromAxisAngle(new Vector3(0, 0, 1), -Math.atan2(y, x)).multiply(rotation);
+}
