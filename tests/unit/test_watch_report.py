@@ -43,7 +43,7 @@ def test_every_picture_can_be_decoded(page):
         Image.open(io.BytesIO(base64.b64decode(data))).size for data in re.findall(r"base64,([^\"]+)", page)
     ]
     assert sizes.count((32, 24)) == 2
-    assert len(sizes) == 2 + 4  # and the plots
+    assert len(sizes) == 2 + 3  # and the plots
 
 
 def test_the_report_tells_the_figures_and_the_changes(page):

@@ -20,7 +20,7 @@ from visualhfsm.monitoring.run_log import RunLog
 from visualhfsm.watch.panels import ARM_JOINTS
 from visualhfsm.watch.report import ReportContents
 
-__all__ = ["angles", "marks", "server", "states"]
+__all__ = ["angles", "marks", "states"]
 
 _WIDTH: Final = 9.6
 _DPI: Final = 130
@@ -95,21 +95,6 @@ def angles(contents: ReportContents) -> bytes:
         return _png(figure)
 
 
-def server(contents: ReportContents) -> bytes:
-    """Plot the real-time factor, the rate of images and the tilt of the torso."""
-    with _axes(3, 1.2) as (figure, axes):
-        for axis, label, name, scale in (
-            (axes[0], "real-time\nfactor", "robot.realTimeFactor", 1.0),
-            (axes[1], "images/s", f"images.{contents.camera}", 1.0),
-            (axes[2], "torso\ntilt (°)", "robot.torsoTilt", math.degrees(1.0)),
-        ):
-            largest = _draw_lines(axis, contents.log, {label: name}, scale=scale)
-            axis.set_ylabel(label)
-            axis.set_ylim(0, largest * 1.25 or 1.0)
-        _limit_time(axes, contents.log)
-        return _png(figure)
-
-
 @contextmanager
 def _axes(count: int, height: float) -> Iterator[tuple[Figure, Sequence[Axes]]]:
     """Give a figure with axes above one another; the time axes of all figures stand in the same place."""
@@ -154,18 +139,13 @@ def _widen(axis: Axes, span: float) -> None:
     axis.set_ylim(lower - missing / 2, upper + missing / 2)
 
 
-def _draw_lines(
-    axis: Axes, log: RunLog, lines: dict[str, str], *, scale: float = 1.0, zero: float = 0.0
-) -> float:
-    """Draw numbers of the log by label, less `zero` and times `scale`; return the largest, 1 without any."""
+def _draw_lines(axis: Axes, log: RunLog, lines: dict[str, str], *, zero: float = 0.0) -> None:
+    """Draw numbers of the log by label, less `zero`."""
     series = log.series(list(lines.values()))
-    drawn = []
     for (label, name), color in zip(lines.items(), cycle(_SERIES), strict=False):
         values = series["values"].get(name, [None] * len(series["times"]))
-        numbers = [math.nan if value is None else scale * (value - zero) for value in values]
+        numbers = [math.nan if value is None else value - zero for value in values]
         axis.plot(series["times"], numbers, color=_named_color(label) or color, linewidth=1.3, label=label)
-        drawn += [number for number in numbers if not math.isnan(number)]
-    return max(drawn, default=1.0)
 
 
 def _draw_legend(axis: Axes, columns: int) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import contextlib
 import html
 import importlib.util
 import math
@@ -211,18 +210,10 @@ def write_report(path: Path, contents: ReportContents) -> None:
     """
     check_packages()
     text = _page(contents)
-    target = path.resolve()  # a link stays a link
-    beside = target.with_name(f".{target.name}.{os.getpid()}")
     try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        if target.exists() and not target.is_file():  # a pipe or a device is written to, never replaced
-            target.write_text(text, encoding="utf-8")
-        else:
-            beside.write_text(text, encoding="utf-8")
-            beside.replace(target)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
     except OSError as error:
-        with contextlib.suppress(OSError):
-            beside.unlink(missing_ok=True)
         raise VisualHfsmError(f"{path}: the report cannot be written: {error.strerror}") from error
 
 
@@ -280,8 +271,6 @@ def _sections(contents: ReportContents) -> Iterable[str]:
         yield plot(plots.states(contents), "States over time")
         yield "<h2>Head and arms</h2>"
         yield plot(plots.angles(contents), "Angles of head and arms over time")
-        yield "<h2>The robot's server</h2>"
-        yield plot(plots.server(contents), "Real-time factor, images and torso tilt over time")
     yield from _errors(contents)
     yield from _changes(contents)
 
