@@ -73,6 +73,8 @@ class Preprocessor:
 
     def _read(self, path: Path, requested_at: Location) -> Source | None:
         try:
+            if not path.name.isprintable():  # it is written into what is generated
+                raise OSError(errno.EINVAL, "its name has characters that cannot be printed")
             status = path.stat()
             if not stat.S_ISREG(status.st_mode):
                 raise OSError(errno.EINVAL, "not a regular file")

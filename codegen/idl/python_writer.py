@@ -9,7 +9,7 @@ from .doc_comments import DocComment
 from .layout import INDENT, bracketed, docstring, source_order, stacked, string
 from .names import ModuleNames, exception_member_name, exported_names, python_name
 from .packages import GeneratedModule, ModuleKey, header
-from .schema import canonical_definition, fingerprint
+from .schema import fingerprint
 
 _BUILTINS = {"bool": "bool", "string": "str", "float": "float", "double": "float"}
 _INTEGERS = {"byte": "Byte", "short": "Short", "int": "Int", "long": "Long"}
@@ -209,8 +209,7 @@ class _ModuleWriter:
 
     def _proxy(self, interface: ast.Interface) -> list[str]:
         """Return the class that declares an interface, and is its proxy."""
-        mark = fingerprint(canonical_definition(interface))
-        options = [f'id="{interface.scoped}"', f'fingerprint="{mark}"']
+        options = [f'id="{interface.scoped}"', f'fingerprint="{fingerprint(interface)}"']
         doc = interface.documentation.text or f"Proxy of {interface.name}."
         lines = self._class(interface, "Prx", "ObjectPrx", options, doc)
         for operation in interface.operations:

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import re
 from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
@@ -21,16 +20,12 @@ from .names import python_name
 
 SCHEMA_FILE = "schema.json"
 
-_SURROGATE = re.compile("[\ud800-\udfff]")
-
 Entry = dict[str, Any]
 
 
-def type_name(kind: ast.Type | None) -> str:
-    """Return the name of a type: from the root where it has one, `void` for None."""
+def type_name(kind: ast.Type) -> str:
+    """Return the name of a type, scoped from the root where it has one."""
     match kind:
-        case None:
-            return "void"
         case ast.ProxyType(target=target):
             return f"{type_name(target)}*"
         case ast.NamedType(definition=ast.Definition() as definition):
@@ -40,23 +35,19 @@ def type_name(kind: ast.Type | None) -> str:
 
 # Canonical forms
 
-FINGERPRINT_DIGITS = 16
+_FINGERPRINT_DIGITS = 16
 
 
-def fingerprint(definition: str) -> str:
-    """Return the first hexadecimal digits of the SHA-256 of a canonical definition."""
-    return hashlib.sha256(definition.encode()).hexdigest()[:FINGERPRINT_DIGITS]
+def fingerprint(definition: ast.Definition) -> str:
+    """Return the first hexadecimal digits of the SHA-256 of the canonical form of an interface or a type.
 
-
-def canonical_definition(definition: ast.Definition) -> str:
-    """Return an interface or a type, what it extends and every type that they use, one member a line, sorted.
-
-    Two definitions can be compared line by line.
+    The form has a line for each member of it, of what it extends, and of all types that they use, sorted.
     """
     form = _CanonicalForm()
     form.add(definition)
     form.describe_all()
-    return "\n".join(sorted(form.lines)) + "\n"
+    text = "\n".join(sorted(form.lines)) + "\n"
+    return hashlib.sha256(text.encode()).hexdigest()[:_FINGERPRINT_DIGITS]
 
 
 class _CanonicalForm:
@@ -154,8 +145,7 @@ def _extends(bases: list[str]) -> str:
 def schema_text(comment: str, entries: Mapping[str, Entry]) -> str:
     """Return the file of a package, definitions in the order of their names."""
     schema = {"comment": comment, "definitions": dict(sorted(entries.items()))}
-    text = json.dumps(schema, indent=1, ensure_ascii=False) + "\n"
-    return _SURROGATE.sub(lambda match: f"\\u{ord(match[0]):04x}", text)
+    return json.dumps(schema, indent=1, ensure_ascii=False) + "\n"
 
 
 def kept_entries(text: str, modules: Collection[str]) -> dict[str, Entry]:
@@ -174,7 +164,7 @@ def schema_entry(definition: ast.Definition, module: str) -> Entry:
         "kind": definition.kind,
         "module": module,
         "name": python_name(definition),
-        "fingerprint": fingerprint(canonical_definition(definition)),
+        "fingerprint": fingerprint(definition),
         "doc": doc.text,
     }
     match definition:

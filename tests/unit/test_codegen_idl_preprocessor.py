@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from codegen.diagnostics import Diagnostics
+from codegen.idl import Compilation, compile_interfaces
 from codegen.idl.preprocessor import Preprocessor
 from tests.support.slice_compiler import compile_text, findings, write_sources
 
@@ -144,3 +145,13 @@ def test_a_directory_and_an_absent_file_are_errors(tmp_path: Path) -> None:
     assert preprocessor.load(tmp_path) is None
     assert preprocessor.load(tmp_path / "absent.idl") is None
     assert [found.code for found in diagnostics] == ["E001", "E001"]
+
+
+@pytest.mark.parametrize("name", ["a\nb.idl", "\udcff.idl"])
+def test_a_name_that_generated_files_cannot_hold_is_an_error(tmp_path: Path, name: str) -> None:
+    (tmp_path / name).write_text("module m { struct S { int a; }; };")
+    diagnostics = Diagnostics()
+    assert compile_interfaces([tmp_path / name], [], None, diagnostics) == Compilation()
+    (error,) = diagnostics
+    assert error.code == "E001"
+    assert error.message.endswith("its name has characters that cannot be printed")
