@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import compile_document, parse_document
-from codegen.hfsm.code.language import language_of
+from codegen.hfsm.code.language import is_mostly_cpp
 from codegen.hfsm.code.python2 import fix_python2
 from codegen.hfsm.code.text import parse_piece
 from tests.support.documents import document, state, sub
@@ -142,7 +142,7 @@ def test_without_fissix_the_command_that_installs_it_is_named(monkeypatch: pytes
     convert_python2(parsed, path, diagnostics, fixes=False)
     assert [each.code for each in diagnostics] == ["W506"]
     assert "visualhfsm[python2]" in diagnostics.render()
-    assert language_of(parsed) == "Python"
+    assert not is_mostly_cpp(parsed)
 
 
 # Statements of Python 3 that say the same in Python 2, and how Python 2 may write them.
@@ -234,45 +234,45 @@ def test_a_division_in_python_2_is_pointed_at() -> None:
 
 
 @pytest.mark.parametrize(
-    ("code", "language"),
+    ("code", "is_cpp"),
     [
-        ("", ""),
-        ("walk to the ball", ""),
-        ("ball", ""),
-        ("a &lt; b", ""),
-        ("self.motors.setV(0)", "Python"),
-        ("print 'a'", "Python"),
-        ("for i in range(3): print i", "Python"),
-        ("stop()", "Python"),
-        ("stop();", "C++"),
-        ("int i;", "C++"),
-        ("control-&gt;mprx-&gt;setW(20);", "C++"),
-        ("#include &lt;math.h&gt;", "C++"),
-        ("// nothing yet", "C++"),
-        ("/* nothing yet */", "C++"),
-        ("std::cout &lt;&lt; 1 &lt;&lt; std::endl;", "C++"),
-        ("if (x) {\n  y();\n}", "C++"),
-        ("x = 1  # int y; { }", "Python"),
-        ("x = 'a-&gt;b();'", "Python"),
-        ("def f(x) -&gt; int: return x", "Python"),
-        ("if x:\n  y = `z", ""),
+        ("", False),
+        ("walk to the ball", False),
+        ("ball", False),
+        ("a &lt; b", False),
+        ("self.motors.setV(0)", False),
+        ("print 'a'", False),
+        ("for i in range(3): print i", False),
+        ("stop()", False),
+        ("stop();", True),
+        ("int i;", True),
+        ("control-&gt;mprx-&gt;setW(20);", True),
+        ("#include &lt;math.h&gt;", True),
+        ("// nothing yet", True),
+        ("/* nothing yet */", True),
+        ("std::cout &lt;&lt; 1 &lt;&lt; std::endl;", True),
+        ("if (x) {\n  y();\n}", True),
+        ("x = 1  # int y; { }", False),
+        ("x = 'a-&gt;b();'", False),
+        ("def f(x) -&gt; int: return x", False),
+        ("if x:\n  y = `z", False),
     ],
 )
-def test_the_language_is_told_by_the_code(code: str, language: str) -> None:
+def test_code_shows_whether_it_is_cpp(code: str, is_cpp: bool) -> None:
     document = parse_document(_document(code, condition="a"), Path("old.xml"), Diagnostics())
     assert document is not None
-    assert language_of(document) == language
+    assert is_mostly_cpp(document) == is_cpp
 
 
 def test_the_more_of_two_languages_counts() -> None:
     text = _document("int i;\nfloat f;\nbool b;", "not self.near()")
     document = parse_document(text, Path("old.xml"), Diagnostics())
     assert document is not None
-    assert language_of(document) == "C++"
+    assert is_mostly_cpp(document)
     text = _document("int i;", "not self.near() \\\n or self.far() \\\n or self.lost()")
     document = parse_document(text, Path("old.xml"), Diagnostics())
     assert document is not None
-    assert language_of(document) == "Python"
+    assert not is_mostly_cpp(document)
 
 
 def test_a_document_that_says_its_language_keeps_it() -> None:

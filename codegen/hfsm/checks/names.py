@@ -31,21 +31,8 @@ _DOUBTFUL: Final = (
     messages.InvalidPrintSyntax,
     messages.IsLiteral,
     messages.MultiValueRepeatedKeyLiteral,
-    messages.PercentFormatExpectedMapping,
-    messages.PercentFormatExpectedSequence,
-    messages.PercentFormatExtraNamedArguments,
-    messages.PercentFormatInvalidFormat,
-    messages.PercentFormatMissingArgument,
-    messages.PercentFormatMixedPositionalAndNamed,
-    messages.PercentFormatPositionalCountMismatch,
-    messages.PercentFormatStarRequiresSequence,
-    messages.PercentFormatUnsupportedFormatCharacter,
     messages.RaiseNotImplemented,
-    messages.StringDotFormatExtraNamedArguments,
-    messages.StringDotFormatExtraPositionalArguments,
-    messages.StringDotFormatInvalidFormat,
-    messages.StringDotFormatMissingArgument,
-    messages.StringDotFormatMixingAutomatic,
+    *(kind for name, kind in vars(messages).items() if name.startswith(("PercentFormat", "StringDotFormat"))),
 )
 """What is never meant; matters of style are left to the style of each."""
 

@@ -7,11 +7,8 @@ from __future__ import annotations
 
 import ast
 import re
-import textwrap
-import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from enum import IntEnum
 from pathlib import Path
 from typing import Final, NamedTuple
 
@@ -19,24 +16,21 @@ from ...diagnostics import Diagnostics, Location, Note
 from ..codes import Code
 from ..document import Automaton, Document, State, Text, Transition
 from .python2 import fix_python2, python2_mark
-from .text import parse_piece, parse_python
+from .text import parse_piece
 
 __all__ = [
     "CPP",
-    "PYTHON",
     "CodeText",
     "change_code",
     "code_of",
     "first_foreign",
     "is_foreign",
-    "language_of",
-    "looks_like_cpp",
+    "is_mostly_cpp",
     "notes_about",
     "report_foreign",
 ]
 
 CPP: Final = "C++"
-PYTHON: Final = "Python"
 _PYTHON: Final = ("", "python", "py", "python3")
 
 
@@ -46,7 +40,6 @@ class CodeText(NamedTuple):
     what: str
     text: Text
     path: Path
-    is_condition: bool
 
     @property
     def place(self) -> Location:
@@ -59,10 +52,7 @@ def code_of(document: Document, path: Path) -> Iterator[CodeText]:
     for automaton in document.automata:
         for what, text in _texts(automaton):
             if not text.is_blank:
-                yield CodeText(what, text, automaton.path or path, what.startswith(_CONDITIONS))
-
-
-_CONDITIONS: Final = ("the condition", "the guard")
+                yield CodeText(what, text, automaton.path or path)
 
 
 def _texts(automaton: Automaton) -> Iterator[tuple[str, Text]]:
@@ -121,7 +111,7 @@ def first_foreign(document: Document, path: Path) -> CodeText | None:
     `path` is where the document lies.
     """
     found = list(code_of(document, path)) if is_foreign(document) else []
-    return next((each for each in found if looks_like_cpp(each.text.text)), found[0] if found else None)
+    return next((each for each in found if _is_cpp(each.text.text)), found[0] if found else None)
 
 
 def report_foreign(first: CodeText, language: str, diagnostics: Diagnostics, *notes: Note) -> None:
@@ -140,120 +130,55 @@ def notes_about(code: str) -> list[Note]:
     except ModuleNotFoundError as error:
         if python2_mark(code) is not None:
             return [Note(f"this may be Python 2: `visualhfsm convert --fix-python2` fixes it; {error}")]
-    if looks_like_cpp(code):
+    if _is_cpp(code):
         return [Note("if the document is in C++, let it say so: `<language>C++</language>`")]
     return []
 
 
-_CPP_NOISE: Final = re.compile(
+_CPP_COMMENT: Final = re.compile(r"^[^\S\n]*//|/\*", re.MULTILINE)
+_NOISE: Final = re.compile(
     r"""//[^\n]*|/\*.*?(?:\*/|\Z)|"(?:\\.|[^"\\\n])*"|'(?:\\.|[^'\\\n])*'""", re.DOTALL
 )
-_CPP_COMMENT: Final = re.compile(r"^[^\S\n]*//|/\*", re.MULTILINE)
+"""Comments and strings."""
 _PREPROCESSOR: Final = re.compile(
     r'^[^\S\n]*#[^\S\n]*(?:include[^\S\n]*[<"]|define[^\S\n]+[A-Z_][A-Z_\d]*\b|(?:ifdef|ifndef|endif|pragma)\b)',
     re.MULTILINE,
 )
-_TYPE: Final = r"""(?:(?:const|static|unsigned|signed|long|short)\s+)*
-    (?:void|bool|char|int|long|short|unsigned|float|double|auto|size_t|std::\w+|string|[A-Za-z_]\w*::\w+)
-    (?:\s*<[^;{}()]*>)?"""
-# What C++ has and Python has not, outside strings and comments of either.
+_PYTHON_WORD: Final = re.compile(r"\b(?:and|False|in|is|lambda|None|not|or|self|True)\b")
+"""What makes Python of an expression that C++ might have, too."""
 _CPP: Final = re.compile(
-    rf"""[\w)\]]\s*->\s*[A-Za-z_]                           # a member through a pointer
-      | \b[A-Za-z_]\w*::~?[A-Za-z_]                        # a scoped name
-      | (?:^[^\S\n]*|[;{{}}(]\s*){_TYPE}[\s&*]+[A-Za-z_]\w*\s*(?:[;=({{\[,)]|$)   # a declaration
-      | ;[^\S\n]*$ | [;{{}})]\s*}}                         # the end of a statement, of a block
-      | \)\s*\{{ | \belse\s*\{{
-      | && | \|\| | !\s*[A-Za-z_(] | \+\+ | [=(,]\s*new\s+[A-Z]
-      | \b(?:cout|cerr|endl|printf|nullptr|NULL|true|false)\b""",
+    r"""[\w)\]]\s*->\s*[A-Za-z_]              # a member through a pointer
+      | \b[A-Za-z_]\w*::~?[A-Za-z_]           # a scoped name
+      | ;[^\S\n]*$ | [;{})]\s*}              # the end of a statement, of a block
+      | \)\s*\{ | \belse\s*\{
+      | && | \|\| | !\s*[A-Za-z_(] | \+\+
+      | \b(?:NULL|nullptr|true|false)\b""",
     re.VERBOSE | re.MULTILINE,
 )
+"""What C++ has and Python has not, outside strings and comments of either."""
 
 
-# Statements, and expressions that C++ writes in other ways.
-_STATEMENTS: Final = (
-    *(ast.FunctionDef, ast.ClassDef, ast.Import, ast.ImportFrom, ast.Return, ast.Global, ast.Nonlocal),
-    *(ast.If, ast.For, ast.While, ast.With, ast.Try, ast.Raise, ast.Pass),
-    *(ast.Assign, ast.AugAssign, ast.AnnAssign, ast.BoolOp, ast.List, ast.Dict, ast.Lambda),
-)
-
-
-class _Evidence(IntEnum):
-    NONE = 0
-    PYTHON = 1
-    CPP = 2
-
-
-def language_of(document: Document) -> str:
-    """Return `Python`, `C++`, or an empty text when no code tells.
-
-    The pieces of code vote with the number of their lines: a document is C++ when more of its lines can only
-    be that than can only be Python.
-    """
-    lines = dict.fromkeys(_Evidence, 0)
+def is_mostly_cpp(document: Document) -> bool:
+    """Return whether more lines of a document's code are C++ than Python; what is neither does not count."""
+    lines = dict.fromkeys((True, False, None), 0)
     for each in code_of(document, Path()):
         code = each.text.text
-        written = sum(1 for line in code.split("\n") if line.strip())
-        lines[_evidence(code, is_condition=each.is_condition)] += written
-    if lines[_Evidence.CPP] > lines[_Evidence.PYTHON]:
-        return CPP
-    return PYTHON if lines[_Evidence.PYTHON] else ""
+        lines[_is_cpp(code)] += sum(1 for line in code.split("\n") if line.strip())
+    return lines[True] > lines[False]
 
 
-def looks_like_cpp(code: str) -> bool:
-    """Return whether a piece of code is C++, and not Python of any age."""
-    return _evidence(code) is _Evidence.CPP
-
-
-def _evidence(code: str, *, is_condition: bool = False) -> _Evidence:
-    if not code.strip():
-        return _Evidence.NONE
+def _is_cpp(code: str) -> bool | None:
+    """Return whether a piece of code is C++; None where it is neither that nor Python of any age."""
     if _PREPROCESSOR.search(code):
-        return _Evidence.CPP  # to Python it is a comment
-    tree = _parsed(code)
-    if tree is None and python2_mark(code) is not None:
-        try:
-            tree = _parsed(fix_python2(code) or code)
-        except ModuleNotFoundError:  # without fissix the mark is all that is known
-            return _Evidence.PYTHON
-    if tree is None:
-        return _Evidence.CPP if _has_marks_of_cpp(code) else _Evidence.NONE
-    if all(line.rstrip().endswith(";") for line in code.split("\n") if line.strip()):
-        return _Evidence.CPP  # `stop();` is valid Python, but nobody ends each line of Python so
-    return _Evidence.PYTHON if _is_python(tree, is_condition=is_condition) else _Evidence.NONE
-
-
-def _is_python(tree: ast.Module, *, is_condition: bool) -> bool:
-    """Return whether there is anything that a line of C++ or a few words of prose cannot be."""
-    return any(isinstance(node, _STATEMENTS) or _is_own_word(node) for node in ast.walk(tree)) or (
-        not is_condition and any(_is_call(statement) for statement in tree.body)
-    )
-
-
-def _is_own_word(node: ast.AST) -> bool:
-    match node:
-        case ast.Name(id="self") | ast.Constant(value=bool() | None) | ast.UnaryOp(op=ast.Not()):
-            return True
-        case ast.Compare(ops=operators):
-            return any(isinstance(each, ast.In | ast.NotIn | ast.Is | ast.IsNot) for each in operators)
-    return False
-
-
-def _is_call(statement: ast.stmt) -> bool:
-    """Return whether a statement is a call, which in C++ would end with a semicolon."""
-    return isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Call)
-
-
-def _has_marks_of_cpp(code: str) -> bool:
-    if _CPP_COMMENT.search(code):
-        return True
-    return bool(_CPP.search(_CPP_NOISE.sub('""', code)))
-
-
-def _parsed(code: str) -> ast.Module | None:
-    """Return the tree of a piece of code, or None when it is no Python."""
+        return True  # to Python it is a comment
+    if (tree := parse_piece(code)) is not None:
+        if all(line.rstrip().endswith(";") for line in code.split("\n") if line.strip()):
+            return True  # `stop();` is valid Python, but nobody ends each line of Python so
+        is_neutral = all(isinstance(statement, ast.Expr) for statement in tree.body)
+        return None if is_neutral and not _PYTHON_WORD.search(code) else False
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            return parse_python(textwrap.dedent(code).strip("\n"))
-    except (SyntaxError, ValueError, RecursionError, MemoryError):
-        return None
+        if python2_mark(code) is not None and fix_python2(code) is not None:
+            return False
+    except ModuleNotFoundError:  # without fissix the mark is all that is known
+        return False
+    return bool(_CPP_COMMENT.search(code) or _CPP.search(_NOISE.sub('""', code))) or None

@@ -7,11 +7,11 @@ import re
 import textwrap
 import threading
 import warnings
-from collections.abc import Collection, Iterator
+from collections.abc import Collection
 from functools import cache
 from typing import TYPE_CHECKING, Final
 
-from .text import parse_piece
+from .text import binds, parse_piece
 
 if TYPE_CHECKING:
     from fissix.refactor import RefactoringTool
@@ -77,20 +77,14 @@ def python2_mark(code: str) -> re.Match[str] | None:
 
 def bound_names(tree: ast.Module) -> frozenset[str]:
     """Return the names to which code gives a meaning, in any scope."""
-    return frozenset(_bound_names(tree))
-
-
-def _bound_names(tree: ast.Module) -> Iterator[str]:
+    names = {name for node in ast.walk(tree) for name in binds(node)}
     for node in ast.walk(tree):
         match node:
-            case ast.Name(id=name, ctx=ast.Store()) | ast.arg(arg=name) | ast.ExceptHandler(name=str(name)):
-                yield name
-            case ast.FunctionDef(name=name) | ast.ClassDef(name=name):
-                yield name
-            case ast.alias(name=name, asname=other):
-                yield other or name.partition(".")[0]
-            case ast.Global(names=found) | ast.Nonlocal(names=found):
-                yield from found
+            case ast.arg(arg=name):
+                names.add(name)
+            case ast.Global(names=found):
+                names.update(found)
+    return frozenset(names)
 
 
 def _is_print(node: ast.expr) -> bool:

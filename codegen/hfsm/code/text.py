@@ -27,6 +27,7 @@ __all__ = [
     "Code",
     "CodeError",
     "all_nodes",
+    "binds",
     "bound_names",
     "compile_source",
     "definitions",
@@ -114,7 +115,8 @@ def parse_piece(source: str) -> ast.Module | None:
     text = textwrap.dedent(source)
     for written in (text, f"(\n{text}\n)"):
         try:
-            return parse_python(written if written.strip("(\n )") else "")
+            with without_warnings():
+                return parse_python(written if written.strip("(\n )") else "")
         except (SyntaxError, ValueError, RecursionError, MemoryError):
             continue
     return None
@@ -332,34 +334,29 @@ def definitions(tree: ast.Module) -> Iterator[ast.FunctionDef | ast.AsyncFunctio
 
 def bound_names(tree: ast.AST) -> frozenset[str]:
     """Return the names that code binds in its own scope: assigns, deletes, defines, imports or captures."""
-    targets: set[ast.AST] = set()  # of comprehensions, which are names of those
-    names: set[str] = set()
-    outside: set[str] = set()
-    for node in own_nodes(tree):
-        match node:
-            case ast.comprehension(target=target):
-                targets.update(ast.walk(target))
-            case ast.Global(names=declared):
-                outside.update(declared)
-            case ast.Nonlocal(names=declared):
-                names.update(declared)
-    for node in own_nodes(tree):
-        match node:
-            case ast.Name(id=name, ctx=ast.Store() | ast.Del()) if node not in targets:
-                names.add(name)
-            case ast.alias(name=name, asname=alias):
-                names.add(alias or name.split(".")[0])
-            case ast.FunctionDef(name=name) | ast.AsyncFunctionDef(name=name) | ast.ClassDef(name=name):
-                names.add(name)
-            case (
-                ast.ExceptHandler(name=str(name))
-                | ast.MatchAs(name=str(name))
-                | ast.MatchStar(name=str(name))
-            ):
-                names.add(name)
-            case ast.MatchMapping(rest=str(name)):
-                names.add(name)
-    return frozenset(names - outside)
+    nodes = list(own_nodes(tree))
+    comprehensions = (node for node in nodes if isinstance(node, ast.comprehension))
+    inside = {target for each in comprehensions for target in ast.walk(each.target)}
+    names = {name for node in nodes if node not in inside for name in binds(node)}
+    declared = (node.names for node in nodes if isinstance(node, ast.Global))
+    return frozenset(names.difference(*declared))
+
+
+def binds(node: ast.AST) -> Iterator[str]:
+    """Yield the names that a node binds by itself, or says to be bound outside of a function."""
+    match node:
+        case ast.Name(id=name, ctx=ast.Store() | ast.Del()):
+            yield name
+        case ast.alias(name=name, asname=alias):
+            yield alias or name.split(".")[0]
+        case ast.FunctionDef(name=name) | ast.AsyncFunctionDef(name=name) | ast.ClassDef(name=name):
+            yield name
+        case ast.ExceptHandler(name=str(name)) | ast.MatchAs(name=str(name)) | ast.MatchStar(name=str(name)):
+            yield name
+        case ast.MatchMapping(rest=str(name)):
+            yield name
+        case ast.Nonlocal(names=names):
+            yield from names
 
 
 @contextmanager

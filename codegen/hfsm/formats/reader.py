@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Final
 
 from ...diagnostics import Diagnostics, Location, Note
-from ..code.language import CPP, change_code, first_foreign, language_of
+from ..code.language import CPP, change_code, first_foreign, is_mostly_cpp
 from ..code.text import parse_piece
 from ..codes import Code
 from ..document import Automaton, Document, Text, Transition
@@ -119,7 +119,7 @@ def parse_document(
         document = replace(document, dialect=Text(editor))
     if document.is_old:
         document = _adapt_old_document(document, path, diagnostics)
-    if dialect is not Dialect.NATIVE and language_of(document) == CPP:
+    if dialect is not Dialect.NATIVE and is_mostly_cpp(document):
         document = replace(document, language=Text(CPP))
         if (piece := first_foreign(document, path)) is not None:
             message = "most of the code looks like C++: it is kept as C++, and does not run here"
