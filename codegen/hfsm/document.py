@@ -294,7 +294,8 @@ class Document(Node):
     the editor of old (`VisualHFSM`, `VisualStates`) whose generator the code was written for. `language` is
     blank for Python, and names any other, in which the code is kept but does not run. `lists` has what is
     unknown in the elements around parameters, libraries, interfaces and so on, such as what ROS needs to know
-    in `config`. `functions` come from imported files, and are never written.
+    in `config`. `functions` come from imported files, and `format` names the
+    one that the document was read from: neither is written.
     """
 
     root_tag: str = "VisualHFSM"
@@ -311,6 +312,7 @@ class Document(Node):
     interfaces: tuple[Interface, ...] = ()
     lists: tuple[Element, ...] = ()
     functions: tuple[Functions, ...] = ()
+    format: str = field(default="native", compare=False)
 
     @property
     def is_old(self) -> bool:

@@ -10,7 +10,7 @@ from typing import Any, Final, TypeVar
 
 import msgspec
 
-from codegen.hfsm.document import Argument, Automaton, Document, Node, State, Text, Transition
+from codegen.hfsm.document import Argument, Automaton, Document, Import, Node, State, Text, Transition
 
 from .places import Place
 
@@ -22,7 +22,6 @@ __all__ = [
     "diff_documents",
     "keyed",
     "part_of",
-    "place_of",
     "shown",
 ]
 
@@ -84,29 +83,25 @@ def diff_documents(before: Document, after: Document) -> list[Difference]:
 
 
 def _nodes(before: Node, after: Node, place: Place) -> Iterator[Difference]:
-    if before == after:
-        return
-    moved = other = False
-    for name in compared_fields(after):
+    differing = [name for name in compared_fields(after) if getattr(before, name) != getattr(after, name)]
+    for name in differing:
         old, new = getattr(before, name), getattr(after, name)
-        if old is new or old == new:
-            continue
         if name in KEYS:
             yield from _lists(name, old, new, place)
-        elif name in _POSITION:
-            moved = True
-        elif name in _UNSEEN:
-            other = True
-        else:
-            part = part_of(after, name)
+        elif name not in _POSITION | _UNSEEN:
             yield Difference(
-                kind=DifferenceKind.CHANGED, place=place, part=part, before=_text(old), after=_text(new)
+                kind=DifferenceKind.CHANGED,
+                place=place,
+                part=part_of(after, name),
+                before=shown(old),
+                after=shown(new),
             )
-    if moved:
+    if not _POSITION.isdisjoint(differing):
+        positions = (", ".join(shown(getattr(each, axis)) for axis in ("x", "y")) for each in (before, after))
         yield Difference(
-            kind=DifferenceKind.MOVED, place=place, before=_position(before), after=_position(after)
+            kind=DifferenceKind.MOVED, place=place, before=next(positions), after=next(positions)
         )
-    if other:
+    if not _UNSEEN.isdisjoint(differing):
         yield Difference(kind=DifferenceKind.CHANGED, place=place, part="other")
 
 
@@ -115,34 +110,17 @@ def _lists(
 ) -> Iterator[Difference]:
     old, new = keyed(name, before), keyed(name, after)
     for index, (key, item) in enumerate(new.items()):
-        at = place_of(place, name, item, index)
-        former = old.get(key)
-        if former is None:
-            yield Difference(kind=DifferenceKind.ADDED, place=at, after=_name(item))
+        at = _place_of(place, name, item, index)
+        if key in old:
+            yield from _nodes(old[key], item, at)
         else:
-            yield from _nodes(former, item, at)
+            yield Difference(kind=DifferenceKind.ADDED, place=at, after=shown(item))
     for index, (key, item) in enumerate(old.items()):
         if key not in new:
-            yield Difference(
-                kind=DifferenceKind.REMOVED, place=place_of(place, name, item, index), before=_name(item)
-            )
-    common_old = [key for key in old if key in new]
-    common_new = [key for key in new if key in old]
-    if common_old != common_new:
+            at = _place_of(place, name, item, index)
+            yield Difference(kind=DifferenceKind.REMOVED, place=at, before=shown(item))
+    if [key for key in old if key in new] != [key for key in new if key in old]:
         yield Difference(kind=DifferenceKind.CHANGED, place=place, part=f"{name} order")
-
-
-def _text(value: object) -> str:
-    file = getattr(value, "file", None)
-    return shown(file if isinstance(file, Text) else value)
-
-
-def _name(item: Node) -> str:
-    return shown(getattr(item, "name", ""))
-
-
-def _position(node: Node) -> str:
-    return f"{shown(getattr(node, 'x', 0.0))}, {shown(getattr(node, 'y', 0.0))}"
 
 
 def keyed(name: str, items: Sequence[_NodeT]) -> dict[Hashable, _NodeT]:
@@ -161,7 +139,7 @@ def compared_fields(node: Node) -> list[str]:
     return [each.name for each in fields(node) if each.compare]
 
 
-def place_of(parent: Place, name: str, item: Node, index: int) -> Place:
+def _place_of(parent: Place, name: str, item: Node, index: int) -> Place:
     """Return the place of an element of the field `name` of what is at `parent`."""
     match item:
         case Automaton():
@@ -188,12 +166,10 @@ def part_of(node: Node, name: str) -> str:
 
 
 def shown(value: object) -> str:
-    """Return a value of a field as a person may read it."""
+    """Return a value of a field as a person may read it: of an element its name."""
     match value:
         case None:
             return ""
-        case str():
-            return value
         case Text():
             return value.text
         case bool():
@@ -202,8 +178,8 @@ def shown(value: object) -> str:
             return f"{value:g}"
         case tuple():
             return ", ".join(shown(each) for each in value)
-        case State() | Transition():
-            return value.name
+        case Import():
+            return value.file.text
         case Node():
-            return ""
+            return shown(getattr(value, "name", ""))
     return str(value)

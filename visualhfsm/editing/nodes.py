@@ -7,25 +7,18 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import replace
 from itertools import count
 from typing import Any, Final, TypeVar
 
-from codegen.hfsm.document import (
-    Automaton,
-    Document,
-    Node,
-    State,
-    Text,
-    Transition,
-)
+from codegen.hfsm.document import Automaton, Document, Node, State, Text, Transition
+from codegen.hfsm.formats.native import MAX_ID
 from codegen.hfsm.formats.writer import UNWRITABLE
 from visualhfsm.errors import EditError
 
 __all__ = [
     "MAX_AUTOMATA",
-    "MAX_ID",
     "automaton_ids",
     "changed",
     "checked",
@@ -44,9 +37,6 @@ __all__ = [
     "with_transition",
 ]
 
-MAX_ID: Final = 2**31 - 1
-"""The largest id that a document may hold."""
-
 MAX_AUTOMATA: Final = 10_000
 """Automata that a document may hold."""
 
@@ -56,6 +46,7 @@ _LONGEST_LABEL: Final = 30
 _NUMBERED: Final = re.compile(r"^(?P<stem>.*?)\s+\d{1,9}$", re.DOTALL)
 
 _NodeT = TypeVar("_NodeT", bound=Node)
+_NumberedT = TypeVar("_NumberedT", Automaton, State, Transition)
 _T = TypeVar("_T")
 
 
@@ -110,22 +101,21 @@ def swapped(items: tuple[_T, ...], old: _T, new: _T) -> tuple[_T, ...]:
 
 def find_automaton(document: Document, id: int) -> Automaton:
     """Return the automaton with an id. Raises EditError when there is none, or more than one."""
-    return _only([each for each in document.automata if each.id == id], f"automaton {id}")
+    return _only(document.automata, id, f"automaton {id}")
 
 
 def find_state(automaton: Automaton, id: int) -> State:
     """Return the state with an id. Raises EditError when there is none, or more than one."""
-    what = f"state {id} of automaton {automaton.id}"
-    return _only([each for each in automaton.states if each.id == id], what)
+    return _only(automaton.states, id, f"state {id} of automaton {automaton.id}")
 
 
 def find_transition(automaton: Automaton, id: int) -> Transition:
     """Return the transition with an id. Raises EditError when there is none, or more than one."""
-    what = f"transition {id} of automaton {automaton.id}"
-    return _only([each for each in automaton.transitions if each.id == id], what)
+    return _only(automaton.transitions, id, f"transition {id} of automaton {automaton.id}")
 
 
-def _only(found: Sequence[_T], what: str) -> _T:
+def _only(items: Iterable[_NumberedT], id: int, what: str) -> _NumberedT:
+    found = [each for each in items if each.id == id]
     if not found:
         raise EditError(f"Cannot change {what}", "it is not there", "it may have been deleted meanwhile")
     if len(found) > 1:
@@ -143,24 +133,22 @@ def with_automaton(document: Document, id: int, change: Callable[[Automaton], Au
 
 def with_state(document: Document, automaton: int, state: int, change: Callable[[State], State]) -> Document:
     """Return a document in which one state is changed; itself when the change does nothing."""
-
-    def change_automaton(each: Automaton) -> Automaton:
-        former = find_state(each, state)
-        return changed(each, states=swapped(each.states, former, change(former)))
-
-    return with_automaton(document, automaton, change_automaton)
+    former = find_state(find_automaton(document, automaton), state)
+    new = change(former)
+    return with_automaton(
+        document, automaton, lambda each: changed(each, states=swapped(each.states, former, new))
+    )
 
 
 def with_transition(
     document: Document, automaton: int, transition: int, change: Callable[[Transition], Transition]
 ) -> Document:
     """Return a document in which one transition is changed; itself when the change does nothing."""
-
-    def change_automaton(each: Automaton) -> Automaton:
-        former = find_transition(each, transition)
-        return changed(each, transitions=swapped(each.transitions, former, change(former)))
-
-    return with_automaton(document, automaton, change_automaton)
+    former = find_transition(find_automaton(document, automaton), transition)
+    new = change(former)
+    return with_automaton(
+        document, automaton, lambda each: changed(each, transitions=swapped(each.transitions, former, new))
+    )
 
 
 def label(node: State | Transition | None, fallback: str = "") -> str:

@@ -11,16 +11,11 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Final
-from xml.etree.ElementTree import Element, ParseError
-
-from defusedxml import DefusedXmlException
-from defusedxml.ElementTree import fromstring
 
 from codegen.diagnostics import Diagnostic, Diagnostics
 from codegen.hfsm import DocumentNotWritableError, parse_document, write_document
 from codegen.hfsm.document import Automaton, Document
-from codegen.hfsm.formats.reader import Dialect, dialect_of
-from codegen.hfsm.formats.xml_tree import XmlElement
+from codegen.hfsm.formats.reader import Dialect
 from codegen.hfsm.scxml import is_scxml, parse_scxml
 from visualhfsm.errors import EditError
 
@@ -31,7 +26,6 @@ __all__ = [
     "MAX_SIZE",
     "NATIVE",
     "copy_states",
-    "dialect_of_file",
     "holds_scxml",
     "import_scxml",
     "parse",
@@ -42,8 +36,6 @@ __all__ = [
 MAX_SIZE: Final = 12 << 20
 """Bytes of the largest document that can be saved: fewer than the reader takes in size and in elements."""
 NATIVE: Final[str] = Dialect.NATIVE.value
-_LEVELS: Final = 2
-"""Levels below the root by which dialects are distinguished."""
 _SCXML: Final = ".scxml"
 _HEAD: Final = 4096  # bytes in which the root of a file begins
 
@@ -129,19 +121,3 @@ def import_scxml(content: bytes, name: str) -> tuple[Document, list[str]]:
 
 def _with_line(found: Diagnostic) -> str:
     return f"line {found.location.line}: {found.message}" if found.location.line else found.message
-
-
-def dialect_of_file(content: bytes) -> str:
-    """Return the name of the dialect of a document; of one that cannot be read, the native one."""
-    try:
-        root = fromstring(content, forbid_dtd=True)
-    except (ParseError, DefusedXmlException, ValueError, LookupError):
-        return NATIVE
-    return dialect_of(_head(root, _LEVELS)).value
-
-
-def _head(element: Element, levels: int) -> XmlElement:
-    children: list[XmlElement] = []
-    if levels:
-        children = [_head(child, levels - 1) for child in element if isinstance(child.tag, str)]
-    return XmlElement(element.tag, dict(element.attrib), 0, 0, children=[*children])

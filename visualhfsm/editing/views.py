@@ -17,7 +17,7 @@ __all__ = ["view"]
 _KEPT_ALONE: Final = frozenset(each.name for each in fields(Node))
 """What is kept for the file and not shown."""
 _HIDDEN: Final[dict[type, frozenset[str]]] = {
-    Document: frozenset(("automata", "dialect", "functions", "lists", "root_tag")),
+    Document: frozenset(("automata", "dialect", "format", "functions", "lists", "root_tag")),
     Interface: frozenset(("ip", "port")),
 }
 _NAMES: Final[dict[tuple[type, str], str]] = {(Automaton, "iteration_time"): "period"}

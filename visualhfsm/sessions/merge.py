@@ -90,7 +90,7 @@ def _what(node: Node) -> str:
             return f"automaton {node.id}"
         case State() | Transition():
             return f"{type(node).__name__.lower()} {label(node)}"
-    return f"{type(node).__name__.lower()} {shown(getattr(node, 'name', ''))}"
+    return f"{type(node).__name__.lower()} {shown(node)}"
 
 
 def _merged_sequence(

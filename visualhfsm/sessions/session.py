@@ -20,7 +20,6 @@ from visualhfsm.editing.serialization import (
     MAX_SIZE,
     NATIVE,
     copy_states,
-    dialect_of_file,
     parse_file,
     written,
 )
@@ -202,7 +201,7 @@ class DocumentSession:
             document,
             path=path,
             name=path.stem,
-            dialect=dialect_of_file(content),
+            dialect=document.format,
             version=version,
             journal=Journal(
                 journals or journal_directory(), Header(str(path), path.stem, content, version.digest)
@@ -255,7 +254,7 @@ class DocumentSession:
             document,
             path=path,
             name=header.name,
-            dialect=dialect_of_file(header.content),
+            dialect=document.format,
             version=None if path is None else FileVersion(0, len(header.content), header.digest),
             journal=journal,
             size=MAX_SIZE,
@@ -378,7 +377,7 @@ class DocumentSession:
             name = "Merge with the file as it is now"
             change = self.do(ReplaceDocument(content=written(merged.document), name=name))
         self._version = version
-        self.dialect = dialect_of_file(content)
+        self.dialect = theirs.format
         self._saved = self.document if self.document == theirs else theirs
         self._keep_original(theirs, content)
         self._note(Saved(str(self.path), version.digest, content))
@@ -441,7 +440,7 @@ class DocumentSession:
 
     def _keep_original(self, document: Document, content: bytes) -> None:
         """Keep the bytes of the file: what was not changed is written back however it was laid out."""
-        self._original = (document, content) if dialect_of_file(content) == NATIVE else None
+        self._original = (document, content) if document.format == NATIVE else None
 
     def _content(self) -> bytes:
         """Return what the file is to hold. Raises EditError."""
@@ -460,7 +459,7 @@ class DocumentSession:
             return
         if held == self.document:
             self._saved, self._version = self.document, version
-            self.dialect = dialect_of_file(content)
+            self.dialect = held.format
             self._keep_original(held, content)
 
     def _replay(self, entries: Iterator[tuple[Entry, int]]) -> None:

@@ -114,7 +114,7 @@ def parse_document(
     document = reader.document(native)
     if reader.failed:
         return None
-    document = replace(document, comments=tuple(comments))
+    document = replace(document, comments=tuple(comments), format=dialect.value)
     if not document.is_old and (editor := _editor_of(root)):
         document = replace(document, dialect=Text(editor))
     if document.is_old:

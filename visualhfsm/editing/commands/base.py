@@ -8,8 +8,7 @@ from typing import Annotated, Any, ClassVar
 import msgspec
 
 from codegen.hfsm.document import Document
-
-from ..nodes import MAX_ID
+from codegen.hfsm.formats.native import MAX_ID
 
 __all__ = ["Command", "Id", "Ids", "Index"]
 
