@@ -124,20 +124,15 @@ class _VirtualTransport(InProcessTransport):
             return genuine
         return _LoggedCaller(self._network, genuine, target, operation)
 
-    def publish(
-        self, target: Target, operation: Operation[..., Any], changed: Callable[[], object]
-    ) -> Outlet:
+    def publish(self, target: Target, operation: Operation[..., Any]) -> Outlet:
         """Return the publishing end of a stream, whose samples are stamped with virtual time."""
-
-        def listened() -> None:
-            changed()
-            self._network.on_listening()
-
-        return _StampedOutlet(super().publish(target, operation, listened), self._network.clock)
+        return _StampedOutlet(super().publish(target, operation), self._network.clock)
 
     def subscribe(self, target: Target, operation: Operation[..., Any], queue: int = 1) -> Inlet:
         """Return a listening end of a stream, which a stub may feed."""
-        return _PolledInlet(self._network, super().subscribe(target, operation, queue), target, operation)
+        inlet = _PolledInlet(self._network, super().subscribe(target, operation, queue), target, operation)
+        self._network.on_listening()
+        return inlet
 
 
 class _LoggedCaller:
@@ -146,6 +141,7 @@ class _LoggedCaller:
     def __init__(
         self, network: VirtualNetwork, genuine: Caller, target: Target, operation: Operation[..., Any]
     ) -> None:
+        self.timeout: Final = genuine.timeout
         self._network: Final = network
         self._genuine: Final = genuine
         self._target: Final = target

@@ -18,7 +18,7 @@ from typing import Any, Final, Generic, NamedTuple, Protocol, TypeVar, Union, ge
 
 import msgspec
 
-from ._values import PROXY_TEXT, TYPE_FIELD, MissingMember, Reference, Resolve, Value, WireTypes, decoding
+from ._values import PROXY_TEXT, TYPE_FIELD, Reference, Resolve, Value, WireTypes
 from .exceptions import MarshalException
 from .text import printable
 
@@ -177,7 +177,8 @@ class Codec(Generic[S]):
         self.struct = struct
         self.fields: tuple[str, ...] = struct.__struct_fields__
         self.byte_sequences = byte_sequences(struct)
-        self._plain = not any(issubclass(each, Value | Reference) for each in _types_in(struct))
+        plain = not any(issubclass(each, Value | Reference) for each in _types_in(struct))
+        self._decode_plain = msgspec.msgpack.Decoder(struct).decode if plain else None
         by_position = len(struct.__match_args__) == len(self.fields)
         self.make: Callable[..., S] = struct if by_position else self._make_by_name
         """Makes the struct of its field values."""
@@ -192,30 +193,12 @@ class Codec(Generic[S]):
     @cached_property
     def holds_bytes(self) -> bool:
         """Whether a byte sequence stands anywhere in the type: such payloads may be larger."""
-        return bytes in (_types_in(self.struct) if self._plain else WireTypes(self.struct).leaves)
-
-    @cached_property
-    def _decoder_of_plain(self) -> Callable[[bytes], S]:
-        return msgspec.msgpack.Decoder(self.struct).decode
-
-    def _decode_plain(self, payload: bytes) -> S:
-        decoding.active = True
-        try:
-            return self._decoder_of_plain(payload)
-        finally:
-            decoding.active = False
+        return bytes in (_types_in(self.struct) if self._decode_plain else WireTypes(self.struct).leaves)
 
     def _make_by_name(self, *values: object, **named: object) -> S:
         if len(values) > len(self.fields):
             raise TypeError(f"{len(values)} values where {len(self.fields)} are wanted")
         return self.struct(**dict(zip(self.fields, values, strict=False)), **named)
-
-    def pack(self, values: tuple[object, ...], what: str) -> bytes:
-        """Return the struct of these field values as MessagePack.
-
-        Raises TypeError for a wrong number of values, MarshalException for one that cannot travel.
-        """
-        return encode(self.make(*values), what)
 
     def gather_result(self, value: object, what: str) -> bytes | Pieces:
         """Return what stands for the struct, None, a value or a tuple, as MessagePack.
@@ -251,7 +234,7 @@ class Codec(Generic[S]):
         try:
             return self.decoder(resolve)(payload)
         except DECODE_ERRORS as error:
-            raise self.misfit(error, payload, what) from error
+            raise misfit(error, what) from error
 
     def unpack_result(self, payload: bytes | Parted, what: str, resolve: Resolve | None = None) -> object:
         """Return what stands for the struct that `unpack` returns: None, a value or a tuple."""
@@ -259,16 +242,7 @@ class Codec(Generic[S]):
 
     def decoder(self, resolve: Resolve | None) -> Callable[[bytes], S]:
         """Return what does as `unpack`, and raises DECODE_ERRORS instead, which `misfit` explains."""
-        return self._decode_plain if self._plain else partial(self._decode, resolve)
-
-    def misfit(self, error: BaseException, payload: bytes, what: str) -> MarshalException:
-        """Return what reports one of DECODE_ERRORS of a payload, with the path of what does not fit."""
-        if isinstance(error, MissingMember):  # it does not know where it is
-            try:
-                msgspec.msgpack.decode(payload, type=WireTypes(self.struct).root)
-            except DECODE_ERRORS as exact:
-                error = exact
-        return misfit(error, what)
+        return self._decode_plain or partial(self._decode, resolve)
 
     def _decode(self, resolve: Resolve | None, payload: bytes) -> S:
         token = _resolve.set(resolve)

@@ -10,14 +10,13 @@ maps must not grow a hundredfold.
 from __future__ import annotations
 
 import sys
-import threading
 import types
 from abc import ABC, abstractmethod
 from array import array
 from collections.abc import Callable
 from functools import lru_cache, reduce
 from operator import or_
-from typing import Annotated, Any, ClassVar, Final, Self, Union, cast, get_args, get_origin
+from typing import Annotated, Any, Final, Self, Union, cast, get_args, get_origin
 
 import msgspec
 
@@ -46,42 +45,20 @@ NULL: Final[Any] = object()
 """The default value of a member that is None where it is not given, but must be there on the wire."""
 
 
-class _Decoding(threading.local):
-    active = False
-    """Whether this thread decodes: a default value is asked for only where a member is missing then."""
-
-
-decoding: Final = _Decoding()
-
-
-class MissingMember(msgspec.ValidationError):
-    """A payload lacks a member that has a default value in Python."""
-
-
 def slice_name(name: str) -> str:
     """Return the name in Slice of what has a name in Python: those that Python needs begin with `_` there."""
     return name[1:] if name[:1] == "_" else name
 
 
-_Field: Final = type(msgspec.field(default=None))
-
-
-class _Default:
-    """Make the default value of a member: for constructors, not for payloads, where it must be there."""
-
-    def __init__(self, member: str, value: object) -> None:
-        self._member: Final = slice_name(member)
-        self._value: Final = value
-        self._make: Final = type(value) if isinstance(value, list | dict | msgspec.Struct) else None
-
-    def __call__(self) -> object:
-        if decoding.active:
-            raise MissingMember(f"Object missing required field `{self._member}`")
-        return self._value if self._make is None else self._make()
-
-
 class StructType(msgspec.StructMeta):
-    """Makes structs of which constructors alone use the default values, unless that is None."""
+    """Makes structs of which constructors alone use the default values, unless that is None.
+
+    msgspec sees members without a default value, and so requires them in payloads.
+    """
+
+    ice_defaults: dict[str, object]
+    ice_members: dict[str, bool]
+    """Whether each member may be absent on the wire, as declared, those of bases first."""
 
     def __new__(
         cls,
@@ -90,13 +67,34 @@ class StructType(msgspec.StructMeta):
         namespace: dict[str, Any],
         **options: Any,  # noqa: ANN401
     ) -> StructType:
+        defaults: dict[str, object] = {}
+        members: dict[str, bool] = {}
+        for base in bases:
+            defaults |= getattr(base, "ice_defaults", {})
+            members |= getattr(base, "ice_members", {})
         for member in namespace.get("__annotations__", ()):
-            value = namespace.get(member)
-            if value is not None and not isinstance(value, _Field):
-                make = _Default(member, None if value is NULL else value)
-                namespace[member] = msgspec.field(default_factory=make)
+            members[member] = namespace.get(member, NULL) is None
+            if member in namespace and not members[member]:
+                value = namespace.pop(member)
+                defaults[member] = None if value is NULL else value
+        if list(members.values()) != sorted(members.values()):  # msgspec wants those that may be absent last
+            options["kw_only"] = True
         made: StructType = super().__new__(cls, name, bases, namespace, **options)
+        made.ice_defaults, made.ice_members = defaults, members
         return made
+
+    def __call__(cls, *values: object, **named: object) -> Any:  # noqa: ANN401 - an instance
+        """Make a struct, with default values for members that are not given."""
+        members, positions = cls.ice_members, len(cls.__match_args__)
+        if len(values) + len(named) < len(members):
+            for name in [*members][len(values) :]:
+                if name not in named and name in cls.ice_defaults:
+                    value = cls.ice_defaults[name]
+                    named[name] = type(value)() if isinstance(value, list | dict | msgspec.Struct) else value
+        if positions < len(values) <= len(members):
+            named.update(zip([*members][positions:], values[positions:], strict=False))
+            values = values[:positions]
+        return super().__call__(*values, **named)
 
 
 class Struct(msgspec.Struct, metaclass=StructType, rename=slice_name):
@@ -114,7 +112,7 @@ class Struct(msgspec.Struct, metaclass=StructType, rename=slice_name):
 class Value(Struct, tag_field=TYPE_FIELD, tag="::Ice::Object"):
     """The root of generated classes: passed by value, may be null, and arrives as what it was when sent."""
 
-    ice_known: ClassVar[object] = None
+    ice_known = object()  # no annotation: it is no member
     """Another object after each new class: what was built from all known classes is stale then."""
 
     def __init_subclass__(cls, **options: Any) -> None:  # noqa: ANN401 - those of msgspec
@@ -204,8 +202,8 @@ class WireTypes:
     def _struct(self, cls: type[msgspec.Struct]) -> type[msgspec.Struct]:
         if cls not in self._structs:
             self._structs[cls] = cls  # in itself, as Slice has it of classes alone
-            members, fields = self._members(cls), msgspec.structs.fields(cls)
-            if any(members[f.name] != f.type or not (f.required or _optional(f)) for f in fields):
+            members = self._members(cls)
+            if any(members[field.name] != field.type for field in msgspec.structs.fields(cls)):
                 self._structs[cls] = _wire_struct(cls, members)
         return self._structs[cls]
 
@@ -230,11 +228,6 @@ class WireTypes:
         return {field.name: self._of(field.type) for field in msgspec.structs.fields(cls)}
 
 
-def _optional(field: msgspec.structs.FieldInfo) -> bool:
-    """Return whether a member may be absent: all others are required on the wire, whatever their default."""
-    return field.default is None
-
-
 def _wire_struct(
     cls: type[msgspec.Struct], members: dict[str, Any], tag: str | None = None
 ) -> type[msgspec.Struct]:
@@ -248,7 +241,7 @@ def _wire_struct(
         "__annotations__": {field.name: members[field.name] for field in fields},
         "__module__": _WIRE_MODULE,
         "__post_init__": become,
-        **{field.name: None for field in fields if _optional(field)},
+        **{field.name: None for field in fields if field.default is None},  # they may be absent
     }
     rename = {field.name: field.encode_name for field in fields}
     options = {} if tag is None else {"tag": tag}

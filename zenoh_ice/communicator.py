@@ -12,7 +12,7 @@ import time
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from contextlib import ExitStack, suppress
-from functools import lru_cache, partial
+from functools import partial
 from typing import Any, Final, Self
 
 import msgspec
@@ -31,8 +31,8 @@ from .exceptions import (
     SystemException,
     TimeoutException,
 )
-from .interface import Operation, StreamedOperation
-from .proxy import ObjectPrx, _Call, fail
+from .interface import StreamedOperation
+from .proxy import ObjectPrx, fail
 from .servant import ObjectAdapter, ServedObject
 from .settings import Settings, load_settings
 from .status import ProcessStatus, ServantStatus, decode_status, encode_status
@@ -43,7 +43,6 @@ from .transport import NoAnswer, Target, Transport, check_name
 __all__ = ["Communicator", "initialize"]
 
 _PROXY: Final = re.compile(PROXY_TEXT)
-_MOST_CALLS: Final = 256  # that are kept for other proxies: each has a querier
 _DESTROY_LIMIT: Final = 2.0  # s for which threads may go on with what they do
 _STATUS_LIMIT: Final = 0.5  # s for which a process that seems to be there is asked how its servants are
 _ON_ITS_WAY: Final = 0.05  # s in which word of a subscription comes to the servant
@@ -102,7 +101,6 @@ class Communicator:
         self.call_numbers: Final = itertools.count(1)
         self._lock: Final = threading.RLock()
         self._adapters: list[ObjectAdapter] = []
-        self._calls: Final = lru_cache(_MOST_CALLS, typed=True)(_Call)
         self._futures: Final[set[Future[Any]]] = set()
         self._rivals: set[str] = set()  # sessions that were reported
         self._reports: list[float] = []  # when
@@ -179,13 +177,6 @@ class Communicator:
     def knows(self, target: Target) -> bool:
         """Return whether `find` would return at once."""
         return target in self.served or bool(self.presence.interfaces(target))
-
-    def call_of(self, proxy: ObjectPrx, operation: Operation[..., Any], timeout: float) -> _Call:
-        """Return what calls an operation of a proxy's servant; proxies share it."""
-        self.check()
-        # Another proxy of the type: what is kept must not keep the streams of this one.
-        equal = type(proxy)(self, proxy._target, timeout, oneway=proxy._oneway)
-        return self._calls(equal, operation, timeout)
 
     def new_future(self) -> Future[Any]:
         """Return a future that has an outcome at the latest when the communicator is destroyed."""

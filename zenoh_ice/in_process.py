@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import logging
 import threading
-from collections import deque
+from collections import defaultdict, deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -57,7 +57,7 @@ class InProcessTransport:
         self.pending: Final[set[SimpleQueue[Answer | None]]] = set()
         """Where the answers come that somebody waits for; None at the end."""
         self._lock: Final = threading.RLock()
-        self._streams: Final[dict[str, _Stream]] = {}
+        self._streams: Final = defaultdict[str, list[_Inlet]](list)  # by key, those that listen
         self._tokens: Final[dict[str, None]] = {}
         self._watchers: Final[list[tuple[str, Callable[[str, bool], object]]]] = []
         self._status: Final[dict[tuple[str, str], Callable[[], bytes]]] = {}  # by realm and process
@@ -78,13 +78,11 @@ class InProcessTransport:
 
         return Served(close)
 
-    def publish(
-        self, target: Target, operation: Operation[..., Any], changed: Callable[[], object]
-    ) -> Outlet:
-        return _Outlet(self._streams.setdefault(target.key(operation.name), _Stream()), changed)
+    def publish(self, target: Target, operation: Operation[..., Any]) -> Outlet:
+        return _Outlet(self._streams[target.key(operation.name)])
 
     def subscribe(self, target: Target, operation: Operation[..., Any], queue: int = 1) -> Inlet:
-        return _Inlet(self._streams.setdefault(target.key(operation.name), _Stream()), queue)
+        return _Inlet(self._streams[target.key(operation.name)], queue)
 
     def announce(self, token: str) -> Served:
         self.notify(token, came=True)
@@ -125,7 +123,7 @@ class InProcessTransport:
         self.receivers.clear()  # first: a call notes where its answer comes, then looks for its receiver
         for answer in tuple(self.pending):
             answer.put(None)
-        for inlet in [inlet for stream in list(self._streams.values()) for inlet in tuple(stream.inlets)]:
+        for inlet in [inlet for inlets in list(self._streams.values()) for inlet in inlets]:
             inlet.close()
 
 
@@ -183,48 +181,31 @@ class _Caller:
                 self.transport.pool.submit(run, kind)
 
 
-class _Stream:
-    """The ends of a stream."""
-
-    def __init__(self) -> None:
-        self.outlets: Final[list[_Outlet]] = []
-        self.inlets: Final[list[_Inlet]] = []
-
-    def changed(self) -> None:
-        for outlet in tuple(self.outlets):
-            outlet.changed()
-
-
 class _Outlet:
-    def __init__(self, stream: _Stream, changed: Callable[[], object]) -> None:
-        self.changed: Final = changed
-        self._stream = stream
-        stream.outlets.append(self)
+    def __init__(self, inlets: list[_Inlet]) -> None:
+        self._inlets = inlets
 
     @property
     def listening(self) -> bool:
-        return bool(self._stream.inlets)
+        return bool(self._inlets)
 
     def put(self, payload: bytes | Pieces, attachment: bytes) -> None:
         arrived = Arrived(_arrived(payload), attachment)
-        for inlet in tuple(self._stream.inlets):
+        for inlet in tuple(self._inlets):
             inlet.put(arrived)
 
     def close(self) -> None:
-        stream, self._stream = self._stream, _Stream()
-        if self in stream.outlets:
-            stream.outlets.remove(self)
+        self._inlets = []
 
 
 class _Inlet:
-    def __init__(self, stream: _Stream, queue: int) -> None:
-        self._stream: Final = stream
+    def __init__(self, inlets: list[_Inlet], queue: int) -> None:
+        self._inlets: Final = inlets
         self._samples: Final[deque[Arrived]] = deque(maxlen=queue)
         self._callback: Callable[[Any], object] | None = None
         self._waiting: threading.Condition | None = None
         self._turn: Final = threading.RLock()  # whose callback may publish in turn
-        stream.inlets.append(self)
-        stream.changed()
+        inlets.append(self)
 
     def poll(self) -> Arrived | None:
         with self._turn:
@@ -251,9 +232,8 @@ class _Inlet:
         return sample
 
     def close(self, timeout: float = 0.0) -> bool:
-        if self in self._stream.inlets:
-            self._stream.inlets.remove(self)
-            self._stream.changed()
+        if self in self._inlets:
+            self._inlets.remove(self)
         ended = self._turn.acquire(timeout=timeout)
         if ended:
             self._turn.release()

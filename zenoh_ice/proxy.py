@@ -23,7 +23,7 @@ from typing import (
 
 import msgspec
 
-from ._codec import DECODE_ERRORS, ENCODE_ERRORS, encode, not_encoded, to_msgpack
+from ._codec import DECODE_ERRORS, ENCODE_ERRORS, encode, misfit, not_encoded, to_msgpack
 from ._values import Reference, Resolve
 from ._wire import decode_error, encode_attachment, encode_call_attachment
 from .exceptions import (
@@ -38,7 +38,7 @@ from .interface import Interface, Operation
 from .reflection import Schema, describe_difference, parse_schema
 from .servant import ICE_DESCRIBE, ICE_ID, ICE_IDS, ICE_IS_A, ICE_PING, OBJECT_INTERFACE
 from .streams import Sample, Samples, StreamReader, Subscription
-from .transport import NoAnswer, Outcome, Parted, Target
+from .transport import Caller, NoAnswer, Outcome, Parted, Target
 
 if TYPE_CHECKING:
     from .communicator import Communicator
@@ -224,7 +224,7 @@ class ObjectPrx(Reference):
                 expected=wanted.fingerprint,
             )
         if wanted.fingerprint and fingerprint != wanted.fingerprint:
-            difference = _difference(ObjectPrx.uncheckedCast(self.ice_twoway()), wanted)
+            difference = _difference(self, wanted)
             raise InterfaceMismatchException(
                 f"{self._target} has another version of {wanted.type_id}: the proxy was generated from "
                 f"{wanted.fingerprint}, the servant from {fingerprint}; {difference}; generate both from "
@@ -239,66 +239,74 @@ class Call(Generic[P, V]):
     """An operation of a proxy: call it and wait for its outcome, or begin to."""
 
     def __init__(self, proxy: ObjectPrx, operation: Operation[P, V]) -> None:
-        self._proxy: Final = proxy
-        self._operation: Final = operation
-        self._oneway: Final = proxy._oneway
-        self._prepared: _Call | None = None
+        communicator, arguments, result = proxy._communicator, operation.arguments, operation.result
+        settings = communicator.settings
         self.__doc__ = operation.__doc__
+        self._proxy: Final = proxy
+        self._communicator: Final = communicator
+        self._operation: Final = operation
+        self._what: Final = f"{proxy._target.identity}.{operation.name}"
+        self._fingerprint: Final = proxy.ice_interface.fingerprint
+        self._limit: Final = settings.max_bulk_size if arguments.holds_bytes else settings.max_message_size
+        self._make: Final = arguments.make
+        self._decode: Final = result.decoder(communicator.stringToProxy)
+        self._value_of: Final = result.value_of
+        self._caller: Caller | None = None  # once its servant was found
 
     def __call__(self, *args: P.args, **kwargs: P.kwargs) -> V:
         """Call the operation and wait for its outcome.
 
         Raises the exceptions that the operation declares, or a SystemException; always within the limit.
         """
-        call = self._prepared
-        if call is None:
-            proxy = self._proxy
-            if proxy._communicator.pool.holds_line(proxy._line):  # not before those that wait for the servant
+        caller, communicator = self._caller, self._communicator
+        if caller is None:
+            if communicator.pool.holds_line(self._proxy._line):  # not before those that wait for the servant
                 return self.begin(*args, **kwargs).result()
-            call = self._prepare(time.monotonic())
-        arguments = call.make(*args, **kwargs) if kwargs else call.make(*args)
-        if self._oneway:
-            return cast("V", call.send(arguments))
-        # As `_Call.request` does, in place: each step into another function costs a small call a microsecond.
+            caller = self._find(time.monotonic())
+        arguments = self._make(*args, **kwargs) if kwargs else self._make(*args)
+        if self._proxy._oneway:
+            return cast("V", self._send(caller, arguments))
+        # As `_request` does, in place: each step into another function costs a small call a microsecond.
         try:
             payload = to_msgpack(arguments)
         except ENCODE_ERRORS as error:
-            raise not_encoded(error, call.what) from error
-        if len(payload) > call.limit or call.communicator.destroyed:
-            call.refuse(payload)
-        number = next(call.numbers)
+            raise not_encoded(error, self._what) from error
+        if len(payload) > self._limit or communicator.destroyed:
+            self._refuse(payload)
+        number = next(communicator.call_numbers)
+        call_id = f"{communicator.client_id}/{number}"
         attachment = encode_attachment(
-            (call.fingerprint, number, math.nan, time.time(), f"{call.client}/{number}", call.patience)
+            (self._fingerprint, number, math.nan, time.time(), call_id, caller.timeout)
         )
         started = time.monotonic()
         try:
-            ok, answer = call.call(payload, attachment)
+            ok, answer = caller.call(payload, attachment)
         except NoAnswer as end:
-            ok, answer = call.retry(payload, attachment, end, started)
+            ok, answer = self._retry(caller, payload, attachment, end, started)
         if ok and isinstance(answer, bytes):
             try:
-                return cast("V", call.value_of(call.decode(answer)))
+                return cast("V", self._value_of(self._decode(answer)))
             except DECODE_ERRORS as error:
-                codec = self._operation.result
-                raise codec.misfit(error, answer, f"reply of {call.what}") from error
-        return cast("V", call.result(ok, answer))
+                raise misfit(error, f"reply of {self._what}") from error
+        return cast("V", self._result(ok, answer))
 
     def begin(self, *args: P.args, **kwargs: P.kwargs) -> Future[V]:
         """Call the operation without waiting; the future has what the call would return or raise."""
-        proxy = self._proxy
-        communicator, line = proxy._communicator, proxy._line
-        arguments = self._operation.arguments.make(*args, **kwargs)
+        communicator, line = self._communicator, self._proxy._line
+        arguments = self._make(*args, **kwargs)
         future: Future[V] = communicator.new_future()
         began = time.monotonic()
 
         def begin() -> None:
             try:
-                (self._prepared or self._prepare(began)).begin(arguments, future)
+                caller = self._caller or self._find(began)
+                if not future.done():  # cancelled while its servant was looked for
+                    self._begin(caller, arguments, future)
             except Exception as error:  # noqa: BLE001 - the future raises it
                 fail(future, error)
 
         try:
-            if communicator.pool.holds_line(line) or not communicator.knows(proxy._target):
+            if communicator.pool.holds_line(line) or not communicator.knows(self._proxy._target):
                 communicator.pool.submit_in_line(line, begin)  # it may take a while
             else:
                 begin()
@@ -306,91 +314,69 @@ class Call(Generic[P, V]):
             fail(future, error)
         return future
 
-    def _prepare(self, began: float) -> _Call:
-        """Wait until the servant is there, and get ready to call it.
+    def _find(self, began: float) -> Caller:
+        """Wait until the servant is there, and return what calls it.
 
         Both together take as long as a call may, from a moment of the monotonic clock on.
         """
-        proxy, operation = self._proxy, self._operation
-        communicator, target, limit = proxy._communicator, proxy._target, proxy._timeout
-        if self._oneway and not operation.oneway:
+        proxy, operation, communicator = self._proxy, self._operation, self._communicator
+        target, limit = proxy._target, proxy._timeout
+        if proxy._oneway and not operation.oneway:
             raise TwowayOnlyException(
-                f"{target.identity}.{operation.name} returns something or declares exceptions, which a "
-                "oneway call would not get: call it by a twoway proxy"
+                f"{self._what} returns something or declares exceptions, which a oneway call would not get: "
+                "call it by a twoway proxy"
             )
+        communicator.check()
         # A call of a servant that was lost fails at once, as every later one.
         if not communicator.knows(target) and not communicator.presence.is_lost(target):
             communicator.find(target, None, began + limit - time.monotonic(), since=began)
-        call = self._prepared = communicator.call_of(proxy, operation, limit)
+        caller = self._caller = communicator.transport.caller(target, operation, timeout=limit)
         left = began + limit - time.monotonic()
         if left >= 0.95 * limit:
-            return call
+            return caller
         # In tenths: for each other limit there is another querier.
-        return communicator.call_of(proxy, operation, limit * max(1, int(10 * left / limit)) / 10)
+        limit *= max(1, int(10 * left / limit)) / 10
+        return communicator.transport.caller(target, operation, timeout=limit)
 
-
-class _Call:
-    """Call one operation of one servant, within one limit of time; proxies share it."""
-
-    def __init__(self, proxy: ObjectPrx, operation: Operation[..., Any], timeout: float) -> None:
-        communicator, target, interface = proxy._communicator, proxy._target, proxy.ice_interface
-        self.what: Final = f"{target.identity}.{operation.name}"
-        self.communicator: Final = communicator
-        self._target: Final = target
-        self._operation: Final = operation
-        self._interface: Final = interface
-        self._timeout: Final = timeout
-        self.patience: Final = 0.0 if proxy._oneway else timeout  # nobody waits for the end of a oneway call
-        self.fingerprint: Final = interface.fingerprint
-        self.client: Final = communicator.client_id
-        self.numbers: Final = communicator.call_numbers
-        self.make: Final = operation.arguments.make
-        self.limit: Final = communicator.settings.size_limit(holds_bytes=operation.arguments.holds_bytes)
-        self.decode: Final = operation.result.decoder(communicator.stringToProxy)
-        self.value_of: Final = operation.result.value_of
-        caller = communicator.transport.caller(target, operation, timeout=timeout)
-        self.call: Final = caller.call
-        self._begin: Final = caller.begin
-        self._send: Final = caller.send
-
-    def request(self, arguments: msgspec.Struct) -> tuple[bytes, bytes]:
+    def _request(self, arguments: msgspec.Struct, timeout: float) -> tuple[bytes, bytes]:
         """Return arguments as they travel, and what travels beside them; raises MarshalException."""
-        payload = encode(arguments, self.what)
-        if len(payload) > self.limit or self.communicator.destroyed:
-            self.refuse(payload)
-        number = next(self.numbers)
-        return payload, encode_call_attachment(self.fingerprint, number, self.client, self.patience)
+        payload = encode(arguments, self._what)
+        if len(payload) > self._limit or self._communicator.destroyed:
+            self._refuse(payload)
+        number, client = next(self._communicator.call_numbers), self._communicator.client_id
+        return payload, encode_call_attachment(self._fingerprint, number, client, timeout)
 
-    def refuse(self, payload: bytes) -> NoReturn:
+    def _refuse(self, payload: bytes) -> NoReturn:
         """Raise why a request is not sent: after a fork, say, the session must not be touched."""
-        self.communicator.check()
+        self._communicator.check()
         raise MarshalException(
-            f"{self.what}: a request of {len(payload)} bytes where at most {self.limit} are sent"
+            f"{self._what}: a request of {len(payload)} bytes where at most {self._limit} are sent"
         )
 
-    def result(self, ok: bool, answer: bytes | Parted) -> object:
-        """Return what an operation returns, or raise what it raises."""
-        operation, resolve = self._operation, self.communicator.stringToProxy
+    def _result(self, ok: bool, answer: bytes | Parted) -> object:
+        """Return what the operation returns, or raise what it raises."""
+        operation, resolve = self._operation, self._communicator.stringToProxy
         if ok:
-            return operation.result.unpack_result(answer, f"reply of {self.what}", resolve)
-        failure = decode_error(cast("bytes", answer), operation.exceptions, self.what, resolve)
+            return operation.result.unpack_result(answer, f"reply of {self._what}", resolve)
+        failure = decode_error(cast("bytes", answer), operation.exceptions, self._what, resolve)
         # Not of the call that asks for the difference: one that refused it, too, would be asked for ever.
-        if isinstance(failure, InterfaceMismatchException) and not failure.member and self.fingerprint:
-            proxy = ObjectPrx(self.communicator, self._target, self._timeout)
-            difference = _difference(proxy, self._interface)
+        if isinstance(failure, InterfaceMismatchException) and not failure.member and self._fingerprint:
+            difference = _difference(self._proxy, self._proxy.ice_interface)
             raise InterfaceMismatchException(
                 f"{failure}; {difference}", failure.expected, failure.found, difference
             )
         raise failure
 
-    def retry(self, payload: bytes, attachment: bytes, end: NoAnswer, started: float) -> Outcome:
+    def _retry(
+        self, caller: Caller, payload: bytes, attachment: bytes, end: NoAnswer, started: float
+    ) -> Outcome:
         """Call an idempotent operation once more if its server was lost and is back.
 
         Otherwise raise what says why there was no answer.
         """
-        communicator, target = self.communicator, self._target
-        error = communicator.explain_no_answer(target, self.what, started, self._timeout, end)
-        left = started + self._timeout - time.monotonic()
+        communicator, target, what = self._communicator, self._proxy._target, self._what
+        error = communicator.explain_no_answer(target, what, started, caller.timeout, end)
+        left = started + caller.timeout - time.monotonic()
         presence = communicator.presence
         if (
             not self._operation.idempotent
@@ -402,22 +388,21 @@ class _Call:
             raise error
         again = time.monotonic()
         try:
-            return self.call(payload, attachment)
+            return caller.call(payload, attachment)
         except NoAnswer as second:
-            raise communicator.explain_no_answer(target, self.what, again, self._timeout, second) from None
+            raise communicator.explain_no_answer(target, what, again, caller.timeout, second) from None
 
-    def send(self, arguments: msgspec.Struct) -> None:
+    def _send(self, caller: Caller, arguments: msgspec.Struct) -> None:
         """Call without an answer; raises SystemException when nobody is there."""
-        communicator, target = self.communicator, self._target
-        if not communicator.knows(target):
-            raise communicator.presence.explain_absence(target)
-        self._send(*self.request(arguments))
+        target = self._proxy._target
+        if not self._communicator.knows(target):
+            raise self._communicator.presence.explain_absence(target)
+        caller.send(*self._request(arguments, 0.0))  # nobody waits for its end
 
-    def begin(self, arguments: msgspec.Struct, future: Future[Any]) -> None:
+    def _begin(self, caller: Caller, arguments: msgspec.Struct, future: Future[Any]) -> None:
         """Call without waiting, and let a future have the outcome."""
-        if future.done():  # cancelled while its servant was looked for
-            return
-        payload, attachment = self.request(arguments)
+        patience = 0.0 if self._proxy._oneway else caller.timeout
+        payload, attachment = self._request(arguments, patience)
         started = time.monotonic()
 
         def finish(outcome: Outcome | SystemException) -> None:  # on a thread of the pool
@@ -425,25 +410,26 @@ class _Call:
                 return
             try:
                 if isinstance(outcome, NoAnswer):
-                    with self.communicator.pool.blocked():  # it may call again
-                        outcome = self.retry(payload, attachment, outcome, started)
+                    with self._communicator.pool.blocked():  # it may call again
+                        outcome = self._retry(caller, payload, attachment, outcome, started)
                 if isinstance(outcome, SystemException):
                     raise outcome
-                result = self.result(*outcome)
+                result = self._result(*outcome)
             except BaseException as error:  # noqa: BLE001 - the future raises it
                 fail(future, error)
             else:
                 with suppress(InvalidStateError):  # cancelled meanwhile
                     future.set_result(result)
 
-        cancel = self._begin(payload, attachment, finish)
+        cancel = caller.begin(payload, attachment, finish)
         future.add_done_callback(lambda done: cancel() if done.cancelled() else None)
 
 
 def _difference(proxy: ObjectPrx, wanted: Interface) -> str:
     """Return in what an interface differs from the one that the servant of a proxy has; asks the servant."""
+    plain = ObjectPrx(proxy._communicator, proxy._target, proxy._timeout)
     try:
-        return describe_difference(proxy.ice_describe(), wanted)
+        return describe_difference(plain.ice_describe(), wanted)
     except ZenohIceError as error:
         return f"the servant could not be asked for its definition ({error})"
 
@@ -482,7 +468,7 @@ class StreamedCall(Call[P, V]):
         ConnectionLostException or ObjectNotExistException when the servant is gone; otherwise as `latest`.
         """
         reader = self._reader or self._open()
-        return reader.wait(after, self._limit(timeout))
+        return reader.wait(after, self._patience(timeout))
 
     def samples(self, timeout: float | None = None, *, rate: float | None = None) -> Samples[V]:
         """Return what yields sample after sample, always the newest, in `for` and in `async for`.
@@ -490,7 +476,7 @@ class StreamedCall(Call[P, V]):
         With a rate, at most so many a second. Each is waited for for at most `timeout` s, by default the
         proxy's limit for calls; raises as `wait` does.
         """
-        return Samples(self._reader or self._open(), self._limit(timeout), rate)
+        return Samples(self._reader or self._open(), self._patience(timeout), rate)
 
     def __aiter__(self) -> AsyncIterator[Sample[V]]:
         """Yield sample after sample, as `samples` does."""
@@ -509,7 +495,7 @@ class StreamedCall(Call[P, V]):
         """
         return (self._reader or self._open()).subscribe(callback, rate, queue)
 
-    def _limit(self, timeout: float | None) -> float:
+    def _patience(self, timeout: float | None) -> float:
         if timeout is None:
             return self._proxy.ice_getInvocationTimeout() / 1000
         if not timeout >= 0.0:

@@ -423,7 +423,7 @@ class ServedObject:
         method = call.method
         if stage is _Stage.ADMITTED:
             if isinstance(error, DECODE_ERRORS):
-                error = method.operation.arguments.misfit(error, call.payload, method.what)
+                error = misfit(error, method.what)
             if isinstance(error, ZenohIceError):
                 with self._turn.changed:
                     self._executed -= 1
@@ -480,7 +480,7 @@ class ServedObject:
             if operation.streamed:
                 publisher = self.servant.ice_publisher(operation)
                 limit = communicator.settings.size_limit(holds_bytes=operation.result.holds_bytes)
-                outlet = communicator.transport.publish(self.target, operation, publisher.wake)
+                outlet = communicator.transport.publish(self.target, operation)
                 later(outlet.close)
                 channel = Channel(outlet, self._interface.fingerprint, limit)
                 publisher.attach(channel)

@@ -39,8 +39,7 @@ V = TypeVar("V")
 LINGER: Final = 10.0
 """Seconds after which a stream that nobody asks for is no longer listened to."""
 
-# s after which a wait looks anyway: Zenoh does not report a listener that comes right after the last one
-# left, and a coroutine is not woken when its servant goes.
+# s after which a coroutine looks anyway: it is not woken when its servant goes.
 _LOOK_AGAIN: Final = 0.1
 _LOOKS: Final = 4  # for readers that nobody wants, in the time that they linger
 _JOIN_LIMIT: Final = 2.0  # s
@@ -79,7 +78,6 @@ class Publisher(Generic[V]):
         self._turn = threading.RLock()
         self._lock = threading.Lock()
         self._channels: tuple[Channel, ...] = ()
-        self._changed = threading.Event()
 
     @property
     def listening(self) -> bool:
@@ -106,32 +104,15 @@ class Publisher(Generic[V]):
                 attachment = encode_sample_attachment(channel.fingerprint, number, time, self.stream)
                 channel.outlet.put(payload, attachment)
 
-    def wait_for_listener(self, timeout: float) -> bool:
-        """Wait for at most `timeout` s until somebody listens; return whether that is so."""
-        deadline = time.monotonic() + timeout
-        while True:
-            self._changed.clear()
-            if self.listening:
-                return True
-            left = deadline - time.monotonic()
-            if left <= 0:
-                return False
-            self._changed.wait(min(left, _LOOK_AGAIN))
-
     def attach(self, channel: Channel) -> None:
         """Publish on a channel, too."""
         with self._lock:
             self._channels += (channel,)
-        self.wake()
 
     def detach(self, channel: Channel) -> None:
         """Publish on a channel no longer."""
         with self._lock:
             self._channels = tuple(other for other in self._channels if other is not channel)
-
-    def wake(self) -> None:
-        """Let those who wait for a listener look again."""
-        self._changed.set()
 
 
 # At the client.

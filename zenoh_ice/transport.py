@@ -128,6 +128,10 @@ def outcome_of(call: Callable[[], Outcome]) -> Outcome | SystemException:
 class Caller(Protocol):
     """Call one operation of one servant, within one limit of time; for any thread."""
 
+    @property
+    def timeout(self) -> float:
+        """The limit of a call in s."""
+
     def call(self, payload: bytes, attachment: bytes) -> Outcome:
         """Call and wait for the answer; raises NoAnswer, or another SystemException for an unreadable one."""
 
@@ -240,10 +244,8 @@ class Transport(Protocol):
 
     # Streams.
 
-    def publish(
-        self, target: Target, operation: Operation[..., Any], changed: Callable[[], object]
-    ) -> Outlet:
-        """Return the publishing end of a stream; `changed` is called when listeners come or go."""
+    def publish(self, target: Target, operation: Operation[..., Any]) -> Outlet:
+        """Return the publishing end of a stream."""
 
     def subscribe(self, target: Target, operation: Operation[..., Any], queue: int = 1) -> Inlet:
         """Return a listening end of a stream, with room for `queue` samples."""

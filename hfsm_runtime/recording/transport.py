@@ -203,9 +203,6 @@ class _Encoded:
         self.fields: Final = operation_codec.fields
         self.holds_bytes: Final = operation_codec.holds_bytes
 
-    def pack(self, values: tuple[bytes], what: str) -> bytes:  # noqa: ARG002
-        return values[0]
-
     def unpack_result(self, payload: bytes | Parted, *_: object) -> bytes | Parted:
         return payload
 
@@ -276,6 +273,7 @@ class _RecordedCaller(_Recorded):
         self, transport: _RecordingTransport, target: Target, operation: Operation[..., Any], proxy: ObjectPrx
     ) -> None:
         super().__init__(transport, target, operation)
+        self.timeout: Final = proxy.ice_getInvocationTimeout() / 1000
         self._proxy: Final = proxy
         self._oneway: Final = proxy.ice_oneway()
         self._encoded: Final = _encoded(operation)

@@ -53,9 +53,9 @@ class ReplayTransport(ObservedTransport):
             self.names.setdefault(target_of(proxy), name)
             vars(component)[name] = proxy
 
-    def caller(self, target: Target, operation: Operation[..., Any], *, timeout: float) -> Caller:  # noqa: ARG002
+    def caller(self, target: Target, operation: Operation[..., Any], *, timeout: float) -> Caller:
         """Return what calls an operation."""
-        return _ReplayedCaller(self, target, operation)
+        return _ReplayedCaller(self, target, operation, timeout)
 
     def subscribe(self, target: Target, operation: Operation[..., Any], queue: int = 1) -> Inlet:  # noqa: ARG002
         """Return a listening end of a stream."""
@@ -133,6 +133,12 @@ class _Replayed:
 
 class _ReplayedCaller(_Replayed):
     """Call an operation: the outcome is the recorded one, or the newest that is known."""
+
+    def __init__(
+        self, transport: ReplayTransport, target: Target, operation: Operation[..., Any], timeout: float
+    ) -> None:
+        super().__init__(transport, target, operation)
+        self.timeout: Final = timeout
 
     def call(self, payload: bytes, attachment: bytes) -> Outcome:  # noqa: ARG002
         want = self._want("call")

@@ -14,7 +14,7 @@ from tests.conftest import Pair
 from tests.support.calculator import CalculatorPrx, Reading
 from tests.support.calculator_servant import CalculatorI
 from tests.support.limits import LIMIT
-from tests.support.waiting import until
+from tests.support.waiting import listened, until
 from zenoh_ice import Communicator, Current
 
 HOUR = 3600.0  # s
@@ -40,7 +40,7 @@ def test_a_sample_ages_whatever_becomes_of_the_date(pair: Pair, date: Date, jump
     pair.adapter.add(servant, "Calculator")
     calculator = CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
     calculator.getReading.latest()
-    assert servant.getReadingPublisher.wait_for_listener(LIMIT)
+    assert listened(servant.getReadingPublisher, LIMIT)
     servant.getReadingPublisher.publish(Reading(1, []))
     sample = calculator.getReading.wait(timeout=LIMIT)
     before = sample.age
@@ -81,7 +81,7 @@ def test_a_jump_of_the_robots_time_wakes_sleepers(
     adapter.add(servant, "Clock")
     adapter.activate()
     clock = make_communicator(connect=[endpoint], clock="sim").clock
-    assert servant.getTimePublisher.wait_for_listener(LIMIT)
+    assert listened(servant.getTimePublisher, LIMIT)
     awake = threading.Event()
 
     def sleep() -> None:
@@ -110,7 +110,7 @@ def test_the_robots_time_goes_on_while_nothing_is_heard_of_it(
     adapter.add(servant, "Clock")
     adapter.activate()
     clock = make_communicator(connect=[endpoint], clock="sim").clock
-    assert servant.getTimePublisher.wait_for_listener(LIMIT)
+    assert listened(servant.getTimePublisher, LIMIT)
     servant.getTimePublisher.publish(ClockReading(200.0, 50.0, True))
     until(lambda: clock.rate == 50.0)
     until(lambda: clock.now() > 260.0)  # more than a second of silence

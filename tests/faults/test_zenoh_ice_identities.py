@@ -14,7 +14,7 @@ from tests.support.calculator import NEWER_CALCULATOR, CalculatorPrx, NewerCalcu
 from tests.support.calculator_servant import CalculatorI
 from tests.support.limits import CALL_LIMIT, LIMIT
 from tests.support.processes import free_endpoint
-from tests.support.waiting import until
+from tests.support.waiting import listened, until
 from zenoh_ice import Communicator, Current, InterfaceMismatchException, Object, Publisher, generated
 from zenoh_ice.interface import Interface, StreamedOperation
 
@@ -156,7 +156,7 @@ def test_a_server_that_comes_back_with_another_version_is_refused_by_calls_and_s
     calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
     received: list[int] = []
     calculator.getReading.subscribe(lambda sample: received.append(sample.value.count))
-    assert older.getReadingPublisher.wait_for_listener(LIMIT)
+    assert listened(older.getReadingPublisher, LIMIT)
     older.getReadingPublisher.publish(Reading(7, []))
     until(lambda: received)
     sample = calculator.getReading.latest()
@@ -169,7 +169,7 @@ def test_a_server_that_comes_back_with_another_version_is_refused_by_calls_and_s
         calculator.add(1.5, 2.0)
     with pytest.raises(InterfaceMismatchException):
         CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
-    assert newer.publisher.wait_for_listener(LIMIT)
+    assert listened(newer.publisher, LIMIT)
 
     def is_told() -> bool:
         newer.publisher.publish(NewerReading(8))

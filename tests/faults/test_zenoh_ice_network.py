@@ -16,7 +16,7 @@ from tests.support.calculator_servant import CalculatorI
 from tests.support.limits import CALL_LIMIT, LIMIT
 from tests.support.processes import ComponentProcess, module
 from tests.support.relay import Relay
-from tests.support.waiting import call_until_it_works, links, until
+from tests.support.waiting import call_until_it_works, links, listened, until
 from zenoh_ice import (
     Communicator,
     ConnectFailedException,
@@ -84,7 +84,7 @@ def test_a_cut_is_told_at_once_and_calls_go_on_after_it(line: Line) -> None:
 def test_a_stream_goes_on_after_a_cut(line: Line) -> None:
     publisher = line.servant.getReadingPublisher
     assert line.calculator.getReading.latest() is None
-    assert publisher.wait_for_listener(LIMIT)
+    assert listened(publisher, LIMIT)
     publisher.publish(Reading(1, []))
     sample = line.calculator.getReading.wait(timeout=LIMIT)
     line.relay.cut()
@@ -129,7 +129,7 @@ def test_a_slow_line_delays_calls_and_only_those_that_may_not_take_so_long_fail(
 def test_a_sample_that_came_over_a_slow_line_is_as_old_as_it_is(line: Line) -> None:
     publisher = line.servant.getReadingPublisher
     line.calculator.getReading.latest()
-    assert publisher.wait_for_listener(LIMIT)
+    assert listened(publisher, LIMIT)
     line.relay.delay(0.1)
     publisher.publish(Reading(1, []))
     assert line.calculator.getReading.wait(timeout=LIMIT).age >= 0.1

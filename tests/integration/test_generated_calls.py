@@ -16,6 +16,7 @@ import pytest
 from tests.conftest import Pair
 from tests.support.limits import LIMIT
 from tests.support.slice_compiler import imported
+from tests.support.waiting import listened
 from zenoh_ice import InterfaceMismatchException, MarshalException
 from zenoh_ice.reflection import describe_package
 
@@ -191,7 +192,7 @@ def test_default_values_are_those_of_constructors(api: Any, camera: Any) -> None
 def test_streams_bring_proxies_and_classes(api: Any, camera: Any, servant: Any) -> None:
     views = api.Views(camera, None, api.Leaf("leaf", [], None, last=""), api.Defaults(h=2))
     assert camera.getViews.latest() is None
-    assert servant.getViewsPublisher.wait_for_listener(5.0)
+    assert listened(servant.getViewsPublisher, 5.0)
     servant.getViewsPublisher.publish(views)
     arrived = camera.getViews.wait(timeout=LIMIT).value
     assert arrived == views
@@ -267,7 +268,7 @@ def test_operations_can_have_names_that_python_keeps_for_itself(tmp_path: Path, 
         names._checkedCast()
         assert names._from() == 7
         names._from.latest()
-        assert servant.fromPublisher.wait_for_listener(5.0)
+        assert listened(servant.fromPublisher, 5.0)
         servant.fromPublisher.publish(8)
         assert names._from.wait(timeout=LIMIT).value == 8
 

@@ -19,7 +19,7 @@ from tests.support.limits import LIMIT
 from tests.support.processes import free_endpoint
 from tests.support.security import Keys, routing
 from tests.support.stranger import session_of
-from tests.support.waiting import until
+from tests.support.waiting import listened, until
 from zenoh_ice import Communicator, Current, ObjectAdapter, initialize
 from zenoh_ice._presence import client_token
 from zenoh_ice._zenoh.shared_memory import memory_space
@@ -153,7 +153,7 @@ def test_a_user_who_declares_and_ends_tokens_of_another_does_not_end_that_one(
 def test_a_student_reads_streams(keys: Keys, head: HeadI, open_with: Open) -> None:
     student = proxy(open_with(keys.settings("student")))
     assert student.getPose.latest() is None  # from now on it listens
-    assert head.getPosePublisher.wait_for_listener(LIMIT)
+    assert listened(head.getPosePublisher, LIMIT)
     head.getPosePublisher.publish(pose(0.5), time=1.0)
     assert student.getPose.wait(timeout=LIMIT).value.pan == 0.5
 
@@ -184,7 +184,7 @@ def test_who_holds_no_token_gets_images_over_the_network(keys: Keys, router: Non
     with session_of(student).declare_subscriber(
         "nao/Camera/getImageData", lambda sample: sizes.append(len(sample.payload))
     ):
-        assert servant.getImageDataPublisher.wait_for_listener(LIMIT)
+        assert listened(servant.getImageDataPublisher, LIMIT)
         numbers = itertools.count()
 
         def received() -> int:
@@ -255,7 +255,7 @@ def test_a_sample_that_the_robot_did_not_publish_reaches_nobody(
 ) -> None:
     student, forger = proxy(open_with(keys.settings("student"))), open_with(keys.settings("student"))
     student.getPose.latest()
-    assert head.getPosePublisher.wait_for_listener(LIMIT)
+    assert listened(head.getPosePublisher, LIMIT)
     session_of(forger).put("nao/Head/getPose", b"forged")
     # What is sent after it on the same way and is answered has overtaken nothing.
     assert proxy(forger).getPose().pan == 0.25

@@ -18,6 +18,7 @@ from zenoh_ice import (
     TwowayOnlyException,
 )
 from zenoh_ice._presence import servant_token
+from zenoh_ice._zenoh.transport import ZenohTransport
 from zenoh_ice.transport import Served, Target
 
 
@@ -168,7 +169,9 @@ def test_calls_with_many_limits_leave_few_queriers(pair: Pair, notebook: Noteboo
     proxy = NotebookPrx.checkedCast(pair.client.stringToProxy("Notebook"))
     for number in range(400):
         proxy.ice_invocationTimeout(LIMIT * 1000 + number).about()
-    assert pair.client._calls.cache_info().currsize <= 256
+    transport = pair.client.transport
+    assert isinstance(transport, ZenohTransport)
+    assert transport._callers.cache_info().currsize <= 256
 
 
 def test_names_that_are_none_are_refused(pair: Pair) -> None:

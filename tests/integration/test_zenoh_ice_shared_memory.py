@@ -18,7 +18,7 @@ from tests.support.limits import CALL_LIMIT, LIMIT
 from tests.support.memory_files import open_memory_files, shared_maps
 from tests.support.processes import ComponentProcess, module
 from tests.support.stranger import session_of
-from tests.support.waiting import until
+from tests.support.waiting import listened, until
 from zenoh_ice import Communicator, ConnectionLostException, Current, Sample
 from zenoh_ice._presence import client_token
 from zenoh_ice._zenoh import shared_memory
@@ -47,7 +47,7 @@ class Wire:
     def __init__(self, client: Communicator, servant: ImageI) -> None:
         self._servant = servant
         self._subscriber: Any = session_of(client).declare_subscriber(WIRE_KEY, RingChannel(1))
-        assert servant.getImageDataPublisher.wait_for_listener(LIMIT)
+        assert listened(servant.getImageDataPublisher, LIMIT)
 
     def shares(self) -> bool:
         """Publish images until one comes, and return whether it went through shared memory."""
@@ -224,7 +224,8 @@ with initialize(listen=[sys.argv[1]], connect=[], clock="wall") as communicator:
     number = 0
     while True:
         number += 1
-        servant.getImageDataPublisher.wait_for_listener(1.0)
+        while not servant.getImageDataPublisher.listening:
+            time.sleep(0.001)
         servant.getImageDataPublisher.publish(image(number, bytes([number % 256]) * (1 << 20)))
 """
 

@@ -17,7 +17,7 @@ from tests.conftest import Pair
 from tests.support.calculator import CalculatorPrx, Reading
 from tests.support.calculator_servant import CalculatorI
 from tests.support.limits import LIMIT
-from tests.support.waiting import until
+from tests.support.waiting import listened, until
 from zenoh_ice import (
     CommunicatorDestroyedException,
     ConfigurationException,
@@ -81,7 +81,7 @@ class TestQueue:
         collector = Collector()
         collector.free.clear()
         with calculator.getReading.subscribe(collector) as subscription:
-            assert servant.getReadingPublisher.wait_for_listener(LIMIT)
+            assert listened(servant.getReadingPublisher, LIMIT)
             publish(servant, 0)
             collector.wait_for(0)
             calculator.getReading.latest()  # listens from now on
@@ -98,7 +98,7 @@ class TestQueue:
         collector = Collector()
         collector.free.clear()
         with calculator.getReading.subscribe(collector, queue=10) as subscription:
-            assert servant.getReadingPublisher.wait_for_listener(LIMIT)
+            assert listened(servant.getReadingPublisher, LIMIT)
             publish(servant, 0)
             collector.wait_for(0)
             calculator.getReading.latest()  # listens from now on
@@ -115,7 +115,7 @@ class TestQueue:
     ) -> None:
         collector = Collector()
         with calculator.getReading.subscribe(collector) as subscription:
-            assert servant.getReadingPublisher.wait_for_listener(LIMIT)
+            assert listened(servant.getReadingPublisher, LIMIT)
             publish(servant, 1)
             collector.wait_for(1)
             pair.adapter.removeAll(["Calculator"])
@@ -123,7 +123,7 @@ class TestQueue:
             for count in range(2, 5):  # nobody listens: these are not sent
                 publish(again, count)
             pair.adapter.add(again, "Calculator")
-            assert again.getReadingPublisher.wait_for_listener(LIMIT)
+            assert listened(again.getReadingPublisher, LIMIT)
             publish(again, 5)
             collector.wait_for(5)
             assert subscription.lost == 0
@@ -137,7 +137,7 @@ def test_threads_that_publish_at_once_lose_nothing(calculator: CalculatorPrx, se
         for first in (0, 500, 1000, 1500)
     ]
     with calculator.getReading.subscribe(collector, queue=10_000) as subscription:
-        assert publisher.wait_for_listener(LIMIT)
+        assert listened(publisher, LIMIT)
         switch_interval = sys.getswitchinterval()
         sys.setswitchinterval(1e-5)
         try:
@@ -163,7 +163,7 @@ class TestRate:
     ) -> None:
         collector = Collector()
         with calculator.getReading.subscribe(collector, rate=20.0):
-            assert servant.getReadingPublisher.wait_for_listener(LIMIT)
+            assert listened(servant.getReadingPublisher, LIMIT)
             began = time.monotonic()
             publish(servant, 0)
             collector.wait_for(0)

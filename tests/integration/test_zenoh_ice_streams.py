@@ -19,7 +19,7 @@ from tests.support.calculator import CalculatorPrx, Reading
 from tests.support.calculator_servant import CalculatorI
 from tests.support.limits import AT_ONCE, LIMIT
 from tests.support.stranger import session_of
-from tests.support.waiting import until
+from tests.support.waiting import listened, until
 from zenoh_ice import (
     CommunicatorDestroyedException,
     ConfigurationException,
@@ -47,7 +47,7 @@ def calculator(request: pytest.FixtureRequest, pair: Pair, servant: CalculatorI)
 def listen(calculator: CalculatorPrx, servant: CalculatorI) -> None:
     """Subscribe and wait until the servant knows."""
     assert calculator.getReading.latest() is None
-    assert servant.getReadingPublisher.wait_for_listener(LIMIT)
+    assert listened(servant.getReadingPublisher, LIMIT)
 
 
 def latest(calculator: CalculatorPrx, count: int) -> Sample[Reading]:
@@ -177,7 +177,7 @@ def test_callback_runs_until_closed_and_survives_its_own_failure(
             raise RuntimeError("the callback's own fault")
 
     with caplog.at_level(logging.ERROR, "zenoh_ice"), calculator.getReading.subscribe(callback):
-        assert servant.getReadingPublisher.wait_for_listener(LIMIT)
+        assert listened(servant.getReadingPublisher, LIMIT)
         for count in (1, 2):
             servant.getReadingPublisher.publish(Reading(count, []))
             with arrived:
@@ -201,7 +201,7 @@ def test_callback_may_close_its_subscription_and_call(
         done.set()
 
     followed = calculator.getReading.subscribe(callback)
-    assert servant.getReadingPublisher.wait_for_listener(LIMIT)
+    assert listened(servant.getReadingPublisher, LIMIT)
     servant.getReadingPublisher.publish(Reading(1, []))
     assert done.wait(LIMIT)
     assert sums == [3.0]
@@ -215,7 +215,7 @@ def test_slow_callback_delays_no_call(calculator: CalculatorPrx, servant: Calcul
         leave.wait(LIMIT)
 
     with calculator.getReading.subscribe(callback):
-        assert servant.getReadingPublisher.wait_for_listener(LIMIT)
+        assert listened(servant.getReadingPublisher, LIMIT)
         for count in range(600):  # more than any queue between holds
             servant.getReadingPublisher.publish(Reading(count, []))
         assert entered.wait(LIMIT)
@@ -248,7 +248,7 @@ def test_servant_stops_publishing_after_the_last_subscription(
     publisher = servant.getReadingPublisher
     seen = threading.Event()
     first, last = (calculator.getReading.subscribe(lambda _: seen.set()) for _ in range(2))
-    assert publisher.wait_for_listener(LIMIT)
+    assert listened(publisher, LIMIT)
     first.close()
     first.close()  # counts once
     publisher.publish(Reading(1, []))
@@ -257,7 +257,7 @@ def test_servant_stops_publishing_after_the_last_subscription(
     wait_until_unheard(servant)
     seen.clear()
     with calculator.getReading.subscribe(lambda _: seen.set()):
-        assert publisher.wait_for_listener(LIMIT)
+        assert listened(publisher, LIMIT)
         publisher.publish(Reading(2, []))
         assert seen.wait(LIMIT)
     wait_until_unheard(servant)
@@ -274,7 +274,7 @@ def test_stream_that_nobody_asks_for_is_let_go_and_comes_back(
         wait_until_unheard(servant)
         waiter = threading.Thread(target=calculator.getReading.wait, kwargs={"timeout": LIMIT})
         waiter.start()
-        assert publisher.wait_for_listener(LIMIT)
+        assert listened(publisher, LIMIT)
         publisher.publish(Reading(count + 1, []))
         waiter.join(LIMIT)
         assert not waiter.is_alive()
@@ -301,7 +301,7 @@ def test_stream_is_shared_by_proxies_that_are_made_anew(pair: Pair, servant: Cal
         return CalculatorPrx.uncheckedCast(pair.client.stringToProxy("Calculator"))
 
     assert fresh().getReading.latest() is None
-    assert servant.getReadingPublisher.wait_for_listener(LIMIT)
+    assert listened(servant.getReadingPublisher, LIMIT)
     servant.getReadingPublisher.publish(Reading(1, []))
     until(lambda: fresh().getReading.latest() is not None)
 
@@ -314,7 +314,7 @@ def test_stream_that_somebody_waits_for_is_not_let_go(
         calculator.getReading.wait(timeout=0.3)
     seen = threading.Event()
     with calculator.getReading.subscribe(lambda _: seen.set()):
-        assert servant.getReadingPublisher.wait_for_listener(LIMIT)
+        assert listened(servant.getReadingPublisher, LIMIT)
         assert calculator.getReading.latest() is None
         with pytest.raises(TimeoutException):
             calculator.getReading.wait(timeout=0.3)
@@ -330,7 +330,7 @@ def test_who_waits_long_gets_the_sample_that_comes_at_last(
     got: list[Sample[Reading]] = []
     waiter = threading.Thread(target=lambda: got.append(calculator.getReading.wait(timeout=LIMIT)))
     waiter.start()
-    assert servant.getReadingPublisher.wait_for_listener(LIMIT)
+    assert listened(servant.getReadingPublisher, LIMIT)
     waiter.join(0.3)
     servant.getReadingPublisher.publish(Reading(1, []))
     waiter.join(LIMIT)
@@ -360,7 +360,7 @@ def test_callback_is_called_again_whatever_it_raises(calculator: CalculatorPrx, 
         raise SystemExit
 
     with calculator.getReading.subscribe(callback):
-        assert servant.getReadingPublisher.wait_for_listener(LIMIT)
+        assert listened(servant.getReadingPublisher, LIMIT)
         for count in (1, 2):
             servant.getReadingPublisher.publish(Reading(count, []))
             with arrived:
@@ -371,7 +371,6 @@ def test_publisher_may_be_had_before_the_servant_is_served(pair: Pair) -> None:
     servant = CalculatorI()
     publisher = servant.getReadingPublisher
     assert not publisher.listening
-    assert not publisher.wait_for_listener(0.01)
     pair.adapter.add(servant, "Calculator")
     listen(CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator")), servant)
     assert publisher.listening
@@ -414,7 +413,7 @@ def test_subscription_logs_bad_samples_once_until_a_good_one(
             arrived.notify_all()
 
     with caplog.at_level(logging.WARNING, "zenoh_ice"), calculator.getReading.subscribe(callback):
-        assert servant.getReadingPublisher.wait_for_listener(LIMIT)
+        assert listened(servant.getReadingPublisher, LIMIT)
         for count in (1, 2):
             for _ in range(20):
                 session_of(pair.server).put("nao/Calculator/getReading", bad)
@@ -462,7 +461,7 @@ def test_subscription_waits_for_an_absent_servant_in_silence(
         assert _switches(thread) - before < 25  # it sleeps: asking every 20 ms would take more
         servant = CalculatorI()
         pair.adapter.add(servant, "Calculator")
-        assert servant.getReadingPublisher.wait_for_listener(LIMIT)
+        assert listened(servant.getReadingPublisher, LIMIT)
         servant.getReadingPublisher.publish(Reading(1, []))
         assert seen.wait(LIMIT)
     assert not caplog.records
@@ -473,7 +472,7 @@ def test_stream_may_be_followed_before_its_servant_is_there(pair: Pair) -> None:
     assert early.getReading.latest() is None
     servant = CalculatorI()
     pair.adapter.add(servant, "Calculator")
-    assert servant.getReadingPublisher.wait_for_listener(LIMIT)
+    assert listened(servant.getReadingPublisher, LIMIT)
     servant.getReadingPublisher.publish(Reading(1, []))
     assert early.getReading.wait(timeout=LIMIT).value.count == 1
 
@@ -490,7 +489,7 @@ def test_destroy_ends_a_wait(pair: Pair, servant: CalculatorI) -> None:
 
     waiter = threading.Thread(target=wait)
     waiter.start()
-    assert servant.getReadingPublisher.wait_for_listener(LIMIT)
+    assert listened(servant.getReadingPublisher, LIMIT)
     pair.client.destroy()
     waiter.join(LIMIT)
     assert len(outcome) == 1
@@ -510,7 +509,7 @@ def test_destroy_ends_the_rest_between_the_samples_of_a_slow_loop(pair: Pair, se
 
     follower = threading.Thread(target=follow)
     follower.start()
-    assert servant.getReadingPublisher.wait_for_listener(LIMIT)
+    assert listened(servant.getReadingPublisher, LIMIT)
     servant.getReadingPublisher.publish(Reading(1, []))
     assert first.wait(LIMIT)
     pair.client.destroy()

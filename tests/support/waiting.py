@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from typing import Any
 
 from tests.support.calculator import CalculatorPrx
 from tests.support.limits import LIMIT
-from zenoh_ice import Communicator, SystemException
+from zenoh_ice import Communicator, Publisher, SystemException
 from zenoh_ice._zenoh.transport import ZenohTransport
 
-__all__ = ["call_until_it_works", "links", "until"]
+__all__ = ["call_until_it_works", "links", "listened", "until"]
 
 
 def until(condition: Callable[[], object], limit: float = LIMIT) -> None:
@@ -19,6 +20,12 @@ def until(condition: Callable[[], object], limit: float = LIMIT) -> None:
     while not condition():
         assert time.monotonic() < deadline
         time.sleep(0.005)
+
+
+def listened(publisher: Publisher[Any], limit: float) -> bool:
+    """Wait until somebody listens to a stream; return whether that is so."""
+    until(lambda: publisher.listening, limit)
+    return True
 
 
 def call_until_it_works(calculator: CalculatorPrx) -> None:

@@ -24,6 +24,7 @@ from deploy.nao.dynamic import Types
 from deploy.nao.values import FromJson, to_json
 from interfaces.jderobot import CameraPrx
 from interfaces.nao import JointsPrx, PoseHeadPrx
+from tests.support.wire_values import pack
 from zenoh_ice import (
     ConfigurationException,
     ConnectionLostException,
@@ -147,9 +148,10 @@ def _payload() -> Door:
     def take(data: bytes) -> None:
         value = codec.unpack(data, "it", _DESK.stringToProxy)
         assert type(value) is Menagerie
-        again = codec.pack(msgspec.structs.astuple(value), "it")
+        again = pack(codec, msgspec.structs.astuple(value), "it")
         assert (
-            codec.pack(msgspec.structs.astuple(codec.unpack(again, "it", _DESK.stringToProxy)), "it") == again
+            pack(codec, msgspec.structs.astuple(codec.unpack(again, "it", _DESK.stringToProxy)), "it")
+            == again
         )
 
     dog = Dog("Rex", Animal("Tom", None), tricks=3)
@@ -161,7 +163,7 @@ def _payload() -> Door:
         b"\x00\xff",
         [["a", "ñ"], []],
     )
-    return Door("payload", [codec.pack(values, "it")], _refusable(take))
+    return Door("payload", [pack(codec, values, "it")], _refusable(take))
 
 
 def _payloads_of_interfaces() -> Door:
@@ -226,7 +228,7 @@ _SENT = MemoryReference(
     lent=True,
     places=(0, 1),
     sizes=(LARGE, LARGE),
-    rest=Codec(_Photo).pack((640, b"", b""), "it"),
+    rest=pack(Codec(_Photo), (640, b"", b""), "it"),
 )
 
 
@@ -345,7 +347,7 @@ def _clock_readings() -> Door:
         clock.close()
 
     return Door(
-        "clock", [codec.pack((1.5, 1.0, True), "it"), codec.pack((0.0, 0.0, False), "it")], _refusable(take)
+        "clock", [pack(codec, (1.5, 1.0, True), "it"), pack(codec, (0.0, 0.0, False), "it")], _refusable(take)
     )
 
 
@@ -422,7 +424,7 @@ def _schemas() -> Door:
             zeros = tuple(
                 None if each.optional else values.zero(each.type) for each in description.parameters
             )
-            payload = operation.arguments.pack(zeros, "it")
+            payload = pack(operation.arguments, zeros, "it")
             json.dumps(to_json(operation.arguments.unpack(payload, "it", _DESK.stringToProxy)))
             for exception in operation.exceptions:
                 members = {

@@ -12,6 +12,7 @@ import msgspec
 from hypothesis import strategies as st
 
 from zenoh_ice import ObjectPrx
+from zenoh_ice._codec import Codec, encode
 from zenoh_ice._values import TYPE_FIELD, Value, derived_classes
 from zenoh_ice.transport import Target
 
@@ -92,6 +93,11 @@ def plain(value: Any) -> Any:
     if isinstance(value, dict):
         return Pairs((plain(key), plain(item)) for key, item in value.items())
     return value
+
+
+def pack(codec: Codec[Any], values: tuple[object, ...], what: str = "it") -> bytes:
+    """Return a codec's struct of these values as it travels."""
+    return encode(codec.make(*values), what)
 
 
 def unpacked(payload: bytes) -> Any:

@@ -22,7 +22,7 @@ from tests.support.generated_types import structs_of
 from tests.support.slice_cases import all_cases
 from tests.support.slice_compiler import imported, write_sources
 from tests.support.slice_grammar import slice_files
-from tests.support.wire_values import Desk, packed, plain, struct_values, unpacked
+from tests.support.wire_values import Desk, pack, packed, plain, struct_values, unpacked
 from zenoh_ice import MarshalException
 from zenoh_ice._codec import Codec
 
@@ -48,7 +48,7 @@ def check_any_value(struct: type[msgspec.Struct]) -> None:
     @settings(max_examples=15, deadline=None, suppress_health_check=list(HealthCheck))
     @given(struct_values(struct, DESK))
     def round_trip(value: msgspec.Struct) -> None:
-        payload = codec.pack(tuple(getattr(value, name) for name in codec.fields), "x")
+        payload = pack(codec, tuple(getattr(value, name) for name in codec.fields), "x")
         assert unpacked(payload) == plain(value)
         assert codec.unpack(packed(plain(value)), "x", DESK.stringToProxy) == value
 

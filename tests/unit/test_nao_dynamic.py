@@ -23,7 +23,7 @@ from deploy.nao.dynamic import Types
 from deploy.nao.values import FromJson, to_json
 from tests.support.generated_types import interfaces_of
 from tests.support.slice_compiler import imported
-from tests.support.wire_values import Desk, plain, struct_values
+from tests.support.wire_values import Desk, pack, plain, struct_values
 from zenoh_ice import MarshalException
 from zenoh_ice._codec import encode
 from zenoh_ice._values import TYPE_FIELD
@@ -76,7 +76,7 @@ def hold_alike(interface: Interface, data: st.DataObject) -> None:
             text = json.dumps(to_json(arrived, lambda data: base64.b64encode(data).decode()))
             maker = FromJson(schema, types, DESK.stringToProxy)
             again = [maker.member(each, json.loads(text).get(each.name), each.name) for each in members]
-            assert plain(theirs.unpack(ours.pack(tuple(again), name), name, DESK)) == plain(value)
+            assert plain(theirs.unpack(pack(ours, tuple(again), name), name, DESK)) == plain(value)
 
 
 @pytest.mark.parametrize("interface", OURS, ids=lambda each: each.type_id)
@@ -146,9 +146,8 @@ def test_an_exception_may_have_members_of_any_name() -> None:
 def test_an_enumeration_without_enumerators_cannot_be_called_with() -> None:
     schema = parse_schema(text_of(taking("::m::E"), E={"kind": "enumeration"}))
     ((_, description),) = schema.operations()
-    operation = Types(schema).operation(description)
     with pytest.raises(MarshalException, match="at least one"):
-        operation.arguments.unpack(b"\x81\xa2p0\x01", "x")
+        Types(schema).operation(description)
 
 
 def test_values_beyond_all_measure_are_not_made_up() -> None:

@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.support.wire_values import Desk
+from tests.support.wire_values import Desk, pack
 from zenoh_ice import MarshalException, ObjectPrx
 from zenoh_ice._codec import Codec
 from zenoh_ice.generated import Int, Struct, Value
@@ -66,9 +66,9 @@ def animal(**members: Any) -> bytes:
 
 def test_a_value_arrives_as_the_class_that_it_was() -> None:
     value = Dog("Rex", Animal("Tom", Dog("Bello", None, tricks=3)), legs=3)
-    assert ANIMAL.unpack(ANIMAL.pack((value,), "x"), "x").animal == value
+    assert ANIMAL.unpack(pack(ANIMAL, (value,), "x"), "x").animal == value
     anything = Codec(HoldsAnything)
-    assert anything.unpack(anything.pack((value,), "x"), "x").anything == value
+    assert anything.unpack(pack(anything, (value,), "x"), "x").anything == value
 
 
 def test_classes_made_later_arrive_too() -> None:
@@ -77,7 +77,7 @@ def test_classes_made_later_arrive_too() -> None:
 
     assert ANIMAL.unpack(animal(), "x").animal == Animal("a", None)
     value = Cat("Tom", None, 9)
-    assert ANIMAL.unpack(ANIMAL.pack((value,), "x"), "x").animal == value
+    assert ANIMAL.unpack(pack(ANIMAL, (value,), "x"), "x").animal == value
 
 
 def test_classes_of_a_module_that_was_unloaded_do_not_arrive(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -92,7 +92,7 @@ def test_classes_of_a_module_that_was_unloaded_do_not_arrive(monkeypatch: pytest
     monkeypatch.delitem(sys.modules, "farm")
     vars(module).clear()
     anything = Codec(HoldsAnything)
-    assert anything.unpack(anything.pack((Animal("Tom", None),), "x"), "x").anything == Animal("Tom", None)
+    assert anything.unpack(pack(anything, (Animal("Tom", None),), "x"), "x").anything == Animal("Tom", None)
 
 
 def test_an_unknown_class_arrives_as_the_nearest_known_one() -> None:
@@ -132,14 +132,14 @@ def test_a_value_that_holds_itself_is_refused_with_the_reason() -> None:
     value = Animal("a", None)
     value.friend = Animal("b", value)
     with pytest.raises(MarshalException, match="in a cycle"):
-        ANIMAL.pack((value,), "x")
+        pack(ANIMAL, (value,), "x")
 
 
 def test_values_in_each_other_too_deeply_are_refused() -> None:
     shallow: Animal | None = None
     for _ in range(100):
         shallow = Animal("a", shallow)
-    assert ANIMAL.unpack(ANIMAL.pack((shallow,), "x"), "x").animal == shallow
+    assert ANIMAL.unpack(pack(ANIMAL, (shallow,), "x"), "x").animal == shallow
     head = b"\x83\xa5@type" + msgpack.packb("::zoo::Animal") + b"\xa4name\xa0\xa6friend"
     with pytest.raises(MarshalException, match="nested too deeply"):
         ANIMAL.unpack(b"\x81\xa6animal" + head * 5000 + b"\xc0", "x")
@@ -177,10 +177,10 @@ def test_what_looks_like_a_class_in_texts_stays_text() -> None:
 def test_a_proxy_arrives_as_one_of_the_communicator() -> None:
     codec = Codec(HoldsProxy)
     proxy = DESK.stringToProxy("Head")
-    payload = codec.pack((proxy,), "x")
+    payload = pack(codec, (proxy,), "x")
     assert msgpack.unpackb(payload) == {"proxy": "Head@nao"}
     assert codec.unpack(payload, "x", DESK.stringToProxy) == HoldsProxy(proxy)
-    assert codec.unpack(codec.pack((None,), "x"), "x", DESK.stringToProxy) == HoldsProxy(None)
+    assert codec.unpack(pack(codec, (None,), "x"), "x", DESK.stringToProxy) == HoldsProxy(None)
     with pytest.raises(MarshalException, match="needs a communicator"):
         codec.unpack(payload, "x")
 

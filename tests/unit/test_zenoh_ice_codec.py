@@ -13,6 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.support.calculator import Node
+from tests.support.wire_values import pack
 from zenoh_ice import MarshalException
 from zenoh_ice._codec import Codec
 from zenoh_ice._wire import (
@@ -78,13 +79,13 @@ codec = Codec(Everything)
 
 @given(everything)
 def test_what_is_packed_is_unpacked(value: Everything) -> None:
-    packed = codec.pack(msgspec.structs.astuple(codec.decoder(None)(codec.pack(tuple_of(value), "x"))), "x")
+    packed = pack(codec, msgspec.structs.astuple(codec.decoder(None)(pack(codec, tuple_of(value), "x"))), "x")
     assert codec.unpack(packed, "x") == value
 
 
 @given(everything)
 def test_payload_is_a_map_by_parameter_name(value: Everything) -> None:
-    read = msgpack.unpackb(codec.pack(tuple_of(value), "x"))
+    read = msgpack.unpackb(pack(codec, tuple_of(value), "x"))
     assert list(read) == list(Everything.__struct_fields__)
     assert read["inner"] == {"flag": value.inner.flag, "name": value.inner.name}
     assert read["data"] == value.data
@@ -97,7 +98,7 @@ def test_any_bytes_unpack_or_are_refused(payload: bytes) -> None:
 
 @given(everything, st.data())
 def test_cut_and_changed_payloads_unpack_or_are_refused(value: Everything, data: st.DataObject) -> None:
-    payload = bytearray(codec.pack(tuple_of(value), "x"))
+    payload = bytearray(pack(codec, tuple_of(value), "x"))
     place = data.draw(whole(0, len(payload) - 1))
     if data.draw(st.booleans()):
         del payload[place:]

@@ -62,7 +62,7 @@ def test_without_threads_a_call_is_executed_by_who_calls(transport: InProcessTra
 
 
 def test_without_threads_a_sample_is_delivered_by_who_publishes(transport: InProcessTransport) -> None:
-    outlet = transport.publish(TARGET, ECHO, lambda: None)
+    outlet = transport.publish(TARGET, ECHO)
     inlet = transport.subscribe(TARGET, ECHO)
     delivered: list[object] = []
     inlet.deliver(lambda sample: delivered.append((inlet.open(sample).payload, threading.current_thread())))
@@ -71,7 +71,7 @@ def test_without_threads_a_sample_is_delivered_by_who_publishes(transport: InPro
 
 
 def test_samples_that_wait_are_delivered_first(transport: InProcessTransport) -> None:
-    outlet = transport.publish(TARGET, ECHO, lambda: None)
+    outlet = transport.publish(TARGET, ECHO)
     inlet = transport.subscribe(TARGET, ECHO, 2)
     for payload in (b"a", b"b"):
         outlet.put(payload, b"")
@@ -82,7 +82,7 @@ def test_samples_that_wait_are_delivered_first(transport: InProcessTransport) ->
 
 
 def test_a_sample_wakes_who_waits(transport: InProcessTransport) -> None:
-    outlet = transport.publish(TARGET, ECHO, lambda: None)
+    outlet = transport.publish(TARGET, ECHO)
     inlet = transport.subscribe(TARGET, ECHO)
     changed = threading.Condition()
     publishing = threading.Thread(target=outlet.put, args=(b"x", b""))
@@ -101,7 +101,7 @@ def test_a_sample_wakes_who_waits(transport: InProcessTransport) -> None:
 
 
 def test_a_callback_may_publish_in_turn(transport: InProcessTransport) -> None:
-    outlet = transport.publish(TARGET, ECHO, lambda: None)
+    outlet = transport.publish(TARGET, ECHO)
     inlet = transport.subscribe(TARGET, ECHO)
     delivered: list[bytes] = []
 

@@ -12,6 +12,7 @@ import pytest
 import zenoh
 
 from tests.support.memory_files import NEAR, shared_maps, shared_memory
+from tests.support.wire_values import pack
 from zenoh_ice import ConnectionLostException, MarshalException
 from zenoh_ice._codec import LARGE, Codec, Parted, Pieces
 from zenoh_ice._values import Struct
@@ -107,7 +108,7 @@ def test_several_large_sequences_arrive_at_their_places(sender: SharedMemory, re
 
 
 def test_what_travelled_whole_is_taken_as_it_is(reader: SharedMemory) -> None:
-    assert read(reader, CODEC.pack(image(1), "it")) == Image(*image(1))
+    assert read(reader, pack(CODEC, image(1), "it")) == Image(*image(1))
 
 
 def test_lent_memory_is_used_again_when_it_was_given_back(sender: SharedMemory, reader: SharedMemory) -> None:

@@ -9,7 +9,7 @@ import threading
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
-from functools import partial
+from functools import lru_cache, partial
 from typing import Any, Final
 
 import zenoh
@@ -57,6 +57,8 @@ _THREADS: Final = (
 _M_ARENA_MAX: Final = -8
 _ARENAS: Final = 2
 
+_MOST_CALLERS: Final = 256  # that proxies share: each has a querier
+
 _TIMEOUT: Final = b"Timeout"  # Zenoh's own error at the end of a query
 
 # What takes the answers of oneway calls: C code, the cheapest that Zenoh's thread can run.
@@ -101,6 +103,7 @@ class ZenohTransport:
         self._tokens: Final[dict[tuple[str, str], object]] = {}  # by realm and readable memory
         self._closed = False
         self._refusals: Final = Kind()
+        self._callers: Final = lru_cache(_MOST_CALLERS)(partial(_Caller, self))
         pool.place(zenoh.Query, self._place)
         with _prepared_process():
             self.session: Final = open_session(settings)
@@ -110,10 +113,10 @@ class ZenohTransport:
             self.shared_memory: Final = SharedMemory(
                 enabled=settings.shared_memory,
                 watch_clients=partial(self.watch, any_client(settings.realm)),
-                on_unreadable=self._appear,
+                on_unreadable=self.appear,
             )
             self.shares_memory: Final = bool(self.shared_memory.space)
-            self._appear(settings.realm)
+            self.appear(settings.realm)
         except BaseException:
             self.session.close()
             raise
@@ -124,8 +127,7 @@ class ZenohTransport:
     # Calls.
 
     def caller(self, target: Target, operation: Operation[..., Any], *, timeout: float) -> _Caller:
-        self._appear(target.realm)
-        return _Caller(self, target, operation, timeout)
+        return self._callers(target, operation, timeout)
 
     def serve(self, target: Target, receiver: Receiver) -> Served:
         here = self.local.serve(target, receiver)
@@ -182,14 +184,12 @@ class ZenohTransport:
 
     # Streams.
 
-    def publish(
-        self, target: Target, operation: Operation[..., Any], changed: Callable[[], object]
-    ) -> _Outlet:
+    def publish(self, target: Target, operation: Operation[..., Any]) -> _Outlet:
         ring = Ring(self.shared_memory) if operation.result.holds_bytes else None
-        return _Outlet(self.session, target.key(operation.name), ring, changed)
+        return _Outlet(self.session, target.key(operation.name), ring)
 
     def subscribe(self, target: Target, operation: Operation[..., Any], queue: int = 1) -> _Inlet:
-        self._appear(target.realm)
+        self.appear(target.realm)
         return _Inlet(self, target.key(operation.name), operation, queue)
 
     # Presence.
@@ -222,7 +222,7 @@ class ZenohTransport:
         )
         return Served(partial(_undeclare, listener))
 
-    def _appear(self, *realms: str) -> None:
+    def appear(self, *realms: str) -> None:
         """Let the servants of these realms, or of all, know of this process and the memory it can read."""
         with self._lock:
             space = self.shared_memory.readable_space
@@ -276,6 +276,8 @@ class _Caller:
         self, transport: ZenohTransport, target: Target, operation: Operation[..., Any], timeout: float
     ) -> None:
         settings, result = transport.settings, operation.result
+        transport.appear(target.realm)
+        self.timeout: Final = timeout
         self._transport: Final = transport
         self._prefix: Final = target.prefix
         self._receivers: Final = transport.local.receivers
@@ -355,9 +357,7 @@ class _Caller:
 
 
 class _Outlet:
-    def __init__(
-        self, session: zenoh.Session, key: str, ring: Ring | None, changed: Callable[[], object]
-    ) -> None:
+    def __init__(self, session: zenoh.Session, key: str, ring: Ring | None) -> None:
         self._ring: Final = ring
         # A publisher that another thread is using cannot be undeclared: "Already borrowed".
         self._lock: Final = threading.Lock()
@@ -371,10 +371,6 @@ class _Outlet:
             # One by one: of images that travel together all but the last would come for nothing.
             express=bulk,
         )
-
-        # On Zenoh's thread.
-        on_change: Callback[zenoh.MatchingStatus] = Callback(lambda _: changed(), indirect=False)
-        self._listener: Final = self._publisher.declare_matching_listener(on_change)
 
     @property
     def listening(self) -> bool:
@@ -394,7 +390,6 @@ class _Outlet:
                 _logger.debug("sample dropped: %s", error)
 
     def close(self) -> None:
-        self._listener.undeclare()  # first: it goes with the publisher
         with self._lock:
             self._closed = True
             self._publisher.undeclare()
