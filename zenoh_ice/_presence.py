@@ -128,8 +128,11 @@ class Presence:
         self._changed: Final = threading.Condition()
         self._tokens: Final[dict[Target, dict[str, ServantToken]]] = {}  # by their keys
         self._count = 0  # of these tokens
-        # Fingerprints by type id; each mapping is replaced, not changed: readers take no lock.
-        self._interfaces: Final[dict[Target, Mapping[str, str]]] = {}
+        self.present: Final[dict[Target, Mapping[str, str]]] = {}
+        """Of each servant the fingerprints of its interfaces by type id.
+
+        Each mapping is replaced, not changed: readers take no lock.
+        """
         self._came: Final[dict[Target, float]] = {}  # when, of servants that are there
         self._lost: Final[dict[Target, tuple[float, str]]] = {}  # when, and the id of the last server
         self._listeners: list[Callable[[], object]] = []
@@ -148,7 +151,7 @@ class Presence:
 
         Where an identity has several servers that differ, those of the first of them.
         """
-        return self._interfaces.get(target, {})
+        return self.present.get(target, {})
 
     def identities(self, realm: str) -> list[str]:
         """Return the identities that are served in a realm, sorted."""
@@ -170,7 +173,7 @@ class Presence:
 
     def is_lost(self, target: Target) -> bool:
         """Return whether a servant was there and is no longer."""
-        return target in self._lost and target not in self._interfaces
+        return target in self._lost and target not in self.present
 
     def lost_since(self, target: Target, moment: float) -> bool:
         """Return whether a servant, or one of several, went away after a moment of the monotonic clock."""
@@ -215,7 +218,7 @@ class Presence:
 
     def wait_for_return(self, target: Target, timeout: float) -> bool:
         """Wait for at most `timeout` s until a lost servant is there again; return whether it is."""
-        return self._wait_until(lambda: target in self._interfaces, timeout)
+        return self._wait_until(lambda: target in self.present, timeout)
 
     def wait_until_gone(self, target: Target, timeout: float, server: str) -> bool:
         """Wait for at most `timeout` s until a server no longer serves an identity; return whether so."""
@@ -257,12 +260,12 @@ class Presence:
         """
         served = False
         # Nothing more will come about one that was away before the call.
-        unexplained = timeout is None and target in self._interfaces and not self.lost_since(target, started)
+        unexplained = timeout is None and target in self.present and not self.lost_since(target, started)
         if unexplained and not (served := is_served()):
             self._wait_until(lambda: self.lost_since(target, started), _LOSS_NOTICE)
         if self._closed:
             return CommunicatorDestroyedException(f"{what}: the communicator was destroyed during the call")
-        if target not in self._interfaces:
+        if target not in self.present:
             return self.explain_absence(target)
         if self.lost_since(target, started):
             reason = ": the server restarted during the call"
@@ -349,9 +352,9 @@ class Presence:
                     self._lost[target] = now, token.server
             if tokens:
                 self._tokens[target] = tokens
-                self._interfaces[target] = dict(ChainMap(*(info.interfaces for info in self.servers(target))))
+                self.present[target] = dict(ChainMap(*(info.interfaces for info in self.servers(target))))
             else:
-                del self._tokens[target], self._interfaces[target], self._came[target]
+                del self._tokens[target], self.present[target], self._came[target]
                 _logger.info("%s is gone", target)
             self._changed.notify_all()
             notify, self._notifying = not self._notifying, True

@@ -93,7 +93,8 @@ class Pool:
         self._threads: Final[set[threading.Thread]] = set()
         self._serials: Final = itertools.count(1)
         self._closed = False
-        self._lines: Final[dict[object, deque[Callable[[], object]]]] = {}
+        self.lines: Final[dict[object, deque[Callable[[], object]]]] = {}
+        """Lines of which jobs wait or run: later ones must not overtake them."""
         self._stop_watch: Callable[[], object] | None = None
         self._grow()
 
@@ -117,19 +118,15 @@ class Pool:
             job()
             return
         with self._lock:
-            jobs = self._lines.get(line, deque[Callable[[], object]]())
+            jobs = self.lines.get(line, deque[Callable[[], object]]())
             # The first job of each line runs.
-            waiting, most = (len(jobs) - 1, _MOST_QUEUED) if jobs else (len(self._lines), _MOST_LINES)
+            waiting, most = (len(jobs) - 1, _MOST_QUEUED) if jobs else (len(self.lines), _MOST_LINES)
             if waiting >= most:
                 raise BusyException(f"{line}: {waiting} calls wait already; this one was not executed")
             jobs.append(job)
             if len(jobs) == 1:
-                self._lines[line] = jobs
+                self.lines[line] = jobs
                 self.submit(partial(self._run_line, line))
-
-    def holds_line(self, line: object) -> bool:
-        """Return whether jobs of a line wait or run: later ones must not overtake them."""
-        return line in self._lines
 
     def reserve(self, threads: int) -> None:
         """Let the pool have more threads, or fewer with a negative number, if it needs them."""
@@ -243,7 +240,7 @@ class Pool:
                 self._threads.discard(threading.current_thread())
 
     def _run_line(self, line: object) -> None:
-        jobs = self._lines[line]
+        jobs = self.lines[line]
         try:
             with self.blocked():
                 jobs[0]()
@@ -253,7 +250,7 @@ class Pool:
                 if jobs:
                     self.submit(partial(self._run_line, line))
                 else:
-                    del self._lines[line]
+                    del self.lines[line]
 
 
 class Coroutines:

@@ -176,7 +176,7 @@ class Communicator:
 
     def knows(self, target: Target) -> bool:
         """Return whether `find` would return at once."""
-        return target in self.served or bool(self.presence.interfaces(target))
+        return not self.destroyed and (target in self.served or target in self.presence.present)
 
     def new_future(self) -> Future[Any]:
         """Return a future that has an outcome at the latest when the communicator is destroyed."""

@@ -129,6 +129,11 @@ class Operation(Generic[P, V]):
         """Call the operation of a proxy: `PoseHeadPrx.getPose(head)`, as Python has it of methods."""
         return proxy.ice_call(self)(*args, **kwargs)
 
+    def prepare(self) -> None:
+        """Derive what travels, unless that was done: the first call takes no longer than others then."""
+        for codec in (self.arguments, self.result):
+            codec.holds_bytes  # noqa: B018 - it is computed once
+
     @cached_property
     def arguments(self) -> Codec[Any]:
         """The codec of its arguments."""

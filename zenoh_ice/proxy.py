@@ -84,7 +84,6 @@ class ObjectPrx(Reference):
         self._oneway: Final = oneway
         # Of calls that wait for the servant, in their order: none waits for one with a longer limit.
         self._line: Final = target, timeout
-        self._calls: Final[dict[Operation[..., Any], Call[..., Any]]] = {}
 
     @classmethod
     def checkedCast(cls, proxy: ObjectPrx) -> Self:
@@ -96,6 +95,8 @@ class ObjectPrx(Reference):
         """
         cast = cls.uncheckedCast(proxy)
         cast._check_interface()
+        for operation in cls.ice_interface.all_operations.values():
+            operation.prepare()
         return cast
 
     @classmethod
@@ -185,11 +186,8 @@ class ObjectPrx(Reference):
     # How it calls what.
 
     def ice_call(self, operation: Operation[P, V]) -> Call[P, V]:
-        """Return what calls an operation, and follows its stream if it has one; the proxy keeps it."""
-        if operation not in self._calls:
-            kind = StreamedCall if operation.streamed else Call
-            self._calls[operation] = kind(self, operation)
-        return cast("Call[P, V]", self._calls[operation])
+        """Return what calls an operation, and follows its stream if it has one."""
+        return (StreamedCall if operation.streamed else Call)(self, operation)
 
     def ice_invoke(self, operation: Operation[P, V], *args: P.args, **kwargs: P.kwargs) -> V:
         """Call an operation and wait for its outcome, as `Call` does."""
@@ -240,14 +238,13 @@ class Call(Generic[P, V]):
 
     def __init__(self, proxy: ObjectPrx, operation: Operation[P, V]) -> None:
         communicator, arguments, result = proxy._communicator, operation.arguments, operation.result
-        settings = communicator.settings
         self.__doc__ = operation.__doc__
         self._proxy: Final = proxy
         self._communicator: Final = communicator
         self._operation: Final = operation
         self._what: Final = f"{proxy._target.identity}.{operation.name}"
         self._fingerprint: Final = proxy.ice_interface.fingerprint
-        self._limit: Final = settings.max_bulk_size if arguments.holds_bytes else settings.max_message_size
+        self._limit: Final = communicator.settings.size_limit(holds_bytes=arguments.holds_bytes)
         self._make: Final = arguments.make
         self._decode: Final = result.decoder(communicator.stringToProxy)
         self._value_of: Final = result.value_of
@@ -260,7 +257,7 @@ class Call(Generic[P, V]):
         """
         caller, communicator = self._caller, self._communicator
         if caller is None:
-            if communicator.pool.holds_line(self._proxy._line):  # not before those that wait for the servant
+            if self._proxy._line in communicator.pool.lines:  # not before those that wait for the servant
                 return self.begin(*args, **kwargs).result()
             caller = self._find(time.monotonic())
         arguments = self._make(*args, **kwargs) if kwargs else self._make(*args)
@@ -306,7 +303,7 @@ class Call(Generic[P, V]):
                 fail(future, error)
 
         try:
-            if communicator.pool.holds_line(line) or not communicator.knows(self._proxy._target):
+            if line in communicator.pool.lines or not communicator.knows(self._proxy._target):
                 communicator.pool.submit_in_line(line, begin)  # it may take a while
             else:
                 begin()
@@ -326,10 +323,11 @@ class Call(Generic[P, V]):
                 f"{self._what} returns something or declares exceptions, which a oneway call would not get: "
                 "call it by a twoway proxy"
             )
-        communicator.check()
-        # A call of a servant that was lost fails at once, as every later one.
-        if not communicator.knows(target) and not communicator.presence.is_lost(target):
-            communicator.find(target, None, began + limit - time.monotonic(), since=began)
+        if not communicator.knows(target):
+            communicator.check()
+            # A call of a servant that was lost fails at once, as every later one.
+            if not communicator.presence.is_lost(target):
+                communicator.find(target, None, began + limit - time.monotonic(), since=began)
         caller = self._caller = communicator.transport.caller(target, operation, timeout=limit)
         left = began + limit - time.monotonic()
         if left >= 0.95 * limit:
@@ -456,10 +454,7 @@ class StreamedCall(Call[P, V]):
         for a sample that does not fit the operation, InterfaceMismatchException for one of a servant with
         another version of the interface.
         """
-        reader = self._reader
-        if reader is None:
-            reader = self._open()
-        return reader.latest()
+        return (self._reader or self._open()).latest()
 
     def wait(self, after: Sample[V] | None = None, timeout: float | None = None) -> Sample[V]:
         """Return the next sample newer than `after`, or the newest at once without `after`.
@@ -467,8 +462,7 @@ class StreamedCall(Call[P, V]):
         It waits for at most `timeout` s, by default the proxy's limit for calls. Raises TimeoutException;
         ConnectionLostException or ObjectNotExistException when the servant is gone; otherwise as `latest`.
         """
-        reader = self._reader or self._open()
-        return reader.wait(after, self._patience(timeout))
+        return (self._reader or self._open()).wait(after, self._patience(timeout))
 
     def samples(self, timeout: float | None = None, *, rate: float | None = None) -> Samples[V]:
         """Return what yields sample after sample, always the newest, in `for` and in `async for`.

@@ -63,7 +63,7 @@ class Target(NamedTuple):
 
     def key(self, operation: str) -> str:
         """Return the key of an operation."""
-        return f"{self.prefix}/{operation}"
+        return f"{self.realm}/{self.identity}/{operation}"
 
 
 def check_name(name: str, what: str) -> str:

@@ -171,7 +171,7 @@ def test_calls_with_many_limits_leave_few_queriers(pair: Pair, notebook: Noteboo
         proxy.ice_invocationTimeout(LIMIT * 1000 + number).about()
     transport = pair.client.transport
     assert isinstance(transport, ZenohTransport)
-    assert transport._callers.cache_info().currsize <= 256
+    assert transport.caller.cache_info().currsize <= 256
 
 
 def test_names_that_are_none_are_refused(pair: Pair) -> None:

@@ -103,7 +103,7 @@ class ZenohTransport:
         self._tokens: Final[dict[tuple[str, str], object]] = {}  # by realm and readable memory
         self._closed = False
         self._refusals: Final = Kind()
-        self._callers: Final = lru_cache(_MOST_CALLERS)(partial(_Caller, self))
+        self.caller: Final = lru_cache(_MOST_CALLERS)(partial(_Caller, self))
         pool.place(zenoh.Query, self._place)
         with _prepared_process():
             self.session: Final = open_session(settings)
@@ -125,9 +125,6 @@ class ZenohTransport:
         return explain_endpoints(self.endpoints, self.settings.security)
 
     # Calls.
-
-    def caller(self, target: Target, operation: Operation[..., Any], *, timeout: float) -> _Caller:
-        return self._callers(target, operation, timeout)
 
     def serve(self, target: Target, receiver: Receiver) -> Served:
         here = self.local.serve(target, receiver)
@@ -173,14 +170,11 @@ class ZenohTransport:
         finally:
             query.drop()
 
-    def attempt(self, what: str, function: Callable[..., Any], *args: object, **options: object) -> Any:  # noqa: ANN401
-        """Return what a function of Zenoh's returns; raises a SystemException for what it refuses to do."""
-        try:
-            return function(*args, **options)
-        except zenoh.ZError as error:
-            if self._closed:
-                raise CommunicatorDestroyedException(f"{what}: the communicator was destroyed") from error
-            raise ConnectionLostException(f"{what} could not be sent: {without_source(error)}") from error
+    def refusal(self, what: str, error: zenoh.ZError) -> SystemException:
+        """Return the exception for what Zenoh refuses to do."""
+        if self._closed:
+            return CommunicatorDestroyedException(f"{what}: the communicator was destroyed")
+        return ConnectionLostException(f"{what} could not be sent: {without_source(error)}")
 
     # Streams.
 
@@ -273,15 +267,16 @@ class ZenohTransport:
 
 class _Caller:
     def __init__(
-        self, transport: ZenohTransport, target: Target, operation: Operation[..., Any], timeout: float
+        self, transport: ZenohTransport, target: Target, operation: Operation[..., Any], *, timeout: float
     ) -> None:
         settings, result = transport.settings, operation.result
-        transport.appear(target.realm)
+        if target.realm != settings.realm:
+            transport.appear(target.realm)
         self.timeout: Final = timeout
         self._transport: Final = transport
         self._prefix: Final = target.prefix
         self._receivers: Final = transport.local.receivers
-        self._call_here: Final = transport.local.caller(target, operation, timeout=timeout).call
+        self._call_here: Final = partial(transport.local.caller, target, operation, timeout=timeout)
         self._limit: Final = settings.size_limit(holds_bytes=result.holds_bytes)
         self._may_refer: Final = result.holds_bytes
         self._kind: Kind | None = None
@@ -290,21 +285,22 @@ class _Caller:
         # A link that takes nothing may block the sender for the limit of the settings, after which Zenoh
         # closes it; a call with a shorter one is dropped instead, and ends by its limit.
         drop = timeout < settings.timeout
-        self._get: Final = transport.attempt(
-            operation.name,
-            transport.session.declare_querier,
-            target.key(operation.name),
-            timeout=timeout,
-            # One that answers is enough; replies are not compared with one another.
-            consolidation=zenoh.ConsolidationMode.NONE,
-            # The reply travels as the request does. No express: it halves the calls in flight.
-            congestion_control=zenoh.CongestionControl.DROP if drop else zenoh.CongestionControl.BLOCK,
-            priority=zenoh.Priority.DATA_HIGH if bulk else zenoh.Priority.INTERACTIVE_HIGH,
-        ).get
+        try:
+            self._get: Final = transport.session.declare_querier(
+                f"{self._prefix}/{operation.name}",
+                timeout=timeout,
+                # One that answers is enough; replies are not compared with one another.
+                consolidation=zenoh.ConsolidationMode.NONE,
+                # The reply travels as the request does. No express: it halves the calls in flight.
+                congestion_control=zenoh.CongestionControl.DROP if drop else zenoh.CongestionControl.BLOCK,
+                priority=zenoh.Priority.DATA_HIGH if bulk else zenoh.Priority.INTERACTIVE_HIGH,
+            ).get
+        except zenoh.ZError as error:
+            raise transport.refusal(operation.name, error) from error
 
     def call(self, payload: bytes, attachment: bytes) -> Outcome:
         if self._prefix in self._receivers:
-            return self._call_here(payload, attachment)
+            return self._call_here().call(payload, attachment)
         try:
             # No variable holds the channel: the frames of an exception would keep it, and one that a servant
             # fills with more replies holds up all that comes by the same link.
@@ -331,13 +327,18 @@ class _Caller:
         if self._kind is None:
             self._kind = pool.kind()
         handler = Callback(replies.append, partial(pool.jobs.put, (self._kind, finish)), indirect=False)
-        options = {"payload": payload, "attachment": attachment, "cancellation_token": cancellation}
-        self._transport.attempt(self._what, self._get, handler, **options)
+        try:
+            self._get(handler, payload=payload, attachment=attachment, cancellation_token=cancellation)
+        except zenoh.ZError as error:
+            raise self._transport.refusal(self._what, error) from error
         return cancellation.cancel
 
     def send(self, payload: bytes, attachment: bytes) -> None:
         handler = Callback(_DISCARD, indirect=False)
-        self._transport.attempt(self._what, self._get, handler, payload=payload, attachment=attachment)
+        try:
+            self._get(handler, payload=payload, attachment=attachment)
+        except zenoh.ZError as error:
+            raise self._transport.refusal(self._what, error) from error
 
     def _interpret(self, reply: zenoh.Reply | None) -> Outcome:
         """Return what a reply brings; raises NoAnswer for none, and for Zenoh's own error at the limit."""
@@ -408,7 +409,10 @@ class _Inlet:
         self._thread: threading.Thread | None = None
         # A ring: a queue that is full and keeps what it has would hold up the whole session.
         ring: RingChannel[zenoh.Sample] = RingChannel(queue)
-        self._subscriber: Final = transport.attempt(key, transport.session.declare_subscriber, key, ring)
+        try:
+            self._subscriber: Final = transport.session.declare_subscriber(key, ring)
+        except zenoh.ZError as error:
+            raise transport.refusal(key, error) from error
         # Kept apart: the subscriber can be undeclared while a thread waits in the handler.
         self._handler: Final = self._subscriber.handler
         self.poll: Callable[[], Any] = self._handler.try_recv
