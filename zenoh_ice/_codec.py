@@ -40,12 +40,6 @@ _ENCODED_MARK: Final = msgspec.msgpack.encode(_MARK)
 _PATH: Final = re.compile(r" - at `(?:key in )?(\$[^`]*)`$")
 _MISSING_FIELD: Final = re.compile(r"missing required field `([^`]+)`")
 _MOST_SEQUENCES: Final = 256  # byte sequences in a struct that may travel apart
-_MOST_SLICED: Final = 16  # unknown classes in one payload
-_UNKNOWN_CLASS: Final = re.compile(rf"^Invalid value '.*' - at `\$.*\.{TYPE_FIELD}`$", re.DOTALL)
-# A type field as MessagePack has it: key, header of the text, type ids.
-_TYPE_ENTRY: Final = re.compile(
-    rb"\xa5@type(?:[\xa0-\xbf]|\xd9.|\xda..)((?:::\w+)+(?: (?:::\w+)+)*)", re.DOTALL
-)
 
 S = TypeVar("S", bound=msgspec.Struct)
 
@@ -187,8 +181,8 @@ class Codec(Generic[S]):
         """Makes the struct of its one field's value; None where there are more, or byte sequences."""
         self.value_of: Callable[[S], object] = attrgetter(*self.fields) if self.fields else lambda _: None
         """Returns what stands for a struct: None, a value or a tuple."""
-        self._decoders: tuple[object, dict[tuple[str, ...], msgspec.msgpack.Decoder[S]]] = None, {}
-        """The classes that were known, and decoders by unknown ones."""
+        self._decoder: tuple[object, msgspec.msgpack.Decoder[S] | None] = None, None
+        """The classes that were known, and what decodes these."""
 
     @cached_property
     def holds_bytes(self) -> bool:
@@ -245,26 +239,16 @@ class Codec(Generic[S]):
         return self._decode_plain or partial(self._decode, resolve)
 
     def _decode(self, resolve: Resolve | None, payload: bytes) -> S:
+        known, decoder = self._decoder
+        if decoder is None or known is not Value.ice_known:
+            known = Value.ice_known  # first: other threads make classes, too
+            decoder = msgspec.msgpack.Decoder(WireTypes(self.struct).root, dec_hook=_proxy)
+            self._decoder = known, decoder
         token = _resolve.set(resolve)
         try:
-            return self._decoder(()).decode(payload)
-        except msgspec.ValidationError as error:
-            if not _UNKNOWN_CLASS.match(str(error)):
-                raise
-            unknown = {match[1].decode() for match in _TYPE_ENTRY.finditer(payload)}
-            return self._decoder(tuple(sorted(unknown)[:_MOST_SLICED])).decode(payload)
+            return decoder.decode(payload)
         finally:
             _resolve.reset(token)
-
-    def _decoder(self, sliced: tuple[str, ...]) -> msgspec.msgpack.Decoder[S]:
-        """Return what decodes payloads, and takes some unknown classes for known ones that they extend."""
-        known, decoders = self._decoders
-        if known is not Value.ice_known or len(decoders) > _MOST_SLICED:
-            _, decoders = self._decoders = Value.ice_known, {}  # at once: other threads decode, too
-        if sliced not in decoders:
-            wire = WireTypes(self.struct, sliced).root
-            decoders[sliced] = msgspec.msgpack.Decoder(wire, dec_hook=_proxy)
-        return decoders[sliced]
 
 
 def _proxy(kind: type[Reference], text: object) -> Reference:

@@ -27,11 +27,7 @@ PROXY_TEXT: Final = rf"\A({NAME})(?: -([to]))?(?:@({NAME}))?\Z"
 """Pattern of a proxy as text: identity, mode (twoway or oneway) and realm."""
 
 TYPE_FIELD: Final = "@type"
-"""The key, which no member can have, under which a value of a class says of which class it is.
-
-It holds the type ids of the class and of those that it extends, the nearest first, with a space between
-them: a receiver that does not know the first takes the value as one of the next.
-"""
+"""The key, which no member can have, under which a value of a class has the type id of its class."""
 
 _WIRE_MODULE: Final = ""  # no module has this name: what was loaded is told from what was made here by it
 
@@ -83,7 +79,7 @@ class StructType(msgspec.StructMeta):
         made.ice_defaults, made.ice_members = defaults, members
         return made
 
-    def __call__(cls, *values: object, **named: object) -> Any:  # noqa: ANN401 - an instance
+    def __call__(cls, /, *values: object, **named: object) -> Any:  # noqa: ANN401 - an instance
         """Make a struct, with default values for members that are not given."""
         members, positions = cls.ice_members, len(cls.__match_args__)
         if len(values) + len(named) < len(members):
@@ -145,14 +141,14 @@ def derived_classes(cls: type[Value], known: object) -> dict[str, type[Value]]: 
     `known` is another value whenever there may be other classes. Those without a type id of their own, made
     by hand, do not count; nor do those of modules that were unloaded, or loaded again since.
     """
-    found = {type_ids_of(cls)[0]: cls}
+    found = {type_id_of(cls): cls}
     waiting = [cls]
     for each in waiting:  # which grows meanwhile
         for derived in each.__subclasses__():
             waiting.append(derived)
             tag = derived.__struct_config__.tag  # None while another thread makes the class
             if tag not in {None, each.__struct_config__.tag} and _is_loaded(derived):
-                found[type_ids_of(derived)[0]] = derived
+                found[type_id_of(derived)] = derived
     return found
 
 
@@ -165,16 +161,15 @@ def _is_loaded(cls: type[Value]) -> bool:
     return cls.__module__ in sys.modules
 
 
-def type_ids_of(cls: type[Value]) -> list[str]:
-    """Return the type ids of a class and of those that it extends, the nearest first."""
-    return str(cls.__struct_config__.tag).split()
+def type_id_of(cls: type[Value]) -> str:
+    """Return the type id of a class."""
+    return str(cls.__struct_config__.tag)
 
 
 class WireTypes:
-    """The wire types of a struct and of all that it is made of, with some unknown classes among them."""
+    """The wire types of a struct and of all that it is made of."""
 
-    def __init__(self, struct: type[msgspec.Struct], sliced: tuple[str, ...] = ()) -> None:
-        self._sliced: Final = sliced
+    def __init__(self, struct: type[msgspec.Struct]) -> None:
         self._structs: dict[type, type[msgspec.Struct]] = {}
         self._classes: dict[str, type[msgspec.Struct]] = {}
         self._waiting: list[tuple[type[Value], type[msgspec.Struct]]] = []
@@ -209,28 +204,21 @@ class WireTypes:
 
     def _class(self, cls: type[Value]) -> Any:  # noqa: ANN401 - a union
         """Return one of all known classes that extend a class, or it itself."""
-        by_id = derived_classes(cls, (Value.ice_known, *sys.modules))
-        found = {str(derived.__struct_config__.tag): derived for derived in by_id.values()}
-        for type_ids in self._sliced:
-            nearest = next((by_id[base] for base in type_ids.split() if base in by_id), None)
-            if nearest is not None:
-                found.setdefault(type_ids, nearest)
-        return reduce(or_, [self._wire_class(each, tag) for tag, each in found.items()], _NoClass)
+        found = derived_classes(cls, (Value.ice_known, *sys.modules))
+        return reduce(or_, [self._wire_class(each, type_id) for type_id, each in found.items()], _NoClass)
 
-    def _wire_class(self, cls: type[Value], tag: str) -> type[msgspec.Struct]:
-        if tag not in self._classes:
+    def _wire_class(self, cls: type[Value], type_id: str) -> type[msgspec.Struct]:
+        if type_id not in self._classes:
             members = dict.fromkeys(cls.__struct_fields__, object)
-            self._classes[tag] = _wire_struct(cls, members, tag=tag)
-            self._waiting.append((cls, self._classes[tag]))
-        return self._classes[tag]
+            self._classes[type_id] = _wire_struct(cls, members)
+            self._waiting.append((cls, self._classes[type_id]))
+        return self._classes[type_id]
 
     def _members(self, cls: type[msgspec.Struct]) -> dict[str, Any]:
         return {field.name: self._of(field.type) for field in msgspec.structs.fields(cls)}
 
 
-def _wire_struct(
-    cls: type[msgspec.Struct], members: dict[str, Any], tag: str | None = None
-) -> type[msgspec.Struct]:
+def _wire_struct(cls: type[msgspec.Struct], members: dict[str, Any]) -> type[msgspec.Struct]:
     """Return a struct whose members have other types; what is decoded as one becomes one of the given."""
 
     def become(self: msgspec.Struct) -> None:
@@ -244,6 +232,5 @@ def _wire_struct(
         **{field.name: None for field in fields if field.default is None},  # they may be absent
     }
     rename = {field.name: field.encode_name for field in fields}
-    options = {} if tag is None else {"tag": tag}
-    made = StructType(cls.__name__, (cls,), namespace, rename=rename, kw_only=True, **options)
+    made = StructType(cls.__name__, (cls,), namespace, rename=rename, kw_only=True)
     return cast("type[msgspec.Struct]", made)

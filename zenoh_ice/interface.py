@@ -33,7 +33,7 @@ from typing import (
 import msgspec
 
 from ._codec import Codec
-from ._values import TYPE_FIELD, Struct, StructType, Value, slice_name, type_ids_of
+from ._values import TYPE_FIELD, Struct, StructType, Value, slice_name, type_id_of
 from .exceptions import UserException
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ __all__ = [
     "Value",
     "operation",
     "stream",
-    "type_ids_of",
+    "type_id_of",
 ]
 
 OBJECT_TYPE_ID: Final = "::Ice::Object"
@@ -124,10 +124,6 @@ class Operation(Generic[P, V]):
             return self
         call = vars(proxy)[self.method] = proxy.ice_call(self)
         return call
-
-    def __call__(self, proxy: ObjectPrx, *args: P.args, **kwargs: P.kwargs) -> V:
-        """Call the operation of a proxy: `PoseHeadPrx.getPose(head)`, as Python has it of methods."""
-        return proxy.ice_call(self)(*args, **kwargs)
 
     def prepare(self) -> None:
         """Derive what travels, unless that was done: the first call takes no longer than others then."""

@@ -193,10 +193,6 @@ class ObjectPrx(Reference):
         """Call an operation and wait for its outcome, as `Call` does."""
         return self.ice_call(operation)(*args, **kwargs)
 
-    def ice_invokeAsync(self, operation: Operation[P, V], *args: P.args, **kwargs: P.kwargs) -> Future[V]:
-        """Call an operation without waiting, as `Call.begin` does."""
-        return self.ice_call(operation).begin(*args, **kwargs)
-
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, ObjectPrx):
             return NotImplemented

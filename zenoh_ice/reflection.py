@@ -24,11 +24,8 @@ from msgspec import Meta
 
 from ._codec import DECODE_ERRORS, misfit
 from .exceptions import ConfigurationException, MarshalException, ZenohIceError
-from .interface import OBJECT_TYPE_ID, Interface
+from .interface import OBJECT_TYPE_ID, RETURN_VALUE, Interface
 from .text import printable
-
-RETURN_VALUE: Final = "returnValue"
-"""The name of what an operation returns, among its results."""
 
 _SCHEMA_FILE: Final = "schema.json"
 _MALFORMED: Final = "malformed schema of an interface"
@@ -155,21 +152,6 @@ class Schema(msgspec.Struct, frozen=True):
             parts = ", ".join(self.type_text(each, scoped=scoped) for each in inner)
             text = f"{definition.kind}<{parts}>"
         return f"optional {text}" if optional else text
-
-
-def _returning(kind: str, name: str, *parameters: Member) -> OperationDescription:
-    results = (Member(RETURN_VALUE, kind),)
-    return OperationDescription(name, parameters=parameters, results=results, idempotent=True)
-
-
-OBJECT_OPERATIONS: Final = (
-    OperationDescription("ice_ping", idempotent=True),
-    _returning("bool", "ice_isA", Member("id", "string")),
-    _returning("string", "ice_id"),
-    _returning("sequence<string>", "ice_ids"),
-    _returning("string", "ice_describe"),
-)
-"""What every servant answers besides the operations of its interface."""
 
 
 @lru_cache(maxsize=64)

@@ -65,10 +65,8 @@ class _ModuleWriter:
             case ast.Struct():
                 chunks = [self._record(definition, [self._names.runtime("Struct")])]
             case ast.Class():
-                type_ids = [definition.scoped, *(ancestor.scoped for ancestor in definition.ancestors())]
-                chunks = [
-                    self._record(definition, [self._base(definition, "Value"), f'tag="{" ".join(type_ids)}"'])
-                ]
+                base = self._base(definition, "Value")
+                chunks = [self._record(definition, [base, f'tag="{definition.scoped}"'])]
             case ast.ExceptionType():
                 base = self._base(definition, "UserException")
                 chunks = [self._record(definition, [base, f'id="{definition.scoped}"'])]

@@ -15,11 +15,17 @@ import msgspec
 
 from zenoh_ice import MarshalException, ObjectPrx, UserException
 from zenoh_ice.generated import Byte, Int, Long, Short
-from zenoh_ice.interface import Interface, Operation, StreamedOperation, Struct, StructType, Value
+from zenoh_ice.interface import (
+    RETURN_VALUE,
+    Interface,
+    Operation,
+    StreamedOperation,
+    Struct,
+    StructType,
+    Value,
+)
 from zenoh_ice.proxy import StreamedCall
 from zenoh_ice.reflection import (
-    OBJECT_OPERATIONS,
-    RETURN_VALUE,
     Definition,
     Member,
     OperationDescription,
@@ -44,6 +50,21 @@ _BUILTIN_TYPES: Final[Mapping[str, Any]] = {
     "Object": Value | None,
     "Value": Value | None,
 }
+
+
+def _returning(kind: str, name: str, *parameters: Member) -> OperationDescription:
+    results = (Member(RETURN_VALUE, kind),)
+    return OperationDescription(name, parameters=parameters, results=results, idempotent=True)
+
+
+# What every servant answers besides the operations of its interface.
+_OF_EVERY_SERVANT: Final = (
+    OperationDescription("ice_ping", idempotent=True),
+    _returning("bool", "ice_isA", Member("id", "string")),
+    _returning("string", "ice_id"),
+    _returning("sequence<string>", "ice_ids"),
+    _returning("string", "ice_describe"),
+)
 
 
 class _DeclaredException(UserException):
@@ -102,7 +123,7 @@ class Types:
             _python(type_id),
             (base,),
             {"__annotations__": dict.fromkeys(names, object), "__module__": __name__},
-            tag=" ".join(self._schema.lineage(type_id)),
+            tag=type_id,
             rename=names,
         )
         self._made[type_id] = made
@@ -168,7 +189,7 @@ class DynamicProxy:
         self.types: Final = Types(self.schema)
         self.interface_operations: Final = {each.name: each for _, each in self.schema.operations()}
         """Those of its interface and of what that extends, by name."""
-        self.operations: Final = {each.name: each for each in OBJECT_OPERATIONS}
+        self.operations: Final = {each.name: each for each in _OF_EVERY_SERVANT}
         self.operations.update(self.interface_operations)
         self._made = {
             name: made

@@ -15,7 +15,7 @@ from deploy.nao.connection import find_servant
 from deploy.nao.dynamic import DynamicProxy
 from deploy.nao.output import print_json
 from zenoh_ice import initialize
-from zenoh_ice.reflection import RETURN_VALUE
+from zenoh_ice.interface import RETURN_VALUE
 from zenoh_ice.settings import Settings
 
 __all__ = ["image_operation", "png", "save_image"]

@@ -16,7 +16,7 @@ import msgspec
 from deploy.nao import NaoError
 from deploy.nao.dynamic import Types
 from zenoh_ice import ObjectPrx, ZenohIceError
-from zenoh_ice.interface import TYPE_FIELD, Value, type_ids_of
+from zenoh_ice.interface import TYPE_FIELD, Value, type_id_of
 from zenoh_ice.reflection import Member, Schema, unscoped
 from zenoh_ice.text import cut
 
@@ -130,14 +130,14 @@ class FromJson:
         if not isinstance(value, dict):
             raise NaoError(f"{path}: {_shown(value)} is no class: write null or a JSON object")
         members = dict(value)
-        wanted = str(members.pop(TYPE_FIELD, kind)).partition(" ")[0]
+        wanted = str(members.pop(TYPE_FIELD, kind))
         try:
             made = self._types.class_of(wanted)
         except KeyError:
             raise NaoError(
                 f"{path}: give the type of the class under {TYPE_FIELD!r}, such as '::module::Class'"
             ) from None
-        if self._schema.kind(kind) == "class" and kind not in type_ids_of(made):
+        if self._schema.kind(kind) == "class" and kind not in self._schema.lineage(wanted):
             raise NaoError(f"{path}: {wanted} is no {unscoped(kind)}")
         return self._filled(made, wanted, members, path)
 
@@ -201,9 +201,7 @@ def to_json(value: object, of_bytes: Callable[[bytes], Json] | None = None) -> J
                 return {_key_text(key): to_json(item, of_bytes) for key, item in value.items()}
             return [[to_json(key, of_bytes), to_json(item, of_bytes)] for key, item in value.items()]
         case msgspec.Struct():
-            kind: dict[str, Json] = (
-                {TYPE_FIELD: type_ids_of(type(value))[0]} if isinstance(value, Value) else {}
-            )
+            kind: dict[str, Json] = {TYPE_FIELD: type_id_of(type(value))} if isinstance(value, Value) else {}
             return kind | {
                 wire: to_json(getattr(value, name), of_bytes) for wire, name in _names(type(value))
             }

@@ -274,18 +274,17 @@ class _RecordedCaller(_Recorded):
     ) -> None:
         super().__init__(transport, target, operation)
         self.timeout: Final = proxy.ice_getInvocationTimeout() / 1000
-        self._proxy: Final = proxy
-        self._oneway: Final = proxy.ice_oneway()
-        self._encoded: Final = _encoded(operation)
+        self._call: Final = proxy.ice_call(_encoded(operation))
+        self._call_oneway: Final = proxy.ice_oneway().ice_call(_encoded(operation))
 
     def call(self, payload: bytes, attachment: bytes) -> Outcome:  # noqa: ARG002 - each call below has its own
         """Call and wait for the answer, while other threads run code."""
         with self._recorded("call", payload) as exchange, self._lock.released():
-            return _take(exchange, partial(self._proxy.ice_invoke, self._encoded, payload))
+            return _take(exchange, partial(self._call, payload))
 
     def send(self, payload: bytes, attachment: bytes) -> None:  # noqa: ARG002
         with self._recorded("call", payload) as exchange, self._lock.released():
-            self._oneway.ice_invoke(self._encoded, payload)
+            self._call_oneway(payload)
             exchange.packed = NOTHING
 
     def begin(
@@ -295,7 +294,7 @@ class _RecordedCaller(_Recorded):
         done: Callable[[Outcome | SystemException], object],
     ) -> Callable[[], object]:
         """Call without waiting; what `done` leads to runs under the lock."""
-        future: Future[bytes | Parted] = self._proxy.ice_invokeAsync(self._encoded, payload)
+        future: Future[bytes | Parted] = self._call.begin(payload)
         ticket = self._begin("begin", payload)
 
         def answered(future: Future[bytes | Parted]) -> None:

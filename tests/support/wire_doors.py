@@ -79,7 +79,7 @@ class Animal(Value, tag="::circus::Animal"):
     friend: Animal | None
 
 
-class Dog(Animal, tag="::circus::Dog ::circus::Animal", kw_only=True):
+class Dog(Animal, tag="::circus::Dog", kw_only=True):
     tricks: Int | None = None
     legs: Int = 4
 

@@ -26,7 +26,7 @@ class Animal(Value, tag="::zoo::Animal"):
     friend: Animal | None
 
 
-class Dog(Animal, tag="::zoo::Dog ::zoo::Animal", kw_only=True):
+class Dog(Animal, tag="::zoo::Dog", kw_only=True):
     tricks: Int | None = None
     legs: Int = 4
 
@@ -72,7 +72,7 @@ def test_a_value_arrives_as_the_class_that_it_was() -> None:
 
 
 def test_classes_made_later_arrive_too() -> None:
-    class Cat(Animal, tag="::zoo::Cat ::zoo::Animal"):
+    class Cat(Animal, tag="::zoo::Cat"):
         lives: Int
 
     assert ANIMAL.unpack(animal(), "x").animal == Animal("a", None)
@@ -83,7 +83,7 @@ def test_classes_made_later_arrive_too() -> None:
 def test_classes_of_a_module_that_was_unloaded_do_not_arrive(monkeypatch: pytest.MonkeyPatch) -> None:
     module = ModuleType("farm")
     monkeypatch.setitem(sys.modules, "farm", module)
-    source = "class Cow(Animal, tag='::zoo::Cow ::zoo::Animal'):\n    milk: 'builtins.int'\n"
+    source = "class Cow(Animal, tag='::zoo::Cow'):\n    milk: 'builtins.int'\n"
     vars(module).update(Animal=Animal, builtins=builtins)
     exec(source, vars(module))
     assert (
@@ -93,12 +93,6 @@ def test_classes_of_a_module_that_was_unloaded_do_not_arrive(monkeypatch: pytest
     vars(module).clear()
     anything = Codec(HoldsAnything)
     assert anything.unpack(pack(anything, (Animal("Tom", None),), "x"), "x").anything == Animal("Tom", None)
-
-
-def test_an_unknown_class_arrives_as_the_nearest_known_one() -> None:
-    puppy = {"@type": "::new::Puppy ::new::Pet ::zoo::Dog ::zoo::Animal", "name": "b", "friend": None}
-    payload = animal(friend={**puppy, "legs": 4, "toys": [{"@type": "::new::Toy"}], "age": 1})
-    assert ANIMAL.unpack(payload, "x").animal == Animal("a", Dog("b", None))
 
 
 @pytest.mark.parametrize(
@@ -146,7 +140,7 @@ def test_values_in_each_other_too_deeply_are_refused() -> None:
 
 
 def test_an_optional_member_may_be_missing_and_one_with_a_default_value_may_not() -> None:
-    dog = {"@type": "::zoo::Dog ::zoo::Animal", "name": "b", "friend": None}
+    dog = {"@type": "::zoo::Dog", "name": "b", "friend": None}
     assert ANIMAL.unpack(msgpack.packb({"animal": {**dog, "legs": 2}}), "x").animal == Dog("b", None, legs=2)
     with pytest.raises(MarshalException, match="missing required field `legs`"):
         ANIMAL.unpack(msgpack.packb({"animal": dog}), "x")
@@ -160,18 +154,6 @@ def test_payloads_of_empty_maps_do_not_grow(member: str) -> None:
     with pytest.raises(MarshalException, match="missing required field") as caught:
         codec.unpack(msgpack.packb({**sound, member: [{}] * 1000}), "x")
     assert caught.value.path.startswith(f"$.{member}[0].")
-
-
-def test_many_unknown_classes_are_taken_and_forgotten() -> None:
-    for number in range(40):
-        payload = animal(friend={"@type": f"::new::C{number} ::zoo::Animal", "name": "b", "friend": None})
-        assert ANIMAL.unpack(payload, "x").animal == Animal("a", Animal("b", None))
-
-
-def test_what_looks_like_a_class_in_texts_stays_text() -> None:
-    text = "\x81\xa5@type\xb1::new::X ::zoo::Animal"
-    payload = animal(name=text, friend={"@type": "::new::Y ::zoo::Animal", "name": text, "friend": None})
-    assert ANIMAL.unpack(payload, "x").animal == Animal(text, Animal(text, None))
 
 
 def test_a_proxy_arrives_as_one_of_the_communicator() -> None:
@@ -205,7 +187,7 @@ HOSTILE = st.recursive(
     st.none()
     | st.integers(-5, 5)
     | st.binary(max_size=3)
-    | st.sampled_from(["", "a", "::zoo::Animal", "::zoo::Dog ::zoo::Animal", "::new::X ::zoo::Dog", "Head"]),
+    | st.sampled_from(["", "a", "::zoo::Animal", "::zoo::Dog", "::new::X", "Head"]),
     hostile,
     max_leaves=12,
 )
@@ -214,7 +196,7 @@ HOSTILE = st.recursive(
 @settings(deadline=None)  # the first example builds the decoders
 @given(HOSTILE, st.binary(max_size=6), st.integers(0, 60))
 def test_whatever_arrives_is_taken_or_refused_with_our_exception(value: Any, noise: bytes, at: int) -> None:
-    sound = {"@type": "::zoo::Dog ::zoo::Animal", "name": "a", "legs": 4}
+    sound = {"@type": "::zoo::Dog", "name": "a", "legs": 4}
     for struct, member in ((HoldsAnimal, "animal"), (HoldsAnything, "anything"), (HoldsProxy, "proxy")):
         codec: Codec[Any] = Codec(struct)
         for inner in (value, {**sound, "friend": value}):
