@@ -46,7 +46,7 @@ _PROXY: Final = re.compile(PROXY_TEXT)
 _DESTROY_LIMIT: Final = 2.0  # s for which threads may go on with what they do
 _STATUS_LIMIT: Final = 0.5  # s for which a process that seems to be there is asked how its servants are
 _ON_ITS_WAY: Final = 0.05  # s in which word of a subscription comes to the servant
-_MOST_RIVALS: Final = 16  # processes that serve what we do and were reported
+_MOST_RIVALS: Final = 16  # processes that serve what we do, reported in as many seconds
 
 _logger = logging.getLogger(__name__)
 
@@ -103,6 +103,7 @@ class Communicator:
         self._adapters: list[ObjectAdapter] = []
         self._futures: Final[set[Future[Any]]] = set()
         self._rivals: set[str] = set()  # sessions that were reported
+        self._reports: list[float] = []  # when
         self._clock = clock
         self._clock_lock: Final = threading.Lock()
         self._shutdown: Final = threading.Event()
@@ -341,12 +342,14 @@ class Communicator:
 
     def _report_rivals(self) -> None:
         """Log an error for each process that serves what we do, started before either knew of the other."""
-        found = self._find_rivals().keys()
+        now, found = time.monotonic(), self._find_rivals().keys()
         with self._lock:
             ended = self._rivals - found
-            # A realm may be flooded with tokens: others are reported once some of these have ended.
-            new = sorted(found - self._rivals)[: _MOST_RIVALS - len(self._rivals - ended)]
-            self._rivals = (self._rivals - ended) | set(new)
+            self._reports = [moment for moment in self._reports if now - moment < _MOST_RIVALS]
+            # A realm may be flooded with tokens: some are reported at a later change, if still there.
+            new = sorted(found - self._rivals)[: _MOST_RIVALS - len(self._reports)]
+            self._reports += [now] * len(new)
+            self._rivals = (self._rivals & found) | set(new)
         for server in ended:
             _logger.warning("what this process serves is no longer served by session %s, too", server)
         for server in new:
