@@ -23,9 +23,10 @@ from ..analysis import analyze
 from ..codes import Code
 from ..document import NO_CHILD, Automaton, Document, Event, State, Text, Transition
 from ..formats.reader import parse_document
+from ..formats.writer import is_writable
 from ..formats.xml_tree import XmlElement, parse_xml, read_bytes
-from .script import ScriptReader
-from .writer import OWN_NAMESPACE, SCXML_NAMESPACE, decode_event, is_name, write_scxml
+from .script import ScriptReader, is_name
+from .writer import OWN_NAMESPACE, SCXML_NAMESPACE, write_scxml
 
 __all__ = ["is_scxml", "parse_scxml", "read_scxml"]
 
@@ -34,6 +35,7 @@ _START: Final = re.compile(
 )
 _NATIVE: Final = f"{{{OWN_NAMESPACE}}}document"
 _STATES: Final = ("state", "parallel", "final")
+_ENCODED: Final = re.compile(r"_x([0-9A-F]{4,6})_")
 _QUOTED: Final = re.compile(r"""\s*(['"])([^'"\\]*)\1\s*""")
 _TIME: Final = re.compile(r"([0-9]{1,12}(?:\.[0-9]{1,9})?|\.[0-9]{1,9})(ms|s|m|h|d)?")
 _MILLISECONDS: Final = {None: 1, "ms": 1, "s": 1000, "m": 60_000, "h": 3_600_000, "d": 86_400_000}
@@ -181,7 +183,7 @@ class _Reader:
                 for element in state.element.elements("transition"):
                     self._read_transition(state, element)
         automata = tuple(map(self._automaton, self._automata))
-        sent = {decode_event(each.attributes.get("event", "")) for each in _everywhere(root, "raise", "send")}
+        sent = {each.attributes.get("event", "") for each in _everywhere(root, "raise", "send")}
         sent.update(event for _, event in self._left)
         transitions = (each for automaton in automata for each in automaton.transitions)
         waiting = dict.fromkeys(each.trigger.text for each in transitions if each.type == "event")
@@ -383,7 +385,7 @@ class _Reader:
                 if name != event:
                     message = f"`{event[:60]}` is taken for `{name[:60]}` alone: here events have one name"
                     self.report(Code.SCXML_NOT_THE_SAME, element, message)
-                yield _transition("event", decode_event(name), condition, element)
+                yield _transition("event", _ENCODED.sub(_decoded, name), condition, element)
 
     def _leave(
         self, state: _State, origin: _State, destination: _State, name: str, element: XmlElement
@@ -541,3 +543,9 @@ def _delay(send: XmlElement) -> str:
     quoted = _QUOTED.fullmatch(send.attributes.get("delayexpr", ""))
     match = _TIME.fullmatch(send.attributes.get("delay", quoted[2] if quoted else "").strip())
     return f"{(Decimal(match[1]) * _MILLISECONDS[match[2]]).normalize():f}" if match is not None else ""
+
+
+def _decoded(match: re.Match[str]) -> str:
+    """Return a character of the name of an event that the writer encoded: `_x0020_` is a blank."""
+    code = int(match[1], 16)
+    return chr(code) if code <= 0x10FFFF and is_writable(chr(code)) else match[0]

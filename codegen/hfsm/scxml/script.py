@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import json
+import keyword
 import re
 import textwrap
 from collections.abc import Callable, Iterable, Iterator
@@ -12,9 +13,9 @@ from typing import Final
 from ..codes import Code
 from ..document import Text
 from ..formats.xml_tree import XmlElement
-from .writer import decode_event, expression_of, is_name
+from .writer import expression_of
 
-__all__ = ["ScriptReader"]
+__all__ = ["ScriptReader", "is_name"]
 
 _ECMASCRIPT: Final = "ECMAScript"
 _WORDS: Final = re.compile(r"""'[^'\\\n]*'|"[^"\\\n]*"|[\w$.]+|\s*(?:&&|\|\|)\s*|[=!]==""")
@@ -69,7 +70,7 @@ class ScriptReader:
                     self._check(element, element.text)
                     yield from textwrap.dedent(element.text).strip("\n").split("\n")
                 case "raise":
-                    yield f"self.send({_quoted(decode_event(attributes.get('event', '')))})"
+                    yield f"self.send({_quoted(attributes.get('event', ''))})"
                 case "send":
                     yield from self._send(element)
                 case "log":
@@ -109,7 +110,7 @@ class ScriptReader:
             )
             return
         values = f", {{{', '.join(data)}}}" if data else ""
-        yield f"self.send({_quoted(decode_event(event))}{values})"
+        yield f"self.send({_quoted(event)}{values})"
 
     def _if(self, element: XmlElement) -> Iterator[str]:
         branch: list[XmlElement] = []
@@ -145,6 +146,11 @@ class ScriptReader:
                 element,
                 f"`{name[0]}` does not exist here: the code stops with a NameError",
             )
+
+
+def is_name(text: str) -> bool:
+    """Return whether a text can be the name of a variable."""
+    return text.isascii() and text.isidentifier() and not keyword.iskeyword(text)
 
 
 def _translated(text: str) -> str | None:
