@@ -10,7 +10,7 @@ of one automaton, and an automaton that is entered begins in its first state, or
 from __future__ import annotations
 
 import re
-from collections import Counter, defaultdict
+from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from decimal import Decimal
@@ -23,9 +23,8 @@ from ..analysis import analyze
 from ..codes import Code
 from ..document import NO_CHILD, Automaton, Document, Event, State, Text, Transition
 from ..formats.reader import parse_document
-from ..formats.writer import is_writable
 from ..formats.xml_tree import XmlElement, parse_xml, read_bytes
-from .script import ScriptReader, is_name
+from .script import ScriptReader, decode_event, is_name
 from .writer import OWN_NAMESPACE, SCXML_NAMESPACE, write_scxml
 
 __all__ = ["is_scxml", "parse_scxml", "read_scxml"]
@@ -35,7 +34,13 @@ _START: Final = re.compile(
 )
 _NATIVE: Final = f"{{{OWN_NAMESPACE}}}document"
 _STATES: Final = ("state", "parallel", "final")
-_ENCODED: Final = re.compile(r"_x([0-9A-F]{4,6})_")
+_STATE_PARTS: Final = (*_STATES, "onentry", "onexit", "transition", "initial", "history", "datamodel")
+_PARTS: Final = {
+    "scxml": (*_STATES, "datamodel", "script", "initial"),
+    "state": _STATE_PARTS,
+    "parallel": _STATE_PARTS,
+    "final": ("onentry", "onexit", "transition"),
+}
 _QUOTED: Final = re.compile(r"""\s*(['"])([^'"\\]*)\1\s*""")
 _TIME: Final = re.compile(r"([0-9]{1,12}(?:\.[0-9]{1,9})?|\.[0-9]{1,9})(ms|s|m|h|d)?")
 _MILLISECONDS: Final = {None: 1, "ms": 1, "s": 1000, "m": 60_000, "h": 3_600_000, "d": 86_400_000}
@@ -112,12 +117,16 @@ class _State:
     automata: list[_Automaton] = field(default_factory=list)
     history: XmlElement | None = None
 
-    def up(self) -> Iterator[_State]:
-        """Yield the state and all around it, from the inside."""
-        state: _State | None = self
-        while state is not None:
-            yield state
-            state = state.automaton.owner
+    @property
+    def path(self) -> list[_State]:
+        """The state and those around it, from the inside."""
+        owner = self.automaton.owner
+        return [self, *(owner.path if owner is not None else ())]
+
+    def path_to(self, automaton: _Automaton) -> list[_State]:
+        """Return the path up to the state of an automaton; nothing when the state is not inside it."""
+        levels = [each.automaton for each in self.path]
+        return self.path[: levels.index(automaton) + 1] if automaton in levels else []
 
 
 @dataclass(slots=True, eq=False)
@@ -173,8 +182,7 @@ class _Reader:
             message = f"`{root.tag[:60]}` is not the root of SCXML: it is `scxml`, of {SCXML_NAMESPACE}"
             self.report(Code.INVALID_SCXML, root, message)
             return None
-        self._check_parts(root, *_STATES, "datamodel", "script", "initial")
-        self._read_automaton(root)
+        self._read_automaton(root, None)
         self._find_timers()
         for automaton in self._automata:
             self._find_first(automaton)
@@ -183,7 +191,7 @@ class _Reader:
                 for element in state.element.elements("transition"):
                     self._read_transition(state, element)
         automata = tuple(map(self._automaton, self._automata))
-        sent = {each.attributes.get("event", "") for each in _everywhere(root, "raise", "send")}
+        sent = {decode_event(each.attributes.get("event", "")) for each in _everywhere(root, "raise", "send")}
         sent.update(event for _, event in self._left)
         transitions = (each for automaton in automata for each in automaton.transitions)
         waiting = dict.fromkeys(each.trigger.text for each in transitions if each.type == "event")
@@ -198,15 +206,14 @@ class _Reader:
 
     # The states as a tree.
 
-    def _read_automaton(
-        self, element: XmlElement, owner: _State | None = None, *, is_state: bool = False
-    ) -> None:
+    def _read_automaton(self, element: XmlElement, owner: _State | None, *, is_state: bool = False) -> None:
         """Read the states inside an element, or the element as the only state."""
         automaton = _Automaton(element, len(self._automata) + 1, owner)
         self._automata.append(automaton)
         if owner is not None:
             owner.automata.append(automaton)
         if not is_state:
+            self._check_parts(element, *_PARTS[element.tag])
             self._read_data(element, automaton)
         for number, each in enumerate([element] if is_state else element.elements(*_STATES), 1):
             state = _State(each, automaton, number, each.attributes.get("id", ""))
@@ -224,15 +231,10 @@ class _Reader:
     def _read_inside(self, state: _State) -> None:
         """Read the automata inside a state."""
         element = state.element
-        if element.tag == "final":
-            self._check_parts(element, "onentry", "onexit", "transition")
-        else:
-            self._check_parts(
-                element, *_STATES, "onentry", "onexit", "transition", "initial", "history", "datamodel"
-            )
         if element.tag == "state" and any(True for _ in element.elements(*_STATES)):
             self._read_automaton(element, state)
         else:
+            self._check_parts(element, *_PARTS[element.tag])
             self._read_data(element, state.automaton)
         for region in element.elements(*_STATES) if element.tag == "parallel" else ():
             tags = {child.tag for child in region.elements() if "{" not in child.tag}
@@ -288,9 +290,9 @@ class _Reader:
             names += transition.attributes.get("target", "").split()
             self._check_parts(transition)
         for start in self._starts(self._find_goals(names, element)):
-            for each in _way(start, automaton):
+            for each in start.path_to(automaton):
                 each.automaton.first = each
-            if not _way(start, automaton):
+            if not start.path_to(automaton):
                 message = f"`{start.name[:60]}` is not inside what begins there"
                 self.report(Code.INVALID_SCXML, element, message)
         if wanted is not None:
@@ -299,33 +301,30 @@ class _Reader:
     def _check_first(self, state: _State, element: XmlElement) -> None:
         first = state.automaton.first
         if first is not None and first is not state:
-            message = (
-                f"it enters `{state.name[:60]}`: here what is around that begins in `{first.name[:60]}`, "
-                "whoever enters it"
-            )
+            message = f"it enters `{state.name[:60]}`: here what is around that begins in `{first.name[:60]}`"
             self.report(Code.SCXML_NOT_THE_SAME, element, message)
 
     # Timers: in SCXML events that a state sends to itself on entry, delayed.
 
     def _find_timers(self) -> None:
         """Find the delayed events that only concern the states that send them to themselves."""
-        sends: dict[str, list[tuple[_State, XmlElement]]] = defaultdict(list)
+        timers: dict[XmlElement, _State] = {}
         waiting: dict[str, set[_State]] = defaultdict(set)
         for state in (each for automaton in self._automata for each in automaton.states):
             for send in _in_all(state.element, "onentry", "send"):
                 if _delay(send) and send.attributes.get("target", "") in ("", "#_internal"):
-                    sends[send.attributes.get("event", "")].append((state, send))
+                    timers[send] = state
             for transition in state.element.elements("transition"):
                 for event in transition.attributes.get("event", "").split():
                     waiting[event].add(state)
-        counts = Counter(
-            each.attributes.get("event", "") for each in _everywhere(self._root, "raise", "send")
-        )
+        sends: dict[str, list[XmlElement]] = defaultdict(list)
+        for element in _everywhere(self._root, "raise", "send"):
+            sends[element.attributes.get("event", "")].append(element)
         for event, found in sends.items():
-            if counts[event] == len(found) and waiting[event] <= {state for state, _ in found}:
-                for state, send in found:
-                    if state in waiting[event] and (state, event) not in self._timers:
-                        self._take_timer(state, event, send)
+            if all(each in timers for each in found) and waiting[event] <= {timers[each] for each in found}:
+                for send in found:
+                    if timers[send] in waiting[event] and (timers[send], event) not in self._timers:
+                        self._take_timer(timers[send], event, send)
 
     def _take_timer(self, state: _State, event: str, send: XmlElement) -> None:
         self._timers[state, event] = _delay(send)
@@ -385,7 +384,7 @@ class _Reader:
                 if name != event:
                     message = f"`{event[:60]}` is taken for `{name[:60]}` alone: here events have one name"
                     self.report(Code.SCXML_NOT_THE_SAME, element, message)
-                yield _transition("event", _ENCODED.sub(_decoded, name), condition, element)
+                yield _transition("event", decode_event(name), condition, element)
 
     def _leave(
         self, state: _State, origin: _State, destination: _State, name: str, element: XmlElement
@@ -395,7 +394,7 @@ class _Reader:
         Returns the state in which the automaton inside waits until then, and the event. Where the state
         around goes on later, the automaton returns to the state that it left.
         """
-        inner, around = state.automaton, _way(state, origin.automaton)[1:]
+        inner, around = state.automaton, state.path_to(origin.automaton)[1:]
         event = f"leave {around[0].name} for {name}"
         if (origin, event) not in self._left:
             self._left.add((origin, event))
@@ -431,12 +430,14 @@ class _Reader:
             for transition in history.elements("transition") if history is not None else ():
                 names += transition.attributes.get("target", "").split()
             defaults = self._find_goals(names, history or state.element)
-            yield from [each.state for each in defaults if state in each.state.up()] or [state]
+            yield from [each.state for each in defaults if state in each.state.path] or [state]
 
     def _check_entered(self, goals: Sequence[_Goal], destination: _State, element: XmlElement) -> None:
         """Report where automata do not begin as a transition wants it."""
         for goal in goals:
-            for each in (way for start in self._starts([goal]) for way in _way(start, destination.automaton)):
+            for each in (
+                way for start in self._starts([goal]) for way in start.path_to(destination.automaton)
+            ):
                 if each.history is not None and goal.history is None:
                     message = f"it enters `{each.name[:60]}` anew: here what is inside goes on where it was"
                     self.report(Code.SCXML_NOT_THE_SAME, element, message)
@@ -512,17 +513,10 @@ def _position(number: int) -> tuple[float, float]:
     return 120.0 + 300.0 * column, 160.0 + 200.0 * row
 
 
-def _way(start: _State, automaton: _Automaton) -> list[_State]:
-    """Return a state and those around it up to the one in an automaton; nothing when there is none."""
-    way = list(start.up())
-    levels = [each.automaton for each in way]
-    return way[: levels.index(automaton) + 1] if automaton in levels else []
-
-
 def _side_by_side(source: _State, goal: _State) -> tuple[_State, _State]:
     """Return the states of one automaton that are two others or around them, as far inside as there are."""
-    around = {state.automaton: state for state in source.up()}
-    return next((around[state.automaton], state) for state in goal.up() if state.automaton in around)
+    around = {state.automaton: state for state in source.path}
+    return next((around[state.automaton], state) for state in goal.path if state.automaton in around)
 
 
 def _everywhere(element: XmlElement, *tags: str) -> Iterator[XmlElement]:
@@ -543,9 +537,3 @@ def _delay(send: XmlElement) -> str:
     quoted = _QUOTED.fullmatch(send.attributes.get("delayexpr", ""))
     match = _TIME.fullmatch(send.attributes.get("delay", quoted[2] if quoted else "").strip())
     return f"{(Decimal(match[1]) * _MILLISECONDS[match[2]]).normalize():f}" if match is not None else ""
-
-
-def _decoded(match: re.Match[str]) -> str:
-    """Return a character of the name of an event that the writer encoded: `_x0020_` is a blank."""
-    code = int(match[1], 16)
-    return chr(code) if code <= 0x10FFFF and is_writable(chr(code)) else match[0]

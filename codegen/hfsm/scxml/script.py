@@ -12,12 +12,14 @@ from typing import Final
 
 from ..codes import Code
 from ..document import Text
+from ..formats.writer import is_writable
 from ..formats.xml_tree import XmlElement
 from .writer import expression_of
 
-__all__ = ["ScriptReader", "is_name"]
+__all__ = ["ScriptReader", "decode_event", "is_name"]
 
 _ECMASCRIPT: Final = "ECMAScript"
+_ENCODED: Final = re.compile(r"_x([0-9A-F]{4,6})_")
 _WORDS: Final = re.compile(r"""'[^'\\\n]*'|"[^"\\\n]*"|[\w$.]+|\s*(?:&&|\|\|)\s*|[=!]==""")
 _IN_PYTHON: Final = {"true": "True", "false": "False", "===": "==", "!==": "!=", "&&": " and ", "||": " or "}
 _NOT_NAMES: Final = frozenset(("undefined", "null", "NaN", "Infinity", "In", "_event", "this"))
@@ -70,7 +72,7 @@ class ScriptReader:
                     self._check(element, element.text)
                     yield from textwrap.dedent(element.text).strip("\n").split("\n")
                 case "raise":
-                    yield f"self.send({_quoted(attributes.get('event', ''))})"
+                    yield f"self.send({_quoted(decode_event(attributes.get('event', '')))})"
                 case "send":
                     yield from self._send(element)
                 case "log":
@@ -110,7 +112,7 @@ class ScriptReader:
             )
             return
         values = f", {{{', '.join(data)}}}" if data else ""
-        yield f"self.send({_quoted(event)}{values})"
+        yield f"self.send({_quoted(decode_event(event))}{values})"
 
     def _if(self, element: XmlElement) -> Iterator[str]:
         branch: list[XmlElement] = []
@@ -148,6 +150,11 @@ class ScriptReader:
             )
 
 
+def decode_event(name: str) -> str:
+    """Return the name of an event that the writer may have encoded: `_x0020_` is a blank."""
+    return _ENCODED.sub(_decoded, name)
+
+
 def is_name(text: str) -> bool:
     """Return whether a text can be the name of a variable."""
     return text.isascii() and text.isidentifier() and not keyword.iskeyword(text)
@@ -175,3 +182,8 @@ def _is_common(node: ast.AST) -> bool:
 
 def _quoted(text: str) -> str:
     return json.dumps(text, ensure_ascii=False)
+
+
+def _decoded(match: re.Match[str]) -> str:
+    code = int(match[1], 16)
+    return chr(code) if code <= 0x10FFFF and is_writable(chr(code)) else match[0]
