@@ -2,7 +2,8 @@
 
 A service publishes what happens by itself as one of the messages of this module, which go to the page as they
 are; `publish` may be called from any thread and never blocks. Its methods run on the server's event loop and
-do not block it; what they return goes to the page as JSON. They are cancelled when they take too long.
+do not block it; what they return goes to the page as JSON, and a VisualHfsmError as its text. They are
+cancelled when they take too long.
 """
 
 from __future__ import annotations
@@ -17,7 +18,6 @@ import msgspec
 
 from codegen.hfsm.document import Document
 from visualhfsm.editing.places import Place
-from visualhfsm.errors import VisualHfsmError
 
 __all__ = [
     "Components",
@@ -26,7 +26,6 @@ __all__ = [
     "Publish",
     "Push",
     "RunPush",
-    "ServiceError",
     "Snapshot",
     "Source",
     "Stale",
@@ -37,10 +36,6 @@ __all__ = [
 ]
 
 R = TypeVar("R")
-
-
-class ServiceError(VisualHfsmError):
-    """A service could not do what it was asked for; the message is shown to the person."""
 
 
 @dataclass(frozen=True, slots=True)

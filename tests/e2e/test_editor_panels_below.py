@@ -14,7 +14,7 @@ from tests.support.editor import Editor, editor, services
 from tests.support.limits import CALL_LIMIT, LIMIT
 from tests.support.panels import DOCUMENT, edit, panel_violations, undo_names
 from tests.support.processes import free_endpoint
-from visualhfsm.running.service import RunningComponents
+from visualhfsm.running import RunningComponents
 from visualhfsm.sessions import session
 from zenoh_ice import Settings
 

@@ -19,7 +19,8 @@ from tests.support.documents import document, state, sub, transition
 from tests.support.limits import LIMIT
 from visualhfsm.code_help.service import CodeHelper
 from visualhfsm.editing.places import Place
-from visualhfsm.services import ServiceError, Source
+from visualhfsm.errors import VisualHfsmError
+from visualhfsm.services import Source
 
 CONFIG = (
     "<iceinterface><nameinterface>Head</nameinterface><nameproxy>Head</nameproxy><interface>PoseHead</interface>"
@@ -235,7 +236,7 @@ def test_a_place_without_code_is_refused(typing: Type) -> None:
             Place(kind="state", automaton=1, id=1, part="name"),
             Place(kind="document"),
         ):
-            with pytest.raises(ServiceError):
+            with pytest.raises(VisualHfsmError):
                 await person.options(place, "x|")
 
     typing(go)
@@ -262,7 +263,7 @@ def test_code_that_takes_too_long_is_given_up_and_the_next_is_helped() -> None:
     async def go(person: Typing) -> None:
         await person.labels(WALK, "self.|")  # what reads code is loaded
         person.helper._patience = 0.05
-        with pytest.raises(ServiceError, match="too long"):
+        with pytest.raises(VisualHfsmError, match="too long"):
             await person.labels(WALK, "value = [1, 2, 3]\n" * 8000 + "value.|")
         person.helper._patience = LIMIT
         assert "Head" in await person.labels(WALK, "self.|")

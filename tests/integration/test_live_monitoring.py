@@ -32,11 +32,12 @@ from tests.support.documents import compile_to, document, load, state, sub, tran
 from tests.support.limits import CALL_LIMIT, LIMIT
 from tests.support.pushes import Pushes
 from tests.support.robot_server import ServedRobot, eventually, served
+from visualhfsm.errors import VisualHfsmError
 from visualhfsm.live.service import Monitoring
 from visualhfsm.monitoring.follower import Follower, LiveStructure, Silence
 from visualhfsm.monitoring.robot import RobotMonitor, RobotState
 from visualhfsm.monitoring.run_log import LiveSnapshot
-from visualhfsm.services import Components, ServiceError, Snapshot, Stale, Structure
+from visualhfsm.services import Components, Snapshot, Stale, Structure
 from zenoh_ice import Current, Sample, Settings, WallClock, initialize
 
 PARAMETERS = "<parameters><parameter><name>speed</name><type>float</type><default>0.3</default></parameter></parameters>"
@@ -156,9 +157,11 @@ def test_components_come_and_go(robot: ServedRobot, component: Component) -> Non
 def test_a_component_that_does_not_run_is_not_followed(robot: ServedRobot, running: Walker) -> None:
     async def go(opened: Page) -> None:
         await opened.attach()
-        with pytest.raises(ServiceError, match=r"no component walkr runs in realm .*; did you mean walker"):
+        with pytest.raises(
+            VisualHfsmError, match=r"no component walkr runs in realm .*; did you mean walker"
+        ):
             await opened.service.attach("walkr")
-        with pytest.raises(ServiceError, match="not followed"):
+        with pytest.raises(VisualHfsmError, match="not followed"):
             await opened.service.control("walkr", "pause", {})
 
     on_page(robot, go)
@@ -281,7 +284,7 @@ def test_what_makes_no_sense_is_refused(
 ) -> None:
     async def go(opened: Page) -> None:
         await opened.attach()
-        with pytest.raises(ServiceError, match=reason):
+        with pytest.raises(VisualHfsmError, match=reason):
             await opened.do(action, **arguments)
 
     on_page(robot, go)
@@ -439,7 +442,7 @@ def test_without_a_robot_there_is_no_emergency_stop_to_reset(pair: Pair) -> None
             Settings(realm=pair.server.realm, connect=(pair.endpoint,), clock="wall", timeout=CALL_LIMIT),
         )
         try:
-            with pytest.raises(ServiceError, match="Safety"):
+            with pytest.raises(VisualHfsmError, match="Safety"):
                 await service.control("", "resetEmergencyStop", {})
         finally:
             await service.close()
@@ -489,7 +492,7 @@ def test_cameras_are_shown_as_jpeg_to_several_windows(robot: ServedRobot) -> Non
         for each in await asyncio.gather(frames(opened, 3), frames(opened, 3)):
             with Image.open(io.BytesIO(each[0])) as image:
                 assert (image.format, image.size) == ("JPEG", (320, 240))
-        with pytest.raises(ServiceError, match="no camera Head"):
+        with pytest.raises(VisualHfsmError, match="no camera Head"):
             await anext(opened.service.camera("Head"))
 
     on_page(robot, go)

@@ -24,7 +24,6 @@ from visualhfsm.errors import VisualHfsmError
 from visualhfsm.live.recordings import RecordedRun, open_recording
 from visualhfsm.live.service import Monitoring
 from visualhfsm.monitoring.run_log import LiveSnapshot, RunLog
-from visualhfsm.services import ServiceError
 from zenoh_ice import Settings
 
 DOCUMENT = document(
@@ -156,10 +155,10 @@ def test_the_page_opens_one_and_asks_for_its_past(file: Path, tmp_path: Path) ->
             assert msgspec.json.decode(moment, type=LiveSnapshot).component.automata[0].state == 1
             timeline = await service.control(name, "timeline", {})
             assert len(timeline.changes) == 1
-            with pytest.raises(ServiceError, match="cannot be read"):
+            with pytest.raises(VisualHfsmError, match="cannot be read"):
                 await service.recording(tmp_path / "missing.mcap")
             await service.detach(name)
-            with pytest.raises(ServiceError, match="not followed"):
+            with pytest.raises(VisualHfsmError, match="not followed"):
                 await service.control(name, "timeline", {})
         finally:
             await service.close()

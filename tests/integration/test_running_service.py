@@ -19,8 +19,9 @@ from tests.support.processes import free_endpoint
 from tests.support.pushes import Pushes
 from visualhfsm.editing.commands.states import SetStateCode
 from visualhfsm.editing.places import Place
-from visualhfsm.running.service import RunningComponents
-from visualhfsm.services import Output, OutputLine, RunPush, ServiceError, Source
+from visualhfsm.errors import VisualHfsmError
+from visualhfsm.running import RunningComponents
+from visualhfsm.services import Output, OutputLine, RunPush, Source
 from zenoh_ice import Settings
 
 
@@ -183,7 +184,7 @@ def test_a_document_with_errors_is_refused_and_says_why(tmp_path: Path) -> None:
     async def go() -> None:
         pushes = Told()
         async with running(pushes) as service:
-            with pytest.raises(ServiceError, match="not valid Python"):
+            with pytest.raises(VisualHfsmError, match="not valid Python"):
                 await service.run(source(tmp_path / "walk.xml", text("x = = 1")), [])
             assert pushes.changes[-1].status == "ended"
             assert not (tmp_path / "walk.py").exists()
@@ -198,7 +199,7 @@ def test_generating_writes_beside_the_document_and_needs_a_file(tmp_path: Path) 
             written = await service.generate(edited(saved, "print('edited')"))
             assert written == {"path": str(tmp_path / "walk.py")}
             assert "print('edited')" in (tmp_path / "walk.py").read_text()
-            with pytest.raises(ServiceError, match="save the document first"):
+            with pytest.raises(VisualHfsmError, match="save the document first"):
                 await service.generate(Source(2, 1, saved.document, None, True))
 
     asyncio.run(go())

@@ -25,7 +25,6 @@ from visualhfsm.services import (
     OutputLine,
     Publish,
     RunPush,
-    ServiceError,
     Snapshot,
     Source,
 )
@@ -423,7 +422,7 @@ class FakeLive(NoService):
 
     async def attach(self, component: str) -> object:
         if component != "dance":
-            raise ServiceError(f"{component} does not run")
+            raise VisualHfsmError(f"{component} does not run")
         self.attached.append(component)
         self._publish(Snapshot(component=component, value={"state": 1}))
         return None
@@ -443,7 +442,7 @@ class FakeLive(NoService):
 
     async def camera(self, name: str) -> AsyncGenerator[bytes, None]:
         if name != "top":
-            raise ServiceError(f"there is no camera {name}")
+            raise VisualHfsmError(f"there is no camera {name}")
         for index in range(100):
             yield b"%d" % index
 

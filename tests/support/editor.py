@@ -18,7 +18,8 @@ from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Origin
 
 from tests.support.limits import LIMIT
-from visualhfsm.services import Publish, ServiceError
+from visualhfsm.errors import VisualHfsmError
+from visualhfsm.services import Publish
 from visualhfsm.web.server import Options, Server
 from visualhfsm.web.workspace import Limits, MakeServices, Services
 
@@ -55,18 +56,18 @@ class NoService:
 
     def __getattr__(self, name: str) -> Callable[..., Any]:
         async def refuse(*_: object) -> None:
-            raise ServiceError(f"{name} is not available")
+            raise VisualHfsmError(f"{name} is not available")
 
         return refuse
 
     async def camera(self, name: str) -> AsyncGenerator[bytes, None]:
         """Refuse."""
-        raise ServiceError(f"{name} is not available")
+        raise VisualHfsmError(f"{name} is not available")
         yield
 
     async def poses(self) -> AsyncGenerator[bytes, None]:
         """Refuse."""
-        raise ServiceError("the poses are not available")
+        raise VisualHfsmError("the poses are not available")
         yield
 
     async def forget(self, tab: int) -> None:

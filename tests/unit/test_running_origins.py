@@ -11,7 +11,7 @@ from codegen.diagnostics import Diagnostics
 from tests.support.documents import document, state, sub, transition
 from visualhfsm.editing.places import Place
 from visualhfsm.generate import generate_component
-from visualhfsm.running.service import Origin, Origins, read_origins
+from visualhfsm.running import Origin, Origins, read_origins
 
 TEXT = document(
     sub(

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from visualhfsm.errors import ForbiddenPathError
-from visualhfsm.web.paths import Root
+from visualhfsm.web.security import Root
 
 parts = st.one_of(st.sampled_from(["..", ".", "", "a", "b.xml", "away", "/", "~", "\\"]), st.text(max_size=8))
 

@@ -18,7 +18,7 @@ from visualhfsm.editing.commands.transitions import SetTransitionCode
 from visualhfsm.editing.places import Place
 from visualhfsm.editing.serialization import written
 from visualhfsm.errors import VisualHfsmError
-from visualhfsm.services import ServiceError, Source, retrieve
+from visualhfsm.services import Source, retrieve
 
 from .worker import Question, Wanted
 
@@ -56,17 +56,14 @@ class CodeHelper:
 
         `complete`: what could follow, best first; `explain`: what the name at the position stands for;
         `signature`: the parameters of the call around it; `lint`: what is wrong with the code. None when
-        there is nothing to say, or a newer question came meanwhile. Raises ServiceError.
+        there is nothing to say, or a newer question came meanwhile. Raises VisualHfsmError.
         """
         if len(code) > _LARGEST:
             return None
-        try:
-            if wanted == "lint":
-                document = written(_with_code(_around(source.document, place), place, code))
-            else:
-                document = self._context_of(source.document, place)
-        except VisualHfsmError as error:
-            raise ServiceError(str(error)) from error
+        if wanted == "lint":
+            document = written(_with_code(_around(source.document, place), place, code))
+        else:
+            document = self._context_of(source.document, place)
         path = source.path or Path.cwd() / _UNTITLED
         desk = self._desks[wanted]
         if not await desk.enter():
@@ -98,7 +95,7 @@ class CodeHelper:
             line = await asyncio.to_thread(process.ask, msgspec.json.encode(question), patience)
         except NoAnswerError as error:
             self._warm.discard(process)
-            raise ServiceError(f"no help with this code: {error}") from error
+            raise VisualHfsmError(f"no help with this code: {error}") from error
         self._warm.add(process)
         return msgspec.json.decode(line)
 
@@ -169,4 +166,4 @@ def _command(place: Place, code: str) -> Command:
             return SetTransitionCode(**where, transition=place.id, part=part, text=code)
         case "automaton", "variables" | "functions" as part:
             return SetAutomatonCode(**where, part=part, text=code)
-    raise ServiceError(f"there is no code in the {place.part or 'whole'} of a {place.kind}")
+    raise VisualHfsmError(f"there is no code in the {place.part or 'whole'} of a {place.kind}")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import itertools
 import logging
 import socket
@@ -23,7 +22,7 @@ from visualhfsm.monitoring.follower import Follower, LiveStructure, News, Silenc
 from visualhfsm.monitoring.realm import RELOAD_PATIENCE, components, missing_component, refusals
 from visualhfsm.monitoring.robot import RobotMonitor
 from visualhfsm.monitoring.run_log import LiveSnapshot, RunLog
-from visualhfsm.services import Components, Publish, ServiceError, Snapshot, Stale, Structure
+from visualhfsm.services import Components, Publish, Snapshot, Stale, Structure
 from zenoh_ice import Communicator, ObjectPrx, Settings, ZenohIceError, initialize
 from zenoh_ice.interface import Operation
 from zenoh_ice.text import printable
@@ -86,7 +85,7 @@ class Monitoring:
         follower = self._followers.get(component)
         if follower is None:
             if (missing := missing_component(self._communicator, component)) is not None:
-                raise ServiceError(str(missing))
+                raise missing
             follower = self._followers[component] = Follower(
                 self._communicator, component, self._robot, self._publisher(component)
             )
@@ -134,18 +133,13 @@ class Monitoring:
             finally:
                 follower.forget_breakpoints()
         except msgspec.ValidationError as error:
-            raise ServiceError(f"{printable(action)[:40]} cannot be asked like this: {error}") from error
-        except ServiceError:
-            raise
-        except (VisualHfsmError, ZenohIceError) as error:
-            raise ServiceError(str(error)) from error
+            raise VisualHfsmError(f"{printable(action)[:40]} cannot be asked like this: {error}") from error
+        except ZenohIceError as error:
+            raise VisualHfsmError(str(error)) from error
 
     async def recording(self, path: Path) -> dict[str, Any]:
         """Open the recording of a run; return what the page begins with, and the name to ask for more."""
-        try:
-            run = await asyncio.to_thread(open_recording, path)
-        except VisualHfsmError as error:
-            raise ServiceError(str(error)) from error
+        run = await asyncio.to_thread(open_recording, path)
         name = f"{_RECORDING}{next(self._numbers)}:{path.name}"
         while len(self._recordings) >= _MOST_RECORDINGS:
             self._recordings.pop(next(iter(self._recordings)))
@@ -160,20 +154,13 @@ class Monitoring:
             "complete": run.complete,
         }
 
-    async def camera(self, name: str) -> AsyncGenerator[bytes, None]:
-        """Yield the newest image of a camera, as JPEG, whenever there is a newer one."""
-        try:
-            async with contextlib.aclosing(self._cameras.frames(name)) as frames:
-                async for frame in frames:
-                    yield frame
-        except VisualHfsmError as error:
-            raise ServiceError(str(error)) from error
+    def camera(self, name: str) -> AsyncGenerator[bytes, None]:
+        """Return the newest image of a camera, as JPEG, whenever there is a newer one."""
+        return self._cameras.frames(name)
 
-    async def poses(self) -> AsyncGenerator[bytes, None]:
-        """Yield first the robot's geometry as JSON, then poses whenever they have changed."""
-        async with contextlib.aclosing(self._poses.frames()) as frames:
-            async for frame in frames:
-                yield frame
+    def poses(self) -> AsyncGenerator[bytes, None]:
+        """Return first the robot's geometry as JSON, then what is known of it whenever that has changed."""
+        return self._poses.frames()
 
     async def close(self) -> None:
         """Stop listening, and close the session."""
@@ -218,7 +205,7 @@ class Monitoring:
     def _follower(self, component: str) -> Follower:
         follower = self._followers.get(component)
         if follower is None:
-            raise ServiceError(f"{printable(component)[:100]} is not followed")
+            raise VisualHfsmError(f"{printable(component)[:100]} is not followed")
         return follower
 
     def _log(self, component: str) -> RunLog:

@@ -3,7 +3,7 @@
 | module | what |
 |---|---|
 | `server` | what is served under which path; socket, address, Ctrl-C |
-| `security`, `paths` | who may come in, and which files they reach |
+| `security` | who may come in, and which files they reach |
 | `assets` | the page's files |
 | `protocol` | the messages on the websocket, as types |
 | `connection`, `documents` | one websocket: what comes in and what each request does |

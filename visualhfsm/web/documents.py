@@ -16,7 +16,7 @@ from visualhfsm.sessions.files import read_file
 from visualhfsm.sessions.session import Choice, DocumentSession
 from visualhfsm.sessions.templates import make_template
 
-from .paths import DOCUMENT_SUFFIX, FOREIGN_SUFFIX, RECORDING_SUFFIX
+from .security import DOCUMENT_SUFFIX, FOREIGN_SUFFIX, RECORDING_SUFFIX
 from .workspace import Workspace
 
 _MOST_ENTRIES: Final = 2000  # of a directory

@@ -1,4 +1,4 @@
-"""Who may talk to the server: the page that was opened with the printed address, and nobody else.
+"""Who may talk to the server, the page that was opened with the printed address, and which files it reaches.
 
 Another page in the same browser reaches loopback too, so binding to it does not suffice. What each check is
 against stands in docs/explanation/editor-safety.md.
@@ -12,6 +12,7 @@ import logging
 import re
 import secrets
 from collections.abc import Iterable
+from pathlib import Path
 from typing import Final
 from urllib.parse import parse_qs
 
@@ -19,7 +20,23 @@ from starlette.datastructures import Headers, MutableHeaders
 from starlette.responses import PlainTextResponse, RedirectResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-__all__ = ["Credentials", "Guard", "content_security_policy"]
+from visualhfsm.errors import ForbiddenPathError
+
+__all__ = [
+    "DOCUMENT_SUFFIX",
+    "FOREIGN_SUFFIX",
+    "RECORDING_SUFFIX",
+    "Credentials",
+    "Guard",
+    "Root",
+    "content_security_policy",
+]
+
+DOCUMENT_SUFFIX: Final = ".xml"
+FOREIGN_SUFFIX: Final = ".scxml"
+RECORDING_SUFFIX: Final = ".mcap"
+
+_LONGEST: Final = 4096  # characters, as Linux has it
 
 _POLICY_VIOLATION: Final = 1008  # RFC 6455, section 7.4.1
 
@@ -182,3 +199,69 @@ def _with_headers(send: Send) -> Send:
         await send(message)
 
     return send_with_headers
+
+
+class Root:
+    """The directory to which opening, saving and listing are confined.
+
+    Symbolic links are followed before it is judged where a path leads. `granted` are files that the operator
+    named at the terminal; they may lie elsewhere.
+    """
+
+    def __init__(self, directory: Path, granted: Iterable[Path] = ()) -> None:
+        self.directory = directory.resolve(strict=True)
+        self._granted = frozenset(path.resolve() for path in granted)
+
+    def resolve(self, text: str) -> Path:
+        """Return the path that a text of the page means, absolute and without symbolic links.
+
+        Raises ForbiddenPathError.
+        """
+        if not text or len(text) > _LONGEST or "\0" in text:
+            raise ForbiddenPathError("the path is empty, too long or holds a zero byte")
+        try:
+            path = (self.directory / text).resolve()
+            path.exists()
+        except (OSError, RuntimeError) as error:  # a loop of links, or too long a name
+            raise ForbiddenPathError(f"there can be no path {text[:100]}") from error
+        if not self.contains(path):
+            raise ForbiddenPathError(
+                f"{text} is outside of {self.directory}; start the editor with --root DIR to reach others"
+            )
+        return path
+
+    def contains(self, path: Path) -> bool:
+        """Whether the page may reach a path, with symbolic links followed."""
+        path = path.resolve()
+        return path.is_relative_to(self.directory) or path in self._granted
+
+    def document(self, text: str) -> Path:
+        """Return the path of a document, which ends in `.xml`; raises ForbiddenPathError."""
+        return self._file(text, DOCUMENT_SUFFIX)
+
+    def source(self, text: str) -> Path:
+        """Return the path of what can be opened: a document, or one of SCXML; raises ForbiddenPathError."""
+        return self._file(text, DOCUMENT_SUFFIX, FOREIGN_SUFFIX)
+
+    def recording(self, text: str) -> Path:
+        """Return the path of a recording, which ends in `.mcap`; raises ForbiddenPathError."""
+        return self._file(text, RECORDING_SUFFIX)
+
+    def _file(self, text: str, *suffixes: str) -> Path:
+        path = self.resolve(text)
+        if path.suffix.lower() not in suffixes:
+            raise ForbiddenPathError(f"{text}: the name of such a file ends in {' or '.join(suffixes)}")
+        if path.exists() and not path.is_file():  # of a pipe the reader would wait for ever
+            raise ForbiddenPathError(f"{text} is no file")
+        return path
+
+    def directory_of(self, text: str) -> Path:
+        """Return the path of a directory, the root for an empty text; raises ForbiddenPathError."""
+        path = self.resolve(text) if text else self.directory
+        if not path.is_relative_to(self.directory) or not path.is_dir():
+            raise ForbiddenPathError(f"{text} is no directory below {self.directory}")
+        return path
+
+    def name(self, path: Path) -> str:
+        """Return how the page calls a path: relative to the root where it can be."""
+        return str(path.relative_to(self.directory) if path.is_relative_to(self.directory) else path)

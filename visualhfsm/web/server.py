@@ -28,14 +28,12 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 
 from visualhfsm.errors import VisualHfsmError
-from visualhfsm.services import ServiceError
 from zenoh_ice.command import stop_on_signals
 
 from .assets import Assets
 from .connection import converse, until_one_ends
 from .documents import open_file
-from .paths import Root
-from .security import Credentials, Guard
+from .security import Credentials, Guard, Root
 from .workspace import Limits, MakeServices, Workspace
 
 __all__ = ["Options", "PortInUseError", "Server", "launch_browser", "serve"]
@@ -258,7 +256,7 @@ async def _send_frames(websocket: WebSocket, open_frames: Callable[[], AsyncGene
 
     try:
         await until_one_ends(read(), send())
-    except ServiceError as error:
+    except VisualHfsmError as error:
         await _close(websocket, str(error)[:_LONGEST_REASON])
     except TimeoutError:
         _logger.debug("a window drew no picture for %g s", _DRAW_LIMIT)

@@ -17,15 +17,15 @@ from visualhfsm.code_help.service import CodeHelper
 from visualhfsm.editing.problems import CheckProcess
 from visualhfsm.errors import EditError, MissingError, TooManyError
 from visualhfsm.live.service import Monitoring, free_endpoint
-from visualhfsm.running.service import RunningComponents
+from visualhfsm.running import RunningComponents
 from visualhfsm.services import Components, Output, Publish, Push, RunPush, Snapshot, Stale, Structure
 from visualhfsm.sessions.journal import Abandoned, find_abandoned, journal_directory
 from visualhfsm.sessions.session import Choice, DocumentSession
 from zenoh_ice.settings import Settings
 
-from .paths import Root
 from .protocol import Outside, Problems, Recoverable, TabState
 from .protocol import Workspace as WorkspacePush
+from .security import Root
 from .tab import Tab, Threads
 from .window import Window
 
@@ -263,7 +263,7 @@ class Workspace:
             await self.unfollow(window, component)
 
     async def follow(self, window: Window, component: str) -> object:
-        """Send a window what a component does from now on; raises ServiceError."""
+        """Send a window what a component does from now on; raises VisualHfsmError."""
         self._followers.setdefault(component, set()).add(window)
         try:
             return await self.services.live.attach(component)

@@ -25,7 +25,7 @@ from visualhfsm.child import ChildProcess, Lines, child_environment
 from visualhfsm.editing.places import Locator, Place, spots
 from visualhfsm.errors import VisualHfsmError
 from visualhfsm.generate import generate_component
-from visualhfsm.services import Output, OutputLine, Publish, RunPush, ServiceError, Source, complete
+from visualhfsm.services import Output, OutputLine, Publish, RunPush, Source, complete
 from zenoh_ice import Settings
 
 __all__ = ["Origin", "Origins", "RunningComponents", "read_origins"]
@@ -48,7 +48,7 @@ _TRANSITION: Final = frozenset({"trigger", "guard", "fired"})
 
 
 class RunningComponents:
-    """At most one child process for each tab. All methods raise ServiceError.
+    """At most one child process for each tab. All methods raise VisualHfsmError.
 
     What was begun is done to its end, also when the window that asked for it goes away.
     """
@@ -61,19 +61,13 @@ class RunningComponents:
     async def generate(self, source: Source) -> object:
         """Write the component beside its document, or where the tab's component runs; return its path."""
         if source.path is None and source.tab not in self._runs:
-            raise ServiceError("save the document first: its component is written beside it")
-        try:
-            generated = await complete(self._run_of(source.tab).generate(source))
-        except VisualHfsmError as error:
-            raise ServiceError(str(error)) from error
+            raise VisualHfsmError("save the document first: its component is written beside it")
+        generated = await complete(self._run_of(source.tab).generate(source))
         return {"path": str(generated.component)}
 
     async def run(self, source: Source, arguments: Sequence[str]) -> object:
         """Generate and start; the tab's former process is stopped first."""
-        try:
-            await complete(self._run_of(source.tab).start(source, arguments))
-        except VisualHfsmError as error:
-            raise ServiceError(str(error)) from error
+        await complete(self._run_of(source.tab).start(source, arguments))
         return None
 
     async def stop(self, tab: int) -> object:

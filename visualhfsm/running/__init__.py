@@ -1,1 +1,0 @@
-"""Run a component as a child process of the editor."""
