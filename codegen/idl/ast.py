@@ -208,12 +208,6 @@ class Derivable(Definition):
             yield base
             base = base.base_definition
 
-    @property
-    def all_members(self) -> list[Member]:
-        """The members with the inherited ones, the root's first."""
-        inherited = [member for base in self.ancestors() for member in reversed(base.members)]
-        return [*reversed(inherited), *self.members]
-
 
 @dataclass(slots=True, eq=False)
 class Class(Derivable):
