@@ -51,7 +51,7 @@ def check(
     code is run. The model checker takes conditions for true or false as they
     come, and proves properties or shows how they are violated.
     """
-    from codegen.hfsm.checking import check_document
+    from codegen.hfsm.loading import check_document
     from codegen.hfsm.model_checker import DEFAULT_LIMIT
 
     documents = list(_documents(files))

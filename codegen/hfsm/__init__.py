@@ -3,9 +3,8 @@
 The way of a document, as `loading` goes it: `formats` makes a `document.Document` of the file, `imports`
 brings in what lies in other files, `extension` finds the hand-written code beside it and `known_interfaces`
 the proxies. `analysis` parses its code once; `checks` and `generator` read that: the one reports all that is
-wrong or doubtful, the other writes the component down. `code` knows the Python in a document. `checking`
-checks a document and, with `model_checker`, what its automata can do, without writing anything. `scxml`
-exchanges documents with other programs.
+wrong or doubtful, the other writes the component down, and `model_checker` finds what the automata can do.
+`code` knows the Python in a document. `scxml` exchanges documents with other programs.
 """
 
 from __future__ import annotations

@@ -33,7 +33,7 @@ from .code.text import (
     refuse_functions,
     split,
 )
-from .document import Automaton, Document, Library, State, Text, Transition
+from .document import Argument, Automaton, Document, Library, State, Text, Transition
 from .extension import Extension, read_extension
 
 __all__ = [
@@ -42,6 +42,7 @@ __all__ = [
     "AutomatonCode",
     "CodeProblem",
     "LibraryImport",
+    "Part",
     "Piece",
     "analyze",
     "imported_names",
@@ -169,9 +170,14 @@ class Access:
         return self.piece.place(end, len(node.attr))
 
 
+Part = Literal["entry", "code", "exit", "argument", "guard", "fired"]
+"""What code of an automaton is: of a state, of an argument, or of a transition its condition or guard and
+what runs when it fires."""
+
+
 @dataclass(eq=False)
 class AutomatonCode:
-    """All code of an automaton; that of states by their id, that of transitions by the transition itself.
+    """All code of an automaton. What runs in cycles has a part and an owner: a state, argument or transition.
 
     It is `broken` when some of it is no Python or nested too deeply: then nobody knows what the rest may rely
     on.
@@ -179,27 +185,17 @@ class AutomatonCode:
 
     automaton: Automaton
     variables: Piece | None = None
-    functions: Piece | None = None
-    entry: dict[int, Piece] = field(default_factory=dict)
-    code: dict[int, Piece] = field(default_factory=dict)
-    exit: dict[int, Piece] = field(default_factory=dict)
-    arguments: dict[int, dict[int, Piece]] = field(default_factory=dict)
-    """By the place of the argument among those of its state."""
-    conditions: dict[int, Piece] = field(default_factory=dict)
-    """Conditions and guards, by `id` of the transition."""
-    fired: dict[int, Piece] = field(default_factory=dict)
+    by_owner: dict[tuple[Part, int], Piece] = field(default_factory=dict)
+    """What runs in cycles, by its part and the `id` of its owner: an editor's document may repeat numbers."""
     broken: bool = False
 
-    def pieces(self) -> Iterator[Piece]:
-        """Yield the pieces that run in cycles."""
-        for pieces in (self.entry, self.code, self.exit, self.conditions, self.fired):
-            yield from pieces.values()
-        for arguments in self.arguments.values():
-            yield from arguments.values()
+    def of(self, part: Part, owner: State | Argument | Transition) -> Piece | None:
+        """Return a piece of code that runs in cycles, None where there is none."""
+        return self.by_owner.get((part, id(owner)))
 
     def running(self) -> Iterator[Piece]:
         """Yield the pieces that run in cycles and can be looked into."""
-        return (piece for piece in self.pieces() if not piece.is_deep)
+        return (piece for piece in self.by_owner.values() if not piece.is_deep)
 
     def sharing(self) -> Iterator[Piece]:
         """Yield the pieces that share the automaton's names and can be looked into."""
@@ -217,23 +213,15 @@ class AutomatonCode:
         outside = {item.name for item in self.automaton.inputs}
         if self.variables is not None:
             outside |= self.variables.bound | self.variables.used
-        uses = Counter(name for piece in self.pieces() for name in piece.bound | piece.used)
+        uses = Counter(name for piece in self.by_owner.values() for name in piece.bound | piece.used)
         if not INSPECTING.isdisjoint(uses.keys() | outside):
             return {}
         own = {
             piece: frozenset(name for name in piece.bound - outside if uses[name] == 1)
-            for piece in self.pieces()
+            for piece in self.by_owner.values()
             if not piece.is_expression
         }
         return {piece: local_names(piece.tree, names) for piece, names in own.items() if names}
-
-    def condition_of(self, transition: Transition) -> Piece | None:
-        """Return the condition or the guard of a transition."""
-        return self.conditions.get(id(transition))
-
-    def fired_by(self, transition: Transition) -> Piece | None:
-        """Return the code that runs when a transition fires."""
-        return self.fired.get(id(transition))
 
 
 class LibraryImport(NamedTuple):
@@ -387,41 +375,40 @@ class _Reader:
             else:
                 self._analysis.imports.append(found)
 
-    def functions(self, text: Text, path: Path | None) -> Piece | None:
+    def functions(self, text: Text, path: Path | None) -> None:
         piece = self._piece(text, path, "functions")
         self._analysis.all_functions += [] if piece is None else [piece]
-        return piece
 
     def automaton(self, automaton: Automaton) -> AutomatonCode:
         found = self._current = AutomatonCode(automaton)
         found.variables = self._piece(automaton.variables, automaton.path, "variables")
-        found.functions = self.functions(automaton.functions, automaton.path)
+        self.functions(automaton.functions, automaton.path)
         for state in automaton.states:
-            self._state(state, found)
+            self._add("entry", state, state.entry)
+            self._add("code", state, state.code)
+            self._add("exit", state, state.exit)
+            for argument in state.arguments:
+                self._add("argument", argument, argument.value, "value")
         for transition in automaton.transitions:
-            self._transition(transition, found)
+            has_event = transition.type == "event"
+            guard = transition.trigger if transition.type == "condition" else transition.guard
+            self._add("guard", transition, guard, "condition", has_event=has_event)
+            self._add("fired", transition, transition.code, has_event=has_event)
         self._current = None
         return found
 
-    def _state(self, state: State, found: AutomatonCode) -> None:
-        for text, pieces in ((state.entry, found.entry), (state.code, found.code), (state.exit, found.exit)):
-            piece = self._piece(text, state.path, "statements")
-            if piece is not None:
-                pieces[state.id] = piece
-        for place, argument in enumerate(state.arguments):
-            piece = self._piece(argument.value, argument.path, "value")
-            if piece is not None:
-                found.arguments.setdefault(state.id, {})[place] = piece
-
-    def _transition(self, transition: Transition, found: AutomatonCode) -> None:
-        has_event = transition.type == "event"
-        text = transition.trigger if transition.type == "condition" else transition.guard
-        condition = self._piece(text, transition.path, "condition", has_event=has_event)
-        if condition is not None:
-            found.conditions[id(transition)] = condition
-        fired = self._piece(transition.code, transition.path, "statements", has_event=has_event)
-        if fired is not None:
-            found.fired[id(transition)] = fired
+    def _add(
+        self,
+        part: Part,
+        owner: State | Argument | Transition,
+        text: Text,
+        kind: _Kind = "statements",
+        *,
+        has_event: bool = False,
+    ) -> None:
+        piece = self._piece(text, owner.path, kind, has_event=has_event)
+        if piece is not None and self._current is not None:
+            self._current.by_owner[part, id(owner)] = piece
 
     def _piece(self, text: Text, path: Path | None, kind: _Kind, *, has_event: bool = False) -> Piece | None:
         """Return a text as a piece of code, None for a blank one and for one that is no Python."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from .analysis import AutomatonCode, Piece
+from .analysis import AutomatonCode, Part, Piece
 from .code.names import RESERVED, docstring, identifier, literal, quoted, unique
 from .code.text import INDENT, Code
 from .code.values import delay, milliseconds, parse_value
@@ -62,9 +62,9 @@ class AutomatonWriter:
         self._code, self._owner, self._automata, self._methods = code, owner, automata, methods
         self._automaton = automaton = code.automaton
         self._name, self._path, self._source = name, path, source
-        self._shared = {name for piece in code.pieces() for name in code.shared_names(piece)}
+        self._shared = {name for piece in code.by_owner.values() for name in code.shared_names(piece)}
         self._taken = {item.name for item in automaton.inputs} | _OURS
-        for piece in (*code.pieces(), *([] if code.variables is None else [code.variables])):
+        for piece in (*code.by_owner.values(), *([] if code.variables is None else [code.variables])):
             self._taken |= piece.bound | piece.used
         self._functions: list[Line] = []
         self._set_inputs = self._inputs()
@@ -87,12 +87,8 @@ class AutomatonWriter:
         names = {"Automaton", "State"}
         names |= {"Input"} if automaton.inputs else set()
         names |= {"Transition"} if automaton.transitions else set()
-        code = self._code
-        if any(
-            item.type == "event" and (code.condition_of(item) or code.fired_by(item))
-            for item in automaton.transitions
-        ):
-            names.add("Event")
+        pieces = self._code.by_owner.values()
+        names |= {"Event"} if any(piece.has_event for piece in pieces) else set()
         return names
 
     def lines(self) -> Iterator[Line]:
@@ -156,7 +152,6 @@ class AutomatonWriter:
 
     def _state(self, index: int, state: State) -> list[str]:
         """Write the code of a state as functions; return what its constructor takes."""
-        found = self._code
         arguments = [quoted(state.name)]
         if state.id != index + 1:
             arguments.append(f"id={state.id}")
@@ -164,13 +159,10 @@ class AutomatonWriter:
         initial = next((each for each in states if each.initial), states[0])
         arguments += ["initial=True"] if state is initial else []
         arguments += ["final=True"] if state.final else []
-        for part, kind, pieces in (
-            ("entry", "entry", found.entry),
-            ("code", "state", found.code),
-            ("exit", "exit", found.exit),
-        ):
-            if state.id in pieces:
-                arguments.append(f"{part}={self._function(kind, part, state, pieces[state.id])}")
+        parts: tuple[tuple[Part, str], ...] = (("entry", "entry"), ("code", "state"), ("exit", "exit"))
+        for part, kind in parts:
+            if (piece := self._code.of(part, state)) is not None:
+                arguments.append(f"{part}={self._function(kind, part, state, piece)}")
         methods = [f"self.{self._methods[child]}()" for child in state.children if child in self._automata]
         if methods:
             arguments.append(f"children=({', '.join(methods)}{',' if len(methods) == 1 else ''})")
@@ -181,7 +173,7 @@ class AutomatonWriter:
 
     def _transition_code(self, transition: Transition) -> list[str]:
         """Write guard and code of a transition as functions; return what its constructor takes for them."""
-        guard, code = self._code.condition_of(transition), self._code.fired_by(transition)
+        guard, code = self._code.of("guard", transition), self._code.of("fired", transition)
         parameter = _EVENT if transition.type == "event" else ""
         arguments = []
         if transition.type == "condition":
@@ -240,17 +232,20 @@ class AutomatonWriter:
         function = self._unused(f"arguments_{identifier(state.name, str(state.id))}", state.id)
         children = [child for child in state.children if child in self._automata]
         by_child: dict[int, list[tuple[str, Piece]]] = {}
-        values = self._code.arguments.get(state.id, {})
-        for place, argument in enumerate(state.arguments):
+        pieces = []
+        for argument in state.arguments:
+            piece = self._code.of("argument", argument)
+            assert piece is not None, "an empty value is an error"
+            pieces.append(piece)
             takers = (
                 child
                 for child in children
                 if any(item.name == argument.name for item in self._automata[child].inputs)
             )
             child = argument.child or next(takers)
-            by_child.setdefault(child, []).append((argument.name, values[place]))
+            by_child.setdefault(child, []).append((argument.name, piece))
         lines = self._functions
-        lines += ["", f"        def {function}():", *self._nonlocal(*values.values())]
+        lines += ["", f"        def {function}():", *self._nonlocal(*pieces)]
         lines.append("            return {")
         only = len(children) == 1
         for child, arguments in by_child.items():

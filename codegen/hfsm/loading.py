@@ -1,11 +1,11 @@
-"""Make a component of a document: with all that it imports and extends, checked."""
+"""Load a document with all that it imports and extends: to make a component of it, or only to check it."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from ..diagnostics import Diagnostics, Location, Severity
 from ..files import GeneratedFile
@@ -20,7 +20,10 @@ from .generator import GENERATED_BY, check_component, generate
 from .imports import resolve
 from .known_interfaces import KnownInterfaces, find_interfaces
 
-__all__ = ["LoadedDocument", "compile_document", "component_path", "load_document"]
+if TYPE_CHECKING:
+    from .model_checker import ModelReport  # it takes its time to load, and generating can do without
+
+__all__ = ["LoadedDocument", "check_document", "compile_document", "component_path", "load_document"]
 
 _HEAD: Final = 4000
 """Characters of a file in which a component says what it was generated from."""
@@ -54,9 +57,7 @@ def compile_document(
     found = Diagnostics()
     loaded = load_document(path, output, found, include)
     if loaded is not None and with_model:
-        from .checking import report_violations  # the model checker takes its time to load
-
-        report_violations(loaded, path, found)
+        _report_violations(loaded, path, found)
     diagnostics.add_all(found, leave_out=[Severity.NOTE])
     if loaded is None or found.has_errors:
         return None
@@ -72,6 +73,52 @@ def compile_document(
         )
         return None
     return [GeneratedFile(target, loaded.component)]
+
+
+def _report_violations(loaded: LoadedDocument, path: Path, diagnostics: Diagnostics) -> None:
+    """Report what can never happen, and properties that are violated or invalid, as far as little work tells.
+
+    What it leaves undecided is not reported: `check_document` looks longer.
+    """
+    from .model_checker import QUICK_LIMIT, check_model, report_impossible, report_properties
+
+    report = check_model(loaded.document, path, limit=QUICK_LIMIT, analysis=loaded.analysis)
+    report_impossible(report, diagnostics)
+    report_properties(report, diagnostics, with_undecided=False)
+
+
+def check_document(
+    path: Path,
+    diagnostics: Diagnostics,
+    include: Sequence[Path] = (),
+    *,
+    limit: int | None = None,
+    document: Document | None = None,
+) -> ModelReport | None:
+    """Report what is wrong or doubtful in a document, and return what its automata can do.
+
+    The model checker looks at `limit` configurations at most, by default at its DEFAULT_LIMIT, and not at all
+    with a limit of 0 or after errors: then there is no such report. `include` and `document` are as for
+    `load_document`.
+    """
+    from .model_checker import DEFAULT_LIMIT, check_model, read_operations, report_model
+
+    loaded = load_document(path, None, diagnostics, include, document=document)
+    limit = DEFAULT_LIMIT if limit is None else limit
+    if loaded is None or limit <= 0:
+        return None
+    schemas = {
+        known.file.with_name("schema.json")
+        for interface in loaded.document.interfaces
+        for known in loaded.interfaces.find(interface.type)
+    }
+    errors = len(diagnostics.errors)
+    operations = read_operations((each for each in sorted(schemas) if each.is_file()), diagnostics)
+    if len(diagnostics.errors) > errors:
+        return None
+    report = check_model(loaded.document, path, operations=operations, limit=limit, analysis=loaded.analysis)
+    report_model(report, diagnostics)
+    return report
 
 
 def load_document(

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from codegen.diagnostics import Diagnostics
-from codegen.hfsm.checking import check_document
 from codegen.hfsm.codes import Code
+from codegen.hfsm.loading import check_document
 from tests.support.codegen_command import ROOT
 
 DOCUMENTS = ROOT / "tests" / "data" / "documents"

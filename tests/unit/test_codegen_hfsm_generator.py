@@ -275,7 +275,7 @@ def test_every_way_to_bind_a_name_is_seen() -> None:
             1,
         )
     )
-    assert analysis.automata[0].code[1].bound == set("abcdefijnort") - {"b"} | {
+    assert next(iter(analysis.automata[0].by_owner.values())).bound == set("abcdefijnort") - {"b"} | {
         "b",
         "z",
         "bb",
@@ -432,7 +432,7 @@ _lines = st.sampled_from(
 @settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(st.lists(_lines, max_size=6).map("\n".join), st.sampled_from(["", "  ", "    "]))
 def test_indentation_does_not_change_the_meaning(code: str, indentation: str) -> None:
-    found = analysis_of(code=Text(code, 1, 1)).automata[0].code.get(1)
+    found = next(iter(analysis_of(code=Text(code, 1, 1)).automata[0].by_owner.values()), None)
     if found is None:
         assert not code.strip()
         return

@@ -26,7 +26,8 @@ def automaton_of(*codes: str, inputs: tuple[str, ...] = ()) -> AutomatonCode:
 
 def local(code: str, *others: str, inputs: tuple[str, ...] = ()) -> set[str]:
     automaton = automaton_of(code, *others, inputs=inputs)
-    return set(automaton.code[1].bound - automaton.shared_names(automaton.code[1]))
+    first, *_ = automaton.by_owner.values()
+    return set(first.bound - automaton.shared_names(first))
 
 
 @pytest.mark.parametrize(
@@ -117,7 +118,7 @@ _code = st.lists(st.recursive(_simple, _nested, max_leaves=6), min_size=1, max_s
 @given(st.lists(_code, min_size=1, max_size=3))
 def test_code_does_the_same_with_local_names(codes: list[str]) -> None:
     automaton = automaton_of(*codes)
-    pieces = list(automaton.code.values())
+    pieces = list(automaton.by_owner.values())
     all_shared = [piece.bound for piece in pieces]
     assert trace(pieces, all_shared) == trace(pieces, [automaton.shared_names(piece) for piece in pieces])
 

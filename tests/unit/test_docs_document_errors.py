@@ -10,8 +10,8 @@ import pytest
 
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import compile_document
-from codegen.hfsm.checking import check_document
 from codegen.hfsm.codes import Code
+from codegen.hfsm.loading import check_document
 from tests.support.codegen_command import ROOT
 from tests.support.pages import Section, sections_of
 from visualhfsm.conversion import READERS, WRITERS, convert_document

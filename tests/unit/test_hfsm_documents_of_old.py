@@ -10,7 +10,7 @@ import pytest
 
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import parse_document, write_document
-from codegen.hfsm.checking import check_document
+from codegen.hfsm.loading import check_document
 from hfsm_runtime import VirtualRun
 from tests.support.documents import compile_to, document, load, state, sub, transition
 

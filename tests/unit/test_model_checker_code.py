@@ -16,8 +16,8 @@ from hypothesis import strategies as st
 import hfsm_runtime as runtime
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import write_document
-from codegen.hfsm.checking import check_document
 from codegen.hfsm.document import Document, Interface, Library, Text
+from codegen.hfsm.loading import check_document
 from codegen.hfsm.model_checker import (
     ModelReport,
     Reachability,

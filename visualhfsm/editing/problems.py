@@ -15,9 +15,9 @@ import msgspec
 
 from codegen.diagnostics import Diagnostic, Diagnostics
 from codegen.hfsm import parse_document
-from codegen.hfsm.checking import check_document
 from codegen.hfsm.codes import Code
 from codegen.hfsm.document import Document
+from codegen.hfsm.loading import check_document
 from codegen.hfsm.model_checker import DEFAULT_LIMIT, ModelReport
 from visualhfsm.child import LineProcess, NoAnswerError, answer_lines
 from visualhfsm.errors import EditError

@@ -72,12 +72,13 @@ class _Senders:
         for code in analysis.automata:
             number = code.automaton.id
             for state in code.automaton.states:
-                changes = [code.entry.get(state.id), code.exit.get(state.id)]
-                self._add((number, state.id, True), code.code.get(state.id))
-                self._add((number, state.id, False), *changes, *code.arguments.get(state.id, {}).values())
+                changes = [code.of("entry", state), code.of("exit", state)]
+                changes += [code.of("argument", argument) for argument in state.arguments]
+                self._add((number, state.id, True), code.of("code", state))
+                self._add((number, state.id, False), *changes)
             for transition in code.automaton.transitions:
-                self._add((number, transition.origin, True), code.condition_of(transition))
-                self._add((number, transition.origin, False), code.fired_by(transition))
+                self._add((number, transition.origin, True), code.of("guard", transition))
+                self._add((number, transition.origin, False), code.of("fired", transition))
 
     def _add(self, place: tuple[int, int, bool], *pieces: Piece | None) -> None:
         self._places.update((piece, place) for piece in pieces if piece is not None)

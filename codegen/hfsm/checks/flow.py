@@ -280,21 +280,21 @@ class _Flow:
         for transition in () if state.final else self._outgoing.get(state.id, ()):
             if is_first and transition.type != "condition":
                 continue  # nothing has happened yet, and no time has passed
-            asked = self._run(self._code.condition_of(transition), names)
+            asked = self._run(self._code.of("guard", transition), names)
             if transition.type == "condition":
                 names = asked
             fired = asked | self._prepared(transition)
             target = self._states[transition.destination]
-            fired = self._run(self._code.exit.get(state.id), fired)
-            fired = self._run(self._code.fired_by(transition), fired)
+            fired = self._run(self._code.of("exit", state), fired)
+            fired = self._run(self._code.of("fired", transition), fired)
             fired = self._enter(target, fired)
-            yield target, fired if target.final else self._run(self._code.code.get(target.id), fired)
+            yield target, fired if target.final else self._run(self._code.of("code", target), fired)
         if not state.final:
-            yield state, self._run(self._code.code.get(state.id), names)
+            yield state, self._run(self._code.of("code", state), names)
 
     def _prepared(self, transition: Transition) -> _Names:
         """Return the names that are assigned wherever a variable is set that the condition asks."""
-        piece = self._code.condition_of(transition)
+        piece = self._code.of("guard", transition)
         condition = None if piece is None else piece.expression
         if condition is None:
             return frozenset()
@@ -302,9 +302,9 @@ class _Flow:
         return frozenset().union(*(self._set_with.get(name, frozenset()) for name in asked))
 
     def _enter(self, state: State, names: _Names) -> _Names:
-        names = self._run(self._code.entry.get(state.id), names)
-        for argument in self._code.arguments.get(state.id, {}).values():
-            names = self._run(argument, names)
+        names = self._run(self._code.of("entry", state), names)
+        for argument in state.arguments:
+            names = self._run(self._code.of("argument", argument), names)
         return names
 
     def _run(self, piece: Piece | None, names: _Names) -> _Names:

@@ -119,12 +119,14 @@ def check_variables(code: AutomatonCode, report: Report) -> None:
 
 def check_reserved(code: AutomatonCode, reserved: Collection[str], report: Report) -> None:
     """Check that code takes no names that are `reserved` for the component, or that others share with it."""
-    pieces = [*code.pieces(), *([] if code.variables is None else [code.variables])]
+    pieces = [*code.by_owner.values(), *([] if code.variables is None else [code.variables])]
     for piece in pieces:
         for name in sorted(piece.bound.intersection(reserved) - {"self"}):  # code cannot assign it at all
             message = f"`{name}` is a name that the component needs: choose another"
             report.error(Code.RESERVED_NAME, message, Location(piece.path, piece.code.line))
-    shared = {item.name for item in code.automaton.inputs}.union(*(piece.bound for piece in code.pieces()))
+    shared = {item.name for item in code.automaton.inputs}.union(
+        *(piece.bound for piece in code.by_owner.values())
+    )
     for node in () if code.variables is None else own_nodes(code.variables.tree):
         for name in node.names if isinstance(node, ast.Global) else ():
             if name in shared:
