@@ -15,8 +15,8 @@ from typing import Any, Final, cast
 from codegen.diagnostics import Diagnostics, Location, Note
 
 from ..codes import Code
-from ..document import NO_CHILD, Comment, Document, Element, Extra, Node
-from .schema import DOCUMENT, Items, Leaf, NodeKind, Value
+from ..document import NO_CHILD, Comment, Document, Element, Extra, Node, Text
+from .schema import DOCUMENT, Items, Leaf, NodeKind
 from .xml_tree import XmlElement
 
 __all__ = ["MAX_ID", "Children", "NativeReader", "Translation"]
@@ -68,8 +68,8 @@ class NativeReader:
         fields: dict[str, Any] = {}
         for name, leaf in kind.attributes.items():
             if name in element.attributes:
-                fields[leaf.field] = self._value(element, name, element.attributes[name], leaf)
-            elif leaf.value is Value.STRING and not leaf.optional:
+                fields[leaf.field] = self._value(element, name, element.attributes[name], leaf.type)
+            elif leaf.type is str and not leaf.optional:
                 self.error(element, Code.MALFORMED_ELEMENT, f"`{element.name}` needs the attribute `{name}`")
                 fields[leaf.field] = ""
         extras: tuple[Extra, ...] = ()
@@ -81,10 +81,8 @@ class NativeReader:
             for tag, child in kind.children.items():
                 if isinstance(child, Items):
                     fields[child.field] = self._items(child, found.get(tag, []))
-                elif child.value in (Value.CHILD, Value.CHILDREN):
-                    fields[child.field] = fields.get(child.field, ()) + self._children(found.get(tag, []))
                 else:
-                    fields |= self._leaf(element, tag, child, found.get(tag, []))
+                    self._leaf(fields, element, tag, child, [each for _, each in found.get(tag, ())])
         return kind.model(
             **fields,
             comments=comments,
@@ -116,7 +114,7 @@ class NativeReader:
             if expected is None:
                 self.remark_unknown(child)
                 extras.append(self._kept(child))
-            elif child.tag in found and not _may_repeat(expected):
+            elif child.tag in found and not expected.repeats:
                 first = Note("the first is here", self.place(found[child.tag][0][1]))
                 self.error(child, Code.REPEATED_ELEMENT, f"a second `{child.name}`", first)
             else:
@@ -136,38 +134,36 @@ class NativeReader:
     def _items(self, items: Items, found: _Elements) -> tuple[Node, ...] | Node | None:
         if items.listed and found:
             _, container = found[0]
-            inside, extras = self._sorted(container, {items.kind.tag: replace(items, listed=False)})
-            if extras or container.attributes:
-                self._lists.append(
-                    Element(container.tag, tuple(container.attributes.items()), children=extras)
-                )
+            inside, extras = self._sorted(container, {items.kind.tag: Items(items.field, items.kind)})
+            rest = Element(container.tag, tuple(container.attributes.items()), children=extras)
+            if rest != Element(container.tag):
+                self._lists.append(rest)
             found = inside.get(items.kind.tag, [])
         if "id" in items.kind.attributes:
-            self.number([element for _, element in found], lambda each: each.attributes.get("id"))
+            self.number([element for _, element in found])
         nodes = tuple(self._node(element, items.kind, comments) for comments, element in found)
         return next(iter(nodes), None) if items.one else nodes
 
-    def _children(self, found: _Elements) -> tuple[int, ...]:
-        """Return the ids of automata that a state owns."""
-        for _, element in found:
-            self.check_leaf(element)
-        ids = [self.optional_id(element, element.name, element.text) for _, element in found]
-        return tuple(each for each in ids if each != NO_CHILD)
-
-    def _leaf(self, parent: XmlElement, tag: str, leaf: Leaf, found: _Elements) -> dict[str, Any]:
-        """Return the fields that a leaf holds; one that is missing and has a default is left out."""
-        element = found[0][1] if found else None
-        if leaf.value is Value.REFERENCE and (element is None or not element.text.strip()):
-            message = f"`{parent.name}` does not say its `{tag if element is None else element.name}`"
-            self.warn(element or parent, Code.MISSING_ID, message)
-            return {leaf.field: 0}
-        if element is None:
-            return {leaf.field: ""} if leaf.value is Value.STRING and not leaf.optional else {}
-        self.check_leaf(element, leaf.attribute)
-        fields = {leaf.field: self._value(element, element.name, element.text, leaf)}
-        if leaf.attribute:
-            fields[leaf.attribute] = self._type_of(element)
-        return fields
+    def _leaf(
+        self, fields: dict[str, Any], parent: XmlElement, tag: str, leaf: Leaf, found: Sequence[XmlElement]
+    ) -> None:
+        """Add the fields that a leaf holds; one that is missing and has a default is left out."""
+        for element in found:
+            self.check_leaf(element, leaf.attribute)
+        if leaf.field == "children":
+            ids = (self._value(each, each.name, each.text, int) for each in found)
+            fields[leaf.field] = fields.get(leaf.field, ()) + tuple(each for each in ids if each != NO_CHILD)
+        elif leaf.is_id and not (found and found[0].text.strip()):
+            element = found[0] if found else parent
+            message = f"`{parent.name}` does not say its `{found[0].name if found else tag}`"
+            self.warn(element, Code.MISSING_ID, message)
+            fields[leaf.field] = 0
+        elif found:
+            fields[leaf.field] = self._value(found[0], found[0].name, found[0].text, leaf.type)
+            if leaf.attribute:
+                fields[leaf.attribute] = self._type_of(found[0])
+        elif leaf.type is str:
+            fields[leaf.field] = ""
 
     def _type_of(self, trigger: XmlElement) -> str:
         if "type" in trigger.attributes:
@@ -242,45 +238,28 @@ class NativeReader:
 
     # Values.
 
-    def number(
-        self,
-        elements: Sequence[XmlElement],
-        given: Callable[[XmlElement], str | None],
-        *,
-        expected: bool = True,
-    ) -> dict[XmlElement, int]:
-        """Set and return the ids of elements of one kind, from what is `given`.
-
-        One without an id gets a free one, with a warning if an id is `expected`.
-        """
-        found: dict[XmlElement, int] = {}
+    def number(self, elements: Sequence[XmlElement], *, expected: bool = True) -> None:
+        """Set the ids of elements of one kind that have none, with a warning if they are `expected`."""
+        given = [each for each in elements if each.attributes.get("id", "").strip()]
+        for element in given:
+            element.attributes["id"] = str(self.parse_id(element, "id", element.attributes["id"]))
+        used = {each.attributes["id"] for each in given}
+        free = (str(number) for number in count(1) if str(number) not in used)
         for element in elements:
-            text = given(element)
-            if text is not None and text.strip():
-                found[element] = self.parse_id(element, "id", text)
-        used = set(found.values())
-        free = (number for number in count(1) if number not in used)
-        for element in elements:
-            if element not in found:
-                found[element] = next(free)
+            if not element.attributes.get("id", "").strip():
+                element.attributes["id"] = number = next(free)
                 if expected:
-                    message = f"`{element.name}` has no id: it is given {found[element]}"
-                    self.warn(element, Code.MISSING_ID, message)
-            element.attributes["id"] = str(found[element])
-        return found
+                    self.warn(element, Code.MISSING_ID, f"`{element.name}` has no id: it is given {number}")
 
-    def _value(self, element: XmlElement, name: str, text: str, leaf: Leaf) -> Any:  # noqa: ANN401
-        match leaf.value:
-            case Value.TEXT:
-                return element.content
-            case Value.NUMBER:
-                return self._pixels(element, name, text)
-            case Value.FLAG:
-                return self._flag(element, name, text)
-            case Value.ID:
-                return self.optional_id(element, name, text)
-            case Value.REFERENCE:
-                return self.parse_id(element, name, text)
+    def _value(self, element: XmlElement, name: str, text: str, kind: object) -> Any:  # noqa: ANN401
+        if kind is Text:
+            return element.content
+        if kind is float:
+            return self._pixels(element, name, text)
+        if kind is bool:
+            return self._flag(element, name, text)
+        if kind is int:
+            return self.parse_id(element, name, text) if text.strip() else 0
         return text
 
     def parse_id(self, element: XmlElement, name: str, value: str) -> int:
@@ -292,10 +271,6 @@ class NativeReader:
             element, Code.MALFORMED_ELEMENT, f"`{name}` is a number from 0 to {MAX_ID}, not `{value[:40]}`"
         )
         return 0
-
-    def optional_id(self, element: XmlElement, name: str, text: str) -> int:
-        """Return the id in a text, 0 in a blank one; reports an error when there is none."""
-        return self.parse_id(element, name, text) if text.strip() else 0
 
     def _pixels(self, element: XmlElement, name: str, text: str) -> float:
         """Return the number in a text, 0 when it is blank."""
@@ -353,12 +328,6 @@ class NativeReader:
             more = f" and {len(lines) - _MOST_LINES} more" if len(lines) > _MOST_LINES else ""
             where = f"also in line{'s' if len(lines) > 1 else ''} {listed}{more}"
             self.remarks.note(Code.KEPT_UNUSED, message, self.place(first), [Note(where)] if lines else [])
-
-
-def _may_repeat(expected: Leaf | Items) -> bool:
-    if isinstance(expected, Leaf):
-        return expected.value is Value.CHILDREN
-    return not (expected.one or expected.listed)
 
 
 def _finite(text: str) -> float | None:

@@ -6,71 +6,44 @@ what has been added to it since.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
-from enum import Enum, auto
-from typing import Final
+from dataclasses import MISSING, dataclass, fields, replace
+from typing import Final, get_type_hints
 
-from ..document import (
-    Argument,
-    Automaton,
-    Document,
-    Event,
-    Import,
-    Interface,
-    Library,
-    Node,
-    Parameter,
-    Property,
-    State,
-    Transition,
-)
+from .. import document as model
 
 __all__ = [
     "AUTOMATON",
     "DOCUMENT",
     "INTERFACE",
-    "LIBRARY",
-    "PARAMETER",
     "STATE",
     "TRANSITION",
     "Items",
     "Leaf",
     "NodeKind",
-    "Value",
 ]
-
-
-class Value(Enum):
-    """What a leaf holds."""
-
-    TEXT = auto()
-    """Text with its place in the file."""
-    STRING = auto()
-    NUMBER = auto()
-    """Pixels."""
-    FLAG = auto()
-    ID = auto()
-    """An id, or 0 for none."""
-    REFERENCE = auto()
-    """The id of something that has to be there."""
-    CHILD = auto()
-    """The id of the first automaton that a state owns."""
-    CHILDREN = auto()
-    """The ids of the others, each in an element of its own."""
 
 
 @dataclass(frozen=True, slots=True)
 class Leaf:
-    """An element or attribute that holds one value; an `optional` one is left out for the model's default.
+    """An element or attribute that holds one value of a `type`: `Text`, `str`, `float`, `bool` or an id.
 
+    An `optional` one is left out for the model's `default`. One that `repeats` holds one of several ids.
     `attribute` is an attribute of the element that holds the field of the same name.
     """
 
     field: str
-    value: Value = Value.TEXT
-    optional: bool = False
-    attribute: str = ""
+    type: object
+    default: object
+    optional: bool
+    repeats: bool
+    attribute: str
+
+    @property
+    def is_id(self) -> bool:
+        """Whether it holds the id of something that has to be there."""
+        return self.type is int and self.default is MISSING
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,9 +54,9 @@ class NodeKind:
     """
 
     tag: str
-    model: type[Node]
-    attributes: Mapping[str, Leaf] = field(default_factory=dict)
-    children: Mapping[str, Leaf | Items] = field(default_factory=dict)
+    model: type[model.Node]
+    attributes: Mapping[str, Leaf]
+    children: Mapping[str, Leaf | Items]
     text: str = ""
 
 
@@ -100,117 +73,82 @@ class Items:
     listed: bool = False
     optional: bool = False
 
+    @property
+    def repeats(self) -> bool:
+        """Whether there may be several elements with the tag."""
+        return not (self.one or self.listed)
 
-_STRING: Final = Value.STRING
-_NUMBER: Final = Value.NUMBER
-_POSITION: Final = {"posx": Leaf("x", _NUMBER), "posy": Leaf("y", _NUMBER)}
 
-PARAMETER: Final = NodeKind(
-    "parameter",
-    Parameter,
-    children={
-        "name": Leaf("name", _STRING),
-        "type": Leaf("type"),
-        "default": Leaf("default", optional=True),
-        "description": Leaf("description", optional=True),
-    },
-)
-_EVENT: Final = NodeKind(
-    "event",
-    Event,
-    children={"name": Leaf("name", _STRING), "description": Leaf("description", optional=True)},
-)
-_PROPERTY: Final = NodeKind(
-    "property",
-    Property,
-    {"kind": Leaf("kind", _STRING)},
-    {
-        "name": Leaf("name", _STRING),
-        "within": Leaf("within", optional=True),
-        "expression": Leaf("expression"),
-    },
-)
-_ARGUMENT: Final = NodeKind(
-    "argument",
-    Argument,
-    {"name": Leaf("name", _STRING), "child": Leaf("child", Value.ID, optional=True)},
-    text="value",
-)
-_IMPORT: Final = NodeKind(
-    "import", Import, {"automaton": Leaf("automaton", Value.ID, optional=True)}, text="file"
-)
-LIBRARY: Final = NodeKind("lib", Library, {"kind": Leaf("kind", _STRING, optional=True)}, text="name")
-INTERFACE: Final = NodeKind(
+_LEAF: Final = re.compile(r"(?P<tag>\w+)(=(?P<field>\w+))?(@(?P<attribute>\w+))?(?P<mark>[?*]?)")
+
+
+def _leaves(kind: type[model.Node], table: str) -> dict[str, Leaf]:
+    """Return leaves by their tags from `tag=field@attribute`; a field with the name of its tag is left out.
+
+    `?` marks what is optional, and `*` what repeats.
+    """
+    types = get_type_hints(kind)
+    defaults = {each.name: each.default for each in fields(kind)}
+    found: dict[str, Leaf] = {}
+    for match in map(_LEAF.fullmatch, table.split()):
+        assert match is not None, table
+        name, mark = match["field"] or match["tag"], match["mark"]
+        found[match["tag"]] = Leaf(
+            name, types[name], defaults[name], mark == "?", mark == "*", match["attribute"] or ""
+        )
+    return found
+
+
+def _kind(
+    tag: str, node: type[model.Node], attributes: str = "", leaves: str = "", text: str = "", **items: Items
+) -> NodeKind:
+    """Return a kind of element whose children are leaves and items."""
+    return NodeKind(tag, node, _leaves(node, attributes), {**_leaves(node, leaves), **items}, text)
+
+
+_PARAMETER: Final = _kind("parameter", model.Parameter, leaves="name type default? description?")
+_EVENT: Final = _kind("event", model.Event, leaves="name description?")
+_PROPERTY: Final = _kind("property", model.Property, "kind", "name within? expression")
+_LIBRARY: Final = _kind("lib", model.Library, "kind?", text="name")
+INTERFACE: Final = _kind(
     "iceinterface",
-    Interface,
-    children={
-        "nameinterface": Leaf("name", _STRING),
-        "nameproxy": Leaf("proxy", _STRING, optional=True),
-        "ip": Leaf("ip", _STRING, optional=True),
-        "port": Leaf("port", _STRING, optional=True),
-        "interface": Leaf("type", _STRING),
-    },
+    model.Interface,
+    leaves="nameinterface=name nameproxy=proxy? ip? port? interface=type",
 )
-STATE: Final = NodeKind(
+STATE: Final = _kind(
     "state",
-    State,
-    {"initial": Leaf("initial", Value.FLAG), "id": Leaf("id", Value.ID)},
-    {
-        **_POSITION,
-        "name": Leaf("name", _STRING),
-        "idSubautomataSon": Leaf("children", Value.CHILD),
-        "child": Leaf("children", Value.CHILDREN),
-        "final": Leaf("final", Value.FLAG, optional=True),
-        "history": Leaf("history", optional=True),
-        "entry": Leaf("entry", optional=True),
-        "code": Leaf("code"),
-        "exit": Leaf("exit", optional=True),
-        "argument": Items("arguments", _ARGUMENT),
-    },
+    model.State,
+    "initial id",
+    "posx=x posy=y name idSubautomataSon=children child=children* final? history? entry? code exit?",
+    argument=Items("arguments", _kind("argument", model.Argument, "name child?", text="value")),
 )
-TRANSITION: Final = NodeKind(
+TRANSITION: Final = _kind(
     "transition",
-    Transition,
-    {"id": Leaf("id", Value.ID)},
-    {
-        **_POSITION,
-        "origin": Leaf("origin", Value.REFERENCE),
-        "destiny": Leaf("destination", Value.REFERENCE),
-        "transcode": Leaf("code"),
-        "name": Leaf("name", _STRING),
-        "trans": Leaf("trigger", attribute="type"),
-        "guard": Leaf("guard", optional=True),
-        "priority": Leaf("priority", optional=True),
-    },
+    model.Transition,
+    "id",
+    "posx=x posy=y origin destiny=destination transcode=code name trans=trigger@type guard? priority?",
 )
+_IMPORT: Final = Items("imported", _kind("import", model.Import, "automaton?", text="file"), one=True)
 AUTOMATON: Final = NodeKind(
     "SubAutomata",
-    Automaton,
-    {"id": Leaf("id", Value.ID), "idFather": Leaf("father", Value.ID)},
+    model.Automaton,
+    _leaves(model.Automaton, "id idFather=father"),
     {
         "state": Items("states", STATE),
         "transition": Items("transitions", TRANSITION),
-        "input": Items("inputs", replace(PARAMETER, tag="input")),
-        "import": Items("imported", _IMPORT, one=True),
-        "iteration_time": Leaf("iteration_time"),
-        "variables": Leaf("variables"),
-        "functions": Leaf("functions"),
+        "input": Items("inputs", replace(_PARAMETER, tag="input")),
+        "import": _IMPORT,
+        **_leaves(model.Automaton, "iteration_time variables functions"),
     },
 )
-DOCUMENT: Final = NodeKind(
+DOCUMENT: Final = _kind(
     "VisualHFSM",
-    Document,
-    children={
-        "description": Leaf("description", optional=True),
-        "onerror": Leaf("on_error", optional=True),
-        "onrefused": Leaf("on_refused", optional=True),
-        "dialect": Leaf("dialect", optional=True),
-        "language": Leaf("language", optional=True),
-        "parameters": Items("parameters", PARAMETER, listed=True, optional=True),
-        "events": Items("events", _EVENT, listed=True, optional=True),
-        "properties": Items("properties", _PROPERTY, listed=True, optional=True),
-        "SubAutomata": Items("automata", AUTOMATON),
-        "libraries": Items("libraries", LIBRARY, listed=True),
-        "config": Items("interfaces", INTERFACE, listed=True),
-    },
+    model.Document,
+    leaves="description? onerror=on_error? onrefused=on_refused? dialect? language?",
+    parameters=Items("parameters", _PARAMETER, listed=True, optional=True),
+    events=Items("events", _EVENT, listed=True, optional=True),
+    properties=Items("properties", _PROPERTY, listed=True, optional=True),
+    SubAutomata=Items("automata", AUTOMATON),
+    libraries=Items("libraries", _LIBRARY, listed=True),
+    config=Items("interfaces", INTERFACE, listed=True),
 )

@@ -33,7 +33,9 @@ _STATE: Final = {
 def translate_spanish(root: XmlElement, reader: NativeReader) -> XmlElement:
     """Return the root of a document in Spanish as that of a native one."""
     automata = list(root.elements("SubAutomata"))
-    reader.number(automata, lambda each: _text(each, "idSub"))
+    for each in automata:
+        each.attributes["id"] = _text(each, "idSub")
+    reader.number(automata)
     owners = _owners(automata)
 
     def automaton(comments: list[Comment], element: XmlElement) -> Children:
@@ -47,10 +49,12 @@ def translate_spanish(root: XmlElement, reader: NativeReader) -> XmlElement:
 
 def _automaton(element: XmlElement, reader: NativeReader, owner: int) -> XmlElement:
     states = list(element.elements("Estado"))
-    reader.number(states, lambda state: _text(state, "id"))
+    for each in states:
+        each.attributes["id"] = _text(each, "id")
+    reader.number(states)
     around = [found for state in states if (found := state.first("transiciones")) is not None]
     transitions = [each for container in around for each in container.elements("transicion")]
-    reader.number(transitions, lambda each: each.attributes.get("id"), expected=False)
+    reader.number(transitions, expected=False)
 
     def state(comments: list[Comment], each: XmlElement) -> Children:
         return [*comments, *_state(each, reader)]

@@ -80,7 +80,7 @@ class _Translator:
         code = {level: self._code_of(level, (root, shared)) for level in levels}
         outgoing = self._outgoing(levels)
         transitions = [each for level in levels for each, _ in outgoing[level]]
-        self._reader.number(transitions, lambda each: each.attributes.get("id"))
+        self._reader.number(transitions)
         parameters = self._parameters([shared, *(each.first("namespace") for each in self._owned)])
         made = self._reader.translated(
             root,
@@ -411,7 +411,8 @@ def _levels_of(
         reader.warn(outermost[1], Code.SEVERAL_OUTERMOST_STATES, message)
     top = tuple(outermost) if owner is None else _states_in(owner)
     every = [state for outer in top for state in _with_states_below(outer)]
-    ids = reader.number(every, lambda state: state.attributes.get("id"))
+    reader.number(every)
+    ids = {state: int(state.attributes["id"]) for state in every}
     used: set[int] = set()
 
     def number(wanted: int) -> int:
@@ -420,7 +421,8 @@ def _levels_of(
         used.add(found)
         return found
 
-    around = 0 if owner is None else reader.optional_id(owner, "id", owner.attributes.get("id", ""))
+    written = "" if owner is None else owner.attributes.get("id", "")
+    around = reader.parse_id(outermost[0], "id", written) if written.strip() else 0
     levels = [_Level(number(around + 1), NO_CHILD, owner, top)]
     # What an automaton has below it follows in the list, which grows while it is walked.
     for level in levels:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import fields, replace
-from typing import Any, Final
+from dataclasses import replace
+from typing import Final
 
-from ..document import NO_CHILD, Comment, Document, Element, Extra, Node
-from .schema import DOCUMENT, Items, Leaf, NodeKind, Value
+from ..document import NO_CHILD, Comment, Document, Element, Extra, Node, Text
+from .schema import DOCUMENT, Items, Leaf, NodeKind
 
 __all__ = [
     "INDENT",
@@ -29,12 +29,6 @@ UNWRITABLE: Final = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U001
 
 _TEXT_ESCAPES: Final = {"&": "&amp;", "<": "&lt;", ">": "&gt;", "\r": "&#13;"}
 _ATTRIBUTE_ESCAPES: Final = {**_TEXT_ESCAPES, '"': "&quot;", "\n": "&#10;", "\t": "&#9;"}
-
-
-_DEFAULTS: Final = {
-    model: {each.name: each.default for each in fields(model)} for model in Node.__subclasses__()
-}
-"""The values of the fields of nodes that are left out."""
 
 
 class DocumentNotWritableError(ValueError):
@@ -108,9 +102,9 @@ class _Writer:
     def _node(self, node: Node, kind: NodeKind, lists: Mapping[str, Element]) -> None:
         self._extras(node.comments)
         attributes = tuple(
-            (name, _text(leaf.value, value))
+            (name, _text(value))
             for name, leaf in kind.attributes.items()
-            if (value := _value_to_write(node, leaf)) is not None
+            if (value := getattr(node, leaf.field)) != leaf.default or not leaf.optional
         )
         start = f"<{kind.tag}{attributes_text(attributes + node.attributes)}>"
         if kind.text:
@@ -148,13 +142,15 @@ class _Writer:
             self._line(f"<{start}/>")
 
     def _leaf(self, tag: str, leaf: Leaf, node: Node) -> None:
-        value = _value_to_write(node, leaf)
-        if value is None:
+        value = getattr(node, leaf.field)
+        if leaf.optional and value == leaf.default:
             return
-        attributes = ((leaf.attribute, getattr(node, leaf.attribute)),) if leaf.attribute else ()
-        for each in value[1:] if leaf.value is Value.CHILDREN else (value,):
-            text = escaped(_text(leaf.value, each))
-            self._line(f"<{tag}{attributes_text(attributes)}>{text}</{tag}>")
+        attributes = (
+            attributes_text(((leaf.attribute, getattr(node, leaf.attribute)),)) if leaf.attribute else ""
+        )
+        first = value[:1] or (NO_CHILD,) if isinstance(value, tuple) else (value,)
+        for each in value[1:] if leaf.repeats else first:
+            self._line(f"<{tag}{attributes}>{escaped(_text(each))}</{tag}>")
 
     def _extras(self, extras: tuple[Extra, ...]) -> None:
         for extra in extras:
@@ -164,20 +160,12 @@ class _Writer:
         self._lines.append(INDENT * self._depth + text)
 
 
-def _value_to_write(node: Node, leaf: Leaf) -> Any:  # noqa: ANN401 - whatever the field holds
-    """Return what a leaf holds, or None when it is left out."""
-    value = getattr(node, leaf.field)
-    return None if leaf.optional and value == _DEFAULTS[type(node)][leaf.field] else value
-
-
-def _text(kind: Value, value: Any) -> str:  # noqa: ANN401 - whatever the field holds
-    match kind:
-        case Value.TEXT:
-            return str(value.text)
-        case Value.NUMBER:
-            return str(int(value)) if value.is_integer() else repr(value)
-        case Value.FLAG:
+def _text(value: object) -> str:
+    match value:
+        case Text():
+            return value.text
+        case bool():
             return "true" if value else "false"
-        case Value.CHILD:
-            return str(value[0] if value else NO_CHILD)
+        case float():
+            return str(int(value)) if value.is_integer() else repr(value)
     return str(value)

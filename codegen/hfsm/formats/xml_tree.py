@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 from xml.sax import SAXParseException
-from xml.sax.handler import ContentHandler, property_lexical_handler
+from xml.sax.handler import ContentHandler, LexicalHandler, property_lexical_handler
 from xml.sax.xmlreader import AttributesImpl, InputSource, Locator
 
 from defusedxml.common import DefusedXmlException
@@ -107,30 +107,26 @@ def parse_xml(
         return None
     diagnostics.add_source(path, content.decode("utf-8", errors="replace"))
     parser = _PositionedParser()
-    builder = _TreeBuilder(parser)
+    builder = _TreeBuilder(parser, path, diagnostics)
     parser.setContentHandler(builder)
     parser.setProperty(property_lexical_handler, builder)
     source = InputSource()
     source.setByteStream(io.BytesIO(content))
     try:
         parser.parse(source)
-    except SAXParseException as error:
-        place = Location(path, error.getLineNumber() or 1, (error.getColumnNumber() or 0) + 1)
-        diagnostics.error(Code.MALFORMED_XML, f"malformed XML: {builder.problem(error.getMessage())}", place)
-        return None
-    except DefusedXmlException as error:
-        what = f"{type(error).__name__}: a document type or an entity of its own has no place in a document"
-        line, column = builder.position()
-        diagnostics.error(Code.DOCUMENT_TYPE, what, Location(path, line, column))
-        return None
-    except (_LimitExceededError, LookupError, ValueError) as error:  # an encoding that expat does not know
-        line, column = builder.position()
-        diagnostics.error(Code.MALFORMED_XML, f"unreadable XML: {error}", Location(path, line, column))
+    except (SAXParseException, _LimitExceededError, LookupError, ValueError) as error:
+        code, message = Code.MALFORMED_XML, f"unreadable XML: {error}"
+        if isinstance(error, SAXParseException):
+            message = f"malformed XML: {builder.problem(error.getMessage())}"
+        elif isinstance(error, DefusedXmlException):
+            code = Code.DOCUMENT_TYPE
+            message = (
+                f"{type(error).__name__}: a document type or an entity of its own has no place in a document"
+            )
+        # A LookupError is an encoding that expat does not know.
+        diagnostics.error(code, message, builder.place())
         return None
     assert builder.root is not None, "expat refuses a document without a root element"
-    for line, column in builder.instructions:
-        message = "a processing instruction is not kept on saving"
-        diagnostics.warning(Code.LOST_ON_SAVING, message, Location(path, line, column))
     return builder.root, builder.comments
 
 
@@ -145,19 +141,24 @@ class _PositionedParser(DefusedExpatParser):
         self._parser.buffer_text = False  # type: ignore[attr-defined]  # absent from the stub
 
 
-class _TreeBuilder(ContentHandler):
-    def __init__(self, locator: Locator) -> None:
+class _TreeBuilder(ContentHandler, LexicalHandler):
+    def __init__(self, locator: Locator, path: Path, diagnostics: Diagnostics) -> None:
         super().__init__()
         self.root: XmlElement | None = None
         self.comments: list[Comment] = []
         self._locator = locator
-        self.instructions: list[tuple[int, int]] = []
+        self._path = path
+        self._diagnostics = diagnostics
         self._open: list[XmlElement] = []
         self._texts: list[list[str]] = []
         self._elements = 0
 
-    def position(self) -> tuple[int, int]:
-        """Return line and column of what is being read, both from 1."""
+    def place(self) -> Location:
+        """Return where the parser is."""
+        line, column = self._position()
+        return Location(self._path, max(1, line), column)
+
+    def _position(self) -> tuple[int, int]:
         return int(self._locator.getLineNumber() or 0), int(self._locator.getColumnNumber() or 0) + 1
 
     def problem(self, told: str) -> str:
@@ -170,7 +171,7 @@ class _TreeBuilder(ContentHandler):
         return f"it ends before the element `{element.tag}` of line {element.line} does"
 
     def startElement(self, name: str, attrs: AttributesImpl) -> None:
-        line, column = self.position()
+        line, column = self._position()
         element = XmlElement(name, dict(attrs.items()), line, column, text_line=line, text_column=column)
         self._elements += 1
         if self._elements > _MAX_ELEMENTS:
@@ -190,7 +191,7 @@ class _TreeBuilder(ContentHandler):
     def characters(self, content: str) -> None:
         if not self._texts[-1]:
             element = self._open[-1]
-            element.text_line, element.text_column = self.position()
+            element.text_line, element.text_column = self._position()
         self._texts[-1].append(content)
 
     def comment(self, content: str) -> None:
@@ -200,10 +201,5 @@ class _TreeBuilder(ContentHandler):
             self.comments.append(Comment(content))
 
     def processingInstruction(self, target: str, data: str) -> None:  # noqa: ARG002 - the signature of SAX
-        self.instructions.append(self.position())
-
-    # The other events of SAX's lexical handler say nothing that the tree keeps.
-    def startCDATA(self) -> None: ...
-    def endCDATA(self) -> None: ...
-    def startDTD(self, name: str, public_id: str | None, system_id: str | None) -> None: ...
-    def endDTD(self) -> None: ...
+        message = "a processing instruction is not kept on saving"
+        self._diagnostics.warning(Code.LOST_ON_SAVING, message, self.place())
