@@ -1,41 +1,33 @@
-"""Read documents of any age and write them in the formats of today, which go by the extension of a file."""
+"""Turn documents of any age into those of today: their format, and Python 2 into Python 3."""
 
 from __future__ import annotations
 
 import io
 import string
 import tokenize
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
 from codegen.diagnostics import Diagnostics, Location, Note
-from codegen.hfsm import read_document, write_document
+from codegen.hfsm import parse_document, write_document
 from codegen.hfsm.code.language import change_code, code_of, is_foreign
 from codegen.hfsm.code.python2 import bound_names, fix_python2, python2_mark
 from codegen.hfsm.code.text import parse_piece
 from codegen.hfsm.codes import Code
 from codegen.hfsm.document import Document, Library, Text
-from codegen.hfsm.scxml import is_scxml, read_scxml, write_scxml
+from codegen.hfsm.formats.xml_tree import read_bytes
+from codegen.hfsm.scxml import is_scxml, parse_scxml, write_scxml
 
-__all__ = ["READERS", "WRITERS", "convert_document", "convert_python2"]
+__all__ = ["convert_document", "convert_python2", "read"]
 
 _WORD: Final = string.ascii_letters + string.digits + "_"
 _DIVISION: Final = "`/` rounds whole numbers down in Python 2, and does not in Python 3"
 
-Reader = Callable[[Path, Diagnostics], Document | None]
-"""Returns the document in a file, or None after it reported errors."""
-
-_HEAD: Final = 1 << 16
-"""Bytes of a file among which its root stands."""
-
-Writer = Callable[[Document, Path, Diagnostics], str]
-"""Returns the text of a document that was read from a path, and tells what it cannot carry."""
-
 
 def convert_document(
-    source: Path, read: Reader, write: Writer, diagnostics: Diagnostics, *, fixes_python2: bool
+    source: Path, diagnostics: Diagnostics, *, to_scxml: bool = False, fixes_python2: bool = False
 ) -> str:
     """Return the text of the new document; worth nothing after errors were reported.
 
@@ -44,45 +36,25 @@ def convert_document(
     document = read(source, diagnostics)
     if document is None:
         return ""
-    if is_foreign(document):
-        # the reader of an old dialect has reported it
-        if not any(each.code == Code.KEPT_LANGUAGE for each in diagnostics):
-            _tell_of_language(document, source, diagnostics)
-    else:
+    if not is_foreign(document):
         document = convert_python2(document, source, diagnostics, fixes=fixes_python2)
-    return write(document, source, diagnostics)
+    elif not any(each.code == Code.KEPT_LANGUAGE for each in diagnostics):  # the reader may have reported it
+        language = document.language.text.strip()
+        first = next(code_of(document, source), None)
+        place = Location(source) if first is None else first.place
+        message = f"the code is {language}: it is kept, and does not run here"
+        diagnostics.note(Code.KEPT_LANGUAGE, message, place)
+    return write_scxml(document, source, diagnostics) if to_scxml else write_document(document)
 
 
-def _read_xml(path: Path, diagnostics: Diagnostics) -> Document | None:
-    """Return the document in a file, which may be SCXML by its root."""
-    try:
-        with path.open("rb") as file:
-            head = file.read(_HEAD)
-    except OSError:
-        head = b""  # told when all of it is read
-    if is_scxml(head):
-        return read_scxml(path, diagnostics)
-    return read_document(path, diagnostics, remarks=diagnostics)
-
-
-def _read_scxml(path: Path, diagnostics: Diagnostics) -> Document | None:
-    return read_scxml(path, diagnostics)
-
-
-def _write_xml(document: Document, source: Path, diagnostics: Diagnostics) -> str:
-    del source, diagnostics  # this format holds all that any reader makes
-    return write_document(document)
-
-
-def _tell_of_language(document: Document, source: Path, diagnostics: Diagnostics) -> None:
-    language = document.language.text.strip()
-    first = next(code_of(document, source), None)
-    place = Location(source) if first is None else first.place
-    diagnostics.note(Code.KEPT_LANGUAGE, f"the code is {language}: it is kept, and does not run here", place)
-
-
-READERS: Final[Mapping[str, Reader]] = {".xml": _read_xml, ".scxml": _read_scxml}
-WRITERS: Final[Mapping[str, Writer]] = {".xml": _write_xml, ".scxml": write_scxml}
+def read(path: Path, diagnostics: Diagnostics) -> Document | None:
+    """Return the document in a file of any format, or None after errors were reported."""
+    content = read_bytes(path, diagnostics)
+    if content is None:
+        return None
+    if is_scxml(path.name, content):
+        return parse_scxml(content, path, diagnostics)
+    return parse_document(content, path, diagnostics, remarks=diagnostics)
 
 
 def convert_python2(document: Document, path: Path, diagnostics: Diagnostics, *, fixes: bool) -> Document:

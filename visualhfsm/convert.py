@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Final, TypeVar
+from typing import Annotated, Final
 
 import typer
 
@@ -26,8 +25,6 @@ visualhfsm convert follow_ball.xml follow_ball.scxml
 visualhfsm convert --error-format json old.xml - > new.xml"""
 
 _STANDARD_OUTPUT: Final = "-"
-
-_T = TypeVar("_T")
 
 
 def convert(
@@ -54,17 +51,19 @@ def convert(
     or not at all.
     """
     # Here: other commands need not wait for the readers of documents.
-    from visualhfsm.conversion import READERS, WRITERS, convert_document
+    from visualhfsm.conversion import convert_document
 
-    read = _format_of(source.suffix, READERS, "IN")
     path = Path(target)
     to_file = target != _STANDARD_OUTPUT
-    write = _format_of(path.suffix if to_file else ".xml", WRITERS, "OUT")
-    if to_file and path.exists() and not force:
-        raise typer.BadParameter(f"{path} exists: --force overwrites it", param_hint="OUT")
+    _check_suffix(source, "IN")
+    if to_file:
+        _check_suffix(path, "OUT")
+        if path.exists() and not force:
+            raise typer.BadParameter(f"{path} exists: --force overwrites it", param_hint="OUT")
+    to_scxml = path.suffix.lower() == ".scxml"
     diagnostics = Diagnostics()
     try:
-        text = convert_document(source, read, write, diagnostics, fixes_python2=fix_python2)
+        text = convert_document(source, diagnostics, to_scxml=to_scxml, fixes_python2=fix_python2)
     except ModuleNotFoundError as error:
         raise VisualHfsmError(str(error)) from error
     report(diagnostics, error_format)
@@ -91,10 +90,7 @@ def _print(text: str) -> None:
         raise VisualHfsmError(f"stdout cannot be written: {error.strerror or error}") from error
 
 
-def _format_of(suffix: str, known: Mapping[str, _T], name: str) -> _T:
-    """Return what belongs to an extension, or refuse it as wrong usage."""
-    found = known.get(suffix.lower())
-    if found is None:
-        expected = " or ".join(known)
-        raise typer.BadParameter(f"expected a file that ends with {expected}", param_hint=name)
-    return found
+def _check_suffix(path: Path, name: str) -> None:
+    """Refuse a file of an unknown format as wrong usage."""
+    if path.suffix.lower() not in (".xml", ".scxml"):
+        raise typer.BadParameter("expected a file that ends with .xml or .scxml", param_hint=name)

@@ -609,8 +609,9 @@ def test_namespaces_count_and_not_prefixes() -> None:
         (b"<scxmlish>", False),
     ],
 )
-def test_scxml_is_known_by_its_root(head: bytes, expected: bool) -> None:
-    assert is_scxml(head) == expected
+def test_scxml_is_known_by_its_name_or_root(head: bytes, expected: bool) -> None:
+    assert is_scxml("a.xml", head) == expected
+    assert is_scxml("a.SCXML", head)
 
 
 # Hostile files.

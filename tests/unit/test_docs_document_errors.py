@@ -14,7 +14,7 @@ from codegen.hfsm.codes import Code
 from codegen.hfsm.loading import check_document
 from tests.support.codegen_command import ROOT
 from tests.support.pages import Section, sections_of
-from visualhfsm.conversion import READERS, WRITERS, convert_document
+from visualhfsm.conversion import convert_document
 
 SECTIONS = {
     section.title.partition(":")[0]: section for section in sections_of("reference/document-errors.md")
@@ -51,8 +51,8 @@ def test_an_example_brings_its_code_alone(section: Section, tmp_path: Path) -> N
         fixes = "--fix-python2" in command
         source, target, *_ = *(word for word in command[2:] if not word.startswith("-")), "out.xml"
         path = tmp_path / source
-        write = WRITERS[Path(target).suffix]
-        convert_document(path, READERS[path.suffix], write, diagnostics, fixes_python2=fixes)
+        to_scxml = target.endswith(".scxml")
+        convert_document(path, diagnostics, to_scxml=to_scxml, fixes_python2=fixes)
     elif command[:2] == ["visualhfsm", "check"]:
         check_document(tmp_path / command[-1], diagnostics)
     else:

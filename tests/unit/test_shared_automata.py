@@ -18,7 +18,7 @@ from codegen.hfsm.formats.reader import Dialect, dialect_of
 from codegen.hfsm.formats.xml_tree import parse_xml
 from tests.support.codegen_command import ROOT
 from tests.support.document_comparison import counts, differences
-from visualhfsm.conversion import READERS, WRITERS, convert_document
+from visualhfsm.conversion import convert_document, read
 
 FOLDER = ROOT.parent / "shared" / "automata"
 MANIFEST = FOLDER / "manifest.tsv"
@@ -44,7 +44,7 @@ every_file = pytest.mark.parametrize("row", _rows(), ids=lambda row: row["file"]
 
 def _convert(path: Path) -> str:
     diagnostics = Diagnostics()
-    text = convert_document(path, READERS[".xml"], WRITERS[".xml"], diagnostics, fixes_python2=False)
+    text = convert_document(path, diagnostics)
     assert not diagnostics.has_errors, diagnostics.render()
     return text
 
@@ -70,7 +70,7 @@ def test_nothing_is_lost(row: dict[str, str], tmp_path: Path) -> None:
 @every_file
 def test_the_converted_document_reads_as_the_old_one(row: dict[str, str]) -> None:
     path = FOLDER / row["file"]
-    old = READERS[".xml"](path, Diagnostics())
+    old = read(path, Diagnostics())
     diagnostics = Diagnostics()
     text = _convert(path)
     new = parse_document(text, path, diagnostics)
@@ -84,7 +84,7 @@ def test_the_converted_document_reads_as_the_old_one(row: dict[str, str]) -> Non
 def test_dialect_and_language_are_recognized(row: dict[str, str]) -> None:
     path = FOLDER / row["file"]
     tree = parse_xml(path.read_bytes(), path, Diagnostics())
-    document = READERS[".xml"](path, Diagnostics())
+    document = read(path, Diagnostics())
     assert tree is not None
     assert document is not None
     assert dialect_of(tree[0]) is DIALECTS[row["dialect"]]

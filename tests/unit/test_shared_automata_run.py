@@ -18,7 +18,7 @@ from hfsm_runtime import VirtualRun
 from hfsm_runtime.component import proxies_of
 from tests.support.codegen_command import ROOT, codegen
 from tests.support.documents import load
-from visualhfsm.conversion import READERS, WRITERS, convert_document
+from visualhfsm.conversion import convert_document
 
 FOLDER = ROOT.parent / "shared" / "automata"
 MANIFEST = FOLDER / "manifest.tsv"
@@ -102,8 +102,7 @@ def _generate(row: dict[str, str], folder: Path, packages: Path, diagnostics: Di
     """Fix the Python 2 of a document, and generate its component into a folder."""
     source = FOLDER / row["file"]
     path = folder / f"{re.sub(r'[^a-z0-9]', '_', source.stem.lower())}.xml"
-    write = WRITERS[".xml"]
-    path.write_text(convert_document(source, READERS[".xml"], write, Diagnostics(), fixes_python2=True))
+    path.write_text(convert_document(source, Diagnostics(), fixes_python2=True))
     files = compile_document(path, folder, diagnostics, (packages,))
     if files is None:
         return None

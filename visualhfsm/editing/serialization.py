@@ -16,7 +16,7 @@ from codegen.diagnostics import Diagnostic, Diagnostics
 from codegen.hfsm import DocumentNotWritableError, parse_document, write_document
 from codegen.hfsm.document import Automaton, Document
 from codegen.hfsm.formats.reader import Dialect
-from codegen.hfsm.scxml import is_scxml, parse_scxml
+from codegen.hfsm.scxml import parse_scxml
 from visualhfsm.errors import EditError
 
 from .nodes import find_automaton, find_state
@@ -26,7 +26,6 @@ __all__ = [
     "MAX_SIZE",
     "NATIVE",
     "copy_states",
-    "holds_scxml",
     "import_scxml",
     "parse",
     "parse_file",
@@ -36,8 +35,6 @@ __all__ = [
 MAX_SIZE: Final = 12 << 20
 """Bytes of the largest document that can be saved: fewer than the reader takes in size and in elements."""
 NATIVE: Final[str] = Dialect.NATIVE.value
-_SCXML: Final = ".scxml"
-_HEAD: Final = 4096  # bytes in which the root of a file begins
 
 
 def copy_states(document: Document, automaton: int, states: Sequence[int]) -> str:
@@ -99,11 +96,6 @@ def _without_garbage_collection() -> Iterator[None]:
     finally:
         if enabled:
             gc.enable()
-
-
-def holds_scxml(name: str, content: bytes) -> bool:
-    """Return whether a file is SCXML: by the end of its name, or by its root."""
-    return name.lower().endswith(_SCXML) or is_scxml(content[:_HEAD])
 
 
 def import_scxml(content: bytes, name: str) -> tuple[Document, list[str]]:

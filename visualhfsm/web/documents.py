@@ -10,7 +10,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Final
 
-from visualhfsm.editing.serialization import holds_scxml, import_scxml, parse
+from codegen.hfsm.scxml import is_scxml
+from visualhfsm.editing.serialization import import_scxml, parse
 from visualhfsm.errors import MissingError, UnsavedError, WouldOverwriteError
 from visualhfsm.sessions.files import read_file
 from visualhfsm.sessions.session import Choice, DocumentSession
@@ -33,7 +34,7 @@ async def open_file(workspace: Workspace, text: str) -> dict[str, Any]:
         if not path.is_file():
             raise MissingError(f"there is no file {text}")
         content, _ = await workspace.threads.do(lambda: read_file(path))
-        if holds_scxml(path.name, content):
+        if is_scxml(path.name, content):
             return await _import_scxml(workspace, path.name, content)
         return await _add(workspace, lambda: DocumentSession.open(path, journals=workspace.journals))
 
@@ -46,7 +47,7 @@ async def open_text(workspace: Workspace, name: str, text: str) -> dict[str, Any
         return DocumentSession.new(document, _stem(name), journals=workspace.journals)
 
     async with workspace.opening:
-        if holds_scxml(name, content := text.encode()):
+        if is_scxml(name, content := text.encode()):
             return await _import_scxml(workspace, name, content)
         return await _add(workspace, make)
 

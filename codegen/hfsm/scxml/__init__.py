@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .reader import is_scxml, parse_scxml, read_scxml
+from .reader import is_scxml, parse_scxml
 from .writer import write_scxml
 
-__all__ = ["is_scxml", "parse_scxml", "read_scxml", "write_scxml"]
+__all__ = ["is_scxml", "parse_scxml", "write_scxml"]

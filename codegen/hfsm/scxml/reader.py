@@ -23,12 +23,13 @@ from ..analysis import analyze
 from ..codes import Code
 from ..document import NO_CHILD, Automaton, Document, Event, State, Text, Transition
 from ..formats.reader import parse_document
-from ..formats.xml_tree import XmlElement, parse_xml, read_bytes
+from ..formats.xml_tree import XmlElement, parse_xml
 from .script import ScriptReader, decode_event, is_name
 from .writer import OWN_NAMESPACE, SCXML_NAMESPACE, write_scxml
 
-__all__ = ["is_scxml", "parse_scxml", "read_scxml"]
+__all__ = ["is_scxml", "parse_scxml"]
 
+_HEAD: Final = 4096  # bytes in which the root of a file begins
 _START: Final = re.compile(
     rb"\A(?:\xef\xbb\xbf)?(?:\s|<\?.*?\?>|<!--.*?-->)*<(?:[\w.-]+:)?scxml[\s/>]", re.DOTALL
 )
@@ -48,15 +49,9 @@ _RETURN: Final = "200"
 """Milliseconds in a state that waits before it returns: two cycles, in which the one above has left."""
 
 
-def is_scxml(head: bytes) -> bool:
-    """Return whether a file that begins so has the root of SCXML."""
-    return _START.match(head) is not None
-
-
-def read_scxml(path: Path, diagnostics: Diagnostics) -> Document | None:
-    """Return the document in a file of SCXML, or None after errors were reported."""
-    content = read_bytes(path, diagnostics)
-    return None if content is None else parse_scxml(content, path, diagnostics)
+def is_scxml(name: str, content: bytes) -> bool:
+    """Return whether a file is SCXML: by the end of its name, or by its root."""
+    return name.lower().endswith(".scxml") or _START.match(content[:_HEAD]) is not None
 
 
 def parse_scxml(content: bytes | str, path: Path, diagnostics: Diagnostics) -> Document | None:
