@@ -11,7 +11,7 @@ objects, attributes of the component that others assign.
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from enum import IntEnum
 from typing import Final
 
@@ -28,8 +28,8 @@ Conjunction = tuple[tuple[str, bool], ...]
 Assignment = Mapping[str, bool]
 """Values of atoms; those that are missing are false."""
 
-_MOST_STEPS: Final = 20_000
-"""Steps of the search for values of guards that depend on one another; it may take 2 to the power of them."""
+_MOST_STEPS: Final = 300
+"""Steps of the search for values of guards that depend on one another."""
 
 
 def conjunction(
@@ -85,86 +85,40 @@ def satisfy(wanted: Conjunction, refused: Iterable[Conjunction]) -> dict[str, bo
     for atom, value in wanted:
         if values.setdefault(atom, value) is not value:
             return None
-    entangled: list[Conjunction] = []
-    for clause in refused:
-        if len(clause) != 1:
-            entangled.append(clause)
-        elif values.setdefault(clause[0][0], not clause[0][1]) is clause[0][1]:
-            return None
-    clauses = _without_alternative(values, entangled)
-    if clauses is None or not all(_refuse(values, group) for group in _groups(clauses)):
-        return None
-    return values
+    return _refuse(values, list(refused), iter(range(_MOST_STEPS)))
 
 
-def _without_alternative(values: dict[str, bool], clauses: list[Conjunction]) -> list[Conjunction] | None:
-    """Set the atoms that leave no choice; return the clauses that do, or None when one cannot be false."""
+def _refuse(
+    values: dict[str, bool], clauses: list[Conjunction], steps: Iterator[int]
+) -> dict[str, bool] | None:
+    """Extend `values` until every clause is false (the algorithm of Davis, Putnam, Logemann and Loveland)."""
+    literals = {literal for clause in clauses for literal in clause}
     while True:
-        left: list[Conjunction] = []
+        undecided: list[Conjunction] = []
         known = len(values)
         for clause in clauses:
             if any(values.get(atom, value) is not value for atom, value in clause):
                 continue
-            undecided = tuple(literal for literal in clause if literal[0] not in values)
-            if not undecided:
+            free = [(atom, value) for atom, value in clause if atom not in values]
+            if not free:
                 return None
-            if len(undecided) == 1:
-                ((atom, value),) = undecided
-                values[atom] = not value
+            for atom, value in free:  # set what leaves no choice, or harms no other clause
+                if len(free) == 1 or (atom, not value) not in literals:
+                    values[atom] = not value
+                    break
             else:
-                left.append(undecided)
+                undecided.append(clause)
+        if not undecided or next(steps, None) is None:
+            return values
         if len(values) == known:
-            return left
-        clauses = left
-
-
-def _groups(clauses: Sequence[Conjunction]) -> Iterator[list[Conjunction]]:
-    """Yield the clauses in groups that have no atoms in common, so that each can be looked at alone."""
-    having: dict[str, list[int]] = {}
-    for index, clause in enumerate(clauses):
-        for atom, _ in clause:
-            having.setdefault(atom, []).append(index)
-    seen: set[int] = set()
-    for start in range(len(clauses)):
-        pending, group = [start], []
-        while pending:
-            index = pending.pop()
-            if index not in seen:
-                seen.add(index)
-                group.append(clauses[index])
-                pending += [other for atom, _ in clauses[index] for other in having.pop(atom, ())]
-        if group:
-            yield group
-
-
-def _refuse(values: dict[str, bool], clauses: Sequence[Conjunction]) -> bool:
-    """Extend `values` until every clause is false, by trying its literals one after the other."""
-    trail: list[tuple[int, int, str | None]] = []  # clause, literal that is false in it, atom set for it
-    clause, first = 0, 0
-    for _ in range(_MOST_STEPS):
-        if clause == len(clauses):
-            return True
-        for index in range(first, len(clauses[clause])):
-            atom, value = clauses[clause][index]
-            if atom not in values:
-                values[atom] = not value
-                trail.append((clause, index, atom))
-                break
-            if values[atom] is not value:
-                trail.append((clause, index, None))
-                break
-        else:
-            while trail and trail[-1][2] is None:  # it was false anyway: another literal is no way out
-                trail.pop()
-            if not trail:
-                return False
-            clause, first, undone = trail.pop()
-            assert undone is not None
-            del values[undone]
-            first += 1
-            continue
-        clause, first = clause + 1, 0
-    return True
+            break
+        clauses = undecided
+    atom, value = next(literal for literal in undecided[0] if literal[0] not in values)
+    for choice in (not value, value):
+        found = _refuse({**values, atom: choice}, undecided, steps)
+        if found is not None:
+            return found
+    return None
 
 
 class Answer(IntEnum):
