@@ -97,20 +97,14 @@ def check_model(
 
 
 def _check(model: Model, events: Events, uses: list[list[Use]], budget: Budget) -> ModelReport:
-    limit = budget.left
     fireability = analyze(model, events)
-    share = budget.share(limit // 4)
-    reached = find_reachable(model, fireability, share)
-    budget.give_back(share)
-    share = budget.share(limit // 4)
-    conflicts, unclear = find_conflicts(model, uses, fireability, reached, share)
-    budget.give_back(share)
-    properties: list[PropertyResult] = []
+    reached = find_reachable(model, fireability, budget.share(4))
+    conflicts, unclear = find_conflicts(model, uses, fireability, reached, budget.share(3))
     stated = model.document.properties
-    for done, one in enumerate(stated):
-        share = budget.share(budget.left // (len(stated) - done))
-        properties.append(check_property(model, one, fireability, share))
-        budget.give_back(share)
+    properties = [
+        check_property(model, one, fireability, budget.share(len(stated) - done))
+        for done, one in enumerate(stated)
+    ]
     return ModelReport(
         model=model,
         states=tuple(state_results(model, fireability, reached)),

@@ -11,12 +11,11 @@ from ...diagnostics import Location, Note
 from ..document import Text
 from .commands import Command, Commands
 from .counterexample import Counterexample, counterexample
-from .exploration import Budget, cone_of, search
-from .expressions import Holds
+from .exploration import Budget, find
 from .fireability import Fireability
 from .model import AutomatonModel, Model
 from .reachability import Reached
-from .transition_system import ACTIVE, FINISHED
+from .transition_system import ACTIVE, RUNNING, Configuration, TransitionSystem
 
 __all__ = ["Conflict", "Use", "find_conflicts", "uses_of"]
 
@@ -112,9 +111,8 @@ def find_conflicts(
     conflicts: list[Conflict] = []
     notes: dict[Location, Note] = {}
     for done, (first, second) in enumerate([*pairs, *unclear]):
-        share = budget.share(budget.left // (len(pairs) + len(unclear) - done))
+        share = budget.share(len(pairs) + len(unclear) - done)
         conflict = finder.conflict(first, second, share)
-        budget.give_back(share)
         if conflict is None:
             continue
         if done < len(pairs):
@@ -166,28 +164,25 @@ class _Finder:
         return Conflict(one, other, nested=True, certain=bool(seen) and one.certain and other.certain)
 
     def _side_by_side(self, first: list[Use], second: list[Use], budget: Budget) -> Conflict | None:
-        cone = cone_of(self._model, [first[0].automaton, second[0].automaton], self._fireability)
+        a, b = first[0].automaton, second[0].automaton
+        system = TransitionSystem(self._model, [a, b], self._fireability)
+        one, other = system.position[a], system.position[b]
         of_one, of_other = (_by_state(uses) for uses in (first, second))
-        a, b = (uses[0].automaton for uses in (first, second))
 
-        def both(positions: dict[int, int]) -> Holds:
-            one, other = positions[a], positions[b]
-            return lambda configuration: (
-                configuration[one][1] & (ACTIVE | FINISHED) == ACTIVE
-                and configuration[other][1] & (ACTIVE | FINISHED) == ACTIVE
+        def both(configuration: Configuration) -> bool:
+            return (
+                configuration[one][1] & RUNNING == ACTIVE
+                and configuration[other][1] & RUNNING == ACTIVE
                 and configuration[one][0] in of_one
                 and configuration[other][0] in of_other
             )
 
         goals = [(a, min(of_one)), (b, min(of_other))]
-        searched = search(
-            self._model, cone, self._fireability, both, budget=budget, goals=goals, lasting=True
-        )
-        run, system = searched.outcome.run, searched.system
+        outcome = find(system, both, budget, goals=goals, lasting=True)
+        run = outcome.run
         if run is None:
-            certain = searched.outcome.complete
+            certain = outcome.complete
             return None if certain else Conflict(first[0], second[0], nested=False, certain=False)
-        one, other = system.position[a], system.position[b]
         last = run.moves[-1].configuration if run.moves else run.start
         found, found_too = of_one[last[one][0]], of_other[last[other][0]]
         return Conflict(
@@ -195,7 +190,7 @@ class _Finder:
             found_too,
             nested=False,
             certain=found.certain and found_too.certain,
-            counterexample=counterexample(self._model, system, run),
+            counterexample=counterexample(run),
         )
 
 

@@ -4,32 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from enum import StrEnum
 from typing import Final
 
-from .exploration import Move, Run
-from .model import Model, TransitionModel
-from .transition_system import ACTIVE, BEGUN, FINISHED, Configuration, TransitionSystem
+from .exploration import Run
+from .model import TransitionModel
+from .transition_system import Change, Move, StepKind, TransitionSystem
 
 __all__ = ["Counterexample", "Step", "StepKind", "counterexample"]
 
 _NANO: Final = 1e6
 _EVENT: Final = "event "
-
-
-class StepKind(StrEnum):
-    """What happens in a step."""
-
-    EVENT = "event"
-    """An event arrives in time for the cycle that follows."""
-    GUARD = "guard"
-    """A guard that is asked in the cycle holds; those that are not told do not."""
-    FIRES = "fires"
-    ENTERS = "enters"
-    """An automaton begins, in its initial state."""
-    GHOST = "ghost"
-    RESUMES = "resumes"
-    FINISHES = "finishes"
+_WORDS: Final = {
+    StepKind.ENTERS: "is entered",
+    StepKind.GHOST: "becomes a ghost",
+    StepKind.RESUMES: "goes on",
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,15 +64,15 @@ class Counterexample:
         return "\n".join(lines)
 
 
-def counterexample(model: Model, system: TransitionSystem, run: Run) -> Counterexample:
+def counterexample(run: Run) -> Counterexample:
     """Return a run as steps."""
-    teller = _Teller(model, system)
-    steps = list(teller.begins(run.start, 0))
+    narrator = _Narrator(run.system)
+    steps = list(narrator.begins())
     repeats: int | None = None
     for number, move in enumerate(run.moves):
         if number == run.repeats:
             repeats = len(steps)
-        steps += teller.move(move)
+        steps += narrator.move(move)
     if run.repeats == len(run.moves):
         repeats = len(steps)
     begins = None
@@ -92,107 +81,54 @@ def counterexample(model: Model, system: TransitionSystem, run: Run) -> Countere
     return Counterexample(tuple(steps), run.ends / _NANO, repeats, begins)
 
 
-class _Teller:
-    def __init__(self, model: Model, system: TransitionSystem) -> None:
-        self._model = model
+class _Narrator:
+    """Describe the moves of a system in the words of its document."""
+
+    def __init__(self, system: TransitionSystem) -> None:
+        self._model = system.model
         self._system = system
+
+    def begins(self) -> Iterator[Step]:
+        """Yield how the automata begin."""
+        for change in self._system.changes(None, None):
+            yield self._changed(change, 0.0)
 
     def move(self, move: Move) -> Iterator[Step]:
         """Yield what happens in one cycle."""
         node, time, fired = move.node, move.time / _NANO, move.choice.transition
-        before, after, position = node.configuration, move.configuration, node.position
-        index = self._system.cone[position]
+        index = self._system.cone[node.position]
+        label = self._model.label(index)
         for atom in sorted(move.choice.true):
             if atom.startswith(_EVENT):
                 name = atom.removeprefix(_EVENT)
-                text = f"the event `{name}` arrives at {self._model.label(index)}"
-                yield self._step(time, index, StepKind.EVENT, text, before[position][0], event=name)
-        yield from self._guards(move, index, time)
-        if fired is not None:
-            origin = self._model.automata[index].states[fired.origin]
-            for child in origin.children:
-                yield from self._sleeps(before, child, time)
-            yield self._fires(index, fired, time)
-        woken = fired is not None or not self._children_active(before, index, after[position][0])
-        if woken:
-            owner = self._model.automata[index].states[after[position][0]]
-            for child in owner.children:
-                anew = owner.restart or self._begins(before, child)
-                yield from self._wakes(before, after, child, time, anew=anew)
-        if after[position][1] & FINISHED and not before[position][1] & FINISHED:
-            text = f"{self._model.label(index)} has finished"
-            yield self._step(time, index, StepKind.FINISHES, text, after[position][0])
+                text = f"the event `{name}` arrives at {label}"
+                state = node.configuration[node.position][0]
+                yield self._step(time, index, StepKind.EVENT, text, state, event=name)
+        for asked in self._holding(move):
+            text = f"the guard of {_name(asked)} holds in {label}"
+            yield self._step(time, index, StepKind.GUARD, text, asked.origin, transition=asked)
+        for change in self._system.changes(node, move.choice):
+            yield self._changed(change, time, fired if change.kind is StepKind.FIRES else None)
 
-    def begins(self, start: Configuration, index: int) -> Iterator[Step]:
-        """Yield how the automata begin."""
-        position = self._system.position.get(index)
-        if position is None or not start[position][1] & ACTIVE:
-            return
-        state = start[position][0]
-        text = f"`{self._model.state_path(index, state)}` is entered"
-        yield self._step(0.0, index, StepKind.ENTERS, text, state)
-        for child in self._model.automata[index].states[state].children:
-            yield from self.begins(start, child)
-
-    def _guards(self, move: Move, index: int, time: float) -> Iterator[Step]:
+    def _holding(self, move: Move) -> Iterator[TransitionModel]:
+        """Yield the transitions whose guards are asked in a cycle and hold."""
         true = move.choice.true
         for transition in self._system.enabled(move.node):
-            asked = not transition.event or f"{_EVENT}{transition.event}" in true
-            if (
-                transition.guarded
-                and asked
-                and all((atom in true) is value for atom, value in transition.needs or ())
-            ):
-                text = f"the guard of {self._name(transition)} holds in {self._model.label(index)}"
-                yield self._step(time, index, StepKind.GUARD, text, transition.origin, transition=transition)
+            asked = transition.guarded and (not transition.event or f"{_EVENT}{transition.event}" in true)
+            if asked and all((atom in true) is value for atom, value in transition.needs or ()):
+                yield transition
             if transition is move.choice.transition:
                 return
 
-    def _fires(self, index: int, transition: TransitionModel, time: float) -> Step:
-        origin = self._model.state_path(index, transition.origin)
-        target = self._model.automata[index].states[transition.target].source.name
-        text = f"`{origin}` -> `{target}` by {self._name(transition)}"
-        return self._step(time, index, StepKind.FIRES, text, transition.target, transition=transition)
-
-    def _children_active(self, configuration: Configuration, index: int, state: int) -> bool:
-        positions = self._system.position
-        children = self._model.automata[index].states[state].children
-        return all(configuration[positions[child]][1] & ACTIVE for child in children if child in positions)
-
-    def _begins(self, before: Configuration, index: int) -> bool:
-        position = self._system.position.get(index)
-        return position is None or not before[position][1] & BEGUN or bool(before[position][1] & FINISHED)
-
-    def _sleeps(self, before: Configuration, index: int, time: float) -> Iterator[Step]:
-        position = self._system.position.get(index)
-        if position is None or not before[position][1] & ACTIVE:
-            return
-        state = before[position][0]
-        for child in self._model.automata[index].states[state].children:
-            yield from self._sleeps(before, child, time)
-        text = f"`{self._model.state_path(index, state)}` becomes a ghost"
-        yield self._step(time, index, StepKind.GHOST, text, state)
-
-    def _wakes(
-        self, before: Configuration, after: Configuration, index: int, time: float, *, anew: bool
-    ) -> Iterator[Step]:
-        position = self._system.position.get(index)
-        if position is None or not after[position][1] & ACTIVE:
-            return
-        state = after[position][0]
-        path = self._model.state_path(index, state)
-        if anew:
-            yield self._step(time, index, StepKind.ENTERS, f"`{path}` is entered", state)
-        else:
-            yield self._step(time, index, StepKind.RESUMES, f"`{path}` goes on", state)
-        owner = self._model.automata[index].states[state]
-        for child in owner.children:
-            below = anew and (owner.restart or self._begins(before, child))
-            yield from self._wakes(before, after, child, time, anew=below)
-
-    def _name(self, transition: TransitionModel) -> str:
-        source = transition.source
-        return f"`{source.name}`" if source.name.strip() else f"transition {source.id}"
+    def _changed(self, change: Change, time: float, fired: TransitionModel | None = None) -> Step:
+        index = self._system.cone[change.position]
+        text = f"`{self._model.state_path(index, change.state)}` {_WORDS.get(change.kind)}"
+        if change.kind is StepKind.FINISHES:
+            text = f"{self._model.label(index)} has finished"
+        if fired is not None:
+            target = self._model.automata[index].states[fired.target].source.name
+            text = f"`{self._model.state_path(index, fired.origin)}` -> `{target}` by {_name(fired)}"
+        return self._step(time, index, change.kind, text, change.state, transition=fired)
 
     def _step(
         self,
@@ -216,3 +152,8 @@ class _Teller:
             transition=None if transition is None else transition.source.id,
             event=event,
         )
+
+
+def _name(transition: TransitionModel) -> str:
+    source = transition.source
+    return f"`{source.name}`" if source.name.strip() else f"transition {source.id}"

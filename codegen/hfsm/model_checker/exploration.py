@@ -1,92 +1,63 @@
-"""Search the configurations of automata, within a budget: by time, or straight to a goal.
+"""Explore the nodes of a transition system within a budget: for all that is there, or for a run.
 
-Automata that a question does not depend on are left out of the search.
+`Exploration` is the only search: by time, or where it is likely to find something first. `find` looks for a
+run to a configuration, `find_avoiding` for one in which no such configuration ever comes.
 """
 
 from __future__ import annotations
 
 import heapq
-from collections.abc import Callable, Collection, Iterable
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Collection, Iterator
+from dataclasses import dataclass, replace
+from graphlib import CycleError, TopologicalSorter
 from typing import Final
 
-from .expressions import Holds
-from .fireability import Fireability
 from .model import Model
-from .transition_system import ACTIVE, Choice, Configuration, Node, TransitionSystem
+from .transition_system import ACTIVE, Choice, Configuration, Move, Node, TransitionSystem
 
-__all__ = ["Budget", "Move", "Run", "cone_of", "find_avoiding", "search"]
+__all__ = ["Budget", "Exploration", "Goal", "Holds", "Outcome", "Run", "find", "find_avoiding"]
 
-
-def cone_of(model: Model, automata: Iterable[int], fireability: Fireability) -> frozenset[int]:
-    """Return some automata with all that influence them.
-
-    These are the automata above, and those below a state that is left when they have finished.
-    """
-    cone: set[int] = set()
-    new = list(automata)
-    while new:
-        index = new.pop()
-        if index in cone:
-            continue
-        cone.add(index)
-        automaton = model.automata[index]
-        if automaton.parent >= 0:
-            new.append(automaton.parent)
-        for transition in automaton.transitions:
-            if transition.finished and fireability.may_fire(index, transition):
-                new.extend(automaton.states[transition.origin].children)
-    return frozenset(cone)
-
+Holds = Callable[[Configuration], bool]
 
 _WORK_OF_A_NODE: Final = 4
 
 
-@dataclass(slots=True)
 class Budget:
-    """How much work is left; one node takes as much as the automata in it, and a little more."""
+    """How much work may be done; one node takes as much as the automata in it, and a little more."""
 
-    left: int
-    spent: int = 0
+    def __init__(self, limit: int) -> None:
+        self._limit = limit
+        self._taken = 0
+        self._shares: list[Budget] = []
+
+    @property
+    def spent(self) -> int:
+        """The work that was done."""
+        return self._taken + sum(share.spent for share in self._shares)
+
+    def share(self, parts: int) -> Budget:
+        """Return a part of what is left, to be spent before the next one is asked for."""
+        self._shares.append(Budget(max(0, self._limit - self.spent) // parts))
+        return self._shares[-1]
 
     def take(self, system: TransitionSystem) -> bool:
         """Count one node of a system; false when there is nothing left."""
-        if self.left <= 0:
+        if self._taken >= self._limit:
             return False
-        work = len(system.cone) + _WORK_OF_A_NODE
-        self.left -= work
-        self.spent += work
+        self._taken += len(system.cone) + _WORK_OF_A_NODE
         return True
-
-    def share(self, limit: int) -> Budget:
-        """Return a budget of at most `limit`, which `give_back` settles."""
-        return Budget(min(self.left, max(0, limit)))
-
-    def give_back(self, share: Budget) -> None:
-        """Count what a share has spent."""
-        self.left -= share.spent
-        self.spent += share.spent
-
-
-@dataclass(frozen=True, slots=True)
-class Move:
-    """The cycle of `node` at `time` ns, what it came to, and the configuration after it."""
-
-    time: int
-    node: Node
-    choice: Choice
-    configuration: Configuration
 
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """A run of the automata: `start`, then the moves.
+    """A run of the automata of a system: `start`, then the moves.
 
     When it goes on for ever by repeating itself, `repeats` is the place of the first move to be repeated:
     their number when nothing need happen any more. Else nothing happens after `ends`, or nothing that matters
     until then; in ns.
     """
 
+    system: TransitionSystem
     start: Configuration
     moves: tuple[Move, ...]
     ends: int
@@ -104,231 +75,127 @@ class Outcome:
     """The time in ns up to which everything was seen."""
 
 
-@dataclass(slots=True)
-class _Search:
-    """The nodes seen so far, with the way to each."""
+class Exploration:
+    """The nodes of a system that are reached in the first `within` ns.
 
-    system: TransitionSystem
-    start: Configuration = ()
-    came: dict[Node, tuple[Node, Choice, Configuration] | None] = field(default_factory=dict)
-    times: dict[Node, int] = field(default_factory=dict)
-
-    def run_to(self, node: Node, last: tuple[Choice, Configuration] | None, ends: int) -> Run:
-        """Return the run to the cycle of a node, and through it with its `last` choice."""
-        moves: list[Move] = []
-        if last is not None:
-            moves.append(Move(self.times[node], node, *last))
-        way = self.came[node]
-        while way is not None:
-            node, choice, configuration = way
-            moves.append(Move(self.times[node], node, choice, configuration))
-            way = self.came[node]
-        return Run(self.start, tuple(reversed(moves)), ends)
-
-
-def find(
-    system: TransitionSystem,
-    bad: Holds,
-    within: int | None,
-    budget: Budget,
-    distance: Callable[[Configuration], int] = lambda _: 0,
-    *,
-    lasting: bool = False,
-) -> Outcome:
-    """Search a configuration that is `bad`, in the first `within` ns; one that `lasting` time passes in.
-
-    It is the earliest unless there is a `distance`: then those with the smallest are looked at first, and
-    `within` must be None.
+    They come in the order of time, those of the smallest `rank` first where there is one.
     """
-    search = _Search(system)
-    search.start, node, elapsed = system.start()
-    if bad(search.start) and (elapsed or node.position < 0 or not lasting):
-        return Outcome(Run(search.start, (), 0), True, 1, 0)
-    search.came[node] = None
-    search.times[node] = elapsed
-    waiting = [(0, elapsed, 0, node)]
-    pushed, explored = 0, 0
-    while waiting:
-        _, time, _, node = heapq.heappop(waiting)
-        if search.times[node] != time or node.position < 0:
-            continue
-        if within is not None and time > within:
-            break
-        if not budget.take(system):
-            return Outcome(None, False, explored, time)
-        explored += 1
-        for choice, configuration, following, elapsed in system.successors(node):
-            lasts = elapsed > 0 or following.position < 0
-            if bad(configuration) and (lasts or not lasting):
-                return Outcome(search.run_to(node, (choice, configuration), time), True, explored, time)
-            known = search.times.get(following)
-            if known is None or time + elapsed < known:
-                search.times[following] = time + elapsed
-                search.came[following] = node, choice, configuration
-                pushed += 1
-                heapq.heappush(waiting, (distance(configuration), time + elapsed, pushed, following))
-    return Outcome(None, True, explored, within or 0)
 
+    def __init__(
+        self,
+        system: TransitionSystem,
+        budget: Budget,
+        within: int | None = None,
+        rank: Callable[[Configuration], int] | None = None,
+    ) -> None:
+        self.system = system
+        self.start, self.first, self.elapsed = system.start()
+        self.explored = 0
+        self.complete = True
+        """Whether no node had to be left out when the budget was spent."""
+        self.until = 0
+        """The time in ns up to which everything was seen."""
+        self._budget, self._within, self._rank = budget, within, rank
+        start = Move(0, self.first, Choice(None, frozenset()), self.start, self.first, self.elapsed)
+        self._came = {self.first: start}
+        """The move that leads to each node, the earliest one unless there is a rank."""
 
-def find_avoiding(system: TransitionSystem, good: Holds, within: int | None, budget: Budget) -> Outcome:
-    """Search a run in which nothing `good` comes: for ever, or in the first `within` ns."""
-    search = _Search(system)
-    search.start, first, elapsed = system.start()
-    if good(search.start):
-        return Outcome(None, True, 1, 0)
-    if system.may_rest(search.start):
-        return Outcome(Run(search.start, (), 0, repeats=0), True, 1, 0)
-    search.came[first] = None
-    search.times[first] = elapsed
-    edges: dict[Node, list[tuple[Choice, Configuration, Node, int]]] = {}
-    waiting = [(elapsed, 0, first)]
-    pushed, complete, until = 0, True, 0
-    while waiting:
-        time, _, node = heapq.heappop(waiting)
-        if node in edges:
-            continue
-        if node.position < 0 or (within is not None and time > within):
-            ends = search.times[node] if within is None else max(within, 0)
-            return Outcome(search.run_to(node, None, ends), True, len(edges), time)
-        until = time
-        if not budget.take(system):
-            complete = False
-            break
-        edges[node] = [edge for edge in system.successors(node) if not good(edge[1])]
-        for choice, configuration, following, elapsed in edges[node]:
-            if system.may_rest(configuration):
-                run = search.run_to(node, (choice, configuration), time)
-                return Outcome(replace(run, repeats=len(run.moves)), True, len(edges), time)
-            if following not in search.times:
-                search.times[following] = time + elapsed
-                search.came[following] = node, choice, configuration
-                pushed += 1
-                heapq.heappush(waiting, (time + elapsed, pushed, following))
-    order, loop = _order(first, edges)
-    if loop is not None:
-        return Outcome(_repeating(search, loop, edges), True, len(edges), until)
-    if within is not None:
-        longest = _longest(search, order, edges, within)
-        if longest is not None:
-            return Outcome(longest, True, len(edges), until)
-    return Outcome(None, complete, len(edges), until)
+    def time_of(self, node: Node) -> int:
+        """Return when the cycle of a node comes, in ns."""
+        came = self._came[node]
+        return came.time + came.elapsed
 
+    def moves(self, avoided: Holds | None = None) -> Iterator[Move]:
+        """Yield every move, except those to configurations that are `avoided`."""
+        waiting = [(0, self.elapsed, 0, self.first)]
+        pushed, came, rank = 0, self._came, self._rank
+        while waiting:
+            _, time, _, node = heapq.heappop(waiting)
+            if node.position < 0 or self.time_of(node) != time:
+                continue
+            if self._within is not None and time > self._within:
+                break
+            self.until = time
+            if not self._budget.take(self.system):
+                self.complete = False
+                return
+            self.explored += 1
+            for move in self.system.moves(node, time):
+                if avoided is not None and avoided(move.configuration):
+                    continue
+                yield move
+                comes = time + move.elapsed
+                known = came.setdefault(move.following, move)
+                if known is not move and rank is None and comes < known.time + known.elapsed:
+                    known = came[move.following] = move
+                if known is move:
+                    first = 0 if rank is None else rank(move.configuration)
+                    pushed += 1
+                    heapq.heappush(waiting, (first, comes, pushed, move.following))
 
-_Edges = dict[Node, list[tuple[Choice, Configuration, Node, int]]]
+    def run_to(self, node: Node, *last: Move) -> Run:
+        """Return the run to the cycle of a node, and through it with its `last` move."""
+        moves = [*last]
+        while node != self.first:
+            moves.append(self._came[node])
+            node = moves[-1].node
+        moves.reverse()
+        ends = moves[-1].time + (0 if last else moves[-1].elapsed) if moves else self.elapsed
+        return Run(self.system, self.start, tuple(moves), ends)
 
-
-def _order(first: Node, edges: _Edges) -> tuple[list[Node], list[Node] | None]:
-    """Return the nodes, each after those that follow it, or the nodes of a loop."""
-    order: list[Node] = []
-    place: dict[Node, int] = {first: 0}
-    path = [first]
-    finished: set[Node] = set()
-    ways = [iter(edges.get(first, ()))]
-    while path:
-        edge = next(ways[-1], None)
-        if edge is None:
-            node = path.pop()
-            ways.pop()
-            finished.add(node)
-            order.append(node)
-        elif edge[2] in finished:
-            continue
-        elif edge[2] in place:
-            return order, path[place[edge[2]] :]
-        else:
-            place[edge[2]] = len(path)
-            path.append(edge[2])
-            ways.append(iter(edges.get(edge[2], ())))
-    return order, None
-
-
-def _repeating(search: _Search, loop: list[Node], edges: _Edges) -> Run:
-    """Return the run to a loop and once through it."""
-    turn = min(range(len(loop)), key=lambda place: search.times[loop[place]])
-    loop = loop[turn:] + loop[:turn]
-    run = search.run_to(loop[0], None, 0)
-    moves = list(run.moves)
-    time = search.times[loop[0]]
-    for node, following in zip(loop, [*loop[1:], loop[0]], strict=True):
-        choice, configuration, _, elapsed = next(edge for edge in edges[node] if edge[2] == following)
-        moves.append(Move(time, node, choice, configuration))
-        time += elapsed
-    return Run(run.start, tuple(moves), time, repeats=len(run.moves))
-
-
-def _longest(search: _Search, order: list[Node], edges: _Edges, within: int) -> Run | None:
-    """Return a run without a loop that lasts longer than `within` ns, or None."""
-    lasts: dict[Node, int] = {}
-    for node in order:
-        lasts[node] = max(
-            (elapsed + lasts[following] for _, _, following, elapsed in edges.get(node, ())), default=0
-        )
-    node = order[-1]
-    time = search.times[node]
-    if time + lasts[node] <= within:
-        return None
-    moves: list[Move] = []
-    while time <= within:
-        choice, configuration, following, elapsed = max(
-            edges[node], key=lambda edge: edge[3] + lasts[edge[2]]
-        )
-        moves.append(Move(time, node, choice, configuration))
-        node, time = following, time + elapsed
-    return Run(search.start, tuple(moves), within)
+    def came_to(self, run: Run | None) -> Outcome:
+        """Return an outcome of the exploration."""
+        return Outcome(run, self.complete or run is not None, self.explored, self.until)
 
 
 Goal = tuple[int, int]
 """An automaton and the state that a configuration should have it in, -1 for any."""
 
 
-@dataclass(frozen=True, slots=True)
-class Searched:
-    """What a search came to, and the system that the run belongs to."""
-
-    system: TransitionSystem
-    outcome: Outcome
-
-
-def search(
-    model: Model,
-    cone: Collection[int],
-    fireability: Fireability,
-    holds: Callable[[dict[int, int]], Holds],
-    *,
+def find(
+    system: TransitionSystem,
+    bad: Holds,
     budget: Budget,
+    *,
     within: int | None = None,
     goals: Collection[Goal] = (),
     lasting: bool = False,
-) -> Searched:
-    """Search a configuration of the automata in a cone, in the first `within` ns.
+) -> Outcome:
+    """Search a configuration that is `bad`, in the first `within` ns; one that `lasting` time passes in.
 
-    `holds` takes the positions of the automata. `goals` are where it is likely to be found. A `lasting` one
-    is not over at the moment at which it comes. The run is the earliest there is, unless that takes more than
-    half of the budget.
+    The run is the earliest there is. Where looking for that takes more than half of the budget, the
+    configurations are looked at first that are nearest to the `goals`, which is where it is likely to be.
     """
-    system = TransitionSystem(model, cone, fireability)
-    wanted = holds(system.position)
-    if within is not None:
-        return Searched(system, find(system, wanted, within, budget, lasting=lasting))
-    first = budget.share(budget.left // 2 if goals else budget.left)
-    outcome = find(system, wanted, None, first, lasting=lasting)
-    budget.give_back(first)
-    if not outcome.complete and goals:
-        explored = outcome.explored
-        outcome = find(system, wanted, None, budget, _distance(model, system, goals), lasting=lasting)
-        outcome.explored += explored
-    return Searched(system, outcome)
+    if within is not None or not goals:
+        return _find(Exploration(system, budget.share(1), within), bad, lasting=lasting)
+    outcome = _find(Exploration(system, budget.share(2)), bad, lasting=lasting)
+    if outcome.complete:
+        return outcome
+    ranked = Exploration(system, budget.share(1), rank=_distance(system, goals))
+    nearest = _find(ranked, bad, lasting=lasting)
+    return replace(nearest, explored=outcome.explored + nearest.explored, until=outcome.until)
 
 
-def _distance(
-    model: Model, system: TransitionSystem, goals: Collection[Goal]
-) -> Callable[[Configuration], int]:
+def _find(exploration: Exploration, bad: Holds, *, lasting: bool) -> Outcome:
+    start, first = exploration.start, exploration.first
+    if bad(start) and (not lasting or exploration.elapsed or first.position < 0):
+        return exploration.came_to(Run(exploration.system, start, (), 0))
+    for move in exploration.moves():
+        lasts = move.elapsed > 0 or move.following.position < 0
+        if bad(move.configuration) and (lasts or not lasting):
+            return exploration.came_to(exploration.run_to(move.node, move))
+    return exploration.came_to(None)
+
+
+def _distance(system: TransitionSystem, goals: Collection[Goal]) -> Callable[[Configuration], int]:
     """Return how far a configuration is from the goals, in transitions and levels."""
     steps: list[list[tuple[int, dict[int, int]]]] = []
     for automaton, state in goals:
-        chain = [(above.index, owner.index) for above, owner in model.ancestors(automaton)][::-1]
+        chain = [(above.index, owner.index) for above, owner in system.model.ancestors(automaton)][::-1]
         chain += [(automaton, state)] if state >= 0 else []
-        steps.append([(system.position[index], _hops(model, index, target)) for index, target in chain])
+        steps.append(
+            [(system.position[index], _hops(system.model, index, target)) for index, target in chain]
+        )
     far = 1000
 
     def distance(configuration: Configuration) -> int:
@@ -347,14 +214,68 @@ def _distance(
 
 def _hops(model: Model, automaton: int, target: int) -> dict[int, int]:
     """Return how many transitions it is from each state to one."""
-    into: dict[int, set[int]] = {}
-    for transition in model.automata[automaton].transitions:
-        into.setdefault(transition.target, set()).add(transition.origin)
     hops = {target: 0}
     new = [target]
     for state in new:  # grows
-        for origin in into.get(state, ()):
-            if origin not in hops:
-                hops[origin] = hops[state] + 1
-                new.append(origin)
+        for transition in model.automata[automaton].transitions:
+            if transition.target == state and transition.origin not in hops:
+                hops[transition.origin] = hops[state] + 1
+                new.append(transition.origin)
     return hops
+
+
+def find_avoiding(system: TransitionSystem, good: Holds, budget: Budget, within: int | None) -> Outcome:
+    """Search a run in which nothing `good` comes: for ever, or in the first `within` ns."""
+    exploration = Exploration(system, budget, within)
+    start, first = exploration.start, exploration.first
+    if good(start):
+        return exploration.came_to(None)
+    if first.position < 0 or system.may_rest(start):
+        return exploration.came_to(Run(system, start, (), 0, repeats=0))
+    if within is not None and exploration.elapsed > within:
+        return exploration.came_to(Run(system, start, (), within))
+    moves: dict[Node, list[Move]] = {first: []}
+    for move in exploration.moves(good):
+        if move.following.position < 0 or system.may_rest(move.configuration):
+            run = exploration.run_to(move.node, move)
+            return exploration.came_to(replace(run, repeats=len(run.moves)))
+        if within is not None and move.time + move.elapsed > within:
+            return exploration.came_to(replace(exploration.run_to(move.node, move), ends=within))
+        moves.setdefault(move.node, []).append(move)
+    try:
+        graph = {node: [move.following for move in of_node] for node, of_node in moves.items()}
+        order = [*TopologicalSorter(graph).static_order()]
+    except CycleError as error:
+        return exploration.came_to(_repeating(exploration, error.args[1][:0:-1], moves))
+    return exploration.came_to(None if within is None else _longest(exploration, order, moves, within))
+
+
+def _repeating(exploration: Exploration, loop: list[Node], moves: dict[Node, list[Move]]) -> Run:
+    """Return the run to a loop and once through it."""
+    begin = min(range(len(loop)), key=lambda place: exploration.time_of(loop[place]))
+    loop = loop[begin:] + loop[:begin]
+    run = exploration.run_to(loop[0])
+    time, found = run.ends, [*run.moves]
+    for node, following in zip(loop, [*loop[1:], loop[0]], strict=True):
+        move = next(move for move in moves[node] if move.following == following)
+        found.append(move._replace(time=time))
+        time += move.elapsed
+    return Run(run.system, run.start, tuple(found), time, repeats=len(run.moves))
+
+
+def _longest(
+    exploration: Exploration, order: list[Node], moves: dict[Node, list[Move]], within: int
+) -> Run | None:
+    """Return a run without a loop that lasts longer than `within` ns, or None; `order` is from its end."""
+    lasts: dict[Node, int] = {}
+    for node in order:
+        lasts[node] = max((move.elapsed + lasts[move.following] for move in moves.get(node, ())), default=0)
+    node, time = exploration.first, exploration.elapsed
+    if time + lasts[node] <= within:
+        return None
+    found: list[Move] = []
+    while time <= within:
+        move = max(moves[node], key=lambda each: each.elapsed + lasts[each.following])
+        found.append(move._replace(time=time))
+        node, time = move.following, time + move.elapsed
+    return Run(exploration.system, exploration.start, tuple(found), within)

@@ -20,8 +20,9 @@ from dataclasses import dataclass
 from typing import Final
 
 from ...diagnostics import did_you_mean
+from .exploration import Holds
 from .model import AutomatonModel, Model
-from .transition_system import ACTIVE, FINISHED, Configuration
+from .transition_system import ACTIVE, FINISHED
 
 __all__ = ["Expression", "ExpressionError", "Holds", "parse"]
 
@@ -36,7 +37,6 @@ _FUNCTIONS: Final = ("active", "ghost", "finished")
 _DEEPEST: Final = 100
 
 Positions = dict[int, int]
-Holds = Callable[[Configuration], bool]
 
 
 class ExpressionError(Exception):

@@ -13,8 +13,8 @@ from typing import Final
 
 from ..document import Property
 from .counterexample import Counterexample, counterexample
-from .exploration import Budget, cone_of, find_avoiding, search
-from .expressions import Expression, ExpressionError, Holds, parse
+from .exploration import Budget, Holds, find, find_avoiding
+from .expressions import Expression, ExpressionError, parse
 from .fireability import Fireability
 from .model import Model, nanoseconds
 from .transition_system import ACTIVE, BEGUN, FINISHED, Configuration, Local, TransitionSystem
@@ -145,33 +145,21 @@ def check_property(
         return PropertyResult(stated, Verdict.INVALID, error=error)
     if not model.automata:
         return _invalid(stated, "there is no automaton")
-    cone = cone_of(model, expression.automata or {0}, fireability)
+    system = TransitionSystem(model, expression.automata or {0}, fireability)
+    holds = expression.bind(system.position)
     if kind == "eventually":
-        system = TransitionSystem(model, cone, fireability)
-        outcome = find_avoiding(system, expression.bind(system.position), within, budget)
+        outcome = find_avoiding(system, holds, budget, within)
     else:
         bad = kind == "never"
         if not may_hold(model, expression, bad, fireability):
             return PropertyResult(stated, Verdict.HOLDS)
-        searched = search(
-            model,
-            cone,
-            fireability,
-            lambda positions: _has_value(expression.bind(positions), bad),
-            budget=budget,
-            within=within,
-            goals=expression.states,
-        )
-        system, outcome = searched.system, searched.outcome
+        goals = expression.states
+        outcome = find(system, lambda each: holds(each) is bad, budget, within=within, goals=goals)
     verdict = Verdict.HOLDS if outcome.complete else Verdict.UNDECIDED
     found = None
     if outcome.run is not None:
-        verdict, found = Verdict.VIOLATED, counterexample(model, system, outcome.run)
+        verdict, found = Verdict.VIOLATED, counterexample(outcome.run)
     return PropertyResult(stated, verdict, found, outcome.explored, outcome.until / 1e6)
-
-
-def _has_value(holds: Holds, value: bool) -> Holds:
-    return holds if value else lambda configuration: not holds(configuration)
 
 
 def _invalid(stated: Property, problem: str) -> PropertyResult:

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import StrEnum
 
-from .exploration import Budget, cone_of
+from .exploration import Budget, Exploration
 from .fireability import Fireability
 from .guards import satisfy
 from .model import AutomatonModel, Model, StateModel, TransitionModel
@@ -21,6 +19,8 @@ __all__ = [
     "WhyNever",
     "find_deadlocks",
     "find_reachable",
+    "state_results",
+    "transition_results",
 ]
 
 
@@ -96,40 +96,31 @@ def find_reachable(model: Model, fireability: Fireability, budget: Budget) -> Re
             and transitions[index] == fireability.transitions[index]
         )
 
-    def visit(system: TransitionSystem, configuration: Configuration) -> bool:
-        """Note the states of a configuration; return whether one is new."""
-        is_new = False
-        for automaton, (state, flags, _) in zip(system.cone, configuration, strict=True):
-            if flags & ACTIVE and state not in states[automaton]:
-                states[automaton].add(state)
-                is_new = True
-        return is_new
-
     def explore(index: int, budget: Budget) -> bool:
-        """Search until all that may be possible is seen; return false when the budget ends before."""
-        system = TransitionSystem(model, cone_of(model, [index], fireability), fireability)
-        start, node, _ = system.start()
-        visit(system, start)
-        seen, waiting = {node}, deque([node])
-        while waiting and not is_settled(index):
-            node = waiting.popleft()
-            if not budget.take(system):
-                return False
-            for choice, configuration, following, _ in system.successors(node):
-                if choice.transition is not None:
-                    transitions[system.cone[node.position]].add(choice.transition.index)
-                is_new = visit(system, configuration)
-                if following not in seen:
-                    seen.add(following)
-                    # where there is something new, there is likely more
-                    (waiting.appendleft if is_new else waiting.append)(following)
-        return True
+        """Explore until all that may be possible is seen; return false when the budget ends before."""
+        system = TransitionSystem(model, [index], fireability)
+
+        def visit(configuration: Configuration) -> int:
+            """Note the states of a configuration; return its rank: where one is new there is likely more."""
+            rank = 1
+            for automaton, (state, flags, _) in zip(system.cone, configuration, strict=True):
+                if flags & ACTIVE and state not in states[automaton]:
+                    states[automaton].add(state)
+                    rank = 0
+            return rank
+
+        exploration = Exploration(system, budget, rank=visit)
+        visit(exploration.start)
+        for move in exploration.moves():
+            if move.choice.transition is not None:
+                transitions[system.cone[move.node.position]].add(move.choice.transition.index)
+            if is_settled(index):
+                return True
+        return exploration.complete or is_settled(index)
 
     for done, index in enumerate(live):
-        share = budget.share(budget.left // (len(live) - done))
-        if not is_settled(index) and not explore(index, share):
+        if not is_settled(index) and not explore(index, budget.share(len(live) - done)):
             unknown.add(index)
-        budget.give_back(share)
     return Reached(
         states=tuple(map(frozenset, states)),
         transitions=tuple(map(frozenset, transitions)),
@@ -253,46 +244,30 @@ def find_deadlocks(model: Model, reached: Reached) -> list[Deadlock]:
 
     Automata that have final states of their own are meant to end.
     """
-    if not model.automata or 0 in reached.unknown:
+    if not model.automata:
         return []
     root = model.automata[0]
     if any(state.final for state in root.states) or len(root.states) < 2:
         return []
-    found = []
-    for state in root.states:
-        if _is_stuck(state, root, reached):
-            paths = _rest(model, root, state, reached)
-            if paths is not None:
-                found.append(Deadlock(state.source.id, tuple(paths)))
-    return found
+    rests = ((state.source.id, _rest(model, root, state, reached)) for state in root.states)
+    return [Deadlock(state, paths) for state, paths in rests if paths]
 
 
-def _is_stuck(state: StateModel, automaton: AutomatonModel, reached: Reached) -> bool:
-    """Return whether a state that can be entered holds its automaton for good."""
-    leaves = any(each.index in reached.transitions[automaton.index] for each in state.outgoing)
-    return state.index in reached.states[automaton.index] and not leaves and not state.final
-
-
-def _rest(model: Model, automaton: AutomatonModel, state: StateModel, reached: Reached) -> list[str] | None:
-    """Return where all below a state may come to rest, or None when something always goes on."""
-    if not state.children:
-        return [model.state_path(automaton.index, state.index)]
+def _rest(
+    model: Model, automaton: AutomatonModel, state: StateModel, reached: Reached
+) -> tuple[str, ...] | None:
+    """Return where a state with all below it comes to rest, or None when something may go on."""
+    index = automaton.index
+    leaves = any(each.index in reached.transitions[index] for each in state.outgoing)
+    if index in reached.unknown or state.index not in reached.states[index] or (leaves and not state.final):
+        return None
+    if state.final or not state.children:
+        return (model.state_path(index, state.index),)
     paths: list[str] = []
-    for child in state.children:
-        below = next(_rests(model, model.automata[child], reached), None)
-        if below is None:
+    for child in (model.automata[each] for each in state.children):
+        rests = (_rest(model, child, below, reached) for below in child.states)
+        found = next((each for each in rests if each is not None), None)
+        if found is None:
             return None
-        paths += below
-    return paths
-
-
-def _rests(model: Model, automaton: AutomatonModel, reached: Reached) -> Iterator[list[str]]:
-    if automaton.index in reached.unknown:
-        return
-    for state in automaton.states:
-        if state.final and state.index in reached.states[automaton.index]:
-            yield [model.state_path(automaton.index, state.index)]
-        elif _is_stuck(state, automaton, reached):
-            paths = _rest(model, automaton, state, reached)
-            if paths is not None:
-                yield paths
+        paths += found
+    return tuple(paths)

@@ -8,15 +8,28 @@ in virtual time is a path through these nodes, and every path is what it does fo
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import Final, NamedTuple
 
 from .fireability import Fireability
 from .guards import Conjunction, satisfy
 from .model import Model, TransitionModel
 
-__all__ = ["ACTIVE", "BEGUN", "FINISHED", "Choice", "Configuration", "Local", "Node", "TransitionSystem"]
+__all__ = [
+    "ACTIVE",
+    "FINISHED",
+    "RUNNING",
+    "Change",
+    "Choice",
+    "Configuration",
+    "Local",
+    "Move",
+    "Node",
+    "StepKind",
+    "TransitionSystem",
+]
 
 ACTIVE: Final = 1
 FINISHED: Final = 2
@@ -24,12 +37,37 @@ OWED: Final = 4
 """The entry into the current state has not run: its timers stand still and its children sleep."""
 BEGUN: Final = 8
 """It has been active before."""
+RUNNING: Final = ACTIVE | FINISHED
+"""Of these flags an automaton that runs has ACTIVE alone."""
 
 Local = tuple[int, int, int]
 """One automaton: its state, flags, and the active time in the state in ns, as far as a timer cares."""
 
 Configuration = tuple[Local, ...]
 """The automata of a cone, in the order of the model."""
+
+
+class StepKind(StrEnum):
+    """What happens in a step of a run."""
+
+    EVENT = "event"
+    """An event arrives in time for the cycle that follows."""
+    GUARD = "guard"
+    """A guard that is asked in the cycle holds; those that are not named do not."""
+    FIRES = "fires"
+    ENTERS = "enters"
+    """An automaton begins, in its initial state."""
+    GHOST = "ghost"
+    RESUMES = "resumes"
+    FINISHES = "finishes"
+
+
+class Change(NamedTuple):
+    """What happens to the automaton at a position, which is in this state then."""
+
+    kind: StepKind
+    position: int
+    state: int
 
 
 class Choice(NamedTuple):
@@ -50,6 +88,18 @@ class Node(NamedTuple):
     position: int
 
 
+class Move(NamedTuple):
+    """The cycle of `node` at `time` ns, what it came to, the configuration after it, and the next node."""
+
+    time: int
+    node: Node
+    choice: Choice
+    configuration: Configuration
+    following: Node
+    elapsed: int
+    """The ns until the cycle of the next node."""
+
+
 @dataclass(frozen=True, slots=True)
 class _State:
     final: bool
@@ -62,58 +112,60 @@ class _State:
 
 
 class TransitionSystem:
-    """The automata of a `cone`, indices of the model, which must hold all that they depend on."""
+    """Some `automata`, indices of a model, together with all that influence them: the cone.
 
-    def __init__(self, model: Model, cone: Collection[int], fireability: Fireability) -> None:
-        self.cone = tuple(sorted(cone))
+    These are the automata above, and those below a state that is left when they have finished.
+    """
+
+    def __init__(self, model: Model, automata: Iterable[int], fireability: Fireability) -> None:
+        self.model = model
+        self.cone = tuple(sorted(_cone_of(model, automata, fireability)))
         """The automata, each before its children."""
         self.position = {index: position for position, index in enumerate(self.cone)}
         """Where each of them is in a configuration."""
         self._intervals = tuple(model.automata[index].interval for index in self.cone)
-        self.common = math.lcm(*self._intervals)
+        self._common = math.lcm(*self._intervals)
         self._initial = tuple(model.automata[index].initial for index in self.cone)
-        self._states = tuple(
-            tuple(
-                _State(
-                    final=state.final,
-                    owes=state.owes,
-                    restart=state.restart,
-                    children=tuple(
-                        self.position[child] for child in state.children if child in self.position
-                    ),
-                    outgoing=tuple(
-                        transition for transition in state.outgoing if fireability.may_fire(index, transition)
-                    ),
-                    clamp=max((t.delay for t in state.outgoing if fireability.may_fire(index, t)), default=0),
-                )
-                for state in model.automata[index].states
-            )
-            for index in self.cone
-        )
+        self._states = tuple(self._read_states(index, fireability) for index in self.cone)
         self._resting: dict[tuple[int, int], bool] = {}
         self._choices: dict[tuple[int, int, tuple[int, ...]], tuple[Choice, ...]] = {}
 
+    def _read_states(self, index: int, fireability: Fireability) -> tuple[_State, ...]:
+        found = []
+        for state in self.model.automata[index].states:
+            outgoing = tuple(each for each in state.outgoing if fireability.may_fire(index, each))
+            children = tuple(self.position[child] for child in state.children if child in self.position)
+            clamp = max((each.delay for each in outgoing), default=0)
+            found.append(_State(state.final, state.owes, state.restart, children, outgoing, clamp))
+        return tuple(found)
+
     def start(self) -> tuple[Configuration, Node, int]:
         """Return the first configuration, the first node, and the ns until its cycle."""
-        locals_: list[Local] = [(initial, 0, 0) for initial in self._initial]
-        self._begin(locals_, 0, anew=True)
-        configuration = tuple(locals_)
+        cycle = self._first_cycle()
+        configuration = tuple(cycle.locals)
         node, elapsed = self._next(configuration, 0, -1)
         return configuration, node, elapsed
 
-    def successors(self, node: Node) -> Iterator[tuple[Choice, Configuration, Node, int]]:
-        """Yield each outcome of a cycle: the configuration after it, the next node, and the ns until that."""
-        if node.position < 0:
-            return
+    def moves(self, node: Node, time: int) -> Iterator[Move]:
+        """Yield each outcome of a cycle at `time` ns."""
+        index, flags, _ = node.configuration[node.position]
+        is_idle = not flags & OWED and not self._states[node.position][index].final
         for choice in self._choices_at(node):
-            configuration = self._cycle(node.configuration, node.position, choice.transition)
+            configuration = node.configuration
+            if choice.transition is not None or not is_idle:
+                configuration = tuple(self._cycle(node, choice).locals)
             following, elapsed = self._next(configuration, node.phase, node.position)
-            yield choice, configuration, following, elapsed
+            yield Move(time, node, choice, configuration, following, elapsed)
+
+    def changes(self, node: Node | None, choice: Choice | None) -> list[Change]:
+        """Return what happens in a cycle, in order; at the start where there is none."""
+        cycle = self._first_cycle() if node is None or choice is None else self._cycle(node, choice)
+        return cycle.changes
 
     def may_rest(self, configuration: Configuration) -> bool:
         """Return whether nothing need ever change any more: whatever could change waits for a guard."""
         for position, (index, flags, _) in enumerate(configuration):
-            if flags & (ACTIVE | FINISHED) == ACTIVE and (flags & OWED or not self._rests(position, index)):
+            if flags & RUNNING == ACTIVE and (flags & OWED or not self._rests(position, index)):
                 return False
         return True
 
@@ -128,15 +180,13 @@ class TransitionSystem:
 
     def enabled(self, node: Node) -> list[TransitionModel]:
         """Return the transitions whose guards are asked in the cycle, in order, should none of them hold."""
-        position = node.position
-        locals_: Configuration = node.configuration
-        index, flags, waited = locals_[position]
-        state = self._states[position][index]
+        index, flags, waited = node.configuration[node.position]
+        state = self._states[node.position][index]
         if flags & OWED:
             waited = 0
         if state.final:
             return []
-        finished = self._have_finished(locals_, state) and not flags & OWED
+        finished = _have_finished(node.configuration, state) and not flags & OWED
         return [
             transition
             for transition in state.outgoing
@@ -145,75 +195,28 @@ class TransitionSystem:
 
     def _choices_at(self, node: Node) -> tuple[Choice, ...]:
         enabled = self.enabled(node)
-        key = node.position, node.configuration[node.position][0], tuple(t.index for t in enabled)
+        key = node.position, node.configuration[node.position][0], tuple([t.index for t in enabled])
         known = self._choices.get(key)
         if known is None:
             known = self._choices[key] = tuple(_choices(enabled))
         return known
 
-    @staticmethod
-    def _have_finished(configuration: Configuration, state: _State) -> bool:
-        return bool(state.children) and all(configuration[child][1] & FINISHED for child in state.children)
+    def _first_cycle(self) -> _Cycle:
+        cycle = _Cycle(self._states, self._initial, [(initial, 0, 0) for initial in self._initial])
+        cycle.begin(0)
+        return cycle
 
-    def _cycle(
-        self, before: Configuration, position: int, transition: TransitionModel | None
-    ) -> Configuration:
-        locals_ = list(before)
-        index, flags, waited = locals_[position]
-        state = self._states[position][index]
-        if flags & OWED:
-            flags, waited = flags & ~OWED, 0
-            locals_[position] = index, flags, waited
-            self._wake_children(locals_, state)
-        if transition is not None:
-            for child in state.children:
-                self._sleep(locals_, child)
-            index = transition.target
-            state = self._states[position][index]
-            locals_[position] = index, flags, 0
-            self._wake_children(locals_, state)
-        if state.final:
-            locals_[position] = index, locals_[position][1] | FINISHED, 0
-        return tuple(locals_)
-
-    def _wake_children(self, locals_: list[Local], state: _State) -> None:
-        """Begin the automata below a state that was entered; finished ones and those of `restart` anew."""
-        if state.final:
-            return
-        for child in state.children:
-            flags = locals_[child][1]
-            self._begin(locals_, child, anew=state.restart or not flags & BEGUN or bool(flags & FINISHED))
-
-    def _begin(self, locals_: list[Local], position: int, *, anew: bool) -> None:
-        if not anew:
-            self._resume(locals_, position)
-            return
-        index = self._initial[position]
-        state = self._states[position][index]
-        locals_[position] = index, ACTIVE | BEGUN | (OWED if state.owes else 0), 0
-        if not state.owes:
-            self._wake_children(locals_, state)
-
-    def _resume(self, locals_: list[Local], position: int) -> None:
-        index, flags, waited = locals_[position]
-        locals_[position] = index, flags | ACTIVE, waited
-        state = self._states[position][index]
-        if not flags & OWED and not state.final:
-            for child in state.children:
-                self._resume(locals_, child)
-
-    def _sleep(self, locals_: list[Local], position: int) -> None:
-        index, flags, waited = locals_[position]
-        if flags & ACTIVE:
-            locals_[position] = index, flags & ~ACTIVE, waited
-            for child in self._states[position][index].children:
-                self._sleep(locals_, child)
+    def _cycle(self, node: Node, choice: Choice) -> _Cycle:
+        """Return the cycle of a node when it has run."""
+        cycle = _Cycle(self._states, self._initial, list(node.configuration))
+        cycle.run(node.position, choice.transition)
+        return cycle
 
     def _next(self, configuration: Configuration, phase: int, after: int) -> tuple[Node, int]:
         """Return the next cycle behind that of `after` at `phase` in which anything can change."""
         best, chosen = -1, -1
         for position, (index, flags, waited) in enumerate(configuration):
-            if flags & (ACTIVE | FINISHED) != ACTIVE:
+            if flags & RUNNING != ACTIVE:
                 continue
             interval = self._intervals[position]
             wait = -phase % interval  # until its next cycle
@@ -222,8 +225,7 @@ class TransitionSystem:
             if 0 <= best <= wait:
                 continue
             if not flags & OWED:
-                state = self._states[position][index]
-                missing = self._missing(configuration, state, waited)
+                missing = _missing(configuration, self._states[position][index], waited)
                 if missing < 0:
                     continue
                 if missing > wait:
@@ -234,42 +236,135 @@ class TransitionSystem:
             return Node(configuration, 0, -1), 0
         if best:
             configuration = self._advanced(configuration, best)
-        return Node(configuration, (phase + best) % self.common, chosen), best
-
-    def _missing(self, configuration: Configuration, state: _State, waited: int) -> int:
-        """Return the active time until a transition can fire, 0 when one can, -1 when none ever can."""
-        if state.final:
-            return 0
-        missing = -1
-        for transition in state.outgoing:
-            if transition.finished and not self._have_finished(configuration, state):
-                continue
-            if transition.delay <= waited:
-                return 0
-            left = transition.delay - waited
-            if missing < 0 or left < missing:
-                missing = left
-        return missing
+        return Node(configuration, (phase + best) % self._common, chosen), best
 
     def _advanced(self, configuration: Configuration, elapsed: int) -> Configuration:
-        return tuple(
-            (index, flags, min(waited + elapsed, clamp))
-            if flags & (ACTIVE | FINISHED | OWED) == ACTIVE
-            and waited < (clamp := self._states[position][index].clamp)
-            else (index, flags, waited)
-            for position, (index, flags, waited) in enumerate(configuration)
-        )
+        locals_ = list(configuration)
+        for position, (index, flags, waited) in enumerate(configuration):
+            if flags & (RUNNING | OWED) == ACTIVE:
+                clamp = self._states[position][index].clamp
+                if waited < clamp:
+                    locals_[position] = index, flags, min(waited + elapsed, clamp)
+        return tuple(locals_)
+
+
+def _cone_of(model: Model, automata: Iterable[int], fireability: Fireability) -> set[int]:
+    cone: set[int] = set()
+    new = list(automata)
+    while new:
+        index = new.pop()
+        if index in cone:
+            continue
+        cone.add(index)
+        automaton = model.automata[index]
+        if automaton.parent >= 0:
+            new.append(automaton.parent)
+        for transition in automaton.transitions:
+            if transition.finished and fireability.may_fire(index, transition):
+                new.extend(automaton.states[transition.origin].children)
+    return cone
+
+
+class _Cycle:
+    """The automata while a cycle changes them, as the runtime does, and the `changes` that it comes to."""
+
+    __slots__ = ("_initial", "_states", "changes", "locals")
+
+    def __init__(
+        self, states: tuple[tuple[_State, ...], ...], initial: tuple[int, ...], locals_: list[Local]
+    ) -> None:
+        self.locals = locals_
+        self.changes: list[Change] = []
+        self._states = states
+        self._initial = initial
+
+    def run(self, position: int, transition: TransitionModel | None) -> None:
+        """Run the cycle of one automaton, in which a transition may fire."""
+        index, flags, waited = self.locals[position]
+        state = self._states[position][index]
+        if flags & OWED:
+            flags, waited = flags & ~OWED, 0
+            self.locals[position] = index, flags, waited
+            self._wake_children(state)
+        if transition is not None:
+            for child in state.children:
+                self._sleep(child)
+            index = transition.target
+            self.changes.append(Change(StepKind.FIRES, position, index))
+            state = self._states[position][index]
+            self.locals[position] = index, flags, 0
+            self._wake_children(state)
+        if state.final:
+            self.locals[position] = index, flags | FINISHED, 0
+            if not flags & FINISHED:
+                self.changes.append(Change(StepKind.FINISHES, position, index))
+
+    def begin(self, position: int) -> None:
+        """Begin an automaton in its initial state."""
+        index = self._initial[position]
+        state = self._states[position][index]
+        self.locals[position] = index, ACTIVE | BEGUN | (OWED if state.owes else 0), 0
+        self.changes.append(Change(StepKind.ENTERS, position, index))
+        if not state.owes:
+            self._wake_children(state)
+
+    def _wake_children(self, state: _State) -> None:
+        """Wake the automata below a state that was entered: those of `restart` and finished ones begin."""
+        if state.final:
+            return
+        for child in state.children:
+            flags = self.locals[child][1]
+            if state.restart or flags & (BEGUN | FINISHED) != BEGUN:
+                self.begin(child)
+            else:
+                self._resume(child)
+
+    def _resume(self, position: int) -> None:
+        index, flags, waited = self.locals[position]
+        self.locals[position] = index, flags | ACTIVE, waited
+        self.changes.append(Change(StepKind.RESUMES, position, index))
+        state = self._states[position][index]
+        if not flags & OWED and not state.final:
+            for child in state.children:
+                self._resume(child)
+
+    def _sleep(self, position: int) -> None:
+        index, flags, waited = self.locals[position]
+        if flags & ACTIVE:
+            for child in self._states[position][index].children:
+                self._sleep(child)
+            self.locals[position] = index, flags & ~ACTIVE, waited
+            self.changes.append(Change(StepKind.GHOST, position, index))
+
+
+def _have_finished(configuration: Configuration, state: _State) -> bool:
+    return bool(state.children) and all(configuration[child][1] & FINISHED for child in state.children)
+
+
+def _missing(configuration: Configuration, state: _State, waited: int) -> int:
+    """Return the active time until a transition can fire, 0 when one can, -1 when none ever can."""
+    if state.final:
+        return 0
+    missing = -1
+    for transition in state.outgoing:
+        if transition.finished and not _have_finished(configuration, state):
+            continue
+        if transition.delay <= waited:
+            return 0
+        left = transition.delay - waited
+        if missing < 0 or left < missing:
+            missing = left
+    return missing
 
 
 def _choices(enabled: list[TransitionModel]) -> Iterator[Choice]:
     """Yield what a cycle may come to. No event comes but the one that fires: it would wait in the queue."""
     needs: list[Conjunction] = [transition.needs or () for transition in enabled]
     events = {transition.event: (transition.needs or ())[0][0] for transition in enabled if transition.event}
-    for place, transition in enumerate(enabled):
-        others = tuple((atom, False) for event, atom in events.items() if event != transition.event)
-        values = satisfy(needs[place] + others, needs[:place])
+    for place, transition in enumerate([*enabled, None]):
+        wanted = () if transition is None else needs[place]
+        fired = "" if transition is None else transition.event
+        others = tuple((atom, False) for event, atom in events.items() if event != fired)
+        values = satisfy(wanted + others, needs[:place])
         if values is not None:
             yield Choice(transition, frozenset(atom for atom, value in values.items() if value))
-    values = satisfy(tuple((atom, False) for atom in events.values()), needs)
-    if values is not None:
-        yield Choice(None, frozenset(atom for atom, value in values.items() if value))
