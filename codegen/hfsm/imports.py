@@ -9,10 +9,10 @@ own do not.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
 from pathlib import Path, PurePosixPath, PureWindowsPath
-from typing import Final, NamedTuple, TypeVar
+from typing import Any, Final, NamedTuple, TypeVar
 
 from ..diagnostics import Diagnostics, Location, Note
 from .analysis import library_names
@@ -27,6 +27,7 @@ from .document import (
     Import,
     Interface,
     Library,
+    Node,
     Parameter,
     State,
     Text,
@@ -43,6 +44,7 @@ _MAX_ID: Final = 2**31 - 1
 _IDS_EACH: Final = 1000
 
 _N = TypeVar("_N", Interface, Parameter, Event)
+_NodeT = TypeVar("_NodeT", bound=Node)
 
 
 def resolve(
@@ -83,19 +85,18 @@ class _Resolver:
     def resolve(self, document: Document, path: Path, stack: tuple[_Stacked, ...]) -> Document:
         """Return a document with what it imports; `stack` are the files that import it, and itself."""
         automata: list[Automaton] = []
-        ids = _Ids(automaton.id for automaton in document.automata)
+        taken = {automaton.id for automaton in document.automata}
         for stub in document.automata:
             part = None if stub.imported is None else self._part(stub, stub.imported, path, stack)
             if part is None:
                 automata.append(stub)
             elif len(automata) + len(part.automata) > _MAX_AUTOMATA:
-                self._error(
-                    Code.IMPORT_WITHOUT_END, f"more than {_MAX_AUTOMATA} automata in all", _place(stub, path)
-                )
+                message = f"more than {_MAX_AUTOMATA} automata in all"
+                self._error(Code.IMPORT_WITHOUT_END, message, _place(stub, path))
                 break
             else:
-                automata += _graft(part.automata, stub, ids)
-                document = _merge(document, part.document, path, self._diagnostics)
+                automata += _graft(part.automata, stub, taken)
+                document = self._merge(document, part.document, path)
                 document = replace(document, functions=document.functions + tuple(_other_functions(part)))
         return replace(document, automata=tuple(automata))
 
@@ -106,12 +107,8 @@ class _Resolver:
         place = _place(imported, path)
         if stub.states or stub.transitions or stub.inputs:
             message = f"automaton {stub.id} is imported, and has states, transitions or inputs of its own"
-            self._error(
-                Code.IMPORT_OF_WRONG_KIND,
-                message,
-                place,
-                Note("what belongs to it stands in the imported file"),
-            )
+            note = Note("what belongs to it stands in the imported file")
+            self._error(Code.IMPORT_OF_WRONG_KIND, message, place, note)
             return None
         file = self._find(imported, path, place)
         if file is None or not self._may_follow(file, place, stack):
@@ -130,18 +127,13 @@ class _Resolver:
         """Return the path of an imported file, or None after an error."""
         name = imported.file.text.strip()
         if not name:
-            self._error(
-                Code.IMPORT_OUTSIDE_DIRECTORY,
-                "the import names no file: write one, relative to this document",
-                place,
-            )
+            message = "the import names no file: write one, relative to this document"
+            self._error(Code.IMPORT_OUTSIDE_DIRECTORY, message, place)
             return None
+        shown = f"`{_shown(imported)}`"
         if PurePosixPath(name).is_absolute() or PureWindowsPath(name).drive or "\0" in name:
-            self._error(
-                Code.IMPORT_OUTSIDE_DIRECTORY,
-                f"`{_shown(imported)}` is no path relative to this document",
-                place,
-            )
+            message = f"{shown} is no path relative to this document"
+            self._error(Code.IMPORT_OUTSIDE_DIRECTORY, message, place)
             return None
         searched = (path.parent, *self._directories[1:])
         found = [file for file in (Path(os.path.normpath(at / name)) for at in searched) if file.is_file()]
@@ -150,21 +142,12 @@ class _Resolver:
             if any(file.resolve().is_relative_to(directory) for directory in allowed):
                 return file
         if found:
-            message = f"`{_shown(imported)}` lies outside the directory of the document"
-            self._error(
-                Code.IMPORT_OUTSIDE_DIRECTORY,
-                message,
-                place,
-                Note("allow the directory that it lies in with -I"),
-            )
+            note = Note("allow the directory that it lies in with -I")
+            message = f"{shown} lies outside the directory of the document"
+            self._error(Code.IMPORT_OUTSIDE_DIRECTORY, message, place, note)
         else:
-            where = ", ".join(str(directory) for directory in searched)
-            self._error(
-                Code.IMPORT_NOT_FOUND,
-                f"`{_shown(imported)}` is not there",
-                place,
-                Note(f"searched in {where}"),
-            )
+            note = Note(f"searched in {', '.join(map(str, searched))}")
+            self._error(Code.IMPORT_NOT_FOUND, f"{shown} is not there", place, note)
         return None
 
     def _may_follow(self, file: Path, place: Location, stack: tuple[_Stacked, ...]) -> bool:
@@ -176,9 +159,8 @@ class _Resolver:
             self._error(Code.IMPORT_WITHOUT_END, f"the files import one another: {circle}", place, *notes)
             return False
         if len(stack) > _MAX_DEPTH:
-            self._error(
-                Code.IMPORT_WITHOUT_END, f"more than {_MAX_DEPTH} files import one another in a row", place
-            )
+            message = f"more than {_MAX_DEPTH} files import one another in a row"
+            self._error(Code.IMPORT_WITHOUT_END, message, place)
             return False
         return True
 
@@ -197,23 +179,62 @@ class _Resolver:
             self._documents[key] = document
         return self._documents[key]
 
+    def _merge(self, document: Document, other: Document, path: Path) -> Document:
+        """Return a document with what another one declares; what both declare is there once.
+
+        What they declare differently under one name is reported. `path` is where the document lies.
+        """
+        return replace(
+            document,
+            libraries=self._merge_libraries(document.libraries, other.libraries, path),
+            interfaces=self._merge_named("interface", document.interfaces, other.interfaces, path, _servant),
+            parameters=self._merge_named("parameter", document.parameters, other.parameters, path, _value),
+            events=self._merge_named("event", document.events, other.events, path, lambda _: ()),
+        )
+
+    def _merge_named(
+        self,
+        kind: str,
+        own: tuple[_N, ...],
+        others: tuple[_N, ...],
+        path: Path,
+        meaning: Callable[[_N], object],
+    ) -> tuple[_N, ...]:
+        """Return both lists with each name once; `meaning` is what must be the same of one name."""
+        known = {item.name: item for item in own}
+        for item in others:
+            if item.name in known and meaning(item) != meaning(known[item.name]):
+                message = f"the {kind} `{item.name}` is another one than that of the same name"
+                note = Note("the other one is here", _place(known[item.name], path))
+                self._error(Code.CONTRADICTING_IMPORTS, message, _place(item, path), note)
+        return own + tuple(item for item in others if item.name not in known)
+
+    def _merge_libraries(
+        self, own: tuple[Library, ...], others: tuple[Library, ...], path: Path
+    ) -> tuple[Library, ...]:
+        """Return both lists; a name that they bind to different things is reported."""
+        written = {library.name.text.strip() for library in own}
+        known = {name: (target, each) for each in own for name, target in library_names(each).items()}
+        new = [library for library in others if library.name.text.strip() not in written]
+        for library in new:
+            for name, target in library_names(library).items():
+                if name in known and known[name][0] != target:
+                    message = f"the library `{library.name.text.strip()}` and another one are both `{name}`"
+                    note = Note("the other one is here", _place(known[name][1], path))
+                    self._error(Code.CONTRADICTING_IMPORTS, message, _place(library, path), note)
+        return (*own, *new)
+
     def _error(self, code: str, message: str, place: Location, *notes: Note) -> None:
         self._diagnostics.error(code, message, place, notes)
 
 
-class _Ids:
-    """The ids of automata that are taken."""
-
-    def __init__(self, taken: Iterable[int]) -> None:
-        self._taken = set(taken)
-
-    def take(self, wanted: int) -> int:
-        """Take an id, or the next that is free."""
-        number = wanted if 0 < wanted <= _MAX_ID else 1
-        while number in self._taken:
-            number = number + 1 if number < _MAX_ID else 1
-        self._taken.add(number)
-        return number
+def _take_id(wanted: int, taken: set[int]) -> int:
+    """Take an id for an automaton, or the next that is free."""
+    number = wanted if 0 < wanted <= _MAX_ID else 1
+    while number in taken:
+        number = number + 1 if number < _MAX_ID else 1
+    taken.add(number)
+    return number
 
 
 def _with_all_below(top: Automaton, document: Document) -> Iterator[Automaton]:
@@ -227,11 +248,11 @@ def _with_all_below(top: Automaton, document: Document) -> Iterator[Automaton]:
             pending += [child for state in reversed(automaton.states) for child in reversed(state.children)]
 
 
-def _graft(automata: Sequence[Automaton], stub: Automaton, ids: _Ids) -> Iterator[Automaton]:
+def _graft(automata: Sequence[Automaton], stub: Automaton, taken: set[int]) -> Iterator[Automaton]:
     """Yield automata of another document, the topmost first, as they stand in place of `stub`."""
     top, *below = automata
     numbers = {top.id: stub.id}
-    numbers.update({each.id: ids.take(_IDS_EACH * stub.id + each.id) for each in below})
+    numbers.update({each.id: _take_id(_IDS_EACH * stub.id + each.id, taken) for each in below})
     for automaton in automata:
         yield replace(
             automaton,
@@ -280,54 +301,23 @@ def _share_functions(document: Document) -> Document:
     return replace(document, automata=automata, functions=functions)
 
 
-def _located(document: Document, path: Path) -> Document:
-    """Return a document whose parts know the file that they come from."""
-    automata = (
-        replace(
-            automaton,
-            states=tuple(
-                replace(
-                    state, path=path, arguments=tuple(replace(item, path=path) for item in state.arguments)
-                )
-                for state in automaton.states
-            ),
-            transitions=tuple(replace(transition, path=path) for transition in automaton.transitions),
-            inputs=tuple(replace(item, path=path) for item in automaton.inputs),
-            path=path,
-        )
-        for automaton in document.automata
-    )
-    return replace(
-        document,
-        automata=tuple(automata),
-        libraries=tuple(replace(library, path=path) for library in document.libraries),
-        interfaces=tuple(replace(interface, path=path) for interface in document.interfaces),
-        parameters=tuple(replace(parameter, path=path) for parameter in document.parameters),
-        events=tuple(replace(event, path=path) for event in document.events),
-    )
+def _located(node: _NodeT, path: Path) -> _NodeT:
+    """Return a part of a document, and all inside it, that knows the file from which it comes."""
+    lists = {each.name: getattr(node, each.name) for each in fields(node)}
+    changes: dict[str, Any] = {
+        name: tuple(_located(item, path) if isinstance(item, Node) else item for item in value)
+        for name, value in lists.items()
+        if isinstance(value, tuple)
+    }
+    return replace(node, path=path, **changes)
 
 
-def _place(item: Automaton | Import, path: Path) -> Location:
+def _place(item: Node, path: Path) -> Location:
     return Location(item.path or path, item.line, max(1, item.column))
 
 
 def _shown(imported: Import) -> str:
     return imported.file.text.strip()[:100]
-
-
-def _merge(document: Document, other: Document, path: Path, diagnostics: Diagnostics) -> Document:
-    """Return a document with what another one declares; what both declare is there once.
-
-    What they declare differently under one name is reported. `path` is where the document lies.
-    """
-    merger = _Merger(path, diagnostics)
-    return replace(
-        document,
-        libraries=merger.libraries(document.libraries, other.libraries),
-        interfaces=merger.named("interface", document.interfaces, other.interfaces, _servant),
-        parameters=merger.named("parameter", document.parameters, other.parameters, _value),
-        events=merger.named("event", document.events, other.events, lambda _: ()),
-    )
 
 
 def _servant(interface: Interface) -> object:
@@ -336,48 +326,3 @@ def _servant(interface: Interface) -> object:
 
 def _value(parameter: Parameter) -> object:
     return parameter.type.text.strip(), parameter.default.text.strip()
-
-
-class _Merger:
-    def __init__(self, path: Path, diagnostics: Diagnostics) -> None:
-        self._path = path
-        self._diagnostics = diagnostics
-
-    def named(
-        self, kind: str, own: tuple[_N, ...], others: tuple[_N, ...], meaning: Callable[[_N], object]
-    ) -> tuple[_N, ...]:
-        """Return both lists with each name once; `meaning` is what must be the same of one name."""
-        known = {item.name: item for item in own}
-        new: list[_N] = []
-        for item in others:
-            if item.name not in known:
-                new.append(item)
-            elif meaning(item) != meaning(known[item.name]):
-                message = f"the {kind} `{item.name}` is another one than that of the same name"
-                self._conflict(message, self._place(item), self._place(known[item.name]))
-        return own + tuple(new)
-
-    def libraries(self, own: tuple[Library, ...], others: tuple[Library, ...]) -> tuple[Library, ...]:
-        """Return both lists; a name that they bind to different things is reported."""
-        written = {library.name.text.strip() for library in own}
-        known: dict[str, tuple[str, Library]] = {}
-        for library in own:
-            known.update({name: (target, library) for name, target in library_names(library).items()})
-        new: list[Library] = []
-        for library in others:
-            if library.name.text.strip() in written:
-                continue
-            new.append(library)
-            for name, target in library_names(library).items():
-                if name in known and known[name][0] != target:
-                    message = f"the library `{library.name.text.strip()}` and another one are both `{name}`"
-                    self._conflict(message, self._place(library), self._place(known[name][1]))
-        return (*own, *new)
-
-    def _conflict(self, message: str, place: Location, other: Location) -> None:
-        self._diagnostics.error(
-            Code.CONTRADICTING_IMPORTS, message, place, [Note("the other one is here", other)]
-        )
-
-    def _place(self, item: Interface | Parameter | Event | Library) -> Location:
-        return Location(item.path or self._path, item.line, max(1, item.column))
