@@ -62,7 +62,7 @@ def parse_all(paths: list[Path]) -> None:
     for path in paths:
         source = preprocessor.load(path)
         assert source is not None
-        parse(preprocessor.unit(source, diagnostics), diagnostics)
+        parse(preprocessor.preprocess(source, diagnostics).tokens, diagnostics)
     assert not len(diagnostics)
 
 

@@ -99,8 +99,8 @@ class Units:
         """Return the unit of a file, or None after reporting what is wrong with it."""
         if source not in self._units:
             errors_before = len(diagnostics.errors)
-            read = self._preprocessor.unit(source, diagnostics)
-            tree = parse(read, diagnostics)
+            read = self._preprocessor.preprocess(source, diagnostics)
+            tree = parse(read.tokens, diagnostics)
             if read.complete:  # else every name of the file that is not found would seem undefined
                 check(tree, diagnostics)
             sound = len(diagnostics.errors) == errors_before

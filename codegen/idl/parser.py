@@ -1,8 +1,8 @@
-"""Build the tree of a translation unit, and go on after an error at the next `;` or `}`."""
+"""Build the tree of a translation unit, and continue after an error at the next `;` or `}`."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NoReturn, TypeVar
 
 from codegen.diagnostics import Diagnostics, Location, Note, did_you_mean
@@ -10,7 +10,6 @@ from codegen.diagnostics import Diagnostics, Location, Note, did_you_mean
 from . import ast
 from .codes import Code
 from .lexer import Kind, LiteralError, Source, Token, parse_float, parse_integer, parse_string
-from .preprocessor import TranslationUnit
 
 _TYPE_KEYWORDS = frozenset({*ast.BUILTIN_TYPES, "Object", "Value"})
 _RESERVED_SUFFIXES = ("Helper", "Holder", "Prx", "Ptr")
@@ -26,16 +25,16 @@ class _SliceSyntaxError(Exception):
     """What is read does not follow the grammar; it has been reported, and parsing continues after it."""
 
 
-def parse(unit: TranslationUnit, diagnostics: Diagnostics) -> ast.Module:
-    """Return the root module of a translation unit: what its files define, without what could not be read."""
-    return _Parser(unit, diagnostics).root()
+def parse(tokens: Sequence[Token], diagnostics: Diagnostics) -> ast.Module:
+    """Return the root module of a translation unit, without what could not be read."""
+    return _Parser(tokens, diagnostics).root()
 
 
 class _Parser:
-    def __init__(self, unit: TranslationUnit, diagnostics: Diagnostics) -> None:
-        self._tokens = unit.tokens
+    def __init__(self, tokens: Sequence[Token], diagnostics: Diagnostics) -> None:
+        self._tokens = tokens
         self._next = 0
-        self._token = unit.tokens[0]
+        self._token = tokens[0]
         self._diagnostics = diagnostics
         self._depth = 0
         self._sources_with_modules: set[Source] = set()

@@ -38,10 +38,9 @@ _COMMENT = re.compile(r"//.*|/\*.*?\*/", re.DOTALL)
 
 
 @dataclass(slots=True)
-class TranslationUnit:
-    """What one file says, with all that it includes."""
+class Preprocessed:
+    """A file with all that it includes: the tokens that are left without directives."""
 
-    source: Source
     tokens: list[Token] = field(default_factory=list)
     included: list[Source] = field(default_factory=list)
     """Every file that it includes, directly or not, each once."""
@@ -50,7 +49,7 @@ class TranslationUnit:
 
 
 class Preprocessor:
-    """Read files, each once in a run, and turn them into translation units.
+    """Read files, each once in a run, and join each with what it includes.
 
     `include_directories` are searched for `#include <x>` and, after the directory of the including file, for
     `#include "x"`. Files that cannot be read are reported to `diagnostics`.
@@ -99,12 +98,12 @@ class Preprocessor:
         self._diagnostics.add_source(path, text)
         return Source(path, text)
 
-    def unit(self, source: Source, diagnostics: Diagnostics) -> TranslationUnit:
-        """Return the translation unit of a file; what is wrong with it goes to `diagnostics`."""
-        unit = TranslationUnit(source)
-        _Reader(unit, self, diagnostics).read(source)
-        unit.tokens.append(source.tokens[-1])
-        return unit
+    def preprocess(self, source: Source, diagnostics: Diagnostics) -> Preprocessed:
+        """Return a file as the main file of a translation unit; errors go to `diagnostics`."""
+        reader = _Reader(source, self, diagnostics)
+        reader.read(source)
+        reader.result.tokens.append(source.tokens[-1])
+        return reader.result
 
     def searched(self, own: Path) -> str:
         """Return the directories that are searched, as messages name them."""
@@ -142,8 +141,9 @@ class _Condition:
 class _Reader:
     """The state while one translation unit is read."""
 
-    def __init__(self, unit: TranslationUnit, preprocessor: Preprocessor, diagnostics: Diagnostics) -> None:
-        self._unit = unit
+    def __init__(self, main: Source, preprocessor: Preprocessor, diagnostics: Diagnostics) -> None:
+        self.result = Preprocessed()
+        self._main = main
         self._preprocessor = preprocessor
         self._diagnostics = diagnostics
         self._defined = set(_PREDEFINED)
@@ -153,10 +153,10 @@ class _Reader:
         self._stopped = False
 
     def read(self, source: Source) -> None:
-        """Append the tokens of `source` that count to the unit."""
+        """Append the tokens of `source`, and of what it includes, to the result."""
         conditions: list[_Condition] = []
         active = True
-        output = self._unit.tokens
+        output = self.result.tokens
         for token in source.tokens:
             kind = token.kind
             if kind is Kind.DIRECTIVE:
@@ -217,7 +217,7 @@ class _Reader:
         return not conditions or conditions[-1].active
 
     def _unsupported(self, directive: str, token: Token) -> None:
-        self._unit.complete = False
+        self.result.complete = False
         note = Note(
             "there are #include, #define of a name alone, #ifdef, #ifndef, #else, #endif, #pragma once"
         )
@@ -266,7 +266,7 @@ class _Reader:
             return
         self._defined.add(match[0])
         if rest[match.end() :]:
-            self._unit.complete = False  # its uses cannot be understood
+            self.result.complete = False  # its uses cannot be understood
             message = f"`{match[0]}` cannot have a value: only a name alone can be defined"
             self._error(Code.BAD_DIRECTIVE, message, token)
 
@@ -285,20 +285,20 @@ class _Reader:
                 text = "it is a file of Ice: `pip install zeroc-ice` installs the directory `slice` for -I"
                 notes.append(Note(text))
             self._error(Code.INCLUDE_NOT_FOUND, f"`{name}` is not found", token, *notes)
-            self._unit.complete = False
+            self.result.complete = False
             return
         source = self._preprocessor.load(path, token.location)
         if source is None or source in self._once:
             return
         self._includes += 1
-        too_large = self._includes > _MOST_INCLUDES or len(self._unit.tokens) > _MOST_TOKENS
+        too_large = self._includes > _MOST_INCLUDES or len(self.result.tokens) > _MOST_TOKENS
         if self._depth >= _DEEPEST_INCLUDE or too_large:
             self._stopped = True
             message = f"`{name}` is included without end: do the files lack guards?"
             self._error(Code.INCLUDE_TOO_DEEP, message, token)
             return
-        if source not in self._unit.included and source is not self._unit.source:
-            self._unit.included.append(source)
+        if source not in self.result.included and source is not self._main:
+            self.result.included.append(source)
         self._depth += 1
         self.read(source)
         self._depth -= 1

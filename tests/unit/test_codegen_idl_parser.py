@@ -20,7 +20,7 @@ def parsed(directory: Path, text: str) -> tuple[ast.Module, Diagnostics]:
     preprocessor = Preprocessor([], diagnostics)
     source = preprocessor.load(path)
     assert source is not None
-    return parse(preprocessor.unit(source, diagnostics), diagnostics), diagnostics
+    return parse(preprocessor.preprocess(source, diagnostics).tokens, diagnostics), diagnostics
 
 
 def test_an_operation_has_all_its_parts(tmp_path: Path) -> None:

@@ -19,8 +19,8 @@ def preprocess(
     preprocessor = Preprocessor(include or [], diagnostics)
     source = preprocessor.load(main)
     assert source is not None
-    unit = preprocessor.unit(source, diagnostics)
-    return " ".join(token.text for token in unit.tokens[:-1]), diagnostics
+    preprocessed = preprocessor.preprocess(source, diagnostics)
+    return " ".join(token.text for token in preprocessed.tokens[:-1]), diagnostics
 
 
 @pytest.mark.parametrize(
