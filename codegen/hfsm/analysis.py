@@ -76,14 +76,18 @@ class Piece:
 
     def place(self, node: ast.AST, length: int = 0) -> Location:
         """Return where a node stands in its file; `length` is that of the text to underline."""
-        line_of_node, offset = getattr(node, "lineno", 1), getattr(node, "col_offset", 0)
-        line = min(max(line_of_node - self.header, 1), len(self.code.lines))
+        line, offset = getattr(node, "lineno", 1), getattr(node, "col_offset", 0)
+        if not length and getattr(node, "end_lineno", None) == line:
+            length = getattr(node, "end_col_offset", offset) - offset
+        return self.at(line, offset, length)
+
+    def at(self, tree_line: int, offset: int, length: int = 1) -> Location:
+        """Return a place in the file by a line of the tree and an offset in bytes, as Python counts them."""
+        line = min(max(tree_line - self.header, 1), len(self.code.lines))
         before = self.code.lines[line - 1].encode()[:offset].decode(errors="replace")
         left = 0 if line - 1 in self.code.fixed else self.code.removed
         if line == 1:
             left = self.code.start - 1
-        if not length and getattr(node, "end_lineno", None) == line_of_node:
-            length = getattr(node, "end_col_offset", offset) - offset
         return Location(self.path, self.code.line + line - 1, left + len(before) + 1, max(1, length))
 
     @property
@@ -164,10 +168,8 @@ class Access:
             assert isinstance(node, ast.Attribute)
             node = node.value
         assert isinstance(node, ast.Attribute)
-        end = ast.copy_location(ast.Name(node.attr), node)
-        end.lineno = node.end_lineno or node.lineno
-        end.col_offset = (node.end_col_offset or 0) - len(node.attr.encode())
-        return self.piece.place(end, len(node.attr))
+        start = (node.end_col_offset or 0) - len(node.attr.encode())
+        return self.piece.at(node.end_lineno or node.lineno, start, len(node.attr))
 
 
 Part = Literal["entry", "code", "exit", "argument", "guard", "fired"]
@@ -179,8 +181,8 @@ what runs when it fires."""
 class AutomatonCode:
     """All code of an automaton. What runs in cycles has a part and an owner: a state, argument or transition.
 
-    It is `broken` when some of it is no Python or nested too deeply: then nobody knows what the rest may rely
-    on.
+    It is `broken` when some of it is no Python or nested too deeply: then what the rest may rely on
+    is not known.
     """
 
     automaton: Automaton

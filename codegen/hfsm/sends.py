@@ -98,7 +98,7 @@ def _sent(call: ast.Call, function: ast.Attribute) -> tuple[set[str], bool]:
 
 
 def _values(node: ast.expr) -> list[object] | None:
-    """Return what an expression may be, None when nobody knows."""
+    """Return what an expression may be, None when that is not known."""
     if isinstance(node, ast.Constant):
         return [node.value]
     if not isinstance(node, ast.IfExp):
@@ -123,7 +123,7 @@ def _may_send(node: ast.AST) -> bool:
         case ast.alias(name=name):
             return name in _ANYTHING | _LOADERS | _BY_NAME
         case ast.FunctionDef(name=name) | ast.AsyncFunctionDef(name=name) | ast.ClassDef(name=name):
-            return name in _SEND  # what it does with the names that it is given, nobody knows
+            return name in _SEND  # what it does with its arguments is not known
         case ast.Call(func=ast.Name(id=name) | ast.Attribute(attr=name), args=arguments) if name in _BY_NAME:
             place = 1 if name == "getattr" else 0
             return not arguments[place:] or not all(

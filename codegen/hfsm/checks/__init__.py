@@ -1,4 +1,4 @@
-"""Check a document before it runs: its structure and its code, as far as that can be told without running it.
+"""Check a document before it runs: its structure and its code, as far as that shows without running it.
 
 Each module finds one kind of fault; `docs/reference/document-errors.md` lists them by their codes. What the
 origin's generated code gave a meaning is a warning and not an error, so that its documents still run.

@@ -77,7 +77,7 @@ def check_component(document: Document, known: KnownInterfaces, report: Report) 
         if not _IDENTITY.fullmatch(interface.identity):
             message = f"`{interface.identity[:60]}` cannot be the identity of a servant"
             note = Note("an identity has letters, digits and _ . -; `@realm` may follow it")
-            report.error(Code.BAD_IDENTITY, message, report.place(interface), [note])
+            report.error(Code.BAD_IDENTITY, message, interface, [note])
         _check_type(interface, known, report)
 
 
@@ -117,7 +117,7 @@ def check_functions(analysis: Analysis, report: Report) -> dict[str, Location]:
         if interface.name in first:
             note = Note("the function is here", first[interface.name])
             message = f"`{interface.name}` is both an interface and a function"
-            report.error(Code.FUNCTION_NAME_TAKEN, message, report.place(interface), [note])
+            report.error(Code.FUNCTION_NAME_TAKEN, message, interface, [note])
     return first
 
 
@@ -148,7 +148,7 @@ def check_parameters(document: Document, functions: dict[str, Location], report:
             problem = f"`{name}` is both a parameter and a function"
             notes = [Note("the function is here", functions[name])]
         if problem:
-            report.error(Code.BAD_PARAMETER, problem, report.place(parameter), notes)
+            report.error(Code.BAD_PARAMETER, problem, parameter, notes)
         first.setdefault(name, parameter)
         _check_default(parameter, report)
 

@@ -25,7 +25,7 @@ def check_events(analysis: Analysis, report: Report) -> None:
     What code sends by other names for the component counts, too.
     """
     document = analysis.document
-    has_own_send = "send" in analysis.defined  # what that sends is its own affair
+    has_own_send = "send" in analysis.defined  # what that sends is not known
     sent: dict[str, Location] = {}
     for access in () if has_own_send else analysis.accesses:
         if (constant := _sent_name(access)) is not None:

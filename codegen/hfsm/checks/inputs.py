@@ -29,7 +29,7 @@ def check_inputs(document: Document, code: AutomatonCode, reserved: Collection[s
         elif name in first:
             problem = f"a second input is called `{name}`"
         elif name in bound:
-            problem = f"the input `{name}` is also given a value by the variables: strike it there"
+            problem = f"the input `{name}` is also given a value by the variables: delete it there"
         elif type_name not in INPUT_TYPES:
             problem = f"the type of the input `{name}` is one of {', '.join(INPUT_TYPES)}"
         elif not item.default.is_blank:
@@ -40,7 +40,7 @@ def check_inputs(document: Document, code: AutomatonCode, reserved: Collection[s
         elif document.owner(code.automaton) is None:
             problem = f"the input `{name}` needs a default: nothing owns this automaton"
         if problem:
-            report.error(Code.BAD_INPUT, problem, report.place(item), notes)
+            report.error(Code.BAD_INPUT, problem, item, notes)
         first.setdefault(name, item)
 
 
@@ -57,7 +57,7 @@ def check_arguments(state: State, automata: Mapping[int, Automaton], report: Rep
         if (child, argument.name) in given:
             message = f"{_label(state)} hands over `{argument.name}` twice"
             first = given[child, argument.name]
-            report.error(Code.BAD_INPUT, message, report.place(argument), [report.first(first)])
+            report.error(Code.BAD_INPUT, message, argument, [report.first(first)])
         given.setdefault((child, argument.name), argument)
         _check_literal(argument, declared, report)
     for child, item in below:
@@ -66,7 +66,7 @@ def check_arguments(state: State, automata: Mapping[int, Automaton], report: Rep
                 f"{_label(state)} has to hand over `{item.name}` to automaton {child}: it has no default"
             )
             note = Note("the input is here", report.place(item))
-            report.error(Code.BAD_INPUT, message, report.place(state), [note])
+            report.error(Code.BAD_INPUT, message, state, [note])
 
 
 def _target(
@@ -90,7 +90,7 @@ def _target(
     else:
         message = f"no automaton of {label} has an input `{named}`"
     known = did_you_mean(named, [item.name for _, item in below])
-    report.error(Code.BAD_INPUT, message, report.place(argument), known)
+    report.error(Code.BAD_INPUT, message, argument, known)
     return None
 
 

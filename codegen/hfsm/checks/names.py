@@ -45,32 +45,23 @@ _BUILTINS: Final = frozenset(dir(builtins))
 
 def check_names(piece: Piece, known: Collection[str], report: Report) -> None:
     """Check one piece of code; `known` are the names that it finds outside itself."""
-    told: set[str] = set()
+    reported: set[str] = set()
     for message in _messages(piece, known):
-        place = piece.place(_Position(message.lineno, message.col))
+        place = piece.at(message.lineno, message.col)
         if not isinstance(message, messages.UndefinedName):
             text = message.message % message.message_args
             report.warning(Code.DOUBTFUL_CODE, text[:1].lower() + text[1:], place)
             continue
         name = str(message.message_args[0])
-        if name not in told:
-            told.add(name)
-            place = piece.place(_Position(message.lineno, message.col), len(name))
+        if name not in reported:
+            reported.add(name)
+            place = piece.at(message.lineno, message.col, len(name))
             notes = did_you_mean(name, {*known, *_BUILTINS})
             report.warning(Code.UNDEFINED_NAME, f"nothing defines `{name}`", place, notes)
 
 
-class _Position(ast.expr):
-    """A place as pyflakes tells it."""
-
-    def __init__(self, line: int, column: int) -> None:
-        super().__init__()
-        self.lineno = self.end_lineno = line
-        self.col_offset = self.end_col_offset = column
-
-
 def _messages(piece: Piece, known: Collection[str]) -> tuple[messages.Message, ...]:
-    # Pyflakes takes its time for each name that it is told, and an automaton may share thousands.
+    # Pyflakes spends time on each name that it is given, and an automaton may share thousands.
     nodes = (node for node in all_nodes(piece.tree) if isinstance(node, ast.Global | ast.Nonlocal))
     names = piece.used.union(*(node.names for node in nodes)).intersection(known)
     head = _FUNCTIONS if piece.is_functions else _WITH_EVENT if piece.has_event else _PLAIN
@@ -98,7 +89,7 @@ def check_variables(code: AutomatonCode, report: Report) -> None:
     """Check the variables and inputs of one automaton; a name that begins with _ is meant to be unused."""
     if code.broken:
         return
-    read = set(RESERVED)  # who assigns one of these is told when the component is generated
+    read = set(RESERVED)  # check_reserved reports those that code assigns
     for piece in code.sharing():
         read.update(piece.reads)
     if not read.isdisjoint(INSPECTING):
@@ -106,13 +97,13 @@ def check_variables(code: AutomatonCode, report: Report) -> None:
     for declared in code.automaton.inputs:
         name = declared.name.strip()
         if name not in read and not name.startswith("_"):
-            report.warning(Code.UNREAD_VARIABLE, f"nothing reads the input `{name}`", report.place(declared))
-    told: set[str] = set()
+            report.warning(Code.UNREAD_VARIABLE, f"nothing reads the input `{name}`", declared)
+    reported: set[str] = set()
     for piece in code.sharing():
         for target in _plain_targets(piece):
             name = target.id
-            if name not in read and name not in told and not name.startswith("_"):
-                told.add(name)
+            if name not in read and name not in reported and not name.startswith("_"):
+                reported.add(name)
                 message = f"nothing reads the variable `{name}`"
                 report.warning(Code.UNREAD_VARIABLE, message, piece.place(target, len(name)))
 
@@ -133,7 +124,7 @@ def check_reserved(code: AutomatonCode, reserved: Collection[str], report: Repor
                 assert code.variables is not None
                 message = (
                     f"`global {name}` makes `{name}` a name of the whole file, and other code of the "
-                    "automaton assigns its own: strike it here, or say it there, too"
+                    "automaton assigns its own: delete it here, or repeat it there"
                 )
                 place = code.variables.place(node)
                 report.error(Code.BAD_CODE, message, Location(place.path, place.line))

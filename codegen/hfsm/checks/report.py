@@ -26,17 +26,20 @@ class Report:
             return Location(path, text.line, max(1, text.column), max(1, len(line)))
         return Location(path, node.line, max(1, node.column))
 
-    def error(self, code: str, message: str, place: Location, notes: Sequence[Note] = ()) -> None:
+    def error(self, code: str, message: str, where: Node | Location, notes: Sequence[Note] = ()) -> None:
         """Report what keeps a component from being generated."""
-        self._diagnostics.error(code, message, place, notes)
+        self._diagnostics.error(code, message, self._located(where), notes)
 
-    def warning(self, code: str, message: str, place: Location, notes: Sequence[Note] = ()) -> None:
+    def warning(self, code: str, message: str, where: Node | Location, notes: Sequence[Note] = ()) -> None:
         """Report what is doubtful."""
-        self._diagnostics.warning(code, message, place, notes)
+        self._diagnostics.warning(code, message, self._located(where), notes)
 
-    def note(self, code: str, message: str, place: Location, notes: Sequence[Note] = ()) -> None:
-        """Tell what may well be meant."""
-        self._diagnostics.note(code, message, place, notes)
+    def note(self, code: str, message: str, where: Node | Location, notes: Sequence[Note] = ()) -> None:
+        """Report what may well be meant."""
+        self._diagnostics.note(code, message, self._located(where), notes)
+
+    def _located(self, where: Node | Location) -> Location:
+        return where if isinstance(where, Location) else self.place(where)
 
     def first(self, node: Node) -> Note:
         """Return a note that shows the first of two."""

@@ -22,12 +22,10 @@ def check_tree(document: Document, report: Report) -> None:
     roots = [automaton for automaton in document.automata if automaton.father == NO_CHILD]
     if not roots:
         what = "there is no automaton" if not document.automata else "no automaton is the root"
-        report.error(
-            Code.NOT_ONE_ROOT, f'{what}: one `SubAutomata` has `idFather="0"`', report.place(document)
-        )
+        report.error(Code.NOT_ONE_ROOT, f'{what}: one `SubAutomata` has `idFather="0"`', document)
     for second in roots[1:]:
         message = f"automaton {second.id} is a second root"
-        report.error(Code.NOT_ONE_ROOT, message, report.place(second), [report.first(roots[0])])
+        report.error(Code.NOT_ONE_ROOT, message, second, [report.first(roots[0])])
     check_unique_ids(document.automata, "automaton", report)
     automata: dict[int, Automaton] = {}
     for automaton in document.automata:
@@ -35,7 +33,7 @@ def check_tree(document: Document, report: Report) -> None:
     owned = _check_owners(document, automata, report)
     for automaton in document.automata:
         if automaton.father != NO_CHILD and automaton.id not in owned:
-            report.error(Code.NOT_A_TREE, f"no state owns automaton {automaton.id}", report.place(automaton))
+            report.error(Code.NOT_A_TREE, f"no state owns automaton {automaton.id}", automaton)
         else:
             _check_ancestors(automaton, automata, report)
 
@@ -45,10 +43,10 @@ def check_unique_ids(items: Sequence[Automaton | State | Transition], kind: str,
     first: dict[int, Automaton | State | Transition] = {}
     for item in items:
         if item.id == 0:
-            report.error(Code.REPEATED_ID, f"the id of a {kind} is at least 1", report.place(item))
+            report.error(Code.REPEATED_ID, f"the id of a {kind} is at least 1", item)
         elif item.id in first:
             message = f"a second {kind} has the id {item.id}"
-            report.error(Code.REPEATED_ID, message, report.place(item), [report.first(first[item.id])])
+            report.error(Code.REPEATED_ID, message, item, [report.first(first[item.id])])
         first.setdefault(item.id, item)
 
 
@@ -61,33 +59,31 @@ def _check_owners(document: Document, automata: dict[int, Automaton], report: Re
             if child is None:
                 message = f"{state_label(state)} owns automaton {number}, which does not exist"
                 note = Note("the state runs as one without an automaton")
-                report.warning(Code.MISSING_AUTOMATON, message, report.place(state), [note])
+                report.warning(Code.MISSING_AUTOMATON, message, state, [note])
             elif number in owners:
                 first = [report.first(owners[number])]
-                report.error(
-                    Code.NOT_A_TREE, f"automaton {number} already has an owner", report.place(state), first
-                )
+                report.error(Code.NOT_A_TREE, f"automaton {number} already has an owner", state, first)
             else:
                 owners[number] = state
                 if child.father != automaton.id:
                     message = f"automaton {number} says that its father is {child.father}"
                     note = Note(f"but a state of automaton {automaton.id} owns it", report.place(state))
-                    report.error(Code.NOT_A_TREE, message, report.place(child), [note])
+                    report.error(Code.NOT_A_TREE, message, child, [note])
     return owners
 
 
 def _check_ancestors(automaton: Automaton, automata: dict[int, Automaton], report: Report) -> None:
     above: set[int] = set()
     current = automata.get(automaton.father)
-    while current is not None and current.id not in above:  # a ring above it is told of its own members
+    while current is not None and current.id not in above:  # a ring above it is reported for its own members
         if current is automaton:
             message = f"automaton {automaton.id} is its own ancestor"
-            report.error(Code.NOT_A_TREE, message, report.place(automaton))
+            report.error(Code.NOT_A_TREE, message, automaton)
             return
         above.add(current.id)
         if len(above) == _MAX_DEPTH:
             message = f"automaton {automaton.id} is nested deeper than {_MAX_DEPTH}"
-            report.error(Code.NOT_A_TREE, message, report.place(automaton))
+            report.error(Code.NOT_A_TREE, message, automaton)
             return
         current = automata.get(current.father)
 
@@ -102,7 +98,7 @@ HISTORIES: Final = ("resume", "restart")
 def check_automaton(automaton: Automaton, report: Report) -> None:
     """Check one automaton, but not how its states hang together."""
     if not automaton.states:
-        report.error(Code.NO_STATE, f"automaton {automaton.id} has no state", report.place(automaton))
+        report.error(Code.NO_STATE, f"automaton {automaton.id} has no state", automaton)
     else:
         _check_initial_state(automaton, report)
     check_unique_ids(automaton.states, "state", report)
@@ -127,11 +123,11 @@ def _check_initial_state(automaton: Automaton, report: Report) -> None:
         note = Note(
             f'it begins in the first, {state_label(first)}: say so with `initial="true"`', report.place(first)
         )
-        report.warning(Code.NOT_ONE_INITIAL_STATE, message, report.place(automaton), [note])
+        report.warning(Code.NOT_ONE_INITIAL_STATE, message, automaton, [note])
     for second in initial[1:]:
         message = f"{state_label(second)} is a second initial state of automaton {automaton.id}"
         note = Note(f"it begins in the first, {state_label(initial[0])}", report.place(initial[0]))
-        report.warning(Code.NOT_ONE_INITIAL_STATE, message, report.place(second), [note])
+        report.warning(Code.NOT_ONE_INITIAL_STATE, message, second, [note])
 
 
 def _check_names(automaton: Automaton, report: Report) -> None:
@@ -139,12 +135,10 @@ def _check_names(automaton: Automaton, report: Report) -> None:
     for state in automaton.states:
         name = state.name.strip()
         if not name:
-            report.warning(Code.STATE_WITHOUT_NAME, f"state {state.id} has no name", report.place(state))
+            report.warning(Code.STATE_WITHOUT_NAME, f"state {state.id} has no name", state)
         elif name in first:
             message = f"a second state is called `{name}` in automaton {automaton.id}"
-            report.warning(
-                Code.REPEATED_STATE_NAME, message, report.place(state), [report.first(first[name])]
-            )
+            report.warning(Code.REPEATED_STATE_NAME, message, state, [report.first(first[name])])
         else:
             first[name] = state
 
@@ -167,7 +161,7 @@ def _check_state(automaton: Automaton, state: State, report: Report) -> None:
         what = f"{', '.join(left[:-1])} and {left[-1]}" if len(left) > 1 else left[0]
         message = f"{state_label(state)} is final, and {what} of it will never run"
         note = Note("an automaton that enters a final state has finished: of the state only `entry` runs")
-        report.warning(Code.CODE_IN_FINAL_STATE, message, report.place(state), [note])
+        report.warning(Code.CODE_IN_FINAL_STATE, message, state, [note])
 
 
 def _check_transition(automaton: Automaton, transition: Transition, states: set[int], report: Report) -> None:
@@ -175,21 +169,19 @@ def _check_transition(automaton: Automaton, transition: Transition, states: set[
     for end, state in (("leaves", transition.origin), ("enters", transition.destination)):
         if state not in states:
             message = f"{name} {end} state {state}, which automaton {automaton.id} does not have"
-            report.error(Code.TRANSITION_WITHOUT_END, message, report.place(transition))
+            report.error(Code.TRANSITION_WITHOUT_END, message, transition)
     trigger = report.place(transition, transition.trigger)
     if transition.type == "time":
         _check_time(transition, report)
     elif transition.type == "event":
         if transition.trigger.is_blank:
-            report.error(Code.BAD_TRIGGER, f"{name} names no event", report.place(transition))
+            report.error(Code.BAD_TRIGGER, f"{name} names no event", transition)
     elif transition.type not in TRIGGERS:
         *others, last = (f'"{known}"' for known in TRIGGERS)
         message = f"{name} has the type `{transition.type[:40]}`: it is {', '.join(others)} or {last}"
         report.error(Code.BAD_TRIGGER, message, trigger)
     if transition.type == "condition" and transition.trigger.is_blank:
-        report.warning(
-            Code.NO_CONDITION, f"{name} has no condition: it never fires", report.place(transition)
-        )
+        report.warning(Code.NO_CONDITION, f"{name} has no condition: it never fires", transition)
     if transition.type == "condition" and not transition.guard.is_blank:
         message = f"{name} fires by a condition, which has no guard"
         note = Note("write both into the condition, joined by `and`, or delete the guard")

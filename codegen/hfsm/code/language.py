@@ -1,6 +1,6 @@
-"""Find the code of a document, and tell in which language it is: Python, Python 2 or C++.
+"""Find the code of a document, and recognize Python 2 and C++.
 
-Documents of old do not say it. What a person jots down as a placeholder is neither.
+Old documents do not name their language. What a person jots down as a placeholder is neither.
 """
 
 from __future__ import annotations

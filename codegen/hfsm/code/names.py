@@ -27,10 +27,10 @@ __all__ = [
 RESERVED: Final = frozenset(
     {"Automaton", "Component", "Proxy", "SOURCE_MAP", "State", "Transition", "main", "self"}
 )
-"""Names that every generated component needs for itself; `reserved_names` tells those of one document."""
+"""Names that every generated component needs for itself; `reserved_names` returns those of one document."""
 
 OLD_MODULES: Final = ("signal", "sys", "threading", "time", "traceback")
-"""What the origin's generators imported, and documents of old therefore use without a library."""
+"""What the origin's generators imported, and old documents therefore use without a library."""
 
 _LONGEST_NAME: Final = 100
 

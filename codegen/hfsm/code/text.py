@@ -361,7 +361,7 @@ def binds(node: ast.AST) -> Iterator[str]:
 
 @contextmanager
 def without_warnings() -> Iterator[None]:
-    """Let doubtful code pass, such as an escape sequence that Python does not know."""
+    """Let doubtful code pass, such as an escape sequence unknown to Python."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         yield
