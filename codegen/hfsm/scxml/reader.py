@@ -133,8 +133,8 @@ class _Automaton:
     owner: _State | None
     states: list[_State] = field(default_factory=list)
     transitions: list[Transition] = field(default_factory=list)
-    variables: list[tuple[XmlElement, str]] = field(default_factory=list)
-    """The lines that give its variables their values, each with its element."""
+    variables: list[str] = field(default_factory=list)
+    """The lines that give its variables their values."""
     first: _State | None = None
 
 
@@ -158,6 +158,8 @@ class _Reader:
         self._automata: list[_Automaton] = []
         self._goals: dict[str, _Goal] = {}
         """What transitions can lead to, by ids; a region stands for the state that has it."""
+        self._data: dict[str, tuple[XmlElement, int]] = {}
+        """The elements of variables, each with the number of its automaton."""
         self._timers: dict[tuple[_State, str], str] = {}
         """The milliseconds after which a state gets an event of its own."""
         self._left: set[tuple[_State, str]] = set()
@@ -168,6 +170,14 @@ class _Reader:
         place = Location(self._path, element.line, element.column, len(element.tag) + 1)
         add = {"E": self.diagnostics.error, "W": self.diagnostics.warning}.get(code[0], self.diagnostics.note)
         add(code, message, place, notes)
+
+    def _lose(self, element: XmlElement, message: str) -> None:
+        """Report what is not carried."""
+        self.report(Code.SCXML_NOT_CARRIED, element, message)
+
+    def _approximate(self, element: XmlElement, message: str) -> None:
+        """Report what is carried, but means something else in some cases."""
+        self.report(Code.SCXML_NOT_THE_SAME, element, message)
 
     def document(self) -> Document | None:
         """Return the document, or None after errors were reported."""
@@ -218,7 +228,7 @@ class _Reader:
                 self._add_goal(history, _Goal(state, history))
                 if state.history is not None:
                     message = "a second history of a state: its automata have one, the first"
-                    self.report(Code.SCXML_NOT_THE_SAME, history, message)
+                    self._approximate(history, message)
                 state.history = state.history or history
         for state in automaton.states:
             self._read_inside(state)
@@ -241,7 +251,7 @@ class _Reader:
         is_shallow = state.history is not None and state.history.attributes.get("type") != "deep"
         if is_shallow and any(each.automata for inner in state.automata for each in inner.states):
             message = "a shallow history: here what is further inside goes on where it was, too"
-            self.report(Code.SCXML_NOT_THE_SAME, state.history or element, message)
+            self._approximate(state.history or element, message)
 
     def _check_parts(self, element: XmlElement, *known: str) -> None:
         """Report what is inside an element and is not carried."""
@@ -253,8 +263,7 @@ class _Reader:
                     self.report(Code.SCXML_FOREIGN, child, message)
                 self._others.add(name)
             elif child.tag not in known:
-                message = f"`{child.tag[:60]}` is not carried: there is nothing like it here"
-                self.report(Code.SCXML_NOT_CARRIED, child, message)
+                self._lose(child, f"`{child.tag[:60]}` is not carried: there is nothing like it here")
 
     def _add_goal(self, element: XmlElement, goal: _Goal) -> None:
         name = element.attributes.get("id", "")
@@ -266,13 +275,13 @@ class _Reader:
         for data in _in_all(element, "datamodel", "data"):
             name, text = data.attributes.get("id", ""), data.attributes.get("expr", data.text)
             if not is_name(name) or "src" in data.attributes:
-                message = f"the data `{name[:60]}` is no variable of Python"
-                self.report(Code.SCXML_NOT_CARRIED, data, message)
+                self._lose(data, f"the data `{name[:60]}` is no variable of Python")
             else:
                 value = self._script.expression(data, text) if text.strip() else "None"
-                automaton.variables.append((data, f"{name} = {value}"))
+                automaton.variables.append(f"{name} = {value}")
+                self._data[name] = data, automaton.number
         for script in element.elements("script") if element is self._root else ():
-            automaton.variables += [(script, line) for line in self._script.lines([script])]
+            automaton.variables += self._script.lines([script])
 
     def _find_first(self, automaton: _Automaton) -> None:
         """Find where an automaton begins: where it says, else where one around it says, else in the first."""
@@ -297,7 +306,7 @@ class _Reader:
         first = state.automaton.first
         if first is not None and first is not state:
             message = f"it enters `{state.name[:60]}`: here what is around that begins in `{first.name[:60]}`"
-            self.report(Code.SCXML_NOT_THE_SAME, element, message)
+            self._approximate(element, message)
 
     # Timers: in SCXML events that a state sends to itself on entry, delayed.
 
@@ -339,8 +348,7 @@ class _Reader:
     def _read_transition(self, state: _State, element: XmlElement) -> None:
         names = element.attributes.get("target", "").split()
         if state.element.tag == "final" or not names:
-            message = "a transition without a target, or of a final state, is not carried"
-            self.report(Code.SCXML_NOT_CARRIED, element, message)
+            self._lose(element, "a transition without a target, or of a final state, is not carried")
             return
         goals = self._find_goals(names, element)
         transitions = list(self._transitions(state, element))
@@ -349,7 +357,7 @@ class _Reader:
         (origin, destination), *others = {_side_by_side(state, goal.state) for goal in goals}
         if others:
             message = "a transition to several targets that are not inside one state is not carried"
-            self.report(Code.SCXML_NOT_CARRIED, element, message)
+            self._lose(element, message)
             return
         self._check_entered(goals, destination, element)
         code = self._script.code([element])
@@ -374,11 +382,11 @@ class _Reader:
                 yield _transition("finished", "", condition, element)
             elif not name or event == "error" or event.startswith(("error.", "done.")):
                 message = f"`{event[:60]}` is not carried: here a transition waits for one event that is sent"
-                self.report(Code.SCXML_NOT_CARRIED, element, f"{message}, or for the end of its own state")
+                self._lose(element, f"{message}, or for the end of its own state")
             else:
                 if name != event:
                     message = f"`{event[:60]}` is taken for `{name[:60]}` alone: here events have one name"
-                    self.report(Code.SCXML_NOT_THE_SAME, element, message)
+                    self._approximate(element, message)
                 yield _transition("event", decode_event(name), condition, element)
 
     def _leave(
@@ -435,7 +443,7 @@ class _Reader:
             ):
                 if each.history is not None and goal.history is None:
                     message = f"it enters `{each.name[:60]}` anew: here what is inside goes on where it was"
-                    self.report(Code.SCXML_NOT_THE_SAME, element, message)
+                    self._approximate(element, message)
                 if each is not destination:
                     self._check_first(each, element)
 
@@ -448,7 +456,7 @@ class _Reader:
             father=automaton.owner.automaton.number if automaton.owner is not None else NO_CHILD,
             states=tuple(self._state(each) for each in automaton.states),
             transitions=tuple(replace(each, id=number) for number, each in enumerate(transitions, 1)),
-            variables=Text("\n".join(line for _, line in automaton.variables)),
+            variables=Text("\n".join(automaton.variables)),
         )
 
     def _state(self, state: _State) -> State:
@@ -470,20 +478,15 @@ class _Reader:
 
     def _check_scopes(self, document: Document) -> None:
         """Report data that code elsewhere uses: here a variable belongs to one automaton."""
-        users: dict[str, set[int]] = defaultdict(set)
         for code in analyze(document, self._path).automata:
-            for name in frozenset[str]().union(*(piece.used for piece in code.sharing())):
-                users[name].add(code.automaton.id)
-        for each in self._automata:
-            for data, line in each.variables:
-                name = line.partition(" = ")[0]
-                others = users[name] - {each.number}
-                if others:
+            used = frozenset[str]().union(*(piece.used for piece in code.sharing()))
+            for name in used & self._data.keys():
+                data, owner = self._data[name]
+                if owner != code.automaton.id:
                     message = (
-                        f"`{name[:60]}` is a variable of automaton {each.number} alone here, and code of "
-                        f"automaton {min(others)} uses it: let it be `self.{name[:60]}`"
+                        f"`{name[:60]}` is a variable of automaton {owner} alone here, and others use it"
                     )
-                    self.report(Code.SCXML_NOT_THE_SAME, data, message)
+                    self._approximate(data, f"{message}: let it be `self.{name[:60]}`")
 
 
 def _transition(type: str, trigger: str, guard: str, element: XmlElement) -> Transition:

@@ -77,10 +77,8 @@ class ScriptReader:
                     yield from self._send(element)
                 case "log":
                     label, value = _quoted(attributes.get("label", "")), attributes.get("expr", "").strip()
-                    formatted = (
-                        f'"%s %s", {label}, {self.expression(element, value)}' if value else f'"%s", {label}'
-                    )
-                    yield f"self.log.info({formatted})"
+                    told = f'%s %s", {label}, {self.expression(element, value)}' if value else f'%s", {label}'
+                    yield f'self.log.info("{told})'
                 case "assign" if is_name(attributes.get("location", "").strip()):
                     text = attributes.get("expr", element.text).strip()
                     value = self.expression(element, text) if text else "None"
@@ -88,17 +86,12 @@ class ScriptReader:
                 case "if":
                     yield from self._if(element)
                 case name:
-                    self._report(
-                        Code.SCXML_NOT_CARRIED,
-                        element,
-                        f"`{name}` is not carried: write in Python what it does",
-                    )
+                    self._lose(element, f"`{name}` is not carried: write in Python what it does")
 
     def _send(self, element: XmlElement) -> Iterator[str]:
         event, attributes = element.attributes.get("event", ""), element.attributes
         if "delay" in attributes or "delayexpr" in attributes:
-            message = f"the delayed event `{event[:60]}` is not carried: only the state itself has timers"
-            self._report(Code.SCXML_NOT_CARRIED, element, message)
+            self._lose(element, f"the delayed event `{event[:60]}` is not carried: only states have timers")
             return
         is_plain = attributes.get("target", "") in _SELF_TARGETS and attributes.keys() <= _SEND_ATTRIBUTES
         data: list[str] = []
@@ -107,9 +100,7 @@ class ScriptReader:
             is_plain &= item.tag == "param" and bool(value)
             data.append(f"{_quoted(name)}: {self.expression(item, value)}")
         if not event or not is_plain:
-            self._report(
-                Code.SCXML_NOT_CARRIED, element, "an event for others, or of a computed name, is not carried"
-            )
+            self._lose(element, "an event for others, or of a computed name, is not carried")
             return
         values = f", {{{', '.join(data)}}}" if data else ""
         yield f"self.send({_quoted(decode_event(event))}{values})"
@@ -138,16 +129,13 @@ class ScriptReader:
         if not self._is_python and text.strip():
             self.language = self._name
             first = text.strip().partition("\n")[0][:60]
-            message = (
-                f"`{first}` is {self._name}: it is kept, and does not run before it is written in Python"
-            )
+            message = f"`{first}` is {self._name}: it is kept, and does not run before it is in Python"
             self._report(Code.KEPT_LANGUAGE, element, message)
         elif (name := _SYSTEM_NAMES.search(text)) is not None:
-            self._report(
-                Code.SCXML_NOT_CARRIED,
-                element,
-                f"`{name[0]}` does not exist here: the code stops with a NameError",
-            )
+            self._lose(element, f"`{name[0]}` does not exist here: the code stops with a NameError")
+
+    def _lose(self, element: XmlElement, message: str) -> None:
+        self._report(Code.SCXML_NOT_CARRIED, element, message)
 
 
 def decode_event(name: str) -> str:
