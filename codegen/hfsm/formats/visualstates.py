@@ -11,15 +11,15 @@ from __future__ import annotations
 import ast
 import re
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
+from dataclasses import replace
 from itertools import count
 from typing import Final
 
 from ..code.text import parse_piece
 from ..codes import Code
 from ..document import DEFAULT_PERIOD, NO_CHILD, Comment
-from .native import MAX_ID, Children, NativeReader, Translation
+from .native import MAX_ID, Children, NativeReader
 from .schema import DOCUMENT, INTERFACE, STATE, TRANSITION
 from .xml_tree import XmlElement, new_leaf
 
@@ -55,50 +55,83 @@ _PARAMETER_TYPES: Final = {
 
 def translate_visualstates(root: XmlElement, reader: NativeReader) -> XmlElement:
     """Return the root of a document of VisualStates as that of a native one."""
-    return _Translator(reader).document(root)
+    return _Translator(root, reader).document()
 
 
 class _Translator:
-    def __init__(self, reader: NativeReader) -> None:
+    def __init__(self, root: XmlElement, reader: NativeReader) -> None:
+        self._root = root
         self._reader = reader
-        self._ids: dict[XmlElement, int] = {}
-        self._owned: dict[XmlElement, _Level] = {}
-        """The automata of states that hold states."""
+        outermost = list(root.elements("state"))
+        if len(outermost) > 1:
+            message = "there are several outermost states: they are taken for those of the root"
+            reader.warn(outermost[1], Code.SEVERAL_OUTERMOST_STATES, message)
+        self._has_outermost = len(outermost) == 1
+        self._outermost = outermost[0] if self._has_outermost else XmlElement("state", {}, 0, 0)
+        if not self._has_outermost:
+            self._outermost.children += outermost
+        self._automata: dict[XmlElement, int] = {}
+        """The ids of automata by the states that own them, the root's first and each before those below it."""
+        self._around: dict[XmlElement, int] = {}
+        """The ids of the automata that states stand in."""
         self._comments: dict[XmlElement, list[Comment]] = {}
         """The comments before states and transitions, which are put elsewhere."""
         self._kept: set[XmlElement] = set()
         """The namespaces in which something has no word here: they are kept whole."""
         self._functions: set[str] = set()
-        self._renamed: defaultdict[XmlElement | _Level, dict[str, str]] = defaultdict(dict)
-        """The new names of functions, for the code of a level and for that of one state."""
+        self._renamed: defaultdict[XmlElement | int, dict[str, str]] = defaultdict(dict)
+        """The new names of functions, for the code of an automaton and for that of one state."""
 
-    def document(self, root: XmlElement) -> XmlElement:
+    def document(self) -> XmlElement:
         """Return the root of the native document."""
-        levels, self._ids = _levels_of(self._reader, list(root.elements("state")))
-        self._owned = {level.owner: level for level in levels if level.owner is not None}
-        shared = root.first("global_namespace")
-        code = {level: self._code_of(level, (root, shared)) for level in levels}
-        outgoing = self._outgoing(levels)
-        transitions = [each for level in levels for each, _ in outgoing[level]]
-        self._reader.number(transitions)
-        parameters = self._parameters([shared, *(each.first("namespace") for each in self._owned)])
-        made = self._reader.translated(
-            root,
+        reader = self._reader
+        self._number_automata()
+        code = {owner: self._code_of(owner) for owner in self._automata}
+        outgoing = {owner: list(self._transitions_of(owner)) for owner in self._automata}
+        reader.number([each for found in outgoing.values() for each, _ in found])
+        parameters = self._parameters()
+        has_config = self._root.first("config") is not None
+        made = reader.translated(
+            self._root,
             DOCUMENT.tag,
             DOCUMENT.children,
             {
-                **dict.fromkeys(("config", "configs", "libraries"), lambda comments, _: [*comments]),
-                **dict.fromkeys(_CODE, self._reader.read_elsewhere),
+                **dict.fromkeys(_CODE, reader.read_elsewhere),
                 "global_namespace": self._namespace,
+                "libraries": self._libraries,
+                "config" if has_config else "configs": self._config,
             },
             {"state": self._moved},
         )
-        if levels[0].owner is not None:
-            made.children.append(self._pseudo_state(levels[0].owner))
-        for level in levels:
-            made.children += self._automaton(level, outgoing[level], code[level])
-        made.children += [parameters, self._libraries(root), self._config(root)]
+        if self._has_outermost:
+            made.children.append(self._pseudo_state())
+        for owner in self._automata:
+            made.children += self._automaton(owner, outgoing[owner], code[owner])
+        made.children.append(parameters)
         return made
+
+    def _number_automata(self) -> None:
+        """Give ids to all states and automata.
+
+        An automaton's id is that of the state that owns it and one, so that it does not change with what is
+        drawn elsewhere; where two states have one id, the second automaton gets a free one.
+        """
+        self._reader.number(list(_states_below(self._outermost)))
+        written = self._outermost.attributes.get("id", "")
+        around = self._reader.parse_id(self._outermost, "id", written) if written.strip() else 0
+        used: set[int] = set()
+        owners = [self._outermost]
+        for owner in owners:  # which grows: those below follow
+            wanted = (around if owner is self._outermost else self._id(owner)) + 1
+            is_free = wanted not in used and wanted <= MAX_ID
+            self._automata[owner] = wanted if is_free else next(n for n in count(1) if n not in used)
+            used.add(self._automata[owner])
+            self._around |= dict.fromkeys(owner.elements("state"), self._automata[owner])
+            owners += [state for state in owner.elements("state") if state.first("state") is not None]
+
+    def _id(self, state: XmlElement) -> int:
+        """Return the id of a state, 0 of the outermost, which is none of any automaton."""
+        return 0 if state is self._outermost else int(state.attributes["id"])
 
     def _moved(self, comments: list[Comment], element: XmlElement) -> Children:
         """Take an element out of the one around it, to be put elsewhere."""
@@ -108,148 +141,160 @@ class _Translator:
     # States and transitions.
 
     def _automaton(
-        self, level: _Level, transitions: list[tuple[XmlElement, XmlElement]], code: list[XmlElement]
+        self, owner: XmlElement, transitions: list[tuple[XmlElement, XmlElement]], code: list[XmlElement]
     ) -> Children:
         """Return an automaton, with the comments before it."""
-        owner = level.owner
-        timestep = None if owner is None else owner.first("timestep")
+        father = self._around.get(owner, NO_CHILD)
+        ids = {"id": str(self._automata[owner]), "idFather": str(father)}
+        made = XmlElement("SubAutomata", ids, owner.line, owner.column, children=[*code])
+        timestep = owner.first("timestep")
         period = DEFAULT_PERIOD if timestep is None else timestep.text
-        ids = {"id": str(level.id), "idFather": str(level.father)}
-        made = XmlElement("SubAutomata", ids, *((0, 0) if owner is None else (owner.line, owner.column)))
-        for state in level.states:
-            element = self._state(state, level, period)
-            made.children += [*self._comments.get(state, ()), element]
-        for transition, source in transitions:
-            element = self._transition(transition, source, level)
-            made.children += [*self._comments.get(transition, ()), element]
         if timestep is not None:
             made.children.append(replace(timestep, tag="iteration_time", attributes={}, children=[]))
-        made.children += code
-        before = self._comments.get(owner, []) if owner is not None and level.is_root else []
-        return [*before, made]
+        for state in owner.elements("state"):
+            element = self._state(state, self._automata[owner], period)
+            made.children += [*self._comments.get(state, ()), element]
+        for transition, source in transitions:
+            element = self._transition(transition, source, self._automata[owner])
+            made.children += [*self._comments.get(transition, ()), element]
+        return [made] if owner in self._around else [*self._comments.get(owner, ()), made]
 
-    def _state(self, element: XmlElement, level: _Level, period: str) -> XmlElement:
-        owned = self._owned.get(element)
+    def _state(self, element: XmlElement, automaton: int, period: str) -> XmlElement:
+        reader, owned = self._reader, self._automata.get(element)
 
         def timestep(comments: list[Comment], found: XmlElement) -> Children:
             if owned is not None:
-                return self._reader.read_elsewhere(comments, found)
+                return reader.read_elsewhere(comments, found)
             if found.text.strip() != period.strip():
-                message = "the `timestep` of a state that holds none is kept, and not used"
-                self._reader.remark(found, message)
-            self._reader.expected.add(found)
+                reader.remark(found, "the `timestep` of a state that holds none is kept, and not used")
+            reader.expected.add(found)
             return [*comments, found]
 
         namespace = element.first("namespace")
         if namespace is not None and owned is None and not _is_blank(namespace):
-            message = "the namespace of a state that holds none is kept, and not used"
-            self._reader.remark(element, message)
+            reader.remark(element, "the namespace of a state that holds none is kept, and not used")
             self._kept.add(namespace)
-        code = dict.fromkeys(_CODE, self._reader.read_elsewhere)
-        names: dict[str, str | Translation] = {
-            **_STATE,
-            **code,
-            "timestep": timestep,
-            "namespace": self._namespace,
-        }
-        nodes = {"state": self._moved, "transition": self._moved}
-        made = self._reader.translated(element, "state", STATE.children, names, nodes)
+        made = reader.translated(
+            element,
+            STATE.tag,
+            STATE.children,
+            {
+                **_STATE,
+                **dict.fromkeys(_CODE, reader.read_elsewhere),
+                "timestep": timestep,
+                "namespace": self._namespace,
+            },
+            {"state": self._moved, "transition": self._moved},
+        )
         for each in made.elements("code"):
-            each.text = self._with_new_names(each.text, element, level)
+            each.text = self._with_new_names(each.text, element, automaton)
         if owned is not None:
-            made.children.append(new_leaf("idSubautomataSon", str(owned.id), element))
+            made.children.append(new_leaf("idSubautomataSon", str(owned), element))
             made.children.append(new_leaf("history", "restart", element))
         return made
 
-    def _pseudo_state(self, element: XmlElement) -> XmlElement:
+    def _pseudo_state(self) -> XmlElement:
         """Return what the outermost state has, for it is no state of any automaton."""
         names = dict.fromkeys(("timestep", *_CODE), self._reader.read_elsewhere)
-        nodes = {"state": self._moved, "transition": self._moved}
         made = self._reader.translated(
-            element, _PSEUDO_STATE, (), {**names, "namespace": self._namespace}, nodes
+            self._outermost,
+            _PSEUDO_STATE,
+            (),
+            {**names, "namespace": self._namespace},
+            {"state": self._moved, "transition": self._moved},
         )
         for each in made.elements():
-            if each.tag not in (*_STATE, "namespace"):
+            if each.tag not in _STATE:
                 self._reader.remark_unknown(each)
         self._reader.expected.add(made)
         return made
 
-    def _outgoing(self, levels: list[_Level]) -> dict[_Level, list[tuple[XmlElement, XmlElement]]]:
-        """Return the transitions of each automaton, each with the state in which it stands.
+    def _transitions_of(self, owner: XmlElement) -> Iterator[tuple[XmlElement, XmlElement]]:
+        """Yield the transitions of an automaton, each with the state in which it stands.
 
         They stand in the state that they leave; one that stands around that is found, too.
         """
-        found: dict[_Level, list[tuple[XmlElement, XmlElement]]] = {level: [] for level in levels}
-        if levels[0].owner is not None:
-            outermost = levels[0].owner
-            found[levels[0]] += [(each, outermost) for each in outermost.elements("transition")]
-        for level in levels:
-            own = {self._ids[state] for state in level.states}
-            for state in level.states:
-                below = {self._ids[inner] for inner in state.elements("state")}
-                for each in state.elements("transition"):
-                    home = self._owned[state] if self._origin(each, state) in below - own else level
-                    found[home].append((each, state))
-        return found
+        for each in owner.elements("transition"):
+            if self._leaves_inner_state(each, owner):
+                yield each, owner
+        for state in owner.elements("state"):
+            for each in state.elements("transition"):
+                if not self._leaves_inner_state(each, state):
+                    yield each, state
 
-    def _origin(self, transition: XmlElement, state: XmlElement) -> int:
-        """Return the id that a transition says it leaves, or that of the state in which it stands."""
-        written = transition.first("originid")
-        if written is None or not written.text.strip():
-            return self._ids.get(state, 0)
-        digits = written.text.strip()
-        return int(digits) if digits.isascii() and digits.isdigit() and len(digits) <= 10 else -1
+    def _leaves_inner_state(self, transition: XmlElement, state: XmlElement) -> bool:
+        """Return whether a transition leaves a state in the one in which it stands."""
+        if state is self._outermost:
+            return True
+        siblings = (each for each, automaton in self._around.items() if automaton == self._around[state])
+        below = {each.attributes["id"] for each in state.elements("state")}
+        origin = transition.first("originid")
+        return (
+            origin is not None
+            and origin.text.strip() in below
+            and all(each.attributes["id"] != origin.text.strip() for each in siblings)
+        )
 
-    def _transition(self, element: XmlElement, state: XmlElement, level: _Level) -> XmlElement:
+    def _transition(self, element: XmlElement, state: XmlElement, automaton: int) -> XmlElement:
         tags = {each.tag: each.text.strip() for each in element.elements()}
         written = tags.get("type") or ("0" if "time" in tags else "1")
         kind = _TRIGGERS.get(written, written)
         trigger = kind if kind in _TRIGGERS.values() else "condition"
-        names: dict[str, str | Translation] = {
-            **_TRANSITION,
-            trigger: "trans",
-            "type": self._reader.read_elsewhere,
-        }
-        made = self._reader.translated(element, "transition", TRANSITION.children, names)
-        made.children += [
-            new_leaf(tag, "", element) for tag in ("origin", "trans") if made.first(tag) is None
-        ]
-        for each in made.elements("origin", "trans", "transcode"):
-            if each.tag != "origin":
-                each.text = self._with_new_names(each.text, state, level)
-            elif not each.text.strip():
-                each.text = str(self._ids.get(state, 0))
-            if each.tag == "trans":
-                each.attributes = {**each.attributes, "type": kind}
+        made = self._reader.translated(
+            element,
+            TRANSITION.tag,
+            TRANSITION.children,
+            {**_TRANSITION, trigger: "trans", "type": self._reader.read_elsewhere},
+        )
+        missing = [tag for tag in ("origin", "trans") if made.first(tag) is None]
+        made.children += [new_leaf(tag, "", element) for tag in missing]
+        for each in made.elements("trans", "transcode"):
+            each.text = self._with_new_names(each.text, state, automaton)
+        for each in made.elements("trans"):
+            each.attributes = {**each.attributes, "type": kind}
+        for each in made.elements("origin"):
+            each.text = each.text if each.text.strip() else str(self._id(state))
         return made
 
     # Functions, variables and parameters.
 
-    def _code_of(self, level: _Level, shared: Sequence[XmlElement | None]) -> list[XmlElement]:
-        """Return the functions and the variables of an automaton; the root has the `shared` ones, too."""
-        around = list(shared) if level.is_root else []
-        if level.owner is not None:
-            around += [level.owner, level.owner.first("namespace")]
-        outer = [each for each in around if each is not None]
-        inside = [state for state in level.states if state not in self._owned]
-        for each in outer:
-            self._rename_functions(each.first("functions"), level, level)
-        for state in inside:
-            self._rename_functions(state.first("functions"), level, state)
-        return [found for tag in _CODE if (found := self._joined(tag, level, outer, inside)) is not None]
+    def _code_of(self, owner: XmlElement) -> list[XmlElement]:
+        """Return the functions and the variables of an automaton: those of the states around and inside it.
 
-    def _rename_functions(
-        self, element: XmlElement | None, level: _Level, scope: XmlElement | _Level
-    ) -> None:
+        The root has those of the component, too.
+        """
+        automaton = self._automata[owner]
+        shared = [self._root, self._root.first("global_namespace")] if owner is self._outermost else []
+        around = [each for each in (*shared, owner, owner.first("namespace")) if each is not None]
+        inside = [state for state in owner.elements("state") if state not in self._automata]
+        scopes: list[tuple[XmlElement, XmlElement | int]] = [(each, automaton) for each in around]
+        scopes += [(state, state) for state in inside]
+        for each, scope in scopes:
+            self._rename_functions(each.first("functions"), automaton, scope)
+        found: list[XmlElement] = []
+        for tag in _CODE:
+            pieces = [(piece, scope) for each, scope in scopes if (piece := each.first(tag)) is not None]
+            texts = [
+                self._with_new_names(piece.text, scope, automaton)
+                for piece, scope in pieces
+                if piece.text.strip()
+            ]
+            if texts:
+                ended = [text if text.endswith("\n") else f"{text}\n" for text in texts[:-1]]
+                first = next(piece for piece, _ in pieces if piece.text.strip())
+                found.append(replace(first, attributes={}, children=[], text="".join((*ended, texts[-1]))))
+        return found
+
+    def _rename_functions(self, element: XmlElement | None, automaton: int, scope: XmlElement | int) -> None:
         """Find new names for functions whose names are taken: each namespace had its own.
 
-        `scope` is the level, or the one state whose functions they are.
+        `scope` is the automaton, or the one state whose functions they are.
         """
         tree = None if element is None else parse_piece(element.text)
         if element is None or tree is None:
             return
         names = {each.name for each in tree.body if isinstance(each, ast.FunctionDef)}
-        suffix = f"{level.id}" if isinstance(scope, _Level) else f"{level.id}_{self._ids[scope]}"
+        suffix = f"{automaton}" if isinstance(scope, int) else f"{automaton}_{self._id(scope)}"
         taken = sorted(names & self._functions)
         if taken:
             self._renamed[scope] |= {name: f"{name}_{suffix}" for name in taken}
@@ -258,51 +303,35 @@ class _Translator:
             self._reader.warn(element, Code.OLD_CODE_CHANGED, message)
         self._functions |= names
 
-    def _with_new_names(self, text: str, *scopes: XmlElement | _Level) -> str:
+    def _with_new_names(self, text: str, *scopes: XmlElement | int) -> str:
         """Return code in which functions of some scopes have their new names."""
-        for scope in scopes:
-            for old, new in self._renamed.get(scope, {}).items():
-                name = re.compile(
-                    rf"(\bdef\s+|\bself\.(?:(?:namespace|interfaces|rosNode)\.)?){re.escape(old)}\b"
-                )
-                text = name.sub(rf"\1{new}", text)
+        for old, new in (pair for scope in scopes for pair in self._renamed.get(scope, {}).items()):
+            name = re.compile(
+                rf"(\bdef\s+|\bself\.(?:(?:namespace|interfaces|rosNode)\.)?){re.escape(old)}\b"
+            )
+            text = name.sub(rf"\1{new}", text)
         return text
-
-    def _joined(
-        self, tag: str, level: _Level, outer: Iterable[XmlElement], inside: Iterable[XmlElement]
-    ) -> XmlElement | None:
-        """Return the functions or variables of an automaton: those of the states around and inside it."""
-        scoped: list[tuple[XmlElement, XmlElement | _Level]] = [
-            *((each, level) for each in outer),
-            *((state, state) for state in inside),
-        ]
-        pieces = [
-            (found, scope) for each, scope in scoped if (found := each.first(tag)) and found.text.strip()
-        ]
-        if not pieces:
-            return None
-        texts = [self._with_new_names(each.text, scope, level) for each, scope in pieces]
-        joined = "".join(text if text.endswith("\n") else f"{text}\n" for text in texts[:-1])
-        return replace(pieces[0][0], attributes={}, children=[], text=joined + texts[-1])
 
     def _namespace(self, comments: list[Comment], element: XmlElement) -> Children:
         """Return a namespace in which something has no word here, and nothing of any other."""
         self._reader.expected.add(element)
         return [*comments, element] if element in self._kept else [*comments]
 
-    def _parameters(self, namespaces: Iterable[XmlElement | None]) -> XmlElement:
+    def _parameters(self) -> XmlElement:
         """Return the parameters of namespaces; a namespace with anything else but code is kept."""
         found: dict[str, XmlElement] = {}
-        for namespace in namespaces:
-            if namespace is None:
-                continue
-            for comments, child in namespace.commented():
-                is_code = (
-                    child is not None and child.tag in _CODE and not (child.attributes or child.children)
-                )
-                if comments or (child is not None and not is_code and child.tag != "parameters"):
+        holders = (
+            self._root.first("global_namespace"),
+            *(each.first("namespace") for each in self._automata),
+        )
+        for namespace in (each for each in holders if each is not None):
+            for child in namespace.children:
+                if isinstance(child, Comment):
                     self._kept.add(namespace)
-                if child is not None and child.tag not in (*_CODE, "parameters"):
+                elif child.tag in _CODE:
+                    self._reader.check_leaf(child)
+                elif child.tag != "parameters":
+                    self._kept.add(namespace)
                     self._reader.remark_unknown(child)
             for element in (each for one in namespace.elements("parameters") for each in one.elements()):
                 name = element.attributes.get("name", "").strip()
@@ -317,51 +346,39 @@ class _Translator:
 
     # Libraries and interfaces.
 
-    def _libraries(self, root: XmlElement) -> XmlElement:
-        def library(comments: list[Comment], element: XmlElement) -> Children:
-            return [*comments, replace(element, tag="lib")]
+    def _libraries(self, comments: list[Comment], element: XmlElement) -> Children:
+        def library(before: list[Comment], each: XmlElement) -> Children:
+            return [*before, replace(each, tag="lib")]
 
-        found = root.first("libraries") or XmlElement("libraries", {}, 0, 0)
         nodes = {"library": library, "lib": library}
-        return self._reader.translated(found, "libraries", (), {}, nodes)
+        return [*comments, self._reader.translated(element, "libraries", (), {}, nodes)]
 
-    def _config(self, root: XmlElement) -> XmlElement:
+    def _config(self, comments: list[Comment], element: XmlElement) -> Children:
         """Return the interfaces of a component, and what else its configuration says.
 
         `config` holds a list of interfaces, or what ROS needs to know; `configs` is the list of August 2017.
         """
 
-        def interfaces(comments: list[Comment], element: XmlElement) -> Children:
-            self._reader.check_leaf(replace(element, children=[]))
-            nodes = {"interface": self._interface}
-            return [*comments, *self._reader.translated(element, "config", native, {}, nodes).children]
+        def interface(before: list[Comment], each: XmlElement) -> Children:
+            made = self._reader.translated(each, INTERFACE.tag, INTERFACE.children, _INTERFACE)
+            return [*before, made]
 
-        native = (INTERFACE.tag,)
-        made = XmlElement("config", {}, 0, 0)
-        for tag, names, nodes in (
-            ("config", {"interfaces": interfaces}, {}),
-            ("configs", {}, {"config": self._interface}),
-        ):
-            if (found := root.first(tag)) is not None:
-                part = self._reader.translated(found, "config", native, names, nodes)
-                made.attributes |= part.attributes
-                made.children += part.children
-        return made
+        def interfaces(before: list[Comment], each: XmlElement) -> Children:
+            self._reader.check_leaf(replace(each, children=[]))
+            made = self._reader.translated(each, "config", native, {}, {"interface": interface})
+            return [*before, *made.children]
 
-    def _interface(self, comments: list[Comment], element: XmlElement) -> Children:
-        made = self._reader.translated(element, INTERFACE.tag, INTERFACE.children, _INTERFACE)
-        return [*comments, made]
+        native, names = (INTERFACE.tag,), {"interfaces": interfaces}
+        return [*comments, self._reader.translated(element, "config", native, names, {"config": interface})]
 
 
 def _parameter(element: XmlElement, name: str, kind: str) -> XmlElement:
     """Return a parameter of the component, with its name and its type in Python."""
-    value = element.first("value") or element
-    description = element.first("description")
+    value, description = element.first("value"), element.first("description")
+    literal = _literal(kind, "" if value is None else value.text)
     made = XmlElement("parameter", {}, element.line, element.column)
     made.children += [new_leaf("name", name, element), new_leaf("type", kind, element)]
-    made.children.append(
-        new_leaf("default", _literal(kind, value.text if value is not element else ""), value)
-    )
+    made.children.append(new_leaf("default", literal, value or element))
     if description is not None:
         made.children.append(replace(description, attributes={}))
     return made
@@ -382,63 +399,7 @@ def _is_blank(element: XmlElement) -> bool:
     )
 
 
-@dataclass(frozen=True, slots=True)
-class _Level:
-    """The states of one automaton, and the state around them that owns it."""
-
-    id: int
-    father: int
-    owner: XmlElement | None
-    states: tuple[XmlElement, ...]
-
-    @property
-    def is_root(self) -> bool:
-        """Whether nothing stands around it but what stands for the component."""
-        return self.father == NO_CHILD
-
-
-def _levels_of(
-    reader: NativeReader, outermost: Sequence[XmlElement]
-) -> tuple[list[_Level], dict[XmlElement, int]]:
-    """Return the automata, the root first and each before those below it, and the ids of all states.
-
-    An automaton's id is that of the state that owns it and one, so that it does not change with what is
-    drawn elsewhere; where two states have one id, the second automaton gets a free one.
-    """
-    owner = outermost[0] if len(outermost) == 1 else None
-    if len(outermost) > 1:
-        message = "there are several outermost states: they are taken for those of the root"
-        reader.warn(outermost[1], Code.SEVERAL_OUTERMOST_STATES, message)
-    top = tuple(outermost) if owner is None else _states_in(owner)
-    every = [state for outer in top for state in _with_states_below(outer)]
-    reader.number(every)
-    ids = {state: int(state.attributes["id"]) for state in every}
-    used: set[int] = set()
-
-    def number(wanted: int) -> int:
-        is_free = wanted not in used and wanted <= MAX_ID
-        found = wanted if is_free else next(n for n in count(1) if n not in used)
-        used.add(found)
-        return found
-
-    written = "" if owner is None else owner.attributes.get("id", "")
-    around = reader.parse_id(outermost[0], "id", written) if written.strip() else 0
-    levels = [_Level(number(around + 1), NO_CHILD, owner, top)]
-    # What an automaton has below it follows in the list, which grows while it is walked.
-    for level in levels:
-        for state in level.states:
-            inside = _states_in(state)
-            if inside:
-                levels.append(_Level(number(ids[state] + 1), level.id, state, inside))
-    return levels, ids
-
-
-def _states_in(element: XmlElement) -> tuple[XmlElement, ...]:
-    """Return the states that stand directly inside an element."""
-    return tuple(element.elements("state"))
-
-
-def _with_states_below(state: XmlElement) -> Iterator[XmlElement]:
-    yield state
-    for inner in _states_in(state):
-        yield from _with_states_below(inner)
+def _states_below(element: XmlElement) -> Iterator[XmlElement]:
+    for state in element.elements("state"):
+        yield state
+        yield from _states_below(state)
