@@ -16,7 +16,7 @@ from codegen.diagnostics import Diagnostics, Location, Note
 
 from ..codes import Code
 from ..document import NO_CHILD, Comment, Document, Element, Extra, Node, Text
-from .schema import DOCUMENT, Items, Leaf, NodeKind
+from .schema import DOCUMENT, TRANSITION, Items, Leaf, NodeKind
 from .xml_tree import XmlElement
 
 __all__ = ["MAX_ID", "Children", "NativeReader", "Translation"]
@@ -46,14 +46,23 @@ _Found = dict[str, _Elements]
 class NativeReader:
     """Makes a document of a tree of XML; `failed` says that the file cannot be understood.
 
-    `remarks` gets what is kept but has no use here; what is in `expected` is kept without a remark.
+    `remarks` gets what is kept but has no use here; what is in `expected` is kept without a remark. In a
+    document that `is_old` transitions get different ids: the generators of old never read them.
     """
 
-    def __init__(self, path: Path, diagnostics: Diagnostics, remarks: Diagnostics | None = None) -> None:
+    def __init__(
+        self,
+        path: Path,
+        diagnostics: Diagnostics,
+        remarks: Diagnostics | None = None,
+        *,
+        is_old: bool = False,
+    ) -> None:
         self.path = path
         self.diagnostics = diagnostics
         self.remarks = remarks
         self.failed = False
+        self._is_old = is_old
         self.expected: set[XmlElement] = set()
         self._remarked: dict[str, list[XmlElement]] = {}
         self._lists: list[Element] = []
@@ -140,7 +149,8 @@ class NativeReader:
                 self._lists.append(rest)
             found = inside.get(items.kind.tag, [])
         if "id" in items.kind.attributes:
-            self.number([element for _, element in found])
+            unique = self._is_old and items.kind is TRANSITION
+            self.number([element for _, element in found], unique=unique)
         nodes = tuple(self._node(element, items.kind, comments) for comments, element in found)
         return next(iter(nodes), None) if items.one else nodes
 
@@ -149,7 +159,7 @@ class NativeReader:
     ) -> None:
         """Add the fields that a leaf holds; one that is missing and has a default is left out."""
         for element in found:
-            self.check_leaf(element, leaf.attribute)
+            self.check_leaf(element, *(["type"] if tag == "trans" else []))
         if leaf.field == "children":
             ids = (self._value(each, each.name, each.text, int) for each in found)
             fields[leaf.field] = fields.get(leaf.field, ()) + tuple(each for each in ids if each != NO_CHILD)
@@ -160,8 +170,8 @@ class NativeReader:
             fields[leaf.field] = 0
         elif found:
             fields[leaf.field] = self._value(found[0], found[0].name, found[0].text, leaf.type)
-            if leaf.attribute:
-                fields[leaf.attribute] = self._type_of(found[0])
+            if tag == "trans":
+                fields["type"] = self._type_of(found[0])
         elif leaf.type is str:
             fields[leaf.field] = ""
 
@@ -238,18 +248,31 @@ class NativeReader:
 
     # Values.
 
-    def number(self, elements: Sequence[XmlElement], *, expected: bool = True) -> None:
-        """Set the ids of elements of one kind that have none, with a warning if they are `expected`."""
+    def number(self, elements: Sequence[XmlElement], *, expected: bool = True, unique: bool = False) -> None:
+        """Set the ids of elements of one kind that have none, with a warning if they are `expected`.
+
+        If they are to be `unique`, others than the first of one id get another, too, and so does a 0.
+        """
         given = [each for each in elements if each.attributes.get("id", "").strip()]
         for element in given:
             element.attributes["id"] = str(self.parse_id(element, "id", element.attributes["id"]))
         used = {each.attributes["id"] for each in given}
-        free = (str(number) for number in count(1) if str(number) not in used)
+        free = (str(each) for each in count(1) if str(each) not in used)
+        first: dict[str, XmlElement] = {}
         for element in elements:
-            if not element.attributes.get("id", "").strip():
-                element.attributes["id"] = number = next(free)
+            number = element.attributes.get("id", "").strip()
+            known = first.setdefault(number, element)
+            if not number:
+                element.attributes["id"] = next(free)
+                message = f"`{element.name}` has no id: it is given {element.attributes['id']}"
                 if expected:
-                    self.warn(element, Code.MISSING_ID, f"`{element.name}` has no id: it is given {number}")
+                    self.warn(element, Code.MISSING_ID, message)
+            elif unique and (known is not element or number == "0"):
+                element.attributes["id"] = next(free)
+                reason = "is not at least 1" if known is element else "is that of another"
+                message = f"the id {number} of a transition {reason}: it is given {element.attributes['id']}"
+                notes = [] if known is element else [Note("the other is here", self.place(known))]
+                self.warn(element, Code.OLD_REPEATED_ID, message, *notes)
 
     def _value(self, element: XmlElement, name: str, text: str, kind: object) -> Any:  # noqa: ANN401
         if kind is Text:

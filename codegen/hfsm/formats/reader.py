@@ -10,17 +10,17 @@ from __future__ import annotations
 
 import ast
 import re
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from enum import StrEnum
-from itertools import count
 from pathlib import Path
 from typing import Final
 
-from ...diagnostics import Diagnostics, Location, Note
+from ...diagnostics import Diagnostics, Location
 from ..code.language import CPP, change_code, first_foreign, is_mostly_cpp
 from ..code.text import parse_piece
 from ..codes import Code
-from ..document import Automaton, Document, Text, Transition
+from ..document import Document, Text
 from .native import NativeReader
 from .spanish import translate_spanish
 from .visualstates import translate_visualstates
@@ -50,19 +50,20 @@ class Dialect(StrEnum):
 
 def dialect_of(root: XmlElement) -> Dialect:
     """Return the dialect of a document by what stands below its root."""
-    automata = [element for element in root.elements() if element.tag == "SubAutomata"]
+    automata = list(root.elements("SubAutomata"))
     if automata:
-        spanish = any(
-            "id" not in automaton.attributes
-            and any(element.tag in _SPANISH for element in automaton.elements())
-            for automaton in automata
-        )
+        spanish = any("id" not in each.attributes and any(each.elements(*_SPANISH)) for each in automata)
         return Dialect.SPANISH if spanish else Dialect.NATIVE
-    if any(element.tag in _VISUALSTATES for element in root.elements()):
+    if any(root.elements(*_VISUALSTATES)):
         return Dialect.VISUALSTATES
-    if any(element.tag == "nombreEsquema" for element in root.elements()):
-        return Dialect.SPANISH
-    return Dialect.NATIVE
+    return Dialect.SPANISH if root.first("nombreEsquema") else Dialect.NATIVE
+
+
+_TRANSLATIONS: Final[Mapping[Dialect, Callable[[XmlElement, NativeReader], XmlElement]]] = {
+    Dialect.NATIVE: lambda root, _: root,
+    Dialect.SPANISH: translate_spanish,
+    Dialect.VISUALSTATES: translate_visualstates,
+}
 
 
 def looks_like_document(file: Path) -> bool:
@@ -105,20 +106,16 @@ def parse_document(
         message = f"`{root.tag}` is not the root of a document: it is `VisualHFSM`"
         diagnostics.error(Code.NOT_A_DOCUMENT, message, place)
         return None
-    dialect = dialect_of(root)
-    reader = NativeReader(path, diagnostics, remarks)
-    native = root
-    if dialect is not Dialect.NATIVE:
-        translate = translate_spanish if dialect is Dialect.SPANISH else translate_visualstates
-        native = translate(root, reader)
-    document = reader.document(native)
+    dialect, written = dialect_of(root), root.first("dialect")
+    editor = written.text if written is not None and written.text.strip() else _editor_of(root, dialect)
+    reader = NativeReader(path, diagnostics, remarks, is_old=bool(editor))
+    document = reader.document(_TRANSLATIONS[dialect](root, reader))
     if reader.failed:
         return None
     document = replace(document, comments=tuple(comments), format=dialect.value)
-    if not document.is_old and (editor := _editor_of(root)):
-        document = replace(document, dialect=Text(editor))
-    if document.is_old:
-        document = _adapt_old_document(document, path, diagnostics)
+    if editor:
+        document = _unescape_code(document, path, diagnostics)
+        document = document if document.is_old else replace(document, dialect=Text(editor))
     if dialect is not Dialect.NATIVE and is_mostly_cpp(document):
         document = replace(document, language=Text(CPP))
         if (piece := first_foreign(document, path)) is not None:
@@ -127,51 +124,17 @@ def parse_document(
     return document
 
 
-def _editor_of(root: XmlElement) -> str:
+def _editor_of(root: XmlElement, dialect: Dialect) -> str:
     """Return which editor of old wrote a document that does not say it, or an empty text for none.
 
     The format of today is VisualHFSM's of 2017. Its editor wrote everything on one line; ours never does.
     """
-    match dialect_of(root):
-        case Dialect.VISUALSTATES:
-            return "VisualStates"
-        case Dialect.SPANISH:
-            return "VisualHFSM"
-    automaton = next((element for element in root.elements() if element.tag == "SubAutomata"), None)
+    if dialect is Dialect.VISUALSTATES:
+        return "VisualStates"
+    automaton = root.first("SubAutomata")
     inside = None if automaton is None else next(automaton.elements(), None)
     is_one_line = automaton and inside and root.line == automaton.line == inside.line
-    return "VisualHFSM" if is_one_line else ""
-
-
-def _adapt_old_document(document: Document, path: Path, diagnostics: Diagnostics) -> Document:
-    """Return a document of old as one that runs here, after a warning about each change."""
-    document = _number_transitions(document, path, diagnostics)
-    return _unescape_code(document, path, diagnostics)
-
-
-def _number_transitions(document: Document, path: Path, diagnostics: Diagnostics) -> Document:
-    """Give the transitions of an automaton different ids: the generators of old never read them."""
-
-    def renumbered(automaton: Automaton) -> Automaton:
-        free = (number for number in count(1) if all(each.id != number for each in automaton.transitions))
-        first: dict[int, Transition] = {}
-        found: list[Transition] = []
-        for transition in automaton.transitions:
-            known = first.setdefault(transition.id, transition)
-            number = transition.id
-            if known is not transition or number == 0:
-                number = next(free)
-                reason = "is not at least 1" if known is transition else "is that of another"
-                message = f"the id {transition.id} of a transition {reason}: it is given {number}"
-                place = Location(path, transition.line, max(1, transition.column))
-                note = Note("the other is here", Location(path, known.line, max(1, known.column)))
-                diagnostics.warning(
-                    Code.OLD_REPEATED_ID, message, place, [] if known is transition else [note]
-                )
-            found.append(replace(transition, id=number))
-        return replace(automaton, transitions=tuple(found))
-
-    return replace(document, automata=tuple(map(renumbered, document.automata)))
+    return "VisualHFSM" if is_one_line or dialect is Dialect.SPANISH else ""
 
 
 def _unescape_code(document: Document, path: Path, diagnostics: Diagnostics) -> Document:

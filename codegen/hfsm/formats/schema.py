@@ -13,16 +13,7 @@ from typing import Final, get_type_hints
 
 from .. import document as model
 
-__all__ = [
-    "AUTOMATON",
-    "DOCUMENT",
-    "INTERFACE",
-    "STATE",
-    "TRANSITION",
-    "Items",
-    "Leaf",
-    "NodeKind",
-]
+__all__ = ["AUTOMATON", "DOCUMENT", "INTERFACE", "STATE", "TRANSITION", "Items", "Leaf", "NodeKind"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +21,6 @@ class Leaf:
     """An element or attribute that holds one value of a `type`: `Text`, `str`, `float`, `bool` or an id.
 
     An `optional` one is left out for the model's `default`. One that `repeats` holds one of several ids.
-    `attribute` is an attribute of the element that holds the field of the same name.
     """
 
     field: str
@@ -38,7 +28,6 @@ class Leaf:
     default: object
     optional: bool
     repeats: bool
-    attribute: str
 
     @property
     def is_id(self) -> bool:
@@ -79,11 +68,11 @@ class Items:
         return not (self.one or self.listed)
 
 
-_LEAF: Final = re.compile(r"(?P<tag>\w+)(=(?P<field>\w+))?(@(?P<attribute>\w+))?(?P<mark>[?*]?)")
+_LEAF: Final = re.compile(r"(?P<tag>\w+)(=(?P<field>\w+))?(?P<mark>[?*]?)")
 
 
 def _leaves(kind: type[model.Node], table: str) -> dict[str, Leaf]:
-    """Return leaves by their tags from `tag=field@attribute`; a field with the name of its tag is left out.
+    """Return leaves by their tags from `tag=field`; a field with the name of its tag is left out.
 
     `?` marks what is optional, and `*` what repeats.
     """
@@ -93,9 +82,7 @@ def _leaves(kind: type[model.Node], table: str) -> dict[str, Leaf]:
     for match in map(_LEAF.fullmatch, table.split()):
         assert match is not None, table
         name, mark = match["field"] or match["tag"], match["mark"]
-        found[match["tag"]] = Leaf(
-            name, types[name], defaults[name], mark == "?", mark == "*", match["attribute"] or ""
-        )
+        found[match["tag"]] = Leaf(name, types[name], defaults[name], mark == "?", mark == "*")
     return found
 
 
@@ -126,7 +113,7 @@ TRANSITION: Final = _kind(
     "transition",
     model.Transition,
     "id",
-    "posx=x posy=y origin destiny=destination transcode=code name trans=trigger@type guard? priority?",
+    "posx=x posy=y origin destiny=destination transcode=code name trans=trigger guard? priority?",
 )
 _IMPORT: Final = Items("imported", _kind("import", model.Import, "automaton?", text="file"), one=True)
 AUTOMATON: Final = NodeKind(

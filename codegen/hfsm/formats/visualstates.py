@@ -71,7 +71,7 @@ class _Translator:
         if not self._has_outermost:
             self._outermost.children += outermost
         self._automata: dict[XmlElement, int] = {}
-        """The ids of automata by the states that own them, the root's first and each before those below it."""
+        """The ids of automata by the states that own them, each before those below it."""
         self._around: dict[XmlElement, int] = {}
         """The ids of the automata that states stand in."""
         self._comments: dict[XmlElement, list[Comment]] = {}

@@ -3,82 +3,26 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Final
+from xml.sax.saxutils import escape
 
-from ..document import NO_CHILD, Comment, Document, Element, Extra, Node, Text
+from ..document import NO_CHILD, Comment, Document, Element, Extra, Node, Text, Transition
 from .schema import DOCUMENT, Items, Leaf, NodeKind
 
-__all__ = [
-    "INDENT",
-    "UNWRITABLE",
-    "DocumentNotWritableError",
-    "attributes_text",
-    "escaped",
-    "is_writable",
-    "lines_of",
-    "write_document",
-]
-
-INDENT: Final = "  "
-"""Indentation of one level."""
+__all__ = ["UNWRITABLE", "DocumentNotWritableError", "write_document"]
 
 UNWRITABLE: Final = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 """Characters that XML 1.0 cannot hold, not even as a reference."""
 
-_TEXT_ESCAPES: Final = {"&": "&amp;", "<": "&lt;", ">": "&gt;", "\r": "&#13;"}
+_INDENT: Final = "  "
+_TEXT_ESCAPES: Final = {"\r": "&#13;"}
 _ATTRIBUTE_ESCAPES: Final = {**_TEXT_ESCAPES, '"': "&quot;", "\n": "&#10;", "\t": "&#9;"}
 
 
 class DocumentNotWritableError(ValueError):
     """A text of the document holds a character that XML cannot hold."""
-
-
-def lines_of(extra: Extra, depth: int = 0) -> Iterator[str]:
-    """Yield the lines of an element or a comment, indented by `depth` levels.
-
-    Raises DocumentNotWritableError.
-    """
-    indent = INDENT * depth
-    if isinstance(extra, Comment):
-        if "--" in extra.text or extra.text.endswith("-"):
-            raise DocumentNotWritableError("a comment cannot hold `--` or end with `-`")
-        yield f"{indent}<!--{_checked(extra.text)}-->"
-        return
-    start = f"{indent}<{extra.tag}{attributes_text(extra.attributes)}"
-    if not extra.children:
-        yield f"{start}>{escaped(extra.text)}</{extra.tag}>" if extra.text else f"{start}/>"
-        return
-    yield f"{start}>"
-    for child in extra.children:
-        yield from lines_of(child, depth + 1)
-    yield f"{indent}</{extra.tag}>"
-
-
-def attributes_text(attributes: tuple[tuple[str, str], ...]) -> str:
-    """Return the attributes of a start tag, each with a blank before it."""
-    return "".join(
-        f' {name}="{"".join(_ATTRIBUTE_ESCAPES.get(c, c) for c in _checked(value))}"'
-        for name, value in attributes
-    )
-
-
-def escaped(text: str) -> str:
-    """Return a text as it stands in XML."""
-    return "".join(_TEXT_ESCAPES.get(character, character) for character in _checked(text))
-
-
-def is_writable(text: str) -> bool:
-    """Return whether XML can hold a text."""
-    return not UNWRITABLE.search(text)
-
-
-def _checked(text: str) -> str:
-    found = UNWRITABLE.search(text)
-    if found:
-        raise DocumentNotWritableError(f"XML cannot hold the character {found.group()!r} in `{text[:40]!r}`")
-    return text
 
 
 def write_document(document: Document) -> str:
@@ -106,11 +50,11 @@ class _Writer:
             for name, leaf in kind.attributes.items()
             if (value := getattr(node, leaf.field)) != leaf.default or not leaf.optional
         )
-        start = f"<{kind.tag}{attributes_text(attributes + node.attributes)}>"
+        start = f"<{kind.tag}{_attributes(attributes + node.attributes)}>"
         if kind.text:
             if node.extras:
                 raise DocumentNotWritableError(f"`{kind.tag}` holds only text")
-            self._line(f"{start}{escaped(getattr(node, kind.text).text)}</{kind.tag}>")
+            self._line(f"{start}{_escaped(getattr(node, kind.text).text)}</{kind.tag}>")
             return
         self._line(start)
         self._depth += 1
@@ -129,7 +73,7 @@ class _Writer:
 
     def _list(self, items: Items, around: Element, nodes: Sequence[Node]) -> None:
         """Write a list of the document, with what else stands in it."""
-        start = f"{around.tag}{attributes_text(around.attributes)}"
+        start = f"{around.tag}{_attributes(around.attributes)}"
         if nodes or around.children:
             self._line(f"<{start}>")
             self._depth += 1
@@ -146,18 +90,47 @@ class _Writer:
         if leaf.optional and value == leaf.default:
             return
         attributes = (
-            attributes_text(((leaf.attribute, getattr(node, leaf.attribute)),)) if leaf.attribute else ""
+            _attributes([("type", node.type)]) if isinstance(node, Transition) and tag == "trans" else ""
         )
         first = value[:1] or (NO_CHILD,) if isinstance(value, tuple) else (value,)
         for each in value[1:] if leaf.repeats else first:
-            self._line(f"<{tag}{attributes}>{escaped(_text(each))}</{tag}>")
+            self._line(f"<{tag}{attributes}>{_escaped(_text(each))}</{tag}>")
 
-    def _extras(self, extras: tuple[Extra, ...]) -> None:
+    def _extras(self, extras: Sequence[Extra]) -> None:
         for extra in extras:
-            self._lines += lines_of(extra, self._depth)
+            if isinstance(extra, Comment):
+                if "--" in extra.text or extra.text.endswith("-"):
+                    raise DocumentNotWritableError("a comment cannot hold `--` or end with `-`")
+                self._line(f"<!--{_checked(extra.text)}-->")
+                continue
+            start = f"<{extra.tag}{_attributes(extra.attributes)}"
+            if extra.children:
+                self._line(f"{start}>")
+                self._depth += 1
+                self._extras(extra.children)
+                self._depth -= 1
+                self._line(f"</{extra.tag}>")
+            else:
+                self._line(f"{start}>{_escaped(extra.text)}</{extra.tag}>" if extra.text else f"{start}/>")
 
     def _line(self, text: str) -> None:
-        self._lines.append(INDENT * self._depth + text)
+        self._lines.append(_INDENT * self._depth + text)
+
+
+def _attributes(attributes: Sequence[tuple[str, str]]) -> str:
+    """Return the attributes of a start tag, each with a blank before it."""
+    return "".join(f' {name}="{_escaped(value, _ATTRIBUTE_ESCAPES)}"' for name, value in attributes)
+
+
+def _escaped(text: str, escapes: dict[str, str] = _TEXT_ESCAPES) -> str:
+    return escape(_checked(text), escapes)
+
+
+def _checked(text: str) -> str:
+    found = UNWRITABLE.search(text)
+    if found:
+        raise DocumentNotWritableError(f"XML cannot hold the character {found.group()!r} in `{text[:40]!r}`")
+    return text
 
 
 def _text(value: object) -> str:

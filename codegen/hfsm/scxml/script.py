@@ -12,7 +12,7 @@ from typing import Final
 
 from ..codes import Code
 from ..document import Text
-from ..formats.writer import is_writable
+from ..formats.writer import UNWRITABLE
 from ..formats.xml_tree import XmlElement
 from .writer import expression_of
 
@@ -174,4 +174,4 @@ def _quoted(text: str) -> str:
 
 def _decoded(match: re.Match[str]) -> str:
     code = int(match[1], 16)
-    return chr(code) if code <= 0x10FFFF and is_writable(chr(code)) else match[0]
+    return chr(code) if code <= 0x10FFFF and not UNWRITABLE.search(chr(code)) else match[0]
