@@ -107,13 +107,9 @@ def check_document(
     limit = DEFAULT_LIMIT if limit is None else limit
     if loaded is None or limit <= 0:
         return None
-    schemas = {
-        known.file.with_name("schema.json")
-        for interface in loaded.document.interfaces
-        for known in loaded.interfaces.find(interface.type)
-    }
+    used = (loaded.interfaces.find(interface.type)[0] for interface in loaded.document.interfaces)
     errors = len(diagnostics.errors)
-    operations = read_operations((each for each in sorted(schemas) if each.is_file()), diagnostics)
+    operations = read_operations(used, loaded.interfaces, diagnostics)
     if len(diagnostics.errors) > errors:
         return None
     report = check_model(loaded.document, path, operations=operations, limit=limit, analysis=loaded.analysis)

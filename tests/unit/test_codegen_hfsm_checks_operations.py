@@ -1,10 +1,17 @@
-"""What the checks know of streams is what streams have."""
+"""What the checks know of operations: those that packages describe, and what streams have."""
 
 from __future__ import annotations
 
 import inspect
+import json
+from pathlib import Path
 
+import pytest
+
+from codegen.diagnostics import Diagnostics
 from codegen.hfsm.checks.attributes import STREAM
+from codegen.hfsm.loading import check_document
+from tests.support.documents import document, state, sub
 from zenoh_ice.proxy import StreamedCall
 
 
@@ -18,3 +25,46 @@ def test_streams_are_known_as_they_are() -> None:
         required = sum(each.default is each.empty for each in parameters)
         known = STREAM[name]
         assert (known.parameters, known.by_name, known.required) == (by_position, by_name, required)
+
+
+LAMP = {
+    "kind": "interface",
+    "operations": [{"name": "light", "parameters": [{"name": "from"}, {"name": "level", "optional": True}]}],
+}
+RED_LAMP = {"kind": "interface", "bases": ["::lab::Lamp"], "operations": [{"name": "blink"}]}
+CONFIG = "<iceinterface><nameinterface>lamp</nameinterface><interface>RedLamp</interface></iceinterface>"
+
+
+def warnings_of(directory: Path, code: str, *, described: bool = True) -> list[str]:
+    package = directory / "lab"
+    package.mkdir()
+    (package / "__init__.py").write_text("")
+    (package / "lamp.py").write_text("class LampPrx(P):\n    pass\nclass RedLampPrx(LampPrx):\n    pass\n")
+    if described:
+        definitions = {"::lab::Lamp": LAMP, "::lab::RedLamp": RED_LAMP}
+        (package / "schema.json").write_text(json.dumps({"definitions": definitions}))
+    path, diagnostics = directory / "main.xml", Diagnostics()
+    path.write_text(document(sub(1, 0, state(1, "a", code, initial=True)), config=CONFIG))
+    check_document(path, diagnostics, [directory], limit=0)
+    return [f"{found.code}: {found.message}" for found in diagnostics]
+
+
+@pytest.mark.parametrize("code", ["self.lamp.blink()", "self.lamp.light(1)", "self.lamp.light(1, level=2)"])
+def test_operations_of_an_interface_and_its_bases_are_described(tmp_path: Path, code: str) -> None:
+    assert warnings_of(tmp_path, code) == []
+
+
+@pytest.mark.parametrize(
+    ("code", "warning"),
+    [
+        ("self.lamp.glow()", "W528: `lab::RedLamp` has no operation `glow`"),
+        ("self.lamp.light()", "W529: `light` is not given `_from`"),
+        ("self.lamp.light(1, 2, 3)", "W529: `light` takes 2 arguments, and is given 3"),
+    ],
+)
+def test_a_wrong_call_is_found_by_the_description(tmp_path: Path, code: str, warning: str) -> None:
+    assert warnings_of(tmp_path, code) == [warning]
+
+
+def test_a_proxy_that_is_not_described_may_do_anything(tmp_path: Path) -> None:
+    assert warnings_of(tmp_path, "self.lamp.glow()", described=False) == []

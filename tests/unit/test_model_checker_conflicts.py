@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm.analysis import analyze
 from codegen.hfsm.document import Argument, Document, Interface, Parameter, Text, Transition
+from codegen.hfsm.known_interfaces import find_interfaces
 from codegen.hfsm.model_checker import (
     Command,
     Commands,
@@ -21,8 +21,8 @@ from codegen.hfsm.model_checker import (
 )
 from tests.support.model_documents import PATH, Player, after, automaton, document, play, state, when
 
-ROOT = Path(__file__).resolve().parents[2]
-SCHEMAS = [ROOT / "interfaces" / package / "schema.json" for package in ("nao", "jderobot")]
+KNOWN = find_interfaces()
+OPERATIONS = read_operations((each for (each,) in KNOWN.by_name.values()), KNOWN, Diagnostics())
 HEAD = Interface(name="Head", type="PoseHead")
 LEFT = Interface(name="LeftMotors", proxy="LeftShoulderMotors", type="jderobot::Pose3DMotors")
 RIGHT = Interface(name="RightMotors", proxy="RightShoulderMotors", type="Pose3DMotors")
@@ -32,7 +32,7 @@ LOOK = "self.Head.setPose(0.0, 0.0, 0.2)"
 def commanded(code: str, functions: str = "", variables: str = "") -> set[tuple[str, str]]:
     root = automaton(1, [state(1, code=code)], functions=Text(functions), variables=Text(variables))
     doc = document(root, interfaces=(HEAD, LEFT, RIGHT))
-    commands = Commands(analyze(doc, PATH), read_operations(SCHEMAS, Diagnostics()))
+    commands = Commands(analyze(doc, PATH), OPERATIONS)
     found = commands.of(doc.automata[0].states[0].code)
     return {(command.identity, command.operation) for command in found}
 
@@ -189,9 +189,8 @@ def test_which_operations_command(operation: str, idempotent: bool | None, expec
 
 
 def test_operations_of_a_base_are_those_of_the_interface() -> None:
-    operations = read_operations(SCHEMAS, Diagnostics())
-    assert operations["Camera"]["getImageData"] is False
-    assert operations["Camera"]["setCameraDescription"] is True
+    assert OPERATIONS["Camera"]["getImageData"] is False
+    assert OPERATIONS["Camera"]["setCameraDescription"] is True
 
 
 def conflicts(doc: Document, limit: int = 100_000) -> list[Conflict]:

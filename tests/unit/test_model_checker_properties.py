@@ -11,6 +11,7 @@ import pytest
 from codegen.diagnostics import Diagnostics, Severity
 from codegen.hfsm import parse_document, read_document, resolve, write_document
 from codegen.hfsm.document import Document, Property
+from codegen.hfsm.known_interfaces import find_interfaces
 from codegen.hfsm.model_checker import (
     PropertyResult,
     StepKind,
@@ -33,7 +34,8 @@ from tests.support.model_documents import (
 
 ROOT = Path(__file__).resolve().parents[2]
 BEHAVIORS = sorted((ROOT / "behaviors").glob("*.xml"))
-OPERATIONS = read_operations((ROOT / "interfaces").glob("*/schema.json"), Diagnostics())
+KNOWN = find_interfaces()
+OPERATIONS = read_operations((each for (each,) in KNOWN.by_name.values()), KNOWN, Diagnostics())
 
 
 def read(path: Path) -> Document:

@@ -3,38 +3,18 @@
 from __future__ import annotations
 
 import ast
-import json
-import keyword
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from functools import lru_cache
-from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 from ...diagnostics import Note, did_you_mean
 from ..analysis import COMPONENT_ALIASES, Access, Analysis, Piece
 from ..code.text import all_nodes
 from ..codes import Code
-from ..known_interfaces import KnownInterface, KnownInterfaces
+from ..known_interfaces import DescriptionError, KnownInterface, KnownInterfaces, Operation
 from .component import COMPONENT_ATTRIBUTES
 from .report import Report
 
 __all__ = ["STREAM", "check_attributes"]
-
-_MAX_BASES: Final = 100
-
-
-@dataclass(frozen=True, slots=True)
-class Operation:
-    """A method of a proxy: its parameters after `self`, how many of them have no default, and its stream."""
-
-    name: str
-    parameters: tuple[str, ...]
-    required: int
-    is_streamed: bool = False
-    by_name: frozenset[str] = frozenset()
-    """Further parameters, which are given by name."""
-
 
 _BEGIN: Final = "begin"
 """What calls an operation without waiting, with the parameters of the call."""
@@ -46,49 +26,6 @@ STREAM: Final = {
     "subscribe": Operation("subscribe", ("callback",), 1, by_name=frozenset({"rate", "queue"})),
 }
 """What a streamed operation offers beside its calls."""
-
-
-def operations_of(interface: KnownInterface, known: KnownInterfaces) -> dict[str, Operation] | None:
-    """Return the operations of an interface with those that it inherits, by the names of their methods.
-
-    None when not all of them are known: a proxy that was written by hand may do anything.
-    """
-    found: dict[str, Operation] = {}
-    pending = [interface]
-    for each in pending:  # grows
-        try:
-            schema = each.file.with_name("schema.json")
-            definition = _definitions(schema, schema.stat().st_mtime_ns)[f"::{each.scoped_name}"]
-            for operation in map(_operation, definition.get("operations", ())):
-                found.setdefault(operation.name, operation)
-            bases = [known.find(base) for base in definition.get("bases", ())]
-        except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError):
-            return None  # the model checker reports a broken description
-        if len(pending) > _MAX_BASES or any(len(base) != 1 for base in bases):
-            return None
-        pending += [base for (base,) in bases if base not in pending]
-    return found
-
-
-@lru_cache(maxsize=64)
-def _definitions(schema: Path, _changed: int) -> dict[str, Any]:
-    definitions: dict[str, Any] = json.loads(schema.read_bytes())["definitions"]
-    return definitions
-
-
-def _operation(described: Mapping[str, Any]) -> Operation:
-    parameters = described.get("parameters", ())
-    required = [place for place, each in enumerate(parameters, 1) if not each.get("optional")]
-    return Operation(
-        name=_python_name(described["name"]),
-        parameters=tuple(_python_name(each["name"]) for each in parameters),
-        required=max(required, default=0),
-        is_streamed=described.get("streamed") is True,
-    )
-
-
-def _python_name(name: str) -> str:
-    return f"_{name}" if keyword.iskeyword(name) else name
 
 
 _OF_EVERY_PROXY: Final = frozenset({"checkedCast", "uncheckedCast"})
@@ -160,7 +97,10 @@ def _check_calls(
         if interface is None or len(access.path) < 2 or not _is_operation(access.path[1]):
             continue
         if access.name not in operations:
-            operations[access.name] = operations_of(interface, known)
+            try:
+                operations[access.name] = known.operations(interface)
+            except DescriptionError:  # which the model checker reports
+                operations[access.name] = None
         available = operations[access.name]
         if available is None:
             continue

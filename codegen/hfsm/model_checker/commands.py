@@ -9,12 +9,10 @@ proxy goes to what is not followed, such as a helper object, the code may comman
 from __future__ import annotations
 
 import ast
-import json
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
-from pathlib import Path
 from typing import Final, NamedTuple
 
 from ...diagnostics import Diagnostics, Location, Note
@@ -22,6 +20,7 @@ from ..analysis import Analysis, AutomatonCode
 from ..code.text import all_nodes
 from ..codes import Code
 from ..document import NO_CHILD, Text
+from ..known_interfaces import DescriptionError, KnownInterface, KnownInterfaces
 
 __all__ = ["Command", "Commands", "Operations", "is_command", "read_operations"]
 
@@ -53,50 +52,28 @@ def is_command(operation: str, idempotent: bool | None = None) -> bool:
     return not _READS.match(operation) and idempotent is False
 
 
-def read_operations(schemas: Iterable[Path], diagnostics: Diagnostics) -> dict[str, dict[str, bool]]:
-    """Return the operations of interfaces from the `schema.json` files that codegen writes.
+def read_operations(
+    interfaces: Iterable[KnownInterface], known: KnownInterfaces, diagnostics: Diagnostics
+) -> dict[str, dict[str, bool]]:
+    """Return the operations of interfaces, as their packages describe them.
 
-    A file that cannot be read, or is no such description, is reported as an error.
+    A description that cannot be read is reported as an error; there is none of a proxy written by hand.
     """
-    own: dict[str, dict[str, bool]] = {}
-    bases: dict[str, list[str]] = {}
-    for path in schemas:
-        place, problem = Location(path), ""
+    found: dict[str, dict[str, bool]] = {}
+    for interface in interfaces:
         try:
-            text = path.read_text(encoding="utf-8")
-            diagnostics.add_source(path, text)
-            for scoped, definition in json.loads(text)["definitions"].items():
-                if definition["kind"] == "interface":
-                    name = scoped.rsplit("::", 1)[-1]
-                    bases[name] = [base.rsplit("::", 1)[-1] for base in definition.get("bases", ())]
-                    own[name] = {
-                        operation["name"]: is_command(operation["name"], operation.get("idempotent") is True)
-                        for operation in definition.get("operations", ())
-                    }
-        except OSError as error:
-            problem = f"cannot be read: {error.strerror or error}"
-        except json.JSONDecodeError as error:
-            place, problem = Location(path, error.lineno, error.colno), f"is no JSON: {error.msg}"
-        except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
-            problem = "is none that codegen writes"
-        if problem:
+            operations = known.operations(interface) or {}
+        except DescriptionError as error:
+            path = error.place.path
+            if path.is_file():
+                diagnostics.add_source(path, path.read_text(encoding="utf-8", errors="replace"))
+            message = f"the description of package `{path.parent.name}` {error}"
             note = Note("the model checker needs it: undo a broken merge, or generate the package again")
-            diagnostics.error(
-                Code.BAD_DESCRIPTION,
-                f"the description of package `{path.parent.name}` {problem}",
-                place,
-                [note],
-            )
-    return {name: _with_bases(name, own, bases, 0) for name in own}
-
-
-def _with_bases(
-    name: str, own: Mapping[str, dict[str, bool]], bases: Mapping[str, list[str]], depth: int
-) -> dict[str, bool]:
-    found: dict[str, bool] = {}
-    for base in bases.get(name, ()) if depth < _DEEPEST else ():
-        found |= _with_bases(base, own, bases, depth + 1)
-    return found | own.get(name, {})
+            diagnostics.error(Code.BAD_DESCRIPTION, message, error.place, [note])
+        else:
+            commands = {name: is_command(name, each.is_idempotent) for name, each in operations.items()}
+            found[interface.scoped_name.rsplit("::", 1)[-1]] = commands
+    return found
 
 
 class _Value(NamedTuple):
