@@ -230,7 +230,7 @@ def test_the_page_says_that_the_server_is_away_and_goes_on_when_it_is_back(shown
     open_file(shown, "dance.xml")
     shown.state("front").click()
     shown.connections.cut()
-    banner = shown.page.get_by_role("alert").filter(has_text="The server has been away since")
+    banner = shown.page.get_by_role("alert").filter(has_text="The server has been offline since")
     expect(banner).to_be_visible()
     shown.press("Delete")
     expect(shown.page.get_by_role("alert").filter(has_text="connects again by itself").last).to_be_visible()

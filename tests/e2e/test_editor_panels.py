@@ -128,11 +128,11 @@ def test_what_is_typed_last_is_not_lost_when_another_state_is_selected(shown: Ed
 def test_what_is_typed_while_the_server_is_away_comes_when_it_is_back(shown: EditorPage, path: Path) -> None:
     code = edit(shown, "wait")
     shown.connections.cut()
-    expect(shown.page.get_by_role("alert").filter(has_text="The server has been away")).to_be_visible()
+    expect(shown.page.get_by_role("alert").filter(has_text="The server has been offline")).to_be_visible()
     shown.type("\nspeed = 1")
     expect(code).to_contain_text("speed = 1")
     shown.press("Control+s")
-    expect(shown.page.locator(".notice.error")).to_contain_text("The server is away")
+    expect(shown.page.locator(".notice.error")).to_contain_text("The server is offline")
     shown.connections.restore()
     # On a busy machine the page may have tried by itself, and the button is gone.
     shown.button("Try now").evaluate_all("all => all.forEach((each) => each.click())")
@@ -243,7 +243,7 @@ def test_events_that_the_code_sends_are_offered(shown: EditorPage, path: Path) -
 def test_transitions_of_a_state_change_places(shown: EditorPage) -> None:
     choose(shown, "late")
     expect(shown.page.get_by_text("tried as number 2 of 2")).to_be_visible()
-    shown.page.locator("hfsm-code-panel").get_by_role("button", name="Try earlier").click()
+    shown.page.locator("hfsm-code-panel").get_by_role("button", name="Evaluate earlier").click()
     expect(shown.page.get_by_text("tried as number 1 of 2")).to_be_visible()
 
 

@@ -6,7 +6,7 @@
  *   help?: string}} Action
  *   Keys of scope `canvas` count only there, those of `typing` also while text is typed. `hint` says more than the
  *   label,
- *   `help` stands for both in the list of keys; `checked` tells of a switch whether it is on.
+ *   `help` stands for both in the list of keys; `checked` says whether a switch is on.
  * @typedef {{app: import("./app.js").HfsmApp, canvas: import("./canvas/canvas.js").HfsmCanvas,
  *   point?: {x: number, y: number}}} Context `point` is where in the drawing a menu was opened
  */
@@ -312,7 +312,7 @@ const LIST = [
   },
   {
     id: "toggleHistory",
-    label: "Begin anew each time",
+    label: "Restart on entry",
     icon: "history",
     enabled: () => drawable() && oneState() && page.state.children.length > 0,
     run: () =>
@@ -350,7 +350,7 @@ const LIST = [
   },
   {
     id: "inline",
-    label: "Take in from its file",
+    label: "Inline",
     icon: "open",
     enabled: () => isImport(part()),
     run: () => commands.inline(part()),
@@ -396,7 +396,7 @@ const LIST = [
   },
   {
     id: "tryEarlier",
-    label: "Try earlier",
+    label: "Evaluate earlier",
     icon: "up",
     keys: ["Ctrl+ArrowUp"],
     scope: "canvas",
@@ -406,7 +406,7 @@ const LIST = [
   },
   {
     id: "tryLater",
-    label: "Try later",
+    label: "Evaluate later",
     icon: "down",
     keys: ["Ctrl+ArrowDown"],
     scope: "canvas",

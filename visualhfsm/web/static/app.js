@@ -293,7 +293,7 @@ export class HfsmApp extends PageElement {
     return element ?? nothing;
   }
 
-  /** Load the module of an element once; tells when that is not possible. */
+  /** Load the module of an element once; reports when that is not possible. */
   async #load(tag) {
     try {
       await import(LAZY[tag]);
@@ -423,11 +423,11 @@ function showImports() {
   page.addEventListener("tab", () => lookAtImports(page.tab, true)); // the other file may have been changed there
 }
 
-async function lookAtImports(tab, anew = false) {
+async function lookAtImports(tab, again = false) {
   const document = store.documents.get(tab);
   const asked = importsOf(document);
   const known = imported.get(tab);
-  if (!document || (!asked && !known) || (known?.asked === asked && !anew)) return;
+  if (!document || (!asked && !known) || (known?.asked === asked && !again)) return;
   imported.set(tab, {asked, content: known?.content ?? []});
   const content = asked ? await store.request("imported", {tab}).catch(() => []) : [];
   if (imported.get(tab)?.asked !== asked) return; // it is another one meanwhile

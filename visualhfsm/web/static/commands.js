@@ -1,7 +1,7 @@
 /**
  * Changes of the shown document. What each command means stands in visualhfsm/editing/commands/.
  *
- * Nothing is drawn before the server has changed the document; a refusal is told to the person.
+ * Nothing is drawn before the server has changed the document; a refusal is shown to the person.
  */
 
 import {notify, notifyError} from "./notices.js";
@@ -9,7 +9,7 @@ import {page} from "./page.js";
 import {store} from "./store.js";
 
 /**
- * Send a request that a person asked for; tells why it was refused.
+ * Send a request that a person asked for; shows why it was refused.
  *
  * @returns {Promise<any>} its value, undefined when it was refused
  */
@@ -89,7 +89,7 @@ export async function paste(point) {
   page.dispatchEvent(new Event("focus-canvas"));
 }
 
-/** Move an automaton to a file of its own, which a person chooses. */
+/** Move an automaton to a separate file, which a person chooses. */
 export async function extract(automaton) {
   const {path} = page.tabState;
   if (!path) {

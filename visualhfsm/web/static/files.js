@@ -11,7 +11,7 @@ const RECENT = "visualhfsm.recent";
 const MOST_RECENT = 8;
 const LARGEST = 4_000_000; // characters that a dropped file may have
 
-/** Paths that were opened lately, the latest first. @returns {string[]} */
+/** Paths of recent files, the latest first. @returns {string[]} */
 export function recentFiles() {
   try {
     const found = JSON.parse(localStorage.getItem(RECENT) ?? "[]");

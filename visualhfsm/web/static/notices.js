@@ -6,7 +6,7 @@ const SHOWN_ERROR = 12_000;
 let list;
 
 /**
- * Tell something.
+ * Show a notice.
  *
  * @param {string} text @param {"info" | "error" | "failure"} kind  a failure stays until it is dismissed
  * @param {{label: string, run: () => void}} [link] leads to what it is about
@@ -20,7 +20,7 @@ export function notify(text, kind = "info", link = undefined) {
   }
   const same = [...list.children].find((each) => each.firstChild.data === text);
   if (same && kind === "failure") return () => same.remove(); // it may come with each frame, and its button is to stay
-  same?.remove(); // it is said anew, not twice
+  same?.remove(); // it is shown once
   const notice = document.createElement("div");
   notice.className = `notice ${kind}`;
   notice.setAttribute("role", kind === "info" ? "status" : "alert");
@@ -49,7 +49,7 @@ export function notify(text, kind = "info", link = undefined) {
   return () => notice.remove();
 }
 
-/** Tell why something could not be done. */
+/** Show why something could not be done. */
 export function notifyError(error) {
   notify(error.message, "error");
 }

@@ -180,7 +180,7 @@ class Page extends EventTarget {
     this.select({states, transitions});
   }
 
-  /** Forget a tab: a document that is opened anew begins at its root with nothing selected. */
+  /** Forget a tab: a document that is opened again begins at its root with nothing selected. */
   forget(tab) {
     this.#spots.delete(tab);
   }

@@ -9,7 +9,7 @@ import {page} from "./page.js";
 
 /** Show the print dialog of the browser with the pages of the shown document. */
 export async function printComponent() {
-  document.querySelector("body > .pages")?.remove(); // of a dialog whose end was not told
+  document.querySelector("body > .pages")?.remove(); // of a dialog whose end was not reported
   const pages = document.createElement("div");
   pages.className = "pages";
   render(content(), pages);

@@ -9,7 +9,7 @@ import {store} from "./store.js";
 
 const ALIVE = ["generating", "starting", "running", "stopping"];
 
-/** @typedef {{tab: number, status: string, exitCode?: number, message: string}} Run as the server tells it */
+/** @typedef {{tab: number, status: string, exitCode?: number, message: string}} Run as the server reports it */
 
 class Runs {
   /** @type {Map<number, Run>} */
@@ -22,7 +22,7 @@ class Runs {
     store.addEventListener("closed", ({detail}) => this.#forget(detail.tab));
   }
 
-  /** What was told last of the component of a tab; undefined when it never ran. @returns {Run | undefined} */
+  /** What was reported last of the component of a tab; undefined when it never ran. @returns {Run | undefined} */
   of(tab) {
     return this.#runs.get(tab);
   }
@@ -44,14 +44,14 @@ class Runs {
 
   /** @param {Run} run */
   #take(run) {
-    const former = this.of(run.tab)?.status; // undefined for what a new window is told
+    const former = this.of(run.tab)?.status; // undefined for what a new window learns
     this.#runs.set(run.tab, run);
     if (run.status === "generating" && former !== "generating") outputLog.clear(run.tab);
     if (run.status === "ended" && run.exitCode && former && !["ended", "stopping"].includes(former)) this.#tellEnd(run);
   }
 
   #tellEnd({tab, message}) {
-    const told = (message || "it has ended").replace(/^it /, "The component ");
+    const outcome = (message || "it has ended").replace(/^it /, "The component ");
     const error = outputLog.lastError(tab);
     const show = () => {
       page.show(tab);
@@ -60,7 +60,7 @@ class Runs {
     this.#notices.set(
       tab,
       notify(
-        `${told}${error ? `: ${error.text}` : "."}`,
+        `${outcome}${error ? `: ${error.text}` : "."}`,
         "error",
         error?.place && {label: `line ${error.line}`, run: show},
       ),

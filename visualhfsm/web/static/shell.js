@@ -253,7 +253,7 @@ class Status extends PageElement {
           : nothing
       }
       <span class="zoom"></span>
-      <span class="connection ${store.online ? "on" : "off"}">${store.online ? "Connected" : "Away"}</span>`;
+      <span class="connection ${store.online ? "on" : "off"}">${store.online ? "Connected" : "Offline"}</span>`;
   }
 
   #showZoom() {
@@ -262,14 +262,14 @@ class Status extends PageElement {
   }
 }
 
-/** What stands above everything until it is settled: the server is away, the robot is stopped, a file was changed by
+/** What stands above everything until it is settled: the server is offline, the robot is stopped, a file was changed by
  * another program, or changes
  * were not saved. */
 export function banner() {
   if (!store.online && store.offlineSince) {
     const since = new Date(store.offlineSince).toLocaleTimeString();
     return html`<div class="banner error" role="alert">
-      The server has been away since ${since}. Your work is kept there; this page connects again by itself.
+      The server has been offline since ${since}. Your work is kept there; this page connects again by itself.
       <button type="button" @click=${() => store.connect()}>Try now</button>
     </div>`;
   }
@@ -325,7 +325,7 @@ function unsavedBanner() {
     Changes to ${page.tabState.title} of ${new Date(lost.changedAt * 1000).toLocaleString()} were not saved when the
     editor ended.
     <button type="button" @click=${async () => (await import("./files.js")).recover(lost.journal)}>Recover them</button>
-    <button type="button" @click=${() => ask("discard", {journal: lost.journal})}>Give them up</button>
+    <button type="button" @click=${() => ask("discard", {journal: lost.journal})}>Discard them</button>
   </div>`;
 }
 

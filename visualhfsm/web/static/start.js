@@ -104,7 +104,7 @@ class Start extends PageElement {
       </div>
       ${
         recent.length
-          ? html`<h2>Lately</h2>
+          ? html`<h2>Recent</h2>
               <ul class="recent">
                 ${recent.map(
                   (path) =>

@@ -57,7 +57,7 @@ class Store extends EventTarget {
   /** Connect, and again whenever the connection is lost. */
   connect() {
     clearTimeout(this.#timer);
-    // One at a time, or all would be told twice.
+    // One at a time, or everything would be reported twice.
     if (this.#socket && this.#socket.readyState !== WebSocket.CLOSED) return;
     const scheme = location.protocol === "https:" ? "wss" : "ws";
     const socket = new WebSocket(`${scheme}://${location.host}/ws`);
@@ -80,7 +80,7 @@ class Store extends EventTarget {
       if (this.#socket?.readyState !== WebSocket.OPEN) {
         reject(
           new RequestError(
-            "The server is away; your work is kept there. This page connects again by itself.",
+            "The server is offline; your work is kept there. This page connects again by itself.",
             "offline",
           ),
         );

@@ -135,7 +135,7 @@ class Tree extends PageElement {
     this.#markLive();
   }
 
-  /** Not by drawing all of it anew: states may change many times a second. */
+  /** Not by drawing all of it again: states may change many times a second. */
   #markLive() {
     for (const branch of this.querySelectorAll("[role=treeitem]")) {
       const row = this.rows[Number(branch.dataset.index)];

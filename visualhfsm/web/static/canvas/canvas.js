@@ -236,7 +236,7 @@ export class HfsmCanvas extends HTMLElement {
     this.rename.cancel();
     this.scene.automaton = undefined; // another document may have one of the same number
     if (this.#fitted === this.#view())
-      this.#views.delete(this.#shown); // fitted anew: panels may have come or gone
+      this.#views.delete(this.#shown); // fitted again: panels may have come or gone
     else if (this.#shown)
       this.#views.set(this.#shown, {x: this.viewport.x, y: this.viewport.y, scale: this.viewport.scale});
     this.order.forget();

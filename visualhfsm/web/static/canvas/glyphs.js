@@ -23,7 +23,7 @@ export const BADGES = {
   resume: {path: "M-2.5-4V4M2.5-4V4M-2.5 0H2.5", word: "goes on where it was"},
   error: {path: "M0-4.5V.8M0 4.2V4.3", word: "error"},
   warning: {path: "M-2.6-2.2A2.6 2.4 0 1 1 1-.2Q0 .4 0 1.6M0 4.4V4.5", word: "warning"},
-  restart: {path: "M3.6-1.5A4 4 0 1 0 4 1M4-4.5V-1.2H.8", word: "begins anew each time"},
+  restart: {path: "M3.6-1.5A4 4 0 1 0 4 1M4-4.5V-1.2H.8", word: "restarts on entry"},
 };
 
 /** Seconds or milliseconds as a person would say them. */

@@ -12,7 +12,7 @@ export class Order {
     canvas.svg.addEventListener("focusin", (event) => this.#focused(event));
   }
 
-  /** Begin anew, as for another automaton. */
+  /** Forget what was current, as for another automaton. */
   forget() {
     this.#current = "";
   }

@@ -111,7 +111,7 @@ export class Pointer {
       this.#gesture = new Band(canvas, event);
     }
     this.#finger = event.pointerId;
-    // The group itself, or a double click would be told to the whole drawing.
+    // The group itself, or a double click would go to the whole drawing.
     if (this.#gesture) (group ?? canvas.svg).setPointerCapture(event.pointerId);
   }
 

@@ -17,7 +17,7 @@ export async function chooseFile({title, verb, suggestion, kind = "document"}) {
   const state = {directory: folder, parent: null, entries: [], error: "", name, chosen: 0};
   let draw = () => {};
 
-  /** List a directory, or the root when that is not possible; `error` is what is told besides. */
+  /** List a directory, or the root when that is not possible; `error` is shown besides. */
   const list = async (directory, error = "") => {
     try {
       Object.assign(state, await store.request("listFiles", {directory}), {error, chosen: 0});

@@ -41,7 +41,7 @@ const SIGNS = [
   ["A final one", {final: true}],
   ["With a sub-automaton", {children: [1]}],
   ["With two, side by side", {children: [1, 2]}],
-  ["Its automata begin anew", {children: [1], history: "restart"}],
+  ["Its automata restart on entry", {children: [1], history: "restart"}],
   ["With entry, code and exit", {entry: "-", code: "-", exit: "-"}],
 ];
 const TRIGGERS = [

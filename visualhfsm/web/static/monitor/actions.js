@@ -39,7 +39,7 @@ function force() {
   return undefined;
 }
 
-/** Write the component anew and go on in it. */
+/** Generate the component and reload it. */
 async function reload(context) {
   if (!(await context.app.generate({quiet: true}))) return;
   const report = await monitor.steer("reload");
@@ -66,7 +66,7 @@ export const monitorActions = [
   },
   {
     id: "detach",
-    label: "Follow no longer",
+    label: "Detach",
     icon: "unlink",
     keys: ["Alt+Shift+A"],
     scope: "typing",

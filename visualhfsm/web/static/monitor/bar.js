@@ -121,7 +121,7 @@ class MonitorBar extends MonitorElement {
 function statusOf() {
   const {since, newest, recording, looking} = monitor;
   if (recording) return {status: "recording", word: recording.complete ? "Recording" : "Recording, its beginning"};
-  if (!store.online) return {status: "stale", word: "The server is away"};
+  if (!store.online) return {status: "stale", word: "The server is offline"};
   if (monitor.isOver) return {status: "ended", word: spokenEnd(monitor.ended)};
   if (since)
     return {

@@ -57,7 +57,7 @@ export class Body {
   /**
    * Let the body stand level on one of its soles: that one is on the floor below which the other reaches least.
    *
-   * No encoder tells where the torso is: x is where the torso looks, and the origin lies between the feet, as when the
+   * No encoder knows where the torso is: x is where the torso looks, and the origin lies between the feet, as when the
    * robot was put there.
    */
   #stand() {

@@ -1,5 +1,5 @@
 /**
- * The breakpoints of the followed component, those that it had before it was started anew, and those of one that is not
+ * The breakpoints of the followed component, those that it had before it was restarted, and those of one that is not
  * there yet.
  */
 
@@ -50,7 +50,7 @@ export class Breakpoints {
       return;
     }
     planned.set(tab, all);
-    this.#tell();
+    this.#notify();
   }
 
   async #replace(breakpoints) {
@@ -59,10 +59,10 @@ export class Breakpoints {
     if (monitor.breakpoints !== this) return; // it follows another one meanwhile
     this.all = breakpoints;
     if (monitor.tab) planned.set(monitor.tab, breakpoints);
-    this.#tell();
+    this.#notify();
   }
 
-  #tell() {
+  #notify() {
     for (const kind of ["structure", "shown"]) this.#monitor.dispatchEvent(new Event(kind));
   }
 

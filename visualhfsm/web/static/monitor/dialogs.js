@@ -102,7 +102,7 @@ export async function askCondition(automaton, kind, {id, name}) {
     await monitor.breakpoints.set(tab, automaton, kind, id, chosen === "set" ? state.condition.trim() : undefined);
 }
 
-/** Tell what a reload could not keep. @param {string[]} notKept */
+/** Show what a reload could not keep. @param {string[]} notKept */
 export function showNotKept(notKept) {
   return showDialog({
     title: "Reloaded",

@@ -54,7 +54,7 @@ export function spokenSeconds(seconds) {
 /** Why nothing is known of the robot's joints. */
 export function whyUnknown() {
   const {trouble = ""} = monitor.newest?.robot ?? {};
-  return trouble ? `The robot's joints cannot be read: ${trouble}` : "No robot tells its joints in this realm.";
+  return trouble ? `The robot's joints cannot be read: ${trouble}` : "No robot reports its joints in this realm.";
 }
 
 /** A time of the wall's clock. @param {number} seconds since 1970 */

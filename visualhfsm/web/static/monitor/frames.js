@@ -1,6 +1,6 @@
 /** Pictures from the server, the newest each time that the last one was drawn. */
 
-const AGAIN = 1500; // ms until a lost connection is tried anew
+const AGAIN = 1500; // ms until a lost connection is tried again
 
 /**
  * Receive frames until `close` is called.
@@ -8,7 +8,7 @@ const AGAIN = 1500; // ms until a lost connection is tried anew
  * @param {string} path of the websocket
  * @param {{draw: (frame: ArrayBuffer, isFirst: boolean) => Promise<void> | void, lost: (reason: string) => void}}
  *   handlers the next frame is
- *   asked for when `draw` is done; it is told which one is the first of a connection
+ *   asked for when `draw` is done; its second argument says which one is the first of a connection
  * @returns {{close: () => void}}
  */
 export function receiveFrames(path, {draw, lost}) {

@@ -105,7 +105,7 @@ function stepOf(wanted) {
 let known;
 let theme;
 
-/** The colors of the style, read anew when that changes. */
+/** The colors of the style, read again when that changes. */
 function palette() {
   const now = document.documentElement.dataset.theme ?? "";
   if (known && theme === now) return known;

@@ -27,7 +27,7 @@ export const STATUS = ["Running", "Paused", "Halted"];
 /** `TransitionKind` of interfaces/hfsm.idl. */
 export const ON_TIME = 1;
 
-const FACTS_AGAIN = 2000; // ms after which what is missing is asked for anew
+const FACTS_AGAIN = 2000; // ms after which what is missing is asked for again
 
 /** What does not change of a robot: the limits of its joints, and its cameras. */
 class RobotFacts {
@@ -38,7 +38,7 @@ class RobotFacts {
 
   #asked = -Infinity;
 
-  /** @param {{limits: object[], cameras: string[]}} [facts] as the server tells them */
+  /** @param {{limits: object[], cameras: string[]}} [facts] as the server reports them */
   take(facts) {
     this.limits = new Map((facts?.limits ?? []).map((each) => [each.name, each]));
     this.cameras = facts?.cameras ?? [];
@@ -157,7 +157,7 @@ class Monitor extends EventTarget {
   #expected = ""; // a component that was just started here
   #tab = 0; // that it was started from
   #known = new Structure();
-  #attaching; // what is to be followed, and what was told of it before the answer: {component, structure}
+  #attaching; // what is to be followed, and what came of it before the answer: {component, structure}
   #run = 0; // how many times the component was started
   #lost; // what was followed when the server went away: {component, writable}
 
@@ -245,7 +245,7 @@ class Monitor extends EventTarget {
     this.#look();
   }
 
-  /** Follow a component; one that was not started here is only watched until it is told otherwise. */
+  /** Follow a component; one that was not started here is only watched until a person allows more. */
   async attach(component, {writable = false} = {}) {
     if (this.component === component && !this.recording) return true;
     await this.detach();
@@ -337,7 +337,7 @@ class Monitor extends EventTarget {
     return store.request("control", {component: this.component, action, arguments: args});
   }
 
-  /** The same for an action of a person, who is told when it is refused. @returns {Promise<any>} undefined then */
+  /** The same for an action of a person, who sees when it is refused. @returns {Promise<any>} undefined then */
   async steer(action, args = {}) {
     if (!this.steers) return undefined;
     try {
@@ -369,7 +369,7 @@ class Monitor extends EventTarget {
     if (value?.cameras?.length) this.robot.cameras = value.cameras;
     this.#known = new Structure(this.structure);
     this.#emit("structure", "shown");
-    // A component that is started anew knows of none.
+    // A component that is restarted knows of none.
     if (renewed && !this.breakpoints.all.length) this.breakpoints.restore(this.#known);
   }
 

@@ -1,14 +1,14 @@
 /** How the states changed, from the timeline that the server keeps and from what comes since. */
 
 const MOST = 20_000; // changes, and spans of all automata together, that are kept
-const MOST_AUTOMATA = 2_000; // that are told apart
+const MOST_AUTOMATA = 2_000; // that are distinguished
 
 /** @typedef {{time: number, automaton: number, origin: number, destination: number, transition: number}} Change */
 
 export class Past {
   /**
    * @param {{start: number, end: number, changes: [number, number, number, number, number][],
-   *   spans: [number, number, boolean, number, number][], numbers: string[]}} [timeline] as the server tells it
+   *   spans: [number, number, boolean, number, number][], numbers: string[]}} [timeline] as the server reports it
    */
   constructor(timeline) {
     /** Component times between which there are moments, s. */

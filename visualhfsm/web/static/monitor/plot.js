@@ -57,7 +57,7 @@ export class Plot {
     try {
       found = await monitor.control("series", {names, start, end, points: POINTS});
     } catch {
-      return undefined; // the component is gone; the next one begins anew
+      return undefined; // the component is gone; the next one begins a new plot
     }
     if (number !== this.#filling) return undefined;
     this.#past = monitor.past;
@@ -70,10 +70,10 @@ export class Plot {
     const time = monitor.newest?.component.time;
     if (time === undefined || !this.names.length) return;
     if (this.#past !== monitor.past) {
-      this.#past = monitor.past; // the component was started anew
+      this.#past = monitor.past; // the component was restarted
       this.#data = [[], ...this.names.map(() => [])];
     }
-    if (this.#data[0].at(-1) >= time) return; // the server told it already
+    if (this.#data[0].at(-1) >= time) return; // the server has sent it already
     this.#data[0].push(time);
     this.names.forEach((name, index) => this.#data[index + 1].push(numbers.get(name) ?? null));
     const old = this.#data[0].findIndex((each) => each >= time - this.span - 1);

@@ -51,7 +51,7 @@ class RobotView extends MonitorElement {
         this.problem = known ? undefined : whyUnknown();
         if (!document.hidden) await this.scene.drawn();
       },
-      lost: (reason) => (this.problem = reason || "The server is away."),
+      lost: (reason) => (this.problem = reason || "The server is offline."),
     });
   }
 }

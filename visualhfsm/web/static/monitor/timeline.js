@@ -166,7 +166,7 @@ class Timeline extends MonitorElement {
     cursor.classList.toggle("left", at > canvas.clientWidth - 70);
   }
 
-  /** @returns {{id: number, name: string, drawn: boolean}[]} `drawn` tells whether the open document has it */
+  /** @returns {{id: number, name: string, drawn: boolean}[]} `drawn` says whether the open document has it */
   #lanes() {
     const document = page.tab === monitor.tab ? page.document : undefined;
     const all = (monitor.structure?.automata ?? []).map(({id, name}) => ({

@@ -58,7 +58,7 @@ class MonitorToolbar extends MonitorElement {
       ${
         monitor.component
           ? html`<button type="button" role="menuitem" tabindex="-1" @click=${() => this.#do("detach")}>
-              ${icon("unlink")}<span>Follow ${monitor.component} no longer</span>
+              ${icon("unlink")}<span>Detach from ${monitor.component}</span>
             </button>`
           : nothing
       }

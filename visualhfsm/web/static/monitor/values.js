@@ -16,7 +16,7 @@ export function valueIn(text) {
   try {
     return JSON.parse(written);
   } catch {
-    // Then as Python would write it. Its texts are told apart from words first.
+    // Then as Python would write it. Its texts are distinguished from words first.
   }
   let json = "";
   for (const [part] of written.matchAll(/'(?:[^'\\]|\\.)*'|"(?:[^"\\]|\\.)*"|[A-Za-z_]\w*|[^'"A-Za-z_]+|['"]/g)) {

@@ -6,7 +6,7 @@ import {page} from "../page.js";
 import {monitor} from "./monitor.js";
 
 const PATIENCE = 220; // ms that the pointer rests before anything is shown
-const AGAIN = 400; // ms after which an explanation is asked for anew
+const AGAIN = 400; // ms after which an explanation is asked for again
 
 let element;
 let timer = 0;

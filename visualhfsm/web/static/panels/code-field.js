@@ -8,7 +8,7 @@ import {Draft, flushEdits} from "./draft.js";
 import {commandFor, keyOf} from "./places.js";
 
 /**
- * Ask for what stands in a shadow root of its own: the editor's styles reach nothing else, and need no exception from
+ * Ask for what stands in a separate shadow root: the editor's styles reach nothing else, and need no exception from
  * the page's policy.
  */
 class CodeField extends LitElement {

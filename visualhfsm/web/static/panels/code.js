@@ -1,4 +1,4 @@
-/** What the selected state or transition does: its code, and all that is told of it besides. */
+/** What the selected state or transition does: its code, and all else that is known of it. */
 
 import {html} from "lit";
 import {PageElement} from "../element.js";

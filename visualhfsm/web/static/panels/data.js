@@ -305,7 +305,7 @@ function verdict(document, index, showProblems) {
  *
  * @typedef {{name: string, label: string, kind?: string, options?: [string, string][], hint?: string, mono?: boolean,
  *   unit?: string,
- *   wide?: boolean}} Field `wide` takes a line of its own
+ *   wide?: boolean}} Field `wide` takes a whole line
  * @typedef {{list: string, title: string, noun: string, explain: string, fields: Field[]}} EntryList
  */
 

@@ -135,7 +135,7 @@ const shared = [
  *   string,
  *   wraps: boolean, python: boolean, readonly: boolean}} Content `cursor` is where it stands in the text at first
  * @typedef {{typed: (text: string) => void, undo: () => void, redo: () => void, save: () => void,
- *   problems: () => import("./assistance.js").Known}} Actions what the editor tells and asks
+ *   problems: () => import("./assistance.js").Known}} Actions what the editor reports and asks
  */
 
 /** One editor in an element; it shows one piece of code after the other. */
@@ -181,7 +181,7 @@ export class Editor {
     this.#view.dispatch({}); // attributes are looked at with each transaction
   }
 
-  /** Let the marks be made anew: the checks have said something. */
+  /** Make the marks again: the checks have said something. */
   recheck() {
     this.#view.dispatch({effects: recheck.of(null)});
   }
@@ -222,7 +222,7 @@ export class Editor {
       doc: text,
       selection: {anchor: Math.min(cursor, text.length)},
       extensions: [
-        // One list of what can be undone for the whole document: the editor keeps none of its own.
+        // One list of what can be undone for the whole document: the editor keeps none.
         Prec.highest(
           keymap.of([
             {key: "Mod-s", run: run(save), preventDefault: true},

@@ -28,7 +28,7 @@ class OutputLog extends EventTarget {
   }
 
   /**
-   * The last error that the component of a tab told, with its place in the code if it has one.
+   * The last error that the component of a tab reported, with its place in the code if it has one.
    *
    * @returns {Line | undefined}
    */

@@ -66,7 +66,7 @@ class Output extends PageElement {
     this.#append(outputLog.of(this.shownTab));
   }
 
-  /** Lines come by the hundreds a second: they are appended, never drawn anew. */
+  /** Lines come by the hundreds a second: they are appended, never drawn again. */
   #append(lines) {
     const list = this.#lines;
     if (!list) return;

@@ -82,7 +82,7 @@ export function commandFor(place, text) {
 
 /**
  * A place in words, from the whole to the part, such as `["robot", "patrol", "wander", "exit code"]`: the automata
- * down to the one that it is in, so that copies are told apart.
+ * down to the one that it is in, so that copies can be distinguished.
  *
  * @param {import("../store.js").OpenDocument} document
  * @param {Place} place

@@ -131,7 +131,7 @@ class Problems extends PageElement {
   }
 }
 
-/** What tells a problem from others, also when the checks have run again. */
+/** What distinguishes a problem from others, also when the checks have run again. */
 const keyOf = (problem) => `${problem.code} ${JSON.stringify(placeOf(problem))} ${problem.line} ${problem.message}`;
 
 customElements.define("hfsm-problems", Problems);

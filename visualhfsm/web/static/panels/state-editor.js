@@ -121,7 +121,7 @@ function history(place, state, readonly) {
     >When entered again
     <select ?disabled=${readonly} @change=${choose}>
       <option value="" ?selected=${state.history !== "restart"}>its automata go on</option>
-      <option value="restart" ?selected=${state.history === "restart"}>its automata begin anew</option>
+      <option value="restart" ?selected=${state.history === "restart"}>its automata restart</option>
     </select></label
   >`;
 }

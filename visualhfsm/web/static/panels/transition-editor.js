@@ -201,8 +201,8 @@ function priority({tab, automaton, transition, readonly}, place, fields) {
             <button
               type="button"
               class="action bare"
-              aria-label="Try earlier"
-              title="Try earlier"
+              aria-label="Evaluate earlier"
+              title="Evaluate earlier"
               ?disabled=${index <= 0 || readonly}
               @click=${() => move(-1)}
             >
@@ -211,8 +211,8 @@ function priority({tab, automaton, transition, readonly}, place, fields) {
             <button
               type="button"
               class="action bare down"
-              aria-label="Try later"
-              title="Try later"
+              aria-label="Evaluate later"
+              title="Evaluate later"
               ?disabled=${index >= order.length - 1 || readonly}
               @click=${() => move(1)}
             >

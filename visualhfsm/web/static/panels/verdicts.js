@@ -9,13 +9,13 @@ const BY_CODE = {
   E613: {kind: "invalid", words: "Not understood."},
 };
 
-/** Whether a problem tells what became of a property that is understood. */
+/** Whether a problem says what became of a property that is understood. */
 export const isVerdict = ({code}) => code === "E610" || code === "W611";
 
 /**
  * The verdict on the property at an index; undefined where there is none.
  *
- * The checker does not run on a document with other errors. What it proves it does not tell: a property that is not
+ * The checker does not run on a document with other errors. It does not report what it proves: a property that is not
  * among the problems of
  * the present revision holds.
  *
