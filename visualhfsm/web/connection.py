@@ -160,7 +160,7 @@ class _Connection:
             case p.TabEdit():
                 return await self._edit(request)
             case p.CodeHelp(tab=tab, wanted=wanted, place=place, code=code, line=line, column=column):
-                source = self._workspace.tab(tab).source
+                source = self._workspace.tab(tab).shown
                 return await self._workspace.services.code_help.ask(
                     wanted, source, place, code, line=line, column=column
                 )
@@ -213,7 +213,7 @@ class _Connection:
             case p.Export(tab=number):
                 tab = workspace.tab(number)
                 text = await tab.edit(DocumentSession.text)
-                return {"name": f"{tab.shown.name}.xml", "text": text}
+                return {"name": f"{tab.shown.title}.xml", "text": text}
             case p.Imported(tab=number):
                 shown = workspace.tab(number).shown
                 if (path := shown.path) is None:
@@ -222,7 +222,7 @@ class _Connection:
             case p.ListFiles(directory=directory):
                 return await documents.list_files(workspace, directory)
             case p.Locate(tab=number, text=text, automaton=automaton, state=state):
-                source = workspace.tab(number).source
+                source = workspace.tab(number).shown
                 return await workspace.services.running.locate(source, text, automaton, state)
 
     async def _run(self, request: _Running) -> object:
@@ -231,9 +231,9 @@ class _Connection:
         running, live = workspace.services.running, workspace.services.live
         match request:
             case p.Generate(tab=tab):
-                return await running.generate(workspace.tab(tab).source)
+                return await running.generate(workspace.tab(tab).shown)
             case p.Run(tab=tab, arguments=arguments):
-                return await running.run(workspace.tab(tab).source, arguments)
+                return await running.run(workspace.tab(tab).shown, arguments)
             case p.StopRun(tab=tab):
                 return await running.stop(tab)
             case p.Attach(component=component):
@@ -299,7 +299,7 @@ class _Connection:
             return await workspace.threads.do(lambda: _compared(parse_file(read_file(path)[0], path), after))
         before = await tab.edit(lambda session: session.saved_document)
         if before is None:
-            raise MissingError(f"{tab.shown.name} was never saved")
+            raise MissingError(f"{tab.shown.title} was never saved")
         return await workspace.threads.do(lambda: _compared(before, after))
 
 

@@ -83,7 +83,7 @@ async def close(workspace: Workspace, number: int, *, discard: bool) -> None:
     """Close a document, with unsaved changes only to `discard` them."""
     tab = workspace.tab(number)
     if tab.shown.is_unsaved and not discard:
-        raise UnsavedError(f"{tab.shown.name} has changes that are not saved")
+        raise UnsavedError(f"{tab.shown.title} has changes that are not saved")
     await tab.edit(DocumentSession.close, discard=discard)
     workspace.remove(tab)
     await workspace.services.running.forget(number)

@@ -8,10 +8,8 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
 from typing import Concatenate, Final, ParamSpec, TypeVar
 
-from codegen.hfsm.document import Document
 from visualhfsm.services import OutputLine, RunPush, Source, retrieve
 from visualhfsm.sessions.session import DocumentSession
 
@@ -46,17 +44,12 @@ class Threads:
         await asyncio.to_thread(self._pool.shutdown, cancel_futures=True)
 
 
-@dataclass(frozen=True, slots=True)
-class Shown:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Shown(Source):
     """A document at one moment, with all that the windows show of it; the names of steps latest first."""
 
-    revision: int
-    document: Document
     undo: tuple[str, ...]
     redo: tuple[str, ...]
-    dirty: bool
-    path: Path | None
-    name: str
     dialect: str
     is_unsaved: bool
     """Whether closing would lose something."""
@@ -90,12 +83,6 @@ class Tab:
         self._lock = asyncio.Lock()
         self.shown = self._show()
 
-    @property
-    def source(self) -> Source:
-        """The document for the services."""
-        shown = self.shown
-        return Source(self.id, shown.revision, shown.document, shown.path, shown.dirty, shown.name)
-
     async def edit(
         self, work: Callable[Concatenate[DocumentSession, P], R], *args: P.args, **kwargs: P.kwargs
     ) -> R:
@@ -119,13 +106,14 @@ class Tab:
     def _show(self) -> Shown:
         session = self._session
         return Shown(
+            self.id,
             session.revision,
             session.document,
-            tuple(session.undo_names[:_NAMES]),
-            tuple(session.redo_names[:_NAMES]),
-            session.dirty,
             session.path,
+            session.dirty,
             session.name,
-            session.dialect,
-            session.is_unsaved,
+            undo=tuple(session.undo_names[:_NAMES]),
+            redo=tuple(session.redo_names[:_NAMES]),
+            dialect=session.dialect,
+            is_unsaved=session.is_unsaved,
         )

@@ -127,7 +127,7 @@ class Window:
         # Made when it is sent: a window that is slow gets one patch over all that happened meanwhile.
         shown = tab.shown
         known = self._sent.get(tab.id)
-        version = self._sent[tab.id] = Version(shown.document, shown.name)
+        version = self._sent[tab.id] = Version(shown.document, shown.title)
         change = None if known is None else patch(known, version)
         return DocumentPush(
             tab=tab.id,

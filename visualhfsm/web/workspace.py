@@ -203,7 +203,7 @@ class Workspace:
 
     def unsaved(self) -> list[str]:
         """Return the names of the documents with unsaved changes."""
-        return [tab.shown.name for tab in self._tabs.values() if tab.shown.is_unsaved]
+        return [tab.shown.title for tab in self._tabs.values() if tab.shown.is_unsaved]
 
     def keep_copied(self, text: str, states: int) -> None:
         """Put a fragment with so many states into the clipboard."""
@@ -235,7 +235,7 @@ class Workspace:
                 try:
                     outside = await _compare_with_file(tab)
                 except Exception:
-                    _logger.exception("the file of %s cannot be watched", tab.shown.name)
+                    _logger.exception("the file of %s cannot be watched", tab.shown.title)
                     continue
                 if outside is not None and tab.id in self._tabs:
                     tab.outside = outside if outside.state in {"changed", "deleted"} else None
@@ -356,7 +356,7 @@ class Workspace:
         shown = tab.shown
         return TabState(
             tab=tab.id,
-            title=shown.name,
+            title=shown.title,
             path=self._name(shown.path),
             dirty=shown.dirty,
             dialect=shown.dialect,
@@ -444,9 +444,9 @@ class Checking:
         try:
             items = await self._threads.do(look)
         except EditError as error:
-            _logger.warning("%s was not checked: %s", shown.name, error)
+            _logger.warning("%s was not checked: %s", shown.title, error)
             return
         except Exception:  # a fault of one check, which must not be the last one
-            _logger.exception("%s cannot be checked", shown.name)
+            _logger.exception("%s cannot be checked", shown.title)
             return
         self._report(tab, Problems(tab=tab.id, revision=shown.revision, items=items))
