@@ -5,61 +5,22 @@
  *   enabled?: (context: Context) => boolean, checked?: () => boolean, scope?: "canvas" | "typing", hint?: string,
  *   help?: string}} Action
  *   Keys of scope `canvas` count only there, those of `typing` also while text is typed. `hint` says more than the
- *   label,
- *   `help` stands for both in the list of keys; `checked` says whether a switch is on.
+ *   label, `help` stands for both in the list of keys; `checked` says whether a switch is on.
  * @typedef {{app: import("./app.js").HfsmApp, canvas: import("./canvas/canvas.js").HfsmCanvas,
  *   point?: {x: number, y: number}}} Context `point` is where in the drawing a menu was opened
  */
 
-import {StateTool, TransitionTool} from "./canvas/pointer.js";
+import {canvasActions, drawnSelection} from "./canvas/actions.js";
 import * as commands from "./commands.js";
 import {monitorActions, monitoredSelection} from "./monitor/actions.js";
-import {outgoing} from "./outline.js";
 import {page} from "./page.js";
 import {runs} from "./runs.js";
 
 const hasDocument = () => Boolean(page.document);
-const drawable = () => Boolean(page.automaton) && !page.automaton.imported;
-const isRootless = () => hasDocument() && !page.automaton;
-const anySelected = () => page.states.size + page.transitions.size > 0;
-const anyStates = (count = 1) => page.states.size >= count;
-const oneState = () => Boolean(page.state);
-const oneTransition = () => Boolean(page.transition);
-/** Whether things of an automaton have the same number, in a document that is not sound. */
-const sharesNumbers = ({states, transitions}) =>
-  [states, transitions].some((all) => new Set(all.map(({id}) => id)).size < all.length);
-/** The automaton below the selected state if it has one alone, and without a selection the shown one. */
-const part = () =>
-  page.state
-    ? page.state.children.length === 1
-      ? page.document.automata.get(page.state.children[0])
-      : undefined
-    : anySelected()
-      ? undefined
-      : page.automaton;
-/** Whether an automaton is one that the document itself imports. */
-const isImport = (automaton) => Boolean(automaton && page.document.own.get(automaton.id)?.imported);
 const plural = (count, noun) => `${count} ${noun}${count === 1 ? "" : "s"}`;
 
 const files = () => import("./files.js");
 const dialogs = (name) => import(`./dialogs/${name}.js`);
-const layout = () => import("./canvas/layout.js");
-
-function editCode(part) {
-  if (page.state) page.edit({kind: "state", automaton: page.automaton.id, id: page.state.id, part: part ?? "code"});
-  else if (page.transition)
-    page.edit({kind: "transition", automaton: page.automaton.id, id: page.transition.id, part: part ?? "trigger"});
-}
-
-function enter({canvas}) {
-  if (page.state?.children.length) page.open(page.state.children[0]);
-  else if (page.state || page.transition) editCode();
-  else canvas.focusSelected();
-}
-
-const nudge = (dx, dy) => () => anySelected() && drawable() && commands.moveSelected(dx, dy);
-const align = (to) => () => commands.applyHere("alignStates", {states: [...page.states], to});
-const distribute = (along) => () => commands.applyHere("distributeStates", {states: [...page.states], along});
 
 /** @type {Action[]} */
 const LIST = [
@@ -71,30 +32,6 @@ const LIST = [
     enabled: () => page.path.length > 1,
     run: () => page.up(),
     hint: "to the automaton above",
-  },
-
-  {
-    id: "newState",
-    label: "State",
-    icon: "state",
-    keys: ["S"],
-    enabled: () => drawable() || isRootless(),
-    run: async ({canvas}) => {
-      if (isRootless()) await commands.apply("addRoot");
-      canvas.useTool(StateTool);
-    },
-    hint: "new",
-    help: "New state",
-  },
-  {
-    id: "newTransition",
-    label: "Transition",
-    icon: "transition",
-    keys: ["T"],
-    enabled: drawable,
-    run: ({canvas}) => canvas.useTool(TransitionTool),
-    hint: "new",
-    help: "New transition",
   },
 
   {id: "new", label: "New", icon: "file", keys: ["Alt+N"], scope: "typing", run: async () => (await files()).openNew()},
@@ -227,6 +164,8 @@ const LIST = [
     run: () => commands.askTab("stopRun"),
   },
 
+  ...canvasActions,
+
   ...monitorActions,
 
   {
@@ -244,317 +183,6 @@ const LIST = [
     keys: ["Ctrl+Shift+Z", "Ctrl+Y"],
     enabled: () => Boolean(page.document?.redo.length),
     run: () => commands.step("redo"),
-  },
-
-  {
-    id: "rename",
-    label: "Rename",
-    icon: "rename",
-    keys: ["F2"],
-    enabled: () => drawable() && (oneState() || oneTransition()),
-    run: ({canvas}) => canvas.beginRename(page.state ? "state" : "transition", (page.state ?? page.transition).id),
-  },
-  {
-    id: "edit",
-    label: "Edit code",
-    icon: "code",
-    keys: ["Enter"],
-    scope: "canvas",
-    enabled: () => oneState() || oneTransition(),
-    run: enter,
-    help: "Open the sub-automaton; of what has none, the code",
-  },
-  {
-    id: "editCode",
-    label: "Edit code",
-    icon: "code",
-    keys: ["Shift+Enter"],
-    scope: "canvas",
-    enabled: () => oneState() || oneTransition(),
-    run: () => editCode(),
-  },
-  {id: "editEntry", label: "Edit entry code", icon: "entry", enabled: oneState, run: () => editCode("entry")},
-  {id: "editExit", label: "Edit exit code", icon: "exit", enabled: oneState, run: () => editCode("exit")},
-  {
-    id: "openChild",
-    label: "Sub-automaton",
-    icon: "child",
-    keys: ["Ctrl+Enter"],
-    enabled: () => oneState() && (drawable() || page.state.children.length > 0),
-    run: () => commands.openChild(page.state),
-    hint: "opens it, or makes one",
-    help: "Open the sub-automaton, or make one",
-  },
-  {
-    id: "addChild",
-    label: "Add a parallel automaton",
-    icon: "parallel",
-    enabled: () => drawable() && oneState(),
-    run: () => commands.applyHere("addAutomaton", {state: page.state.id}),
-  },
-  {
-    id: "markInitial",
-    label: "Mark as initial",
-    icon: "initial",
-    keys: ["I"],
-    enabled: () => drawable() && oneState() && !page.state.initial,
-    run: () => commands.applyHere("markInitial", {state: page.state.id}),
-  },
-  {
-    id: "toggleFinal",
-    label: "Final state",
-    icon: "final",
-    keys: ["E"],
-    enabled: () => drawable() && oneState(),
-    run: () => commands.applyHere("markFinal", {state: page.state.id, final: !page.state.final}),
-    hint: "on or off",
-    checked: () => page.state.final,
-  },
-  {
-    id: "toggleHistory",
-    label: "Restart on entry",
-    icon: "history",
-    enabled: () => drawable() && oneState() && page.state.children.length > 0,
-    run: () =>
-      commands.applyHere("setHistory", {
-        state: page.state.id,
-        history: page.state.history === "restart" ? "" : "restart",
-      }),
-    hint: "on or off",
-    checked: () => page.state.history === "restart",
-  },
-  {
-    id: "loop",
-    label: "Transition to itself",
-    icon: "selfLoop",
-    enabled: () => drawable() && oneState(),
-    run: ({canvas}) => canvas.add("transition", "addTransition", {origin: page.state.id, destination: page.state.id}),
-  },
-  {
-    id: "group",
-    label: "Group",
-    icon: "group",
-    keys: ["Ctrl+G"],
-    enabled: () => drawable() && anyStates(),
-    run: ({canvas}) => canvas.add("state", "groupStates", {states: [...page.states]}),
-    hint: "into a sub-automaton of a new state",
-    help: "Group the selected states into a sub-automaton",
-  },
-  {
-    id: "extract",
-    label: "Move to a file",
-    icon: "exportFile",
-    enabled: () => Boolean(part()?.father) && !part().imported,
-    run: () => commands.extract(part()),
-    hint: "the sub-automaton, which is imported from there then",
-  },
-  {
-    id: "inline",
-    label: "Inline",
-    icon: "open",
-    enabled: () => isImport(part()),
-    run: () => commands.inline(part()),
-    hint: "what is imported becomes a part of this document",
-  },
-  {id: "copy", label: "Copy", icon: "copy", keys: ["Ctrl+C"], enabled: () => anyStates(), run: commands.copy},
-  {id: "cut", label: "Cut", icon: "cut", keys: ["Ctrl+X"], enabled: () => drawable() && anyStates(), run: commands.cut},
-  {
-    id: "paste",
-    label: "Paste",
-    icon: "paste",
-    keys: ["Ctrl+V"],
-    enabled: drawable,
-    run: ({point}) => commands.paste(point),
-  },
-  {
-    id: "duplicate",
-    label: "Duplicate",
-    icon: "duplicate",
-    keys: ["Ctrl+D"],
-    enabled: () => drawable() && anyStates(),
-    run: async () => (await commands.copy()) !== undefined && commands.paste(),
-  },
-  {
-    id: "delete",
-    label: "Delete",
-    icon: "delete",
-    keys: ["Delete"],
-    enabled: () => drawable() && anySelected(),
-    run: commands.deleteSelected,
-  },
-  {
-    id: "selectAll",
-    label: "Select all",
-    icon: "state",
-    keys: ["Ctrl+A"],
-    enabled: hasDocument,
-    run: () =>
-      page.select({
-        states: page.automaton.states.map((each) => each.id),
-        transitions: page.automaton.transitions.map((each) => each.id),
-      }),
-  },
-  {
-    id: "tryEarlier",
-    label: "Evaluate earlier",
-    icon: "up",
-    keys: ["Ctrl+ArrowUp"],
-    scope: "canvas",
-    enabled: () => drawable() && oneTransition(),
-    run: () => reorder(-1),
-    hint: "among the transitions of its state",
-  },
-  {
-    id: "tryLater",
-    label: "Evaluate later",
-    icon: "down",
-    keys: ["Ctrl+ArrowDown"],
-    scope: "canvas",
-    enabled: () => drawable() && oneTransition(),
-    run: () => reorder(1),
-    hint: "among the transitions of its state",
-  },
-  {
-    id: "resetHandle",
-    label: "Reset the arc",
-    icon: "transition",
-    keys: ["R"],
-    enabled: () => drawable() && page.transitions.size > 0,
-    run: () => commands.applyHere("resetHandles", {transitions: [...page.transitions]}),
-  },
-
-  {id: "moveLeft", label: "Move left", icon: "", keys: ["ArrowLeft"], scope: "canvas", run: nudge(-10, 0)},
-  {id: "moveRight", label: "Move right", icon: "", keys: ["ArrowRight"], scope: "canvas", run: nudge(10, 0)},
-  {id: "moveUp", label: "Move up", icon: "", keys: ["ArrowUp"], scope: "canvas", run: nudge(0, -10)},
-  {id: "moveDown", label: "Move down", icon: "", keys: ["ArrowDown"], scope: "canvas", run: nudge(0, 10)},
-  {
-    id: "goLeft",
-    label: "Select what is to the left",
-    icon: "",
-    keys: ["Alt+ArrowLeft"],
-    scope: "canvas",
-    run: ({canvas}) => canvas.order.goTo([-1, 0]),
-  },
-  {
-    id: "goRight",
-    label: "Select what is to the right",
-    icon: "",
-    keys: ["Alt+ArrowRight"],
-    scope: "canvas",
-    run: ({canvas}) => canvas.order.goTo([1, 0]),
-  },
-  {
-    id: "goUp",
-    label: "Select what is above",
-    icon: "",
-    keys: ["Alt+ArrowUp"],
-    scope: "canvas",
-    run: ({canvas}) => canvas.order.goTo([0, -1]),
-  },
-  {
-    id: "goDown",
-    label: "Select what is below",
-    icon: "",
-    keys: ["Alt+ArrowDown"],
-    scope: "canvas",
-    run: ({canvas}) => canvas.order.goTo([0, 1]),
-  },
-  {
-    id: "goNext",
-    label: "Select the next",
-    icon: "",
-    keys: ["."],
-    scope: "canvas",
-    run: ({canvas}) => canvas.order.goOn(1),
-  },
-  {
-    id: "goBack",
-    label: "Select the previous",
-    icon: "",
-    keys: [","],
-    scope: "canvas",
-    run: ({canvas}) => canvas.order.goOn(-1),
-  },
-
-  {
-    id: "fit",
-    label: "Fit",
-    icon: "fit",
-    keys: ["F"],
-    enabled: hasDocument,
-    run: ({canvas}) => canvas.fit(),
-    hint: "everything into the window",
-  },
-  {
-    id: "fitSelection",
-    label: "Fit the selection",
-    icon: "fit",
-    keys: ["Shift+F"],
-    enabled: hasDocument,
-    run: ({canvas}) => canvas.fitSelection(),
-  },
-  {
-    id: "zoomIn",
-    label: "Zoom in",
-    icon: "add",
-    keys: ["+", "="],
-    enabled: hasDocument,
-    run: ({canvas}) => canvas.viewport.zoom(1.25),
-  },
-  {
-    id: "zoomOut",
-    label: "Zoom out",
-    icon: "minus",
-    keys: ["-"],
-    enabled: hasDocument,
-    run: ({canvas}) => canvas.viewport.zoom(0.8),
-  },
-  {
-    id: "layout",
-    label: "Arrange",
-    icon: "layout",
-    keys: ["L"],
-    enabled: drawable,
-    run: async ({canvas}) => (await layout()).arrange([page.automaton], canvas),
-    hint: "this automaton",
-  },
-  {
-    id: "layoutAll",
-    label: "Arrange all automata",
-    icon: "layout",
-    keys: ["Shift+L"],
-    enabled: hasDocument,
-    run: async ({canvas}) => (await layout()).arrange([...page.document.automata.values()], canvas),
-  },
-  ...["Left", "Center", "Right", "Top", "Middle", "Bottom"].map((to) => ({
-    id: `align${to}`,
-    label: `Align ${to.toLowerCase()}`,
-    icon: `align${to}`,
-    enabled: () => drawable() && anyStates(2),
-    run: align(to.toLowerCase()),
-  })),
-  {
-    id: "distributeX",
-    label: "Distribute horizontally",
-    icon: "distributeX",
-    enabled: () => drawable() && anyStates(3),
-    run: distribute("x"),
-  },
-  {
-    id: "distributeY",
-    label: "Distribute vertically",
-    icon: "distributeY",
-    enabled: () => drawable() && anyStates(3),
-    run: distribute("y"),
-  },
-
-  {
-    id: "repairNumbers",
-    label: "Repair numbers",
-    icon: "properties",
-    enabled: () => hasDocument() && [...page.document.automata.values()].some(sharesNumbers),
-    run: () => commands.apply("repairNumbers"),
-    hint: "of states and transitions that share one",
   },
 
   {
@@ -666,48 +294,7 @@ export function selectionTitle() {
 
 /** The actions on what is selected, in groups; the first are the most usual. @returns {string[][]} */
 export function selectionActions() {
-  const drawing = drawingActions();
+  const drawing = drawnSelection();
   const [usual, ...more] = drawing;
   return usual ? [usual, ...monitoredSelection(), ...more] : drawing;
-}
-
-/** What moves a sub-automaton to a file and back, if one of both makes sense. */
-const filing = () => ["extract", "inline"].filter((id) => actions.get(id).enabled());
-
-function drawingActions() {
-  if (page.state)
-    return [
-      ["openChild", "editCode", "rename", "markInitial", "delete"],
-      ["editEntry", "editExit", "toggleFinal", "addChild", "toggleHistory", "loop"],
-      ["copy", "cut", "duplicate", "group", ...filing()],
-    ];
-  if (page.transition)
-    return [
-      ["editCode", "rename", "delete"],
-      ["tryEarlier", "tryLater", "resetHandle"],
-    ];
-  if (page.states.size > 1)
-    return [
-      ["copy", "cut", "group", "delete"],
-      [
-        "alignLeft",
-        "alignCenter",
-        "alignRight",
-        "alignTop",
-        "alignMiddle",
-        "alignBottom",
-        "distributeX",
-        "distributeY",
-        "duplicate",
-      ],
-    ];
-  if (anySelected()) return [["delete"], ["resetHandle"]];
-  return [];
-}
-
-async function reorder(step) {
-  const chosen = page.transition;
-  const order = outgoing(page.automaton.transitions.filter(({origin}) => origin === chosen.origin));
-  const index = order.indexOf(chosen) + step;
-  if (index >= 0 && index < order.length) await commands.applyHere("reorderTransition", {transition: chosen.id, index});
 }
