@@ -15,6 +15,7 @@ import pytest
 
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import parse_document
+from codegen.hfsm.document import Text
 from tests.support.documents import document, state, sub, transition
 from tests.support.limits import LIMIT
 from visualhfsm.code_help.service import CodeHelper
@@ -168,6 +169,45 @@ def test_every_kind_of_piece_sees_what_it_may_use(typing: Type) -> None:
             FUNCTIONS, "def other(self):\n    self.fi|\n\ndef find(self): pass"
         )
         assert "upper" in await person.labels(WALK, "    if True:\n        name.up|")
+
+    typing(go)
+
+
+def test_only_what_is_of_use_is_offered(typing: Type) -> None:
+    async def go(person: Typing) -> None:
+        labels = await person.labels(WALK, "|")
+        assert set(labels[:2]) == {"name", "steps"}
+        assert "self" in labels
+        # What only the generator uses, what it imports, and attributes of the component.
+        internal = {"Automaton", "Component", "PoseHeadPrx", "Walk", "automaton", "main", "clock", "log"}
+        assert not internal & set(labels)
+        assert "automaton" not in await person.labels(WALK, "self.au|")
+        assert "State" not in await person.labels(GUARD, "Sta|")
+        assert "begin" in await person.labels(WALK, "self.Head.setPose.be|")
+        assert "upper" in await person.labels(WALK, "if steps:\n    name = None\nname.up|")
+
+    typing(go)
+
+
+def test_code_beside_that_is_no_python_hides_nothing(typing: Type) -> None:
+    async def go(person: Typing) -> None:
+        automaton = person.source.document.automata[0]
+        states = (replace(automaton.states[0], code=Text("goal = (")), *automaton.states[1:])
+        functions = Text("def find(self, color):\n    return = 1\n\ndef lose(self):\n    pass\n")
+        broken = replace(
+            automaton, states=states, functions=functions, variables=Text("steps = 0\nname = = 1")
+        )
+        document = replace(person.source.document, automata=(broken, *person.source.document.automata[1:]))
+        person.source = replace(person.source, document=document, revision=2)
+        assert {"Head", "find", "lose", "speed"} <= set(await person.labels(GUARD, "self.|"))
+        assert (await person.labels(GUARD, "step|"))[0] == "steps"
+
+    typing(go)
+
+
+def test_an_ellipsis_in_an_annotation_is_no_hindrance(typing: Type) -> None:
+    async def go(person: Typing) -> None:
+        assert "index" in await person.labels(WALK, "def f() -> tuple[int, ...]: ...\nf().in|")
 
     typing(go)
 

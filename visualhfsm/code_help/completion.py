@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import contextlib
-import re
+import pickle
 import sys
 import time
+from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
@@ -14,8 +15,7 @@ import jedi
 import msgspec
 from jedi.api.environment import InterpreterEnvironment
 
-from .module import Synthetic
-from .proxies import STREAM
+from .component import TypedComponent
 
 __all__ = ["Completion", "Completions", "Explanation", "Signature", "complete", "explain", "signature"]
 
@@ -26,8 +26,8 @@ _DOCUMENTATION_TIME: Final = 0.3
 _LONGEST: Final = 2000
 _LONGEST_DETAIL: Final = 200
 _CALLABLE: Final = frozenset({"class", "function"})
-_STREAMED: Final = re.compile(rf"\bclass _(\w+){STREAM}\(")
-_MADE_UP: Final = re.compile(r"\b_+Proxy\d+_\w*\.")
+_STUBS: Final = Path(__file__).parent / "stubs"
+"""What jedi reads in place of modules that it does not understand."""
 _OWN, _OUR, _INTERNAL = 2, 1, -1
 _COMPONENT: Final = frozenset({"clock", "log", "mark", "send", "sleep"})
 _CASTS: Final = frozenset({"checkedCast", "uncheckedCast"})
@@ -82,97 +82,89 @@ class Explanation(msgspec.Struct, frozen=True, rename="camel"):
     documentation: str
 
 
-def complete(module: Synthetic, path: Path, line: int, column: int) -> Completions:
+def complete(module: TypedComponent, path: Path, line: int, column: int) -> Completions:
     """Return what could follow, best first."""
     number, at = module.position(line, column)
-    found = _script(module.source, path).complete(number, at)
+    found = _ask(module, path, lambda script: script.complete(number, at))
     typed = found[0].get_completion_prefix_length() if found else 0
     text = module.source.split("\n")[number - 1][:at]
     before = text[: len(text) - typed]
-    boosts = _Boosts(module.own_names, before)
     private = text[len(before) :].startswith("_")
-    streams = frozenset(_STREAMED.findall(module.source))
     until = time.monotonic() + _DOCUMENTATION_TIME
     ranked = sorted(
-        (each for each in found if private or not each.name.startswith("_")),
-        key=lambda each: -boosts.of(each.name),
+        (
+            (boost, each)
+            for each in found
+            if (private or not each.name.startswith("_"))
+            and (boost := _boost(each, module, before)) is not None
+        ),
+        key=lambda each: -each[0],
     )
     options = [
-        _option(
-            each,
-            boost := boosts.of(each.name),
-            streams,
-            documented=boost >= 0 and rank < _DOCUMENTED and time.monotonic() < until,
-        )
-        for rank, each in enumerate(ranked[:_MOST])
+        _option(each, boost, documented=boost >= 0 and rank < _DOCUMENTED and time.monotonic() < until)
+        for rank, (boost, each) in enumerate(ranked[:_MOST])
     ]
     return Completions(typed, options)
 
 
-def signature(module: Synthetic, path: Path, line: int, column: int) -> Signature | None:
+def signature(module: TypedComponent, path: Path, line: int, column: int) -> Signature | None:
     """Return the call around the cursor; None outside of calls."""
-    found = _script(module.source, path).get_signatures(*module.position(line, column))
+
+    def calls(script: Any) -> list[Any]:  # noqa: ANN401 - jedi's
+        found = script.get_signatures(*module.position(line, column))[:1]
+        return [
+            (call, *script.help(call.bracket_start[0], max(0, call.bracket_start[1] - 1))) for call in found
+        ]
+
+    found = _ask(module, path, calls)
     if not found:
         return None
-    call = found[0]
+    call, called = found[0][0], found[0][-1]  # what is called is the call itself where it has no name
     text = call.to_string()
     return Signature(
-        name=call.name.removesuffix(STREAM).removeprefix("_") if call.name.endswith(STREAM) else call.name,
-        parameters=[_shown(each.to_string()) for each in call.params if each.name != "self"],
+        name=called.name,
+        parameters=[each.to_string() for each in call.params if each.name != "self"],
         active=-1 if call.index is None else call.index,
-        result=_shown(text.rpartition(" -> ")[2]) if " -> " in text else "",
-        documentation=_documentation(call),
+        result=text.rpartition(" -> ")[2] if " -> " in text else "",
+        documentation=_documentation(called),
     )
 
 
-def explain(module: Synthetic, path: Path, line: int, column: int) -> Explanation | None:
+def explain(module: TypedComponent, path: Path, line: int, column: int) -> Explanation | None:
     """Return what the name at a position stands for; None when there is nothing to say."""
-    streams = frozenset(_STREAMED.findall(module.source))
-    for found in _script(module.source, path).help(*module.position(line, column)):
-        # As in completion, nothing else is inferred.
-        stream = _stream_of(found) if found.type == "statement" and found.name in streams else None
-        detail = _detail(found) if stream or found.type in _CALLABLE else ""
-        documentation = "" if found.type == "keyword" else _documentation(stream or found)
+    for found in _ask(module, path, lambda script: script.help(*module.position(line, column))):
+        detail = _detail(found) if found.type in _CALLABLE else ""  # as in completion
+        documentation = "" if found.type == "keyword" else _documentation(found)
         if detail or documentation:
             return Explanation(found.name, detail, documentation)
     return None
 
 
-class _Boosts:
-    """What stands first: what the document itself gives, then what each component has."""
+def _boost(found: Any, module: TypedComponent, before: str) -> int | None:  # noqa: ANN401 - jedi's
+    """Return how far up a name is to stand after a text, None for one that is of no use there.
 
-    def __init__(self, own: frozenset[str], before: str) -> None:
-        self._own = own if before.endswith("self.") or not before.endswith(".") else frozenset()
-        self._our = _COMPONENT if before.endswith("self.") else frozenset()
-
-    def of(self, name: str) -> int:
-        """Return how far up a name is to stand."""
-        if name in self._own:
+    First stands what the document itself gives, then what every component has.
+    """
+    of_self = before.endswith("self.")
+    if of_self or not before.endswith("."):
+        if found.name in module.own_names:
             return _OWN
-        if name in self._our:
-            return _OUR
-        behind = name in _CASTS or name.startswith("ice_")
-        return _INTERNAL if behind else 0
+        if found.name in module.internal_names:
+            return None
+        if not before.strip() and found.type == "statement" and found.parent().type == "class":
+            return None  # what the class of the component could override
+    if of_self and found.name in _COMPONENT:
+        return _OUR
+    return _INTERNAL if found.name in _CASTS or found.name.startswith("ice_") else 0
 
 
-def _option(found: Any, boost: int, streams: frozenset[str], *, documented: bool) -> Completion:  # noqa: ANN401 - jedi's
-    kind, detail, info = _KINDS.get(found.type, ""), "", ""
+def _option(found: Any, boost: int, *, documented: bool) -> Completion:  # noqa: ANN401 - jedi's
+    detail, info = "", ""
     if documented:
         # Nothing else is inferred: what stands behind a variable may be all of numpy.
-        stream = _stream_of(found) if found.type == "statement" and found.name in streams else None
-        kind = "function" if stream else kind
-        detail = _detail(found) if stream or found.type in _CALLABLE else ""
-        info = _documentation(stream or found)
-    return Completion(label=found.name, type=kind, detail=detail, info=info, boost=boost)
-
-
-def _stream_of(found: Any) -> Any:  # noqa: ANN401
-    """Return what stands for a streamed operation, None for anything else."""
-    with contextlib.suppress(Exception):  # jedi stumbles over odd code in many ways
-        for each in found.infer():
-            if each.name == f"_{found.name}{STREAM}":
-                return each
-    return None
+        detail = _detail(found) if found.type in _CALLABLE else ""
+        info = _documentation(found)
+    return Completion(found.name, _KINDS.get(found.type, ""), detail, info, boost)
 
 
 def _detail(found: Any) -> str:  # noqa: ANN401
@@ -180,7 +172,7 @@ def _detail(found: Any) -> str:  # noqa: ANN401
     with contextlib.suppress(Exception):
         signatures = found.get_signatures()
         if signatures:
-            shown = _shown(str(signatures[0].to_string()))
+            shown = str(signatures[0].to_string())
             return shown[shown.find("(") :][:_LONGEST_DETAIL]
     return ""
 
@@ -191,21 +183,25 @@ def _documentation(found: Any) -> str:  # noqa: ANN401
     return ""
 
 
-def _shown(text: str) -> str:
-    """Return a text of code without the names that only the module around the piece has."""
-    return _MADE_UP.sub("", text)
-
-
-def _script(source: str, path: Path) -> Any:  # noqa: ANN401
+def _ask(module: TypedComponent, path: Path, question: Callable[[Any], list[Any]]) -> list[Any]:
+    """Return what jedi answers, and nothing where it stumbles."""
     script = jedi.Script(
-        source,
+        module.source,
         path=path.with_name("_being_typed.py"),
         project=_project(path.parent),
         environment=_environment(),
     )
     # Which branch of an `if` runs depends on more than jedi sees, and it would infer all conditions for that.
-    script._inference_state.flow_analysis_enabled = False
-    return script
+    # Without it jedi stumbles over an ellipsis in an annotation, with it over other odd code.
+    for flow_analysis in (False, True):
+        script._inference_state.flow_analysis_enabled = flow_analysis
+        try:
+            return question(script)
+        except (EOFError, pickle.UnpicklingError):
+            raise  # a file that it keeps is broken
+        except Exception:  # noqa: BLE001, S112 - it raises anything
+            continue
+    return []
 
 
 @lru_cache(maxsize=8)
@@ -213,7 +209,7 @@ def _project(directory: Path) -> Any:  # noqa: ANN401
     # Compiled modules of the document's directory would be run to be looked into.
     return jedi.Project(
         directory,
-        sys_path=[*sys.path, str(directory)],
+        sys_path=[str(_STUBS), *sys.path, str(directory)],
         smart_sys_path=False,
         load_unsafe_extensions=False,
     )

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import ast
 import time
+from collections.abc import Iterator
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final, Literal
@@ -12,15 +14,14 @@ import msgspec
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import parse_document, resolve
 from codegen.hfsm.document import Document
-from codegen.hfsm.known_interfaces import KnownInterfaces, find_interfaces
+from codegen.hfsm.known_interfaces import KnownInterface, KnownInterfaces, find_interfaces
 from visualhfsm.child import answer_lines
 from visualhfsm.editing.places import Place
 from visualhfsm.editing.problems import Problem, find_problems
 
 from .completion import complete, explain, signature
-from .module import Synthetic, synthesize
+from .component import Surroundings, generate_around
 from .parsed_files import keep_parsed_files, with_readable_files
-from .proxies import describe_operations
 
 __all__ = ["Question", "Wanted"]
 
@@ -78,7 +79,8 @@ def _answer(question: Question) -> Any:  # noqa: ANN401 - one of several
     path = Path(question.path)
     if question.wanted == "lint":
         return lint(question.document, path, question.place)
-    module = _module(question, path)
+    period = int(time.monotonic() / _INTERFACES_AGE)
+    module = _around(question.document, question.place, path, period).with_code(question.code)
     find = _FINDERS[question.wanted]
     return with_readable_files(lambda: find(module, path, question.line, question.column))
 
@@ -91,24 +93,42 @@ def lint(document: str, path: Path, place: Place) -> list[Problem]:
 
 def describe_interfaces() -> list[InterfaceDescription]:
     """Return the interfaces that are known, by name."""
-    known = [each for several in _interfaces().by_name.values() for each in several]
+    interfaces = find_interfaces()
+    known = [each for several in interfaces.by_name.values() for each in several]
     return [
         InterfaceDescription(
             each.scoped_name.rsplit("::", 1)[-1],
             each.scoped_name,
-            [
-                OperationDescription(o.name, o.signature, o.result, o.documentation, o.is_streamed)
-                for o in describe_operations(each)
+            list({found.name: found for found in reversed(list(_operations(each, interfaces)))}.values())[
+                ::-1
             ],
         )
         for each in sorted(known, key=lambda each: each.scoped_name)
     ]
 
 
-def _module(question: Question, path: Path) -> Synthetic:
-    assert question.place is not None
-    document = _document(question.document, path)
-    return synthesize(document, question.place, question.code, path, _interfaces())
+def _operations(known: KnownInterface, interfaces: KnownInterfaces) -> Iterator[OperationDescription]:
+    """Yield the operations that a proxy class declares, then those of the classes that it extends."""
+    for node in _tree(known.file).body:
+        if not isinstance(node, ast.ClassDef) or node.name != known.proxy:
+            continue
+        for method in node.body:
+            if isinstance(method, ast.FunctionDef):
+                yield OperationDescription(
+                    method.name,
+                    f"({ast.unparse(method.args)})",
+                    ast.unparse(method.returns) if method.returns else "None",
+                    ast.get_docstring(method) or "",
+                    any(".stream(" in ast.unparse(each) for each in method.decorator_list),
+                )
+        for base in node.bases:
+            for extended in interfaces.find(ast.unparse(base).removesuffix("Prx"))[:1]:
+                yield from _operations(extended, interfaces)
+
+
+@lru_cache(maxsize=64)
+def _tree(file: Path) -> ast.Module:
+    return ast.parse(file.read_bytes())
 
 
 @lru_cache(maxsize=4)
@@ -118,13 +138,10 @@ def _document(text: str, path: Path) -> Document:
     return Document() if document is None else resolve(document, path, Diagnostics())
 
 
-def _interfaces() -> KnownInterfaces:
-    return _interfaces_at(int(time.monotonic() / _INTERFACES_AGE))
-
-
-@lru_cache(maxsize=1)
-def _interfaces_at(_period: int) -> KnownInterfaces:
-    return find_interfaces()
+@lru_cache(maxsize=16)
+def _around(text: str, place: Place, path: Path, _period: int) -> Surroundings:
+    """Return what is around a piece of code; it is the same while the piece is typed."""
+    return generate_around(_document(text, path), place, path, find_interfaces())
 
 
 if __name__ == "__main__":

@@ -1,0 +1,208 @@
+"""Generate the component around a piece of code that is being typed, for tools that read Python.
+
+The generator gets placeholders for all code, which may be unfinished; then the texts take their places. Of an
+automaton only the piece is generated, after the variables and the other code that may assign some.
+"""
+
+from __future__ import annotations
+
+import keyword
+import re
+import textwrap
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Final
+
+import parso
+
+from codegen.diagnostics import Diagnostics
+from codegen.hfsm import component_path
+from codegen.hfsm.analysis import analyze
+from codegen.hfsm.code.text import INDENT, parse_piece
+from codegen.hfsm.document import NO_CHILD, Automaton, Document, Parameter, State, Text, Transition
+from codegen.hfsm.extension import find_extension
+from codegen.hfsm.generator import generate
+from codegen.hfsm.known_interfaces import KnownInterfaces
+from codegen.hfsm.source_map import SOURCE_MAP
+from visualhfsm.editing.places import Place, spots
+
+__all__ = ["Surroundings", "TypedComponent", "generate_around"]
+
+_TYPED, _SHARED, _FUNCTIONS = "_hfsm_typed", "_hfsm_shared", "_hfsm_functions"
+_SHARING: Final = frozenset({"entry", "code", "exit", "fired"})
+_DEFAULTS: Final = {"int": "0", "float": "0.0", "bool": "False", "str": '""', "object": "None"}
+_READ_EASILY: Final = (
+    (re.compile(r'^(\w+) = load_extension\(.*"(\w+)", "\w+"\)$', re.MULTILINE), r"from \2 import \1"),
+    (re.compile(r"^(    \w+) = Proxy\(.*, (\w+)\)$", re.MULTILINE), r"\1: \2"),
+)
+"""What the generator writes, and how jedi understands it, or does in half the time."""
+_WRITTEN: Final = re.compile(
+    r"^ *(?:(?:def|class) (\w+)|(\w+) = State\(|from [\w.]+ import (.+))", re.MULTILINE
+)
+"""What binds names in a line of the generator."""
+_LAST_WORD: Final = re.compile(r"\w+(?= *(?:,|$))")
+_DEFINED: Final = re.compile(r"^\s*def\s+(\w+)", re.MULTILINE)
+
+
+@dataclass(frozen=True, slots=True)
+class TypedComponent:
+    """A component with a piece of code, whose line 1 is line `before` + 1, and which moved right by `shift`.
+
+    `own_names` are those that the document itself gives: proxies, parameters, functions, variables;
+    `internal_names` those that only the generator uses.
+    """
+
+    source: str
+    before: int
+    shift: int
+    own_names: frozenset[str]
+    internal_names: frozenset[str]
+
+    def position(self, line: int, column: int) -> tuple[int, int]:
+        """Return the line and column in the source of those in the piece (line from 1, column from 0)."""
+        lines = self.source.split("\n")
+        number = min(max(1, self.before + line), len(lines))
+        return number, min(max(0, column + self.shift), len(lines[number - 1]))
+
+
+@dataclass(frozen=True, slots=True)
+class Surroundings:
+    """What stands before and after a piece of code in its component; the names are as in `TypedComponent`."""
+
+    before: str
+    indent: str
+    after: str
+    own_names: frozenset[str] = frozenset()
+    internal_names: frozenset[str] = frozenset()
+
+    def with_code(self, code: str) -> TypedComponent:
+        """Return the component with a text as the piece."""
+        lines = code.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+        margin = min((len(line) - len(line.lstrip()) for line in lines if line.strip()), default=0)
+        source = self.before + "\n".join(self.indent + line[margin:] for line in lines) + self.after
+        before, shift = self.before.count("\n"), len(self.indent) - margin
+        return TypedComponent(source, before, shift, self.own_names | _assigned(code), self.internal_names)
+
+
+def generate_around(
+    document: Document, place: Place, path: Path, interfaces: KnownInterfaces
+) -> Surroundings:
+    """Return what stands around the piece of code at a place of a document, which lies at `path`.
+
+    What the document imports has been resolved.
+    """
+    automaton = document.automaton(place.automaton) or Automaton(id=place.automaton)
+    functions = [each.text.text for each in document.functions]
+    shared = [automaton.variables.text]
+    for each, text, _, _ in spots(document):
+        if text and each.part == "functions" and each != place:
+            functions.append(text)
+        elif (
+            text
+            and each.part in _SHARING
+            and each.automaton == place.automaton
+            and each != place
+            and parse_piece(text)
+        ):
+            shared.append(text)
+    if place.kind == "automaton":  # that code runs before all other, or is no automaton's
+        shared = []
+    reduced = replace(
+        document,
+        language=Text(),
+        automata=(_with_placeholders(automaton, place),),
+        functions=(),
+        interfaces=tuple(
+            each for each in document.interfaces if _is_name(each.name) and interfaces.find(each.type)
+        ),
+        parameters=tuple(_usable(document.parameters)),
+    )
+    analysis = analyze(reduced, path)
+    extension = find_extension(path, component_path(path, None), Diagnostics())
+    text, _, _ = generate(analysis, interfaces, extension).text.partition(f"\n{SOURCE_MAP} = (")
+    for written, read in _READ_EASILY:
+        text = written.sub(read, text)
+    internal = {name for names in _WRITTEN.findall(text) for name in _LAST_WORD.findall(",".join(names))}
+    own = {each.name for each in reduced.interfaces}
+    own.update(each.name for each in (*reduced.parameters, *reduced.automata[0].inputs))
+    own.update(*map(_assigned, shared), *map(_DEFINED.findall, functions))
+    text = _around(text, _FUNCTIONS).with_code(_joined(functions)).source
+    text = _around(text, _SHARED).with_code(_joined(shared)).source
+    hidden = internal - own - analysis.libraries.keys()
+    return replace(_around(text, _TYPED), own_names=frozenset(own), internal_names=frozenset(hidden))
+
+
+def _with_placeholders(automaton: Automaton, place: Place) -> Automaton:
+    """Return the automaton of a piece with placeholders for that, for its functions and for other code.
+
+    Other code stands before the piece, in the same function if that assigns something: jedi does not know
+    `nonlocal`.
+    """
+    function = "def {}(self): pass"
+    functions, variables, code, guard = function.format(_FUNCTIONS), _SHARED, "", ""
+    if place.part == "functions":
+        functions = f"{functions}\n{function.format(_TYPED)}"
+    elif place.part == "variables":
+        variables = f"{_SHARED}\n{_TYPED}"
+    elif place.part in ("trigger", "guard", "argument"):
+        guard = _TYPED
+    else:
+        variables, code = "", f"{_SHARED}\n{_TYPED}"
+    has_event = place.kind == "transition" and any(
+        each.id == place.id and each.type == "event" for each in automaton.transitions
+    )
+    kind = "event" if has_event else "finished"
+    transition = Transition(
+        id=1, origin=1, destination=1, type=kind, trigger=Text(kind), guard=Text(guard), code=Text(code)
+    )
+    return replace(
+        automaton,
+        father=NO_CHILD,
+        states=(State(id=1, name=""),),
+        transitions=(transition,),
+        inputs=tuple(_usable(automaton.inputs)),
+        variables=Text(variables),
+        functions=Text(functions),
+    )
+
+
+def _usable(parameters: Iterable[Parameter]) -> Iterator[Parameter]:
+    """Yield parameters or inputs with a type and a default that can be generated."""
+    for each in parameters:
+        if _is_name(each.name):
+            kind = each.type.text.strip()
+            kind = kind if kind in _DEFAULTS else "object"
+            yield replace(each, type=Text(kind), default=Text(_DEFAULTS[kind]))
+
+
+def _around(source: str, placeholder: str) -> Surroundings:
+    """Return what stands around the line with a placeholder; an expression gets lines of its own."""
+    at = source.index(placeholder)
+    start, end = source.rfind("\n", 0, at) + 1, source.find("\n", at)
+    line = source[start:end]
+    indent = line[: len(line) - len(line.lstrip())]
+    if line.lstrip().startswith("return "):
+        before, after = f"{source[:start]}{indent}return (\n", f"\n{indent}){source[end:]}"
+        return Surroundings(before, indent + INDENT, after)
+    return Surroundings(
+        source[:start], indent, f"\n{indent}pass{source[end:]}"
+    )  # keeps a blank line in place
+
+
+def _joined(texts: Iterable[str]) -> str:
+    return "\n".join(textwrap.dedent(text.replace("\r\n", "\n")) for text in texts)
+
+
+def _assigned(code: str) -> set[str]:
+    """Return the names that a piece of code assigns or defines; it may be unfinished."""
+    used = parso.parse(textwrap.dedent(code)).get_used_names()
+    return {
+        name
+        for name, places in used.items()
+        if any(place.is_definition() and place.parent.type != "trailer" for place in places)
+    }
+
+
+def _is_name(text: str) -> bool:
+    return text.isidentifier() and not keyword.iskeyword(text)
