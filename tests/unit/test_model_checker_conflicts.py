@@ -34,7 +34,7 @@ def commanded(code: str, functions: str = "", variables: str = "") -> set[tuple[
     doc = document(root, interfaces=(HEAD, LEFT, RIGHT))
     commands = Commands(analyze(doc, PATH), OPERATIONS)
     found = commands.of(doc.automata[0].states[0].code)
-    return {(command.identity, command.operation) for command in found}
+    return {(command.identity, command.operation) for command in found.certain}
 
 
 MOVE = """

@@ -10,13 +10,12 @@ from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from functools import lru_cache
 from typing import Final, NamedTuple
 
 from ...diagnostics import Diagnostics, Location, Note
-from ..analysis import Analysis, AutomatonCode
+from ..analysis import Analysis, AutomatonCode, Piece
 from ..code.text import all_nodes
 from ..codes import Code
 from ..document import NO_CHILD, Text
@@ -26,7 +25,6 @@ __all__ = ["Command", "Commands", "Operations", "is_command", "read_operations"]
 
 _COMMANDS: Final = re.compile(r"(set|send|play|stop|start|move|turn|walk|go|do|reset|say|command)(?![a-z])")
 _READS: Final = re.compile(r"(get|is|has|read|list|find|ice)(?![a-z])")
-_DEEPEST: Final = 40
 _HARMLESS: Final = frozenset(
     {"bool", "getattr", "hasattr", "id", "isinstance", "print", "repr", "str", "type"}
 )
@@ -91,20 +89,25 @@ _SELF: Final = _Value("self")
 _OTHER: Final = _Value("other")
 _MOST_TEXTS: Final = 20
 """Texts that a name may stand for; with more of them nothing is known."""
+_MOST_CALLS: Final = 1000
+"""Calls of functions with other values that are followed; of more of them nothing is known."""
 _Values = frozenset[_Value]
 _NOTHING: Final[_Values] = frozenset()
 _Names = dict[str, _Values]
+_Argument = tuple[int | str | None, ast.expr, _Values]
+"""The place or the name of an argument, None where nobody knows, and what it may be."""
 
 
 @dataclass
-class _Found:
+class Found:
     """What code commands for certain, what it may command, and the nodes that are not followed."""
 
     certain: set[Command] = field(default_factory=set)
     possible: set[Command] = field(default_factory=set)
     unclear: list[ast.AST] = field(default_factory=list)
 
-    def add(self, other: _Found, call: ast.AST) -> None:
+    def add(self, other: Found, call: ast.AST) -> None:
+        """Add what a function commands that is called here."""
         self.certain |= other.certain
         self.possible |= other.possible
         self.unclear += [call] if other.unclear else []
@@ -123,13 +126,13 @@ class Commands:
         }
         for alias, name in document.proxy_aliases.items():
             self._interfaces.setdefault(alias, self._interfaces[name])
-        self._functions = {
+        self.functions = {
             node.name: node
             for piece in analysis.functions
             for node in piece.tree.body
             if isinstance(node, ast.FunctionDef)
         }
-        self._globals = {
+        self.globals = {
             name
             for piece in analysis.pieces
             for node in all_nodes(piece.tree)
@@ -137,141 +140,77 @@ class Commands:
             for name in node.names
         }
         """Names of the whole file, which are not followed."""
-        self._attributes: _Names = {}
+        self.attributes: _Names = {}
         """What attributes may stand for that code gives to the component."""
-        self._known: dict[tuple[str, tuple[tuple[str, _Values], ...]], _Found] = {}
+        self._known: dict[tuple[str, tuple[tuple[str, _Values], ...]], Found] = {}
         self._names: dict[int, _Names] = {automaton.id: {} for automaton in document.automata}
         """What the variables of each automaton may stand for, by its id."""
-        self._automata: dict[int, int] = {}
-        """The automaton of each piece, by the ids of both."""
-        self._by_piece: dict[int, _Found] = {}
+        self._by_piece: dict[int, Found] = {}
         if self._interfaces:
-            self._follow_names()
+            self._follow()
 
-    def of(self, text: Text) -> frozenset[Command]:
-        """Return what a text of the document certainly commands, itself or by the functions it calls."""
-        return frozenset(self._found(text).certain)
-
-    def possible(self, text: Text) -> frozenset[Command]:
-        """Return what a text of the document may command: a name in it may be one proxy or another."""
-        return frozenset(self._found(text).possible)
+    def of(self, text: Text) -> Found:
+        """Return what a text of the document commands, itself or by the functions it calls."""
+        return self._by_piece.get(id(self._analysis.piece(text)), Found())
 
     def unclear(self, text: Text) -> Location | None:
         """Return the first place where code may command anything, None when all of it is followed."""
-        piece, found = self._analysis.piece(text), self._found(text)
+        piece, found = self._analysis.piece(text), self.of(text)
         return piece.place(found.unclear[0]) if piece is not None and found.unclear else None
 
-    def _found(self, text: Text) -> _Found:
-        piece = self._analysis.piece(text)
-        if piece is None or not self._interfaces:
-            return _Found()
-        if id(piece) not in self._by_piece:
-            names = self._names.get(self._automata.get(id(piece), 0), {})
-            found = _Found(unclear=[piece.tree]) if piece.is_deep else self._in_tree(piece.tree, names, 0)
-            self._by_piece[id(piece)] = found
-        return self._by_piece[id(piece)]
-
-    def _follow_names(self) -> None:
-        """Find out what variables and attributes may stand for, until nothing new comes."""
-        while True:
-            before = repr(_size(self._attributes)), [_size(names) for names in self._names.values()]
+    def _follow(self) -> None:
+        """Look at all code until no name may stand for anything new: then what was found is complete."""
+        before = None
+        while before != (self.attributes, self._names):
+            before = {**self.attributes}, {number: {**names} for number, names in self._names.items()}
+            self._known.clear()
             for code in self._analysis.automata:
                 names = self._names[code.automaton.id]
                 for piece in code.sharing():
-                    self._automata[id(piece)] = code.automaton.id
-                    self._bind(piece.tree, names)
+                    self._by_piece[id(piece)] = self._look(piece, names)
                 self._hand_over(code, names)
-            for function in self._functions.values():
-                self._bind(function, {_own_name(function): frozenset({_SELF})})
-            if before == (repr(_size(self._attributes)), [_size(names) for names in self._names.values()]):
-                return
+            for name in self.functions:
+                self.called(name, {})
+
+    def _look(self, piece: Piece, names: _Names) -> Found:
+        if piece.is_deep:
+            return Found(unclear=[piece.tree])
+        walk = _Walk(self, names)
+        try:
+            walk.visit(piece.tree)
+        except RecursionError:
+            walk.found.unclear.append(piece.tree)
+        return walk.found
 
     def _hand_over(self, code: AutomatonCode, names: _Names) -> None:
         """Give the inputs of automata what their states hand over."""
         for state in code.automaton.states:
             for argument in state.arguments:
                 piece = self._analysis.piece(argument.value)
-                expression = None if piece is None else piece.expression
-                if expression is not None:
-                    values = self._values(expression, names)
+                if piece is not None and not piece.is_deep and piece.expression is not None:
+                    values = _Walk(self, names).value(piece.expression)
                     for child in state.children if argument.child == NO_CHILD else (argument.child,):
                         if child in self._names:
                             _add(self._names[child], argument.name, values)
 
-    def _bind(self, tree: ast.AST, names: _Names) -> None:
-        """Give names and attributes what a tree assigns to them."""
-        for node in all_nodes(tree):
-            match node:
-                case ast.Assign(targets=targets, value=value):
-                    for target in targets:
-                        self._store(target, value, names)
-                case ast.AnnAssign(target=target, value=ast.expr() as value):
-                    self._store(target, value, names)
-                case ast.NamedExpr(target=target, value=value):
-                    self._store(target, value, names)
-                case ast.For(target=target, iter=iterable) | ast.comprehension(target=target, iter=iterable):
-                    for element in _elements(iterable) or [iterable]:
-                        self._store(target, element, names)
-                case ast.AugAssign(target=ast.Name(id=name)):
-                    _add(names, name, frozenset({_OTHER}))
+    def called(self, name: str, handed: _Names) -> Found:
+        """Return what a function of the document commands when these values are handed to its parameters."""
+        function = self.functions[name]
+        key = name, tuple(sorted(handed.items()))
+        if key not in self._known:
+            if len(self._known) >= _MOST_CALLS:
+                return Found(unclear=[function])
+            self._known[key] = Found()  # a function that calls itself adds nothing
+            walk = _Walk(self, {**handed, _parameters(function)[0]: frozenset({_SELF})})
+            try:
+                walk.follow(function.body)
+            except RecursionError:
+                walk.found.unclear.append(function)
+            self._known[key] = walk.found
+        return self._known[key]
 
-    def _store(self, target: ast.expr, value: ast.expr, names: _Names) -> None:
-        match target, value:
-            case ast.Name(id=name), _:
-                _add(names, name, self._stored(value, names))
-            case ast.Attribute(value=owner, attr=name), _ if _SELF in self._values(owner, names):
-                _add(self._attributes, name, self._stored(value, names))
-            case ((ast.Tuple(elts=targets) | ast.List(elts=targets)), _):
-                values = _elements(value)
-                if len(targets) == len(values):
-                    for one, other in zip(targets, values, strict=True):
-                        self._store(one, other, names)
-
-    def _stored(self, value: ast.expr, names: _Names) -> _Values:
-        if isinstance(value, ast.Constant) and not isinstance(value.value, str):
-            return _NOTHING  # such as None, before it has a value
-        return self._values(value, names) or frozenset({_OTHER})
-
-    def _values(self, node: ast.expr, names: _Names) -> _Values:
-        """Return what of interest an expression may be."""
-        match node:
-            case ast.Name(id=name):
-                return frozenset({_SELF}) if name == "self" else names.get(name, _NOTHING)
-            case ast.Attribute(value=owner, attr=name):
-                return frozenset().union(*(self._attribute(one, name) for one in self._values(owner, names)))
-            case ast.IfExp(body=body, orelse=orelse):
-                return self._values(body, names) | self._values(orelse, names)
-            case ast.BoolOp(values=values):
-                return frozenset().union(*(self._values(value, names) for value in values))
-            case ast.NamedExpr(value=value):
-                return self._values(value, names)
-            case ast.Call(func=ast.Name(id="getattr"), args=[owner, name, *_]):
-                found = (
-                    self._attribute(one, text)
-                    for one in self._values(owner, names)
-                    for text in _texts(self._values(name, names))
-                )
-                return frozenset().union(*found)
-        return frozenset(_Value("text", text) for text in self._written(node, names))
-
-    def _written(self, node: ast.expr, names: _Names) -> list[str]:
-        """Return the texts that an expression may be, none when they are not known."""
-        match node:
-            case ast.Constant(value=str() as value):
-                return [value]
-            case ast.JoinedStr(values=parts):
-                texts = [""]
-                for part in parts:
-                    texts = [text + more for text in texts for more in self._written(part, names)]
-                return texts
-            case ast.FormattedValue(value=value, conversion=-1, format_spec=None):
-                return _texts(self._values(value, names))
-            case ast.BinOp(op=ast.Add(), left=left, right=right):
-                rights = _texts(self._values(right, names))
-                return [text + more for text in _texts(self._values(left, names)) for more in rights]
-        return []
-
-    def _attribute(self, owner: _Value, name: str) -> _Values:
+    def attribute(self, owner: _Value, name: str) -> _Values:
+        """Return what an attribute of a value may be."""
         if owner == _OTHER:
             return frozenset({_OTHER})
         if owner.kind == "proxy":
@@ -282,160 +221,221 @@ class Commands:
             return _NOTHING
         if name in self._interfaces:
             return frozenset({_Value("proxy", name)})
-        if name in self._functions:
+        if name in self.functions:
             return frozenset({_Value("function", name)})
-        return self._attributes.get(name, _NOTHING)
+        return self.attributes.get(name, _NOTHING)
 
-    def _in_tree(self, tree: ast.AST, names: _Names, depth: int) -> _Found:
-        """Return what code commands whose names may stand for something."""
-        found = _Found()
-        followed: set[int] = set()
-        """The nodes whose value goes nowhere but where it is followed."""
-        for node in all_nodes(tree):
-            self._mark(node, names, followed)
-            match node:
-                case ast.Call(func=ast.Name(id="getattr"), args=[owner, name, *_]):
-                    kinds = {value.kind for value in self._values(owner, names)}
-                    if kinds & {"self", "proxy"} and not _texts(self._values(name, names)):
-                        found.unclear.append(node)
-                    self._use(node, names, found)
-                case ast.Call(func=function):
-                    for value in self._values(function, names):
-                        if value.kind == "function":
-                            found.add(self._called(value.name, node, names, depth), node)
-                            followed.add(id(function))
-                case ast.Attribute(ctx=ast.Load()):
-                    self._use(node, names, found)
-        for node in all_nodes(tree):
-            if isinstance(node, ast.expr) and id(node) not in followed:
-                self._escape(node, names, found, depth)
-        return found
-
-    def _use(self, node: ast.expr, names: _Names, found: _Found) -> None:
-        """Note the commands that an expression names: who names one means to give it."""
-        values = self._values(node, names)
-        commands = {value for value in values if value.kind == "operation"}
-        for value in commands:
-            attribute, _, operation = value.name.partition(".")
-            command = self._command(attribute, operation)
-            if command is not None:
-                (found.certain if len(values) == 1 else found.possible).add(command)
-
-    def _mark(self, node: ast.AST, names: _Names, followed: set[int]) -> None:
-        """Add the parts of a node that it takes without giving them to anybody."""
-        match node:
-            case ast.Attribute(value=value) | ast.Expr(value=value) | ast.FormattedValue(value=value):
-                followed.add(id(value))
-            case ast.Assign(targets=targets, value=value):
-                if all(self._is_stored(target, names) for target in targets):
-                    followed.update(map(id, [value, *_alternatives(value)]))
-                    followed.update(map(id, _elements(value)) if isinstance(targets[0], ast.Tuple) else ())
-            case ast.AnnAssign(target=target, value=ast.expr() as value):
-                if self._is_stored(target, names):
-                    followed.update(map(id, [value, *_alternatives(value)]))
-            case ast.NamedExpr(target=target, value=value) if self._is_stored(target, names):
-                followed.add(id(value))
-            case ast.IfExp(test=test) | ast.If(test=test) | ast.While(test=test) | ast.Assert(test=test):
-                followed.update(map(id, [test, *_alternatives(test)]))
-            case ast.UnaryOp(operand=operand):
-                followed.add(id(operand))
-            case ast.Compare(left=left, comparators=others, ops=operators):
-                if not any(isinstance(each, ast.In | ast.NotIn) for each in operators):
-                    followed.update(map(id, [left, *others]))
-            case ast.For(target=target, iter=iterable) | ast.comprehension(target=target, iter=iterable) if (
-                self._is_stored(target, names)
-            ):
-                followed.update(map(id, _elements(iterable)))
-            case ast.Call(func=ast.Name(id=name), args=arguments) if name in _HARMLESS:
-                followed.update(map(id, arguments))
-            case ast.Call(func=function, args=arguments, keywords=keywords):
-                values = self._values(function, names)
-                if values and all(value.kind in ("function", "operation") for value in values):
-                    followed.add(id(function))
-                    followed.update(id(each) for each in arguments)
-                    followed.update(id(each.value) for each in keywords if each.arg is not None)
-
-    def _is_stored(self, target: ast.expr, names: _Names) -> bool:
-        """Return whether `_store` follows an assignment."""
-        match target:
-            case ast.Name(id=name):
-                return name not in self._globals
-            case ast.Attribute(value=owner):
-                return self._values(owner, names) == {_SELF}
-            case ast.Tuple(elts=targets):
-                return all(isinstance(each, ast.Name) and self._is_stored(each, names) for each in targets)
-        return False
-
-    def _escape(self, node: ast.expr, names: _Names, found: _Found, depth: int) -> None:
-        """Note that a value goes where nobody follows it."""
-        if isinstance(getattr(node, "ctx", None), ast.Store | ast.Del):
-            return
-        if isinstance(node, ast.IfExp | ast.BoolOp | ast.NamedExpr):
-            return  # their parts are looked at
-        for value in self._values(node, names):
-            if value.kind in ("self", "proxy"):
-                found.unclear.append(node)
-            elif value.kind == "function":  # whoever gets it may call it
-                found.add(self._called(value.name, None, names, depth), node)
-
-    def _called(self, name: str, call: ast.Call | None, names: _Names, depth: int) -> _Found:
-        """Return what a function of the document commands when it is called so."""
-        function = self._functions[name]
-        handed: _Names = {_own_name(function): frozenset({_SELF})}
-        parameters = [argument.arg for argument in (*function.args.posonlyargs, *function.args.args)][1:]
-        parameters_by_name = {*parameters, *(argument.arg for argument in function.args.kwonlyargs)}
-        found = _Found()
-        if call is not None:
-            places = [*zip(parameters, call.args, strict=False)]
-            places += [(each.arg, each.value) for each in call.keywords if each.arg in parameters_by_name]
-            for parameter, value in places:
-                _add(handed, parameter, self._values(value, names))
-            given = len(call.args) + len(call.keywords)
-            lost = given > len(places) or any(isinstance(each, ast.Starred) for each in call.args)
-            rest = [*call.args[len(parameters) :], *(each.value for each in call.keywords)]
-            if lost and any(
-                value.kind in ("self", "proxy") for each in rest for value in self._values(each, names)
-            ):
-                found.unclear.append(call)
-        key = name, tuple(sorted((parameter, values) for parameter, values in handed.items() if values))
-        if key not in self._known:
-            self._known[key] = _Found()  # a function that calls itself adds nothing
-            if depth < _DEEPEST:
-                self._bind_all(function, handed)
-                self._known[key] = self._in_tree(_body(function), handed, depth + 1)
-            else:
-                self._known[key] = _Found(unclear=[function])
-        known = self._known[key]
-        return _Found(known.certain, known.possible, [*found.unclear, *known.unclear])
-
-    def _bind_all(self, tree: ast.AST, names: _Names) -> None:
-        before = -1
-        while before != _size(names):
-            before = _size(names)
-            self._bind(tree, names)
-
-    def _command(self, attribute: str, method: str) -> Command | None:
+    def command(self, operation: str) -> Command | None:
+        """Return the command that `proxy.operation` is, None for one that changes nothing."""
+        attribute, _, method = operation.partition(".")
         identity, kind = self._interfaces[attribute]
         known = self._operations.get(kind, {})
         commands = known[method] if method in known else is_command(method)
         return Command(identity, attribute, method) if commands else None
 
 
-@lru_cache(maxsize=1024)
-def _body(function: ast.FunctionDef) -> ast.Module:
-    return ast.Module(function.body, [])
+class _Walk:
+    """Evaluate code without running it: `names` get what they may stand for, `found` what it commands.
+
+    Each expression is evaluated by what it stands in. `visit` is for those whose value goes where nobody
+    follows it: then the component or a proxy makes the code unclear, and a function may be called.
+    """
+
+    def __init__(self, commands: Commands, names: _Names) -> None:
+        self.found = Found()
+        self._commands = commands
+        self._names = names
+
+    def follow(self, body: list[ast.stmt]) -> None:
+        """Look at statements until no name may stand for anything new."""
+        before = None
+        while before != self._names:
+            before = {**self._names}
+            self.found = Found()
+            for statement in body:
+                self.visit(statement)
+
+    def visit(self, node: ast.AST) -> None:
+        """Look at a statement, or at an expression whose value nobody follows."""
+        match node:
+            case ast.Expr(value=value):
+                self.value(value)
+            case ast.Assign(targets=targets, value=value):
+                for target in targets:
+                    self._store(target, value)
+            case ast.AnnAssign(target=target, value=ast.expr() as value):
+                self._store(target, value)
+            case ast.AugAssign(target=ast.Name(id=name), value=value):
+                _add(self._names, name, frozenset({_OTHER}))
+                self.visit(value)
+            case ast.For(target=target, iter=iterable) | ast.comprehension(target=target, iter=iterable):
+                self._loop(node, target, iterable)
+            case ast.If(test=test) | ast.While(test=test) | ast.Assert(test=test):
+                self.value(test)
+                self._inside(node, test)
+            case ast.Name(ctx=ast.Store() | ast.Del()):
+                pass
+            case ast.Attribute(value=owner, ctx=ast.Store() | ast.Del()):
+                self.value(owner)
+            case ast.expr():
+                self._escape(node, self.value(node))
+            case _:
+                self._inside(node)
+
+    def _inside(self, node: ast.AST, *evaluated: ast.AST) -> None:
+        for child in ast.iter_child_nodes(node):
+            if child not in evaluated:
+                self.visit(child)
+
+    def _loop(self, node: ast.AST, target: ast.expr, iterable: ast.expr) -> None:
+        elements = _elements(iterable)
+        for element in elements:
+            self._store(target, element)
+        if not elements:
+            self.visit(iterable)
+            if isinstance(target, ast.Name):
+                _add(self._names, target.id, frozenset({_OTHER}))
+        self._inside(node, iterable)
+
+    def _store(self, target: ast.expr, value: ast.expr) -> None:
+        """Give a target what an expression may be."""
+        elements = _elements(value)
+        match target:
+            case ast.Tuple(elts=targets) | ast.List(elts=targets) if len(targets) == len(elements):
+                for one, other in zip(targets, elements, strict=True):
+                    self._store(one, other)
+            case ast.Name(id=name) if name not in self._commands.globals:
+                _add(self._names, name, self._stored(value))
+            case ast.Attribute(value=owner, attr=name) if (owners := self.value(owner)) & {_SELF}:
+                values = self._stored(value)
+                _add(self._commands.attributes, name, values)
+                if len(owners) > 1:
+                    self._escape(value, values)
+            case _:
+                self.visit(target)
+                self.visit(value)
+
+    def _stored(self, value: ast.expr) -> _Values:
+        if isinstance(value, ast.Constant) and not isinstance(value.value, str):
+            return _NOTHING  # such as None, before it has a value
+        return self.value(value) or frozenset({_OTHER})
+
+    def _escape(self, node: ast.AST, values: _Values) -> None:
+        """Note that values go where nobody follows them."""
+        for value in values:
+            if value.kind in ("self", "proxy"):
+                self.found.unclear.append(node)
+            elif value.kind == "function":  # it may be called there
+                self.found.add(self._commands.called(value.name, {}), node)
+
+    def value(self, node: ast.expr) -> _Values:
+        """Return what of interest an expression may be."""
+        match node:
+            case ast.Name(id=name):
+                return frozenset({_SELF}) if name == "self" else self._names.get(name, _NOTHING)
+            case ast.Attribute(value=owner, attr=name):
+                return self._used(self._commands.attribute(one, name) for one in self.value(owner))
+            case ast.IfExp(test=test, body=body, orelse=orelse):
+                self.value(test)
+                return self.value(body) | self.value(orelse)
+            case ast.BoolOp(values=values):
+                return frozenset().union(*map(self.value, values))
+            case ast.NamedExpr(target=target, value=value):
+                self._store(target, value)
+                return self.value(value)
+            case ast.Call():
+                return self._call(node)
+            case ast.UnaryOp(operand=operand):
+                self.value(operand)
+                return _NOTHING
+            case ast.Compare(left=left, comparators=others, ops=operators):
+                if not any(isinstance(each, ast.In | ast.NotIn) for each in operators):
+                    for each in (left, *others):
+                        self.value(each)
+                    return _NOTHING
+        return frozenset(_Value("text", text) for text in self._texts(node))
+
+    def _texts(self, node: ast.expr) -> list[str]:
+        """Return the texts that an expression may be, none when they are not known."""
+        match node:
+            case ast.Constant(value=str() as value):
+                return [value]
+            case ast.JoinedStr(values=parts):
+                texts = [""]
+                for part in parts:
+                    more = self._texts(part)
+                    texts = [text + each for text in texts for each in more]
+                return texts
+            case ast.FormattedValue(value=value):
+                known = node.conversion == -1 and node.format_spec is None
+                return _texts(self.value(value)) if known else []
+            case ast.BinOp(op=ast.Add(), left=left, right=right):
+                first, second = self.value(left), self.value(right)
+                self._escape(node, first | second)
+                return [text + more for text in _texts(first) for more in _texts(second)]
+        self._inside(node)
+        return []
+
+    def _used(self, values: Iterable[_Values]) -> _Values:
+        """Return all values; the operations among them are commands: code that names one means to give it."""
+        found: _Values = frozenset().union(*values)
+        for value in found:
+            command = self._commands.command(value.name) if value.kind == "operation" else None
+            if command is not None:
+                (self.found.certain if len(found) == 1 else self.found.possible).add(command)
+        return found
+
+    def _call(self, call: ast.Call) -> _Values:
+        name = call.func.id if isinstance(call.func, ast.Name) else ""
+        if name == "getattr" and len(call.args) > 1:
+            return self._getattr(call)
+        functions = self.value(call.func)
+        is_followed = bool(functions) and all(each.kind in ("function", "operation") for each in functions)
+        is_spread = any(isinstance(each, ast.Starred) for each in call.args)
+        arguments: list[_Argument] = [
+            (None if is_spread else place, each, self.value(each)) for place, each in enumerate(call.args)
+        ]
+        arguments += [(each.arg, each.value, self.value(each.value)) for each in call.keywords]
+        if is_followed:
+            for function in functions:
+                if function.kind == "function":
+                    self.found.add(self._called(function.name, arguments), call)
+        elif name not in _HARMLESS:
+            self._escape(call.func, functions)
+            for _, node, values in arguments:
+                self._escape(node, values)
+        return _NOTHING
+
+    def _getattr(self, call: ast.Call) -> _Values:
+        owners, names, *default = [self.value(each) for each in call.args]
+        texts = _texts(names)
+        if not texts and any(owner.kind in ("self", "proxy") for owner in owners):
+            self.found.unclear.append(call)
+        found = (self._commands.attribute(owner, text) for owner in owners for text in texts)
+        return self._used(found).union(*default)
+
+    def _called(self, name: str, arguments: list[_Argument]) -> Found:
+        """Return what a function of the document commands when it is called so."""
+        _, *positional = _parameters(self._commands.functions[name])
+        by_name = {*positional, *(each.arg for each in self._commands.functions[name].args.kwonlyargs)}
+        handed: _Names = {}
+        for place, node, values in arguments:
+            parameter = place
+            if isinstance(place, int):
+                parameter = positional[place] if place < len(positional) else None
+            if isinstance(parameter, str) and parameter in by_name:
+                _add(handed, parameter, values)
+            else:
+                self._escape(node, values)
+        return self._commands.called(name, handed)
 
 
 def _add(names: _Names, name: str, values: _Values) -> None:
     if values:
         known = names.get(name, _NOTHING) | values
-        if len(known) > _MOST_TEXTS:
+        if _OTHER in known or len(known) > _MOST_TEXTS:
             known = frozenset(value for value in known if value.kind != "text") | {_OTHER}
         names[name] = known
-
-
-def _size(names: _Names) -> int:
-    return sum(len(values) for values in names.values())
 
 
 def _texts(values: _Values) -> list[str]:
@@ -445,23 +445,11 @@ def _texts(values: _Values) -> list[str]:
     return sorted(value.name for value in values if value.kind == "text")
 
 
-def _own_name(function: ast.FunctionDef) -> str:
-    arguments = [*function.args.posonlyargs, *function.args.args]
-    return arguments[0].arg if arguments else "self"
+def _parameters(function: ast.FunctionDef) -> list[str]:
+    """Return the positional parameters, of which the first is the component."""
+    return [each.arg for each in (*function.args.posonlyargs, *function.args.args)] or ["self"]
 
 
 def _elements(node: ast.expr) -> list[ast.expr]:
     """Return what a written tuple or list has, nothing for any other expression."""
-    match node:
-        case ast.Tuple(elts=elements) | ast.List(elts=elements) | ast.Set(elts=elements):
-            return elements
-    return []
-
-
-def _alternatives(node: ast.expr) -> Iterator[ast.expr]:
-    """Yield the expressions of which the value of another is one."""
-    match node:
-        case ast.IfExp(body=body, orelse=orelse):
-            yield from (body, orelse, *_alternatives(body), *_alternatives(orelse))
-        case ast.BoolOp(values=values):
-            yield from values
+    return node.elts if isinstance(node, ast.Tuple | ast.List | ast.Set) else []

@@ -78,11 +78,10 @@ def _uses(model: Model, automaton: AutomatonModel, commands: Commands) -> Iterat
         for piece, text, number in texts:
             path = (source if number is None else automaton.source.transitions[number]).path or model.path
             place = Location(path, max(1, text.line), max(1, text.column))
-            certain = commands.of(text)
-            for command in sorted(certain, key=repr):
-                yield Use(automaton.index, state.index, command, piece, place, number)
-            for command in sorted(commands.possible(text) - certain, key=repr):
-                yield Use(automaton.index, state.index, command, piece, place, number, certain=False)
+            found = commands.of(text)
+            for command in sorted(found.certain | found.possible, key=repr):
+                certain = command in found.certain
+                yield Use(automaton.index, state.index, command, piece, place, number, certain)
             unclear = commands.unclear(text)
             if unclear is not None:
                 yield Use(automaton.index, state.index, ANYTHING, piece, unclear, number, certain=False)
