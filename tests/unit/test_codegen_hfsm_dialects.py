@@ -134,9 +134,9 @@ def in_states(inside: str, before: str = "") -> Document:
     ],
 )  # fmt: skip
 def test_the_dialect_is_told_by_the_children_not_by_the_root(text: str, dialect: Dialect) -> None:
-    tree = parse_xml(text.encode(), PATH, Diagnostics())
-    assert tree is not None
-    assert dialect_of(tree[0]) is dialect
+    root = parse_xml(text.encode(), PATH, Diagnostics())
+    assert root is not None
+    assert dialect_of(root) is dialect
 
 
 @pytest.mark.parametrize("text", [SPANISH, VISUALSTATES], ids=["2013", "VisualStates"])

@@ -83,11 +83,11 @@ def test_the_converted_document_reads_as_the_old_one(row: dict[str, str]) -> Non
 @every_file
 def test_dialect_and_language_are_recognized(row: dict[str, str]) -> None:
     path = FOLDER / row["file"]
-    tree = parse_xml(path.read_bytes(), path, Diagnostics())
+    root = parse_xml(path.read_bytes(), path, Diagnostics())
     document = read(path, Diagnostics())
-    assert tree is not None
+    assert root is not None
     assert document is not None
-    assert dialect_of(tree[0]) is DIALECTS[row["dialect"]]
+    assert dialect_of(root) is DIALECTS[row["dialect"]]
     assert is_mostly_cpp(document) == (row["lang"] == "cpp")
     guessed = row["lang"] == "cpp" and row["dialect"] != "visualhfsm"
     assert document.language.text == ("C++" if guessed else "")

@@ -15,11 +15,11 @@ from typing import Any, Final, cast
 from codegen.diagnostics import Diagnostics, Location, Note
 
 from ..codes import Code
-from ..document import NO_CHILD, Comment, Document, Element, Extra, Node, Text
+from ..document import NO_CHILD, Document, Element, Extra, Node, Text
 from .schema import DOCUMENT, TRANSITION, Items, Leaf, NodeKind
 from .xml_tree import XmlElement
 
-__all__ = ["MAX_ID", "Children", "NativeReader", "Translation"]
+__all__ = ["MAX_ID", "NativeReader"]
 
 _KEPT: Final = "kept"
 """Holds an unknown element of an old dialect whose name means something in the native one."""
@@ -30,17 +30,8 @@ MAX_ID: Final = 2**31 - 1
 _MOST_LINES: Final = 20
 """Lines that a remark lists."""
 
-Children = list[XmlElement | Comment]
-"""What stands in an element."""
-
-Translation = Callable[[list[Comment], XmlElement], Children]
-"""Makes native elements of one of an old dialect and of the comments before it."""
-
-_Elements = list[tuple[tuple[Comment, ...], XmlElement]]
-"""Elements, each with the comments before it."""
-
-_Found = dict[str, _Elements]
-"""Elements by their tags."""
+Translation = Callable[[XmlElement], list[XmlElement]]
+"""Makes native elements of one of an old dialect."""
 
 
 class NativeReader:
@@ -73,7 +64,7 @@ class NativeReader:
         self._report_remarks()
         return replace(document, root_tag=root.tag, lists=tuple(self._lists))
 
-    def _node(self, element: XmlElement, kind: NodeKind, comments: tuple[Comment, ...] = ()) -> Node:
+    def _node(self, element: XmlElement, kind: NodeKind) -> Node:
         fields: dict[str, Any] = {}
         for name, leaf in kind.attributes.items():
             if name in element.attributes:
@@ -91,10 +82,10 @@ class NativeReader:
                 if isinstance(child, Items):
                     fields[child.field] = self._items(child, found.get(tag, []))
                 else:
-                    self._leaf(fields, element, tag, child, [each for _, each in found.get(tag, ())])
+                    self._leaf(fields, element, tag, child, found.get(tag, []))
         return kind.model(
             **fields,
-            comments=comments,
+            comments=tuple(element.comments),
             extras=extras,
             attributes=tuple(each for each in element.attributes.items() if each[0] not in kind.attributes),
             line=element.line,
@@ -103,46 +94,44 @@ class NativeReader:
 
     def _sorted(
         self, element: XmlElement, known: Mapping[str, Leaf | Items]
-    ) -> tuple[_Found, tuple[Extra, ...]]:
+    ) -> tuple[dict[str, list[XmlElement]], tuple[Extra, ...]]:
         """Return the known children of an element, and what else stands in it.
 
         A comment belongs to the node that follows it, and before anything else to the element around it.
         """
-        found: _Found = {}
+        found: dict[str, list[XmlElement]] = {}
         extras: list[Extra] = []
         if element.text.strip():
             message = f"text of its own in `{element.name}` is not kept on saving"
             self.warn(element, Code.LOST_ON_SAVING, message)
-        for comments, child in element.commented():
-            expected = None if child is None else known.get(child.tag)
-            is_node = isinstance(expected, Items) and not expected.listed
-            if not is_node:
-                extras += comments
-            if child is None:
-                continue
+        for child in element.children:
+            expected = known.get(child.tag)
+            if not isinstance(expected, Items) or expected.listed:
+                extras += child.comments
             if expected is None:
                 self.remark_unknown(child)
                 extras.append(self._kept(child))
             elif child.tag in found and not expected.repeats:
-                first = Note("the first is here", self.place(found[child.tag][0][1]))
+                first = Note("the first is here", self.place(found[child.tag][0]))
                 self.error(child, Code.REPEATED_ELEMENT, f"a second `{child.name}`", first)
             else:
-                before = tuple(comments) if is_node else ()
-                found.setdefault(child.tag, []).append((before, child))
-        return found, tuple(extras)
+                found.setdefault(child.tag, []).append(child)
+        return found, (*extras, *element.trailing)
 
     def _kept(self, element: XmlElement) -> Element:
         """Return an unknown element as it is kept: with its text, or else with its children."""
         attributes = tuple(element.attributes.items())
-        if element.text.strip() or not element.children:
+        if element.text.strip() or not (element.children or element.trailing):
             self._check_content(element)
             return Element(element.tag, attributes, element.text)
-        children = (self._kept(each) if isinstance(each, XmlElement) else each for each in element.children)
-        return Element(element.tag, attributes, "", tuple(children))
+        children: list[Extra] = []
+        for each in element.children:
+            children += [*each.comments, self._kept(each)]
+        return Element(element.tag, attributes, "", (*children, *element.trailing))
 
-    def _items(self, items: Items, found: _Elements) -> tuple[Node, ...] | Node | None:
+    def _items(self, items: Items, found: list[XmlElement]) -> tuple[Node, ...] | Node | None:
         if items.listed and found:
-            _, container = found[0]
+            container = found[0]
             inside, extras = self._sorted(container, {items.kind.tag: Items(items.field, items.kind)})
             rest = Element(container.tag, tuple(container.attributes.items()), children=extras)
             if rest != Element(container.tag):
@@ -150,8 +139,8 @@ class NativeReader:
             found = inside.get(items.kind.tag, [])
         if "id" in items.kind.attributes:
             unique = self._is_old and items.kind is TRANSITION
-            self.number([element for _, element in found], unique=unique)
-        nodes = tuple(self._node(element, items.kind, comments) for comments, element in found)
+            self.number(found, unique=unique)
+        nodes = tuple(self._node(element, items.kind) for element in found)
         return next(iter(nodes), None) if items.one else nodes
 
     def _leaf(
@@ -190,7 +179,7 @@ class NativeReader:
         self._check_content(element)
 
     def _check_content(self, element: XmlElement) -> None:
-        if element.children:
+        if element.children or element.trailing:
             message = f"comments and elements inside the text of `{element.name}` are not kept on saving"
             self.warn(element, Code.LOST_ON_SAVING, message)
 
@@ -201,50 +190,64 @@ class NativeReader:
         element: XmlElement,
         tag: str,
         native: Collection[str],
-        names: Mapping[str, str | Translation],
+        names: Mapping[str, str | None],
         nodes: Mapping[str, Translation] | None = None,
     ) -> XmlElement:
         """Return an element of an old dialect as one of the native format, which `document` can read.
 
-        `names` says what becomes of its children: a native name, or what a function makes of them. What
-        stands twice is kept, and the first counts; `nodes` may repeat. An unknown child with one of the
-        `native` names is put into an element `kept`.
+        `names` has the native names of children, which are blank for a value and None for an element that is
+        read elsewhere: what stands twice is kept, and the first counts. `nodes` may repeat: functions make
+        other elements of them. An unknown child with one of the `native` names is put into an element `kept`.
         """
-        made = replace(element, tag=tag, attributes=dict(element.attributes), children=[])
+        made = replace(
+            element, tag=tag, attributes=dict(element.attributes), children=[], trailing=[*element.trailing]
+        )
         seen: dict[str, XmlElement] = {}
-        for comments, child in element.commented():
-            if child is None:
-                made.children += comments
-                break
-            meaning = nodes[child.tag] if nodes and child.tag in nodes else names.get(child.tag)
-            if child.tag in names:
-                first = seen.setdefault(meaning if isinstance(meaning, str) else child.tag, child)
+        for child in element.children:
+            if nodes and child.tag in nodes:
+                made.children += nodes[child.tag](child)
+            elif child.tag not in names:
+                made.children.append(self._without_meaning(child, native))
+            else:
+                name = names[child.tag]
+                first = seen.setdefault(name or child.tag, child)
                 if first is not child:
                     message = f"a second `{child.name}` is kept, and the first counts"
                     note = Note("the first is here", self.place(first))
                     self.warn(child, Code.OLD_REPEATED_ELEMENT, message, note)
                     self.expected.add(child)
-                    meaning = None
-            if isinstance(meaning, str):
-                made.children += [*comments, replace(child, tag=meaning)]
-            elif meaning is not None:
-                made.children += meaning(comments, child)
-            else:
-                made.children += [*comments, self._without_meaning(child, native)]
+                    made.children.append(self._without_meaning(child, native))
+                elif name:
+                    made.children.append(replace(child, tag=name))
+                else:
+                    made.trailing += child.comments
+                    child.comments = []
+                    if name is not None:
+                        self.check_leaf(child)
         return made
 
     def _without_meaning(self, element: XmlElement, native: Collection[str]) -> XmlElement:
         if element.tag not in native:
             return element
         kept = XmlElement(_KEPT, {}, element.line, element.column, children=[element], name=element.name)
+        kept.comments, element.comments = element.comments, []
         if element in self.expected:
             self.expected.add(kept)
         return kept
 
-    def read_elsewhere(self, comments: list[Comment], element: XmlElement) -> Children:
-        """Return what stays of an element that is read in another way: the comments before it."""
-        self.check_leaf(element)
-        return [*comments]
+    def inline(
+        self,
+        target: XmlElement,
+        around: XmlElement | None,
+        native: Collection[str],
+        nodes: Mapping[str, Translation],
+    ) -> None:
+        """Add what stands in an element to the one around it, translated by `nodes`."""
+        if around is not None:
+            self.check_leaf(replace(around, children=[], trailing=[]))
+            inside = self.translated(around, around.tag, native, {}, nodes)
+            target.children += inside.children
+            target.trailing += inside.trailing
 
     # Values.
 

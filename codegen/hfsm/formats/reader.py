@@ -97,10 +97,9 @@ def parse_document(
     """
     if isinstance(content, str):
         content = content.encode()
-    tree = parse_xml(content, path, diagnostics)
-    if tree is None:
+    root = parse_xml(content, path, diagnostics)
+    if root is None:
         return None
-    root, comments = tree
     if root.tag not in _ROOT_TAGS:
         place = Location(path, root.line, root.column, len(root.tag) + 1)
         message = f"`{root.tag}` is not the root of a document: it is `VisualHFSM`"
@@ -112,7 +111,7 @@ def parse_document(
     document = reader.document(_TRANSLATIONS[dialect](root, reader))
     if reader.failed:
         return None
-    document = replace(document, comments=tuple(comments), format=dialect.value)
+    document = replace(document, format=dialect.value)
     if editor:
         document = _unescape_code(document, path, diagnostics)
         document = document if document.is_old else replace(document, dialect=Text(editor))

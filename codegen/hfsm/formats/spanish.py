@@ -5,23 +5,28 @@ Its code is C++ and its libraries are the names of JdeRobot's drivers, such as `
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Final
 
 from ..codes import Code
-from ..document import NO_CHILD, Comment
-from .native import Children, NativeReader, Translation
+from ..document import NO_CHILD
+from .native import NativeReader
 from .schema import AUTOMATON, DOCUMENT, STATE, TRANSITION
 from .xml_tree import XmlElement, new_leaf
 
 __all__ = ["translate_spanish"]
 
 _AUTOMATON: Final = {
+    "idSub": "",
+    "idPadre": "",
     "tiempoIteracion": "iteration_time",
     "variables_aux": "variables",
     "funciones_aux": "functions",
 }
 _STATE: Final = {
+    "id": "",
+    "transiciones": None,
     "origenX": "posx",
     "origenY": "posy",
     "nombre": "name",
@@ -33,38 +38,25 @@ _STATE: Final = {
 def translate_spanish(root: XmlElement, reader: NativeReader) -> XmlElement:
     """Return the root of a document in Spanish as that of a native one."""
     automata = list(root.elements("SubAutomata"))
-    for each in automata:
-        each.attributes["id"] = _text(each, "idSub")
-    reader.number(automata)
+    _number(automata, "idSub", reader)
     owners = _owners(automata)
 
-    def automaton(comments: list[Comment], element: XmlElement) -> Children:
-        return [*comments, _automaton(element, reader, owners.get(element.attributes["id"], NO_CHILD))]
+    def automaton(element: XmlElement) -> list[XmlElement]:
+        return [_automaton(element, reader, owners.get(element.attributes["id"], NO_CHILD))]
 
     made = reader.translated(root, root.tag, DOCUMENT.children, {}, {"SubAutomata": automaton})
-    libraries = XmlElement("libraries", {}, root.line, root.column, children=[*_drivers(automata)])
-    made.children.append(libraries)
+    made.children.append(XmlElement("libraries", {}, root.line, root.column, children=_drivers(automata)))
     return made
 
 
 def _automaton(element: XmlElement, reader: NativeReader, owner: int) -> XmlElement:
     states = list(element.elements("Estado"))
-    for each in states:
-        each.attributes["id"] = _text(each, "id")
-    reader.number(states)
+    _number(states, "id", reader)
     around = [found for state in states if (found := state.first("transiciones")) is not None]
     transitions = [each for container in around for each in container.elements("transicion")]
     reader.number(transitions, expected=False)
-
-    def state(comments: list[Comment], each: XmlElement) -> Children:
-        return [*comments, *_state(each, reader)]
-
-    names: dict[str, str | Translation] = {
-        **_AUTOMATON,
-        "idSub": reader.read_elsewhere,
-        "idPadre": reader.read_elsewhere,
-    }
-    made = reader.translated(element, "SubAutomata", AUTOMATON.children, names, {"Estado": state})
+    nodes = {"Estado": lambda state: _state(state, reader)}
+    made = reader.translated(element, AUTOMATON.tag, AUTOMATON.children, _AUTOMATON, nodes)
     father = _text(element, "idPadre")
     if not father and owner != NO_CHILD:
         message = f"`SubAutomata` has no `idPadre`: a state of automaton {owner} owns it"
@@ -73,21 +65,16 @@ def _automaton(element: XmlElement, reader: NativeReader, owner: int) -> XmlElem
     return made
 
 
-def _state(element: XmlElement, reader: NativeReader) -> Children:
+def _state(element: XmlElement, reader: NativeReader) -> list[XmlElement]:
     """Return a state and the transitions out of it, which stood inside it."""
-    transitions: Children = []
+    transitions: list[XmlElement] = []
 
-    def transition(comments: list[Comment], each: XmlElement) -> Children:
-        transitions.extend([*comments, _transition(each, reader, element.attributes["id"])])
+    def transition(each: XmlElement) -> list[XmlElement]:
+        transitions.append(_transition(each, reader, element.attributes["id"]))
         return []
 
-    def inside(comments: list[Comment], container: XmlElement) -> Children:
-        rest = reader.translated(container, container.tag, STATE.children, {}, {"transicion": transition})
-        reader.check_leaf(replace(container, children=[]))
-        return [*comments, *rest.children]
-
-    names: dict[str, str | Translation] = {**_STATE, "id": reader.read_elsewhere, "transiciones": inside}
-    made = reader.translated(element, "state", STATE.children, names)
+    made = reader.translated(element, STATE.tag, STATE.children, _STATE)
+    reader.inline(made, element.first("transiciones"), STATE.children, {"transicion": transition})
     made.attributes["initial"] = made.attributes.pop("estado_inicial", "")
     return [made, *transitions]
 
@@ -109,6 +96,12 @@ def _transition(element: XmlElement, reader: NativeReader, origin: str) -> XmlEl
         if box is not None and corner in box.attributes:
             made.children.append(replace(new_leaf(tag, box.attributes[corner], box), name=corner))
     return made
+
+
+def _number(elements: Sequence[XmlElement], tag: str, reader: NativeReader) -> None:
+    for each in elements:
+        each.attributes["id"] = _text(each, tag)
+    reader.number(elements)
 
 
 def _text(element: XmlElement, tag: str) -> str:

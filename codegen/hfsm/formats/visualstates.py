@@ -18,8 +18,8 @@ from typing import Final
 
 from ..code.text import parse_piece
 from ..codes import Code
-from ..document import DEFAULT_PERIOD, NO_CHILD, Comment
-from .native import MAX_ID, Children, NativeReader
+from ..document import DEFAULT_PERIOD, NO_CHILD
+from .native import MAX_ID, NativeReader
 from .schema import DOCUMENT, INTERFACE, STATE, TRANSITION
 from .xml_tree import XmlElement, new_leaf
 
@@ -29,6 +29,7 @@ _PSEUDO_STATE: Final = "pseudostate"
 """Holds what the outermost state has: it is no state of any automaton."""
 
 _CODE: Final = ("functions", "variables")
+_NO_CODE: Final[dict[str, str | None]] = dict.fromkeys(_CODE, "")
 _STATE: Final = {tag: tag for tag in ("posx", "posy", "name", "code")}
 _TRANSITION: Final = {
     **{tag: tag for tag in ("posx", "posy", "name")},
@@ -74,8 +75,6 @@ class _Translator:
         """The ids of automata by the states that own them, each before those below it."""
         self._around: dict[XmlElement, int] = {}
         """The ids of the automata that states stand in."""
-        self._comments: dict[XmlElement, list[Comment]] = {}
-        """The comments before states and transitions, which are put elsewhere."""
         self._kept: set[XmlElement] = set()
         """The namespaces in which something has no word here: they are kept whole."""
         self._functions: set[str] = set()
@@ -90,24 +89,19 @@ class _Translator:
         outgoing = {owner: list(self._transitions_of(owner)) for owner in self._automata}
         reader.number([each for found in outgoing.values() for each, _ in found])
         parameters = self._parameters()
-        has_config = self._root.first("config") is not None
-        made = reader.translated(
-            self._root,
-            DOCUMENT.tag,
-            DOCUMENT.children,
-            {
-                **dict.fromkeys(_CODE, reader.read_elsewhere),
-                "global_namespace": self._namespace,
-                "libraries": self._libraries,
-                "config" if has_config else "configs": self._config,
-            },
-            {"state": self._moved},
-        )
+        config = "configs" if self._root.first("config") is None else "config"
+        names = {**_NO_CODE, "libraries": None, config: None}
+        names |= self._namespace_of(self._root, "global_namespace")
+        made = reader.translated(self._root, DOCUMENT.tag, DOCUMENT.children, names, {"state": _taken_away})
         if self._has_outermost:
             made.children.append(self._pseudo_state())
         for owner in self._automata:
-            made.children += self._automaton(owner, outgoing[owner], code[owner])
+            made.children.append(self._automaton(owner, outgoing[owner], code[owner]))
         made.children.append(parameters)
+        if (libraries := self._root.first("libraries")) is not None:
+            made.children.append(self._libraries(libraries))
+        if (found := self._root.first(config)) is not None:
+            made.children.append(self._config(found))
         return made
 
     def _number_automata(self) -> None:
@@ -133,59 +127,39 @@ class _Translator:
         """Return the id of a state, 0 of the outermost, which is none of any automaton."""
         return 0 if state is self._outermost else int(state.attributes["id"])
 
-    def _moved(self, comments: list[Comment], element: XmlElement) -> Children:
-        """Take an element out of the one around it, to be put elsewhere."""
-        self._comments[element] = comments
-        return []
-
     # States and transitions.
 
     def _automaton(
         self, owner: XmlElement, transitions: list[tuple[XmlElement, XmlElement]], code: list[XmlElement]
-    ) -> Children:
-        """Return an automaton, with the comments before it."""
+    ) -> XmlElement:
         father = self._around.get(owner, NO_CHILD)
         ids = {"id": str(self._automata[owner]), "idFather": str(father)}
-        made = XmlElement("SubAutomata", ids, owner.line, owner.column, children=[*code])
+        comments = [] if owner in self._around else owner.comments
         timestep = owner.first("timestep")
         period = DEFAULT_PERIOD if timestep is None else timestep.text
         if timestep is not None:
-            made.children.append(replace(timestep, tag="iteration_time", attributes={}, children=[]))
-        for state in owner.elements("state"):
-            element = self._state(state, self._automata[owner], period)
-            made.children += [*self._comments.get(state, ()), element]
-        for transition, source in transitions:
-            element = self._transition(transition, source, self._automata[owner])
-            made.children += [*self._comments.get(transition, ()), element]
-        return [made] if owner in self._around else [*self._comments.get(owner, ()), made]
+            code.append(replace(timestep, tag="iteration_time", attributes={}, children=[], trailing=[]))
+        states = [self._state(each, self._automata[owner], period) for each in owner.elements("state")]
+        inside = [*states, *(self._transition(*each, self._automata[owner]) for each in transitions), *code]
+        return XmlElement("SubAutomata", ids, owner.line, owner.column, children=inside, comments=comments)
 
     def _state(self, element: XmlElement, automaton: int, period: str) -> XmlElement:
         reader, owned = self._reader, self._automata.get(element)
 
-        def timestep(comments: list[Comment], found: XmlElement) -> Children:
-            if owned is not None:
-                return reader.read_elsewhere(comments, found)
-            if found.text.strip() != period.strip():
-                reader.remark(found, "the `timestep` of a state that holds none is kept, and not used")
-            reader.expected.add(found)
-            return [*comments, found]
-
-        namespace = element.first("namespace")
+        timestep, namespace = element.first("timestep"), element.first("namespace")
+        names = {**_STATE, **_NO_CODE}
+        if owned is not None:
+            names["timestep"] = ""
+        elif timestep is not None:
+            reader.expected.add(timestep)
+            if timestep.text.strip() != period.strip():
+                reader.remark(timestep, "the `timestep` of a state that holds none is kept, and not used")
         if namespace is not None and owned is None and not _is_blank(namespace):
             reader.remark(element, "the namespace of a state that holds none is kept, and not used")
             self._kept.add(namespace)
-        made = reader.translated(
-            element,
-            STATE.tag,
-            STATE.children,
-            {
-                **_STATE,
-                **dict.fromkeys(_CODE, reader.read_elsewhere),
-                "timestep": timestep,
-                "namespace": self._namespace,
-            },
-            {"state": self._moved, "transition": self._moved},
-        )
+        names |= self._namespace_of(element, "namespace")
+        nodes = {"state": _taken_away, "transition": _taken_away}
+        made = reader.translated(element, STATE.tag, STATE.children, names, nodes)
         for each in made.elements("code"):
             each.text = self._with_new_names(each.text, element, automaton)
         if owned is not None:
@@ -195,14 +169,9 @@ class _Translator:
 
     def _pseudo_state(self) -> XmlElement:
         """Return what the outermost state has, for it is no state of any automaton."""
-        names = dict.fromkeys(("timestep", *_CODE), self._reader.read_elsewhere)
-        made = self._reader.translated(
-            self._outermost,
-            _PSEUDO_STATE,
-            (),
-            {**names, "namespace": self._namespace},
-            {"state": self._moved, "transition": self._moved},
-        )
+        names = {**_NO_CODE, "timestep": "", **self._namespace_of(self._outermost, "namespace")}
+        nodes = {"state": _taken_away, "transition": _taken_away}
+        made = replace(self._reader.translated(self._outermost, _PSEUDO_STATE, (), names, nodes), comments=[])
         for each in made.elements():
             if each.tag not in _STATE:
                 self._reader.remark_unknown(each)
@@ -244,7 +213,7 @@ class _Translator:
             element,
             TRANSITION.tag,
             TRANSITION.children,
-            {**_TRANSITION, trigger: "trans", "type": self._reader.read_elsewhere},
+            {**_TRANSITION, trigger: "trans", "type": ""},
         )
         missing = [tag for tag in ("origin", "trans") if made.first(tag) is None]
         made.children += [new_leaf(tag, "", element) for tag in missing]
@@ -312,10 +281,13 @@ class _Translator:
             text = name.sub(rf"\1{new}", text)
         return text
 
-    def _namespace(self, comments: list[Comment], element: XmlElement) -> Children:
-        """Return a namespace in which something has no word here, and nothing of any other."""
-        self._reader.expected.add(element)
-        return [*comments, element] if element in self._kept else [*comments]
+    def _namespace_of(self, element: XmlElement, tag: str) -> dict[str, str | None]:
+        """Return what becomes of a namespace: one in which something has no word here is kept."""
+        namespace = element.first(tag)
+        if namespace is None or namespace not in self._kept:
+            return {tag: None}
+        self._reader.expected.add(namespace)
+        return {}
 
     def _parameters(self) -> XmlElement:
         """Return the parameters of namespaces; a namespace with anything else but code is kept."""
@@ -325,10 +297,10 @@ class _Translator:
             *(each.first("namespace") for each in self._automata),
         )
         for namespace in (each for each in holders if each is not None):
+            if namespace.trailing or any(each.comments for each in namespace.children):
+                self._kept.add(namespace)
             for child in namespace.children:
-                if isinstance(child, Comment):
-                    self._kept.add(namespace)
-                elif child.tag in _CODE:
+                if child.tag in _CODE:
                     self._reader.check_leaf(child)
                 elif child.tag != "parameters":
                     self._kept.add(namespace)
@@ -346,30 +318,26 @@ class _Translator:
 
     # Libraries and interfaces.
 
-    def _libraries(self, comments: list[Comment], element: XmlElement) -> Children:
-        def library(before: list[Comment], each: XmlElement) -> Children:
-            return [*before, replace(each, tag="lib")]
+    def _libraries(self, element: XmlElement) -> XmlElement:
+        def library(each: XmlElement) -> list[XmlElement]:
+            return [replace(each, tag="lib")]
 
         nodes = {"library": library, "lib": library}
-        return [*comments, self._reader.translated(element, "libraries", (), {}, nodes)]
+        return self._reader.translated(element, "libraries", (), {}, nodes)
 
-    def _config(self, comments: list[Comment], element: XmlElement) -> Children:
+    def _config(self, element: XmlElement) -> XmlElement:
         """Return the interfaces of a component, and what else its configuration says.
 
         `config` holds a list of interfaces, or what ROS needs to know; `configs` is the list of August 2017.
         """
 
-        def interface(before: list[Comment], each: XmlElement) -> Children:
-            made = self._reader.translated(each, INTERFACE.tag, INTERFACE.children, _INTERFACE)
-            return [*before, made]
+        def interface(each: XmlElement) -> list[XmlElement]:
+            return [self._reader.translated(each, INTERFACE.tag, INTERFACE.children, _INTERFACE)]
 
-        def interfaces(before: list[Comment], each: XmlElement) -> Children:
-            self._reader.check_leaf(replace(each, children=[]))
-            made = self._reader.translated(each, "config", native, {}, {"interface": interface})
-            return [*before, *made.children]
-
-        native, names = (INTERFACE.tag,), {"interfaces": interfaces}
-        return [*comments, self._reader.translated(element, "config", native, names, {"config": interface})]
+        names, native = {"interfaces": None}, (INTERFACE.tag,)
+        made = self._reader.translated(element, "config", native, names, {"config": interface})
+        self._reader.inline(made, element.first("interfaces"), native, {"interface": interface})
+        return made
 
 
 def _parameter(element: XmlElement, name: str, kind: str) -> XmlElement:
@@ -394,9 +362,16 @@ def _literal(kind: str, value: str) -> str:
 
 def _is_blank(element: XmlElement) -> bool:
     """Return whether nothing is written in an element."""
-    return not element.text.strip() and all(
-        isinstance(each, XmlElement) and not each.attributes and _is_blank(each) for each in element.children
+    return (
+        not element.text.strip()
+        and not element.trailing
+        and all(not each.attributes and not each.comments and _is_blank(each) for each in element.children)
     )
+
+
+def _taken_away(element: XmlElement) -> list[XmlElement]:  # noqa: ARG001 - what becomes of any
+    """Return nothing, for an element that is put elsewhere."""
+    return []
 
 
 def _states_below(element: XmlElement) -> Iterator[XmlElement]:

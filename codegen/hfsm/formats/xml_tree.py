@@ -29,9 +29,10 @@ _MAX_ELEMENTS: Final = 500_000
 
 @dataclass(slots=True, eq=False)
 class XmlElement:
-    """An element; `text` is all character data directly inside it, `children` are elements and comments.
+    """An element; `text` is all character data directly inside it.
 
-    `name` is what messages call it: the tag in the file.
+    `comments` stand before it, `trailing` ones after its last child. `name` is what messages call it: the
+    tag in the file.
     """
 
     tag: str
@@ -41,7 +42,9 @@ class XmlElement:
     text: str = ""
     text_line: int = 0
     text_column: int = 0
-    children: list[XmlElement | Comment] = field(default_factory=list)
+    children: list[XmlElement] = field(default_factory=list)
+    comments: list[Comment] = field(default_factory=list)
+    trailing: list[Comment] = field(default_factory=list)
     name: str = ""
 
     def __post_init__(self) -> None:
@@ -53,25 +56,12 @@ class XmlElement:
         return Text(self.text, self.text_line, self.text_column)
 
     def elements(self, *tags: str) -> Iterator[XmlElement]:
-        """Yield the elements directly inside this one, all of them or those with some tags."""
-        for child in self.children:
-            if isinstance(child, XmlElement) and (not tags or child.tag in tags):
-                yield child
+        """Return the elements directly inside this one, all of them or those with some tags."""
+        return (child for child in self.children if not tags or child.tag in tags)
 
     def first(self, tag: str) -> XmlElement | None:
         """Return the first element directly inside this one with a tag, or None."""
         return next(self.elements(tag), None)
-
-    def commented(self) -> Iterator[tuple[list[Comment], XmlElement | None]]:
-        """Yield the elements inside this one with the comments before each; None with those at the end."""
-        comments: list[Comment] = []
-        for child in self.children:
-            if isinstance(child, Comment):
-                comments.append(child)
-            else:
-                yield comments, child
-                comments = []
-        yield comments, None
 
 
 def new_leaf(tag: str, text: str, place: XmlElement) -> XmlElement:
@@ -96,10 +86,8 @@ def read_bytes(path: Path, diagnostics: Diagnostics) -> bytes | None:
         return None
 
 
-def parse_xml(
-    content: bytes, path: Path, diagnostics: Diagnostics
-) -> tuple[XmlElement, list[Comment]] | None:
-    """Return the root element and the comments before it, or None after an error was reported."""
+def parse_xml(content: bytes, path: Path, diagnostics: Diagnostics) -> XmlElement | None:
+    """Return the root element, or None after an error was reported. All comments around it are before it."""
     if len(content) > MAX_SIZE:
         diagnostics.error(
             Code.FILE_TOO_LARGE, f"the file is larger than {MAX_SIZE >> 20} MiB", Location(path)
@@ -127,7 +115,7 @@ def parse_xml(
         diagnostics.error(code, message, builder.place())
         return None
     assert builder.root is not None, "expat refuses a document without a root element"
-    return builder.root, builder.comments
+    return builder.root
 
 
 class _PositionedParser(DefusedExpatParser):
@@ -145,7 +133,7 @@ class _TreeBuilder(ContentHandler, LexicalHandler):
     def __init__(self, locator: Locator, path: Path, diagnostics: Diagnostics) -> None:
         super().__init__()
         self.root: XmlElement | None = None
-        self.comments: list[Comment] = []
+        self._around: list[Comment] = []
         self._locator = locator
         self._path = path
         self._diagnostics = diagnostics
@@ -179,9 +167,12 @@ class _TreeBuilder(ContentHandler, LexicalHandler):
         if len(self._open) >= _MAX_DEPTH:
             raise _LimitExceededError(f"elements nested deeper than {_MAX_DEPTH}")
         if self._open:
-            self._open[-1].children.append(element)
+            around = self._open[-1]
+            around.children.append(element)
+            element.comments, around.trailing = around.trailing, []
         else:
             self.root = element
+            element.comments = self._around
         self._open.append(element)
         self._texts.append([])
 
@@ -195,10 +186,7 @@ class _TreeBuilder(ContentHandler, LexicalHandler):
         self._texts[-1].append(content)
 
     def comment(self, content: str) -> None:
-        if self._open:
-            self._open[-1].children.append(Comment(content))
-        else:
-            self.comments.append(Comment(content))
+        (self._open[-1].trailing if self._open else self._around).append(Comment(content))
 
     def processingInstruction(self, target: str, data: str) -> None:  # noqa: ARG002 - the signature of SAX
         message = "a processing instruction is not kept on saving"

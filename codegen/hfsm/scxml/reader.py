@@ -56,10 +56,9 @@ def is_scxml(name: str, content: bytes) -> bool:
 
 def parse_scxml(content: bytes | str, path: Path, diagnostics: Diagnostics) -> Document | None:
     """Return the document in SCXML, or None after errors were reported; `path` is for the messages."""
-    parsed = parse_xml(content.encode() if isinstance(content, str) else content, path, diagnostics)
-    if parsed is None:
+    root = parse_xml(content.encode() if isinstance(content, str) else content, path, diagnostics)
+    if root is None:
         return None
-    root, _ = parsed
     reader = _Reader(root, path)
     chart = reader.document()
     element = root.first(_NATIVE)
@@ -81,7 +80,7 @@ def _written_chart(native: Document) -> Document | None:
     """Return what is read of the chart that is written of a document."""
     written = parse_xml(write_scxml(native, Path(), Diagnostics()).encode(), Path(), Diagnostics())
     assert written is not None, "what was written can be read"
-    return _Reader(written[0], Path()).document()
+    return _Reader(written, Path()).document()
 
 
 def _resolve_namespaces(element: XmlElement, around: Mapping[str, str]) -> None:
