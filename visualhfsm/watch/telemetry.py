@@ -26,7 +26,7 @@ IMAGE_SIZE: Final = (320, 240)
 _CHANGES_SHOWN: Final = 100
 _RGB8: Final = "RGB8"
 _FIRST_INTERVAL: Final = 1.0
-_MOST_PICTURES: Final = 24
+_MOST_PICTURES: Final = 9
 
 
 @dataclass(frozen=True, slots=True)
@@ -206,10 +206,10 @@ class Picture:
 
 
 class Album:
-    """At most 24 pictures: when it is full, every other one goes and the interval doubles."""
+    """At most 8 pictures: of one more every other one goes, and the interval doubles."""
 
     def __init__(self) -> None:
-        self._pictures: list[Picture] = []
+        self.pictures: list[Picture] = []
         self._interval = _FIRST_INTERVAL
         self._next = 0.0
 
@@ -221,18 +221,11 @@ class Album:
         """Put a picture in, if there is one."""
         if picture is None:
             return
-        self._pictures.append(picture)
-        if len(self._pictures) >= _MOST_PICTURES:
-            del self._pictures[1::2]
+        self.pictures.append(picture)
+        if len(self.pictures) >= _MOST_PICTURES:
+            del self.pictures[1::2]
             self._interval *= 2
         self._next = picture.time + self._interval
-
-    def choose(self, count: int) -> Sequence[Picture]:
-        """Return at most `count` pictures, evenly spread, the first and the last among them."""
-        if len(self._pictures) <= count:
-            return tuple(self._pictures)
-        step = (len(self._pictures) - 1) / max(count - 1, 1)
-        return tuple(self._pictures[round(number * step)] for number in range(count))
 
 
 def picture_from(

@@ -44,7 +44,6 @@ __all__ = ["View", "WatchOptions", "status_line", "watch"]
 _PERIOD: Final = 0.1
 _PLAIN_PERIOD: Final = 1.0
 _MOST_STDERR: Final = 65_536
-_PICTURES_IN_REPORT: Final = 8
 _FAINT = "bright_black"
 _NARROW = 72
 """Columns below which the parts stand above one another."""
@@ -126,8 +125,8 @@ def _conclude(telemetry: Telemetry, options: WatchOptions, began: datetime, cons
         began,
         telemetry.camera,
         telemetry.image_size,
-        telemetry.outside_album.choose(_PICTURES_IN_REPORT),
-        telemetry.camera_album.choose(_PICTURES_IN_REPORT),
+        telemetry.outside_album.pictures,
+        telemetry.camera_album.pictures,
         telemetry.outside_trouble,
     )
     console.print(summary_table(contents))

@@ -25,6 +25,7 @@ TabId = Annotated[int, msgspec.Meta(ge=1, le=2**31 - 1)]
 ElementId = Annotated[int, msgspec.Meta(ge=0, le=2**31 - 1)]
 Position = Annotated[int, msgspec.Meta(ge=0, le=10_000_000)]
 Coordinate = Annotated[float, msgspec.Meta(ge=-1e6, le=1e6)]
+Steps = Annotated[int, msgspec.Meta(ge=1, le=10_000)]
 Name = Annotated[str, msgspec.Meta(max_length=1000)]
 Path = Annotated[str, msgspec.Meta(max_length=4096)]
 Code = Annotated[str, msgspec.Meta(max_length=1_000_000)]
@@ -115,13 +116,13 @@ class Do(TabEdit):
 class Undo(TabEdit):
     """Undo steps."""
 
-    steps: Annotated[int, msgspec.Meta(ge=1, le=10_000)] = 1
+    steps: Steps = 1
 
 
 class Redo(TabEdit):
     """Redo steps."""
 
-    steps: Annotated[int, msgspec.Meta(ge=1, le=10_000)] = 1
+    steps: Steps = 1
 
 
 class Copy(TabEdit):
