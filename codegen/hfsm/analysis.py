@@ -221,7 +221,7 @@ class AutomatonCode:
         own = {
             piece: frozenset(name for name in piece.bound - outside if uses[name] == 1)
             for piece in self.by_owner.values()
-            if not piece.is_expression
+            if not piece.is_expression and not piece.is_deep
         }
         return {piece: local_names(piece.tree, names) for piece, names in own.items() if names}
 
