@@ -3,9 +3,8 @@
  *
  * @typedef {{id: string, label: string, icon: string, keys?: string[], run: (context: Context) => any,
  *   enabled?: (context: Context) => boolean, checked?: () => boolean, scope?: "canvas" | "typing", hint?: string,
- *   help?: string}} Action
- *   Keys of scope `canvas` count only there, those of `typing` also while text is typed. `hint` says more than the
- *   label, `help` stands for both in the list of keys; `checked` says whether a switch is on.
+ *   help?: string}} Action Keys of scope `canvas` count only there, those of `typing` also while text is typed. `hint`
+ *   says more than the label, `help` stands for both in the list of keys; `checked` says whether a switch is on.
  * @typedef {{app: import("./app.js").HfsmApp, canvas: import("./canvas/canvas.js").HfsmCanvas,
  *   point?: {x: number, y: number}}} Context `point` is where in the drawing a menu was opened
  */

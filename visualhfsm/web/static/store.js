@@ -15,9 +15,8 @@
  *   part?: string, line: number, column: number, length: number}} Problem
  * @typedef {{tab: number, revision: number, undo: string[], redo: string[], dirty: boolean, fields: object,
  *   automata: Map<number, Automaton>, own: Map<number, Automaton>, content: Automaton[], problems: Problem[], checked?:
- *   number}} OpenDocument
- *   `automata` are its `own` with the `content` of those that are imported; `checked` is the revision that the
- *   problems are those of
+ *   number}} OpenDocument `automata` are its `own` with the `content` of those that are imported; `checked` is the
+ *   revision that the problems are those of
  */
 
 const FIRST_RETRY = 250; // ms

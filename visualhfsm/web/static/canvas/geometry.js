@@ -3,9 +3,8 @@
  *
  * @typedef {{x: number, y: number}} Point
  * @typedef {{path: string, head: string, middle: Point, normal: Point, first: Point, start?: Point, end?: Point, box:
- *   Box}} Arc
- *   `path` from rim to rim, `head` the arrow's, `middle` the handle, `normal` the side on which a name stands best,
- *   `first` where a number at the arc's beginning stands, `start` and `end` its ends at the rims.
+ *   Box}} Arc `path` from rim to rim, `head` the arrow's, `middle` the handle, `normal` the side on which a name stands
+ *   best, `first` where a number at the arc's beginning stands, `start` and `end` its ends at the rims.
  * @typedef {{left: number, top: number, right: number, bottom: number}} Box
  */
 

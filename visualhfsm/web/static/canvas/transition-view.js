@@ -41,8 +41,7 @@ export class TransitionView {
    *
    * @param {Transition} transition
    * @param {{from: string, to: string, rank: number, problem?: {severity: string, message: string}, mark?: string}}
-   *   more
-   *   `rank` is its place among those out of its state, 0 when it is the only one
+   *   more `rank` is its place among those out of its state, 0 when it is the only one
    * @returns {boolean} whether anything differed
    */
   update(transition, more) {

@@ -9,9 +9,8 @@
  *   variables: Record<string, string>, cycles: number, overruns: number, lastCycle: number, longestCycle: number}}
  *   AutomatonNow
  * @typedef {{time: number, status: number, generation: number, automata: AutomatonNow[], parameters: Record<string,
- *   string>,
- *   stoppedAt: Breakpoint[], errors: {time: number, automaton: number, state: number, location: string, message:
- *   string}[], marks: {camera: string, u: number, v: number, label: string}[], refusal: string}} ComponentNow
+ *   string>, stoppedAt: Breakpoint[], errors: {time: number, automaton: number, state: number, location: string,
+ *   message: string}[], marks: {camera: string, u: number, v: number, label: string}[], refusal: string}} ComponentNow
  * @typedef {import("./breakpoints.js").Breakpoint} Breakpoint
  * @typedef {{at: number, component: ComponentNow, robot: {joints: Record<string, number>, pan: number | null, tilt:
  *   number | null, health: object | null}}} Snapshot

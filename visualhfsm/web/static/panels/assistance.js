@@ -6,8 +6,7 @@ import {problemsAt} from "./places.js";
 
 /**
  * @typedef {{items: import("../store.js").Problem[], current: boolean}} Known the problems of the document, and whether
- *   they are
- *   those of the text that is shown
+ *   they are those of the text that is shown
  */
 
 const LINT_AFTER = 300; // ms without typing

@@ -304,8 +304,7 @@ function verdict(document, index, showProblems) {
  * The lists of a document that are edited as such, and what each entry has.
  *
  * @typedef {{name: string, label: string, kind?: string, options?: [string, string][], hint?: string, mono?: boolean,
- *   unit?: string,
- *   wide?: boolean}} Field `wide` takes a whole line
+ *   unit?: string, wide?: boolean}} Field `wide` takes a whole line
  * @typedef {{list: string, title: string, noun: string, explain: string, fields: Field[]}} EntryList
  */
 

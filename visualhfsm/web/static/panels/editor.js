@@ -132,8 +132,8 @@ const shared = [
 
 /**
  * @typedef {{text: string, cursor: number, place: import("./places.js").Place, tab: number, label: string, hint:
- *   string,
- *   wraps: boolean, python: boolean, readonly: boolean}} Content `cursor` is where it stands in the text at first
+ *   string, wraps: boolean, python: boolean, readonly: boolean}} Content `cursor` is where it stands in the text at
+ *   first
  * @typedef {{typed: (text: string) => void, undo: () => void, redo: () => void, save: () => void,
  *   problems: () => import("./assistance.js").Known}} Actions what the editor reports and asks
  */

@@ -2,8 +2,7 @@
  * The interfaces that documents may declare, with what their operations do.
  *
  * @typedef {{name: string, scoped: string, operations: {name: string, signature: string, result: string, documentation:
- *   string,
- *   streamed: boolean}[]}} KnownInterface see visualhfsm/code_help/worker.py
+ *   string, streamed: boolean}[]}} KnownInterface see visualhfsm/code_help/worker.py
  */
 
 import {html, nothing} from "lit";
