@@ -9,11 +9,11 @@ wrong or doubtful, the other writes the component down, and `model_checker` find
 
 from __future__ import annotations
 
-from .extension import extension_path
+from .extension import component_path, extension_path
 from .formats.reader import parse_document, read_document
 from .formats.writer import DocumentNotWritableError, write_document
 from .imports import resolve
-from .loading import compile_document, component_path
+from .loading import compile_document
 
 __all__ = [
     "DocumentNotWritableError",

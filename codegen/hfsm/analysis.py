@@ -34,7 +34,7 @@ from .code.text import (
     split,
 )
 from .document import Argument, Automaton, Document, Library, State, Text, Transition
-from .extension import Extension, read_extension
+from .extension import Extension, find_extension
 
 __all__ = [
     "Access",
@@ -246,11 +246,13 @@ class CodeProblem(NamedTuple):
 class Analysis:
     """What is known of the code of a `document`, which lies at `path` and whose imports are resolved.
 
-    A document in another language than Python has no code here.
+    `output` is the directory of its component, by default its own. A document in another language than Python
+    has no code here.
     """
 
     document: Document
     path: Path
+    output: Path | None = None
     imports: list[LibraryImport] = field(default_factory=list)
     automata: list[AutomatonCode] = field(default_factory=list)
     all_functions: list[Piece] = field(default_factory=list)
@@ -294,9 +296,9 @@ class Analysis:
         return frozenset[str]().union(*(piece.bound for piece in self.functions))
 
     @cached_property
-    def extension(self) -> Extension:
-        """The hand-written file beside the component."""
-        return read_extension(self.path)
+    def extension(self) -> Extension | None:
+        """The hand-written base of the component."""
+        return find_extension(self.path, self.output) if self.path.name else None
 
     @cached_property
     def libraries(self) -> dict[str, str]:
@@ -320,9 +322,9 @@ class Analysis:
         return frozenset(found)
 
 
-def analyze(document: Document, path: Path) -> Analysis:
-    """Return what is known of the code of a document."""
-    analysis = Analysis(document, path)
+def analyze(document: Document, path: Path, output: Path | None = None) -> Analysis:
+    """Return what is known of the code of a document; `output` is the directory of its component."""
+    analysis = Analysis(document, path, output)
     reader = _Reader(analysis)
     for library in document.libraries:
         reader.library(library)

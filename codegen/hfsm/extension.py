@@ -1,34 +1,42 @@
-"""Find the hand-written code beside a component: `NAME_ext.py` with a class that becomes one of its bases."""
+"""Find the component of a document, and the hand-written code beside it.
+
+That is `NAME_ext.py` with a class that becomes one of the component's bases. It is read, and nothing of it is
+run.
+"""
 
 from __future__ import annotations
 
 import ast
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-from ..diagnostics import Diagnostics, Location, Note
 from .code.names import camel_case, component_name, identifier
 from .code.text import parse_python
-from .codes import Code
 
-__all__ = ["Extension", "ExtensionClass", "extension_path", "find_extension", "read_extension"]
+__all__ = ["Extension", "component_path", "extension_path", "find_extension"]
 
 
 @dataclass(frozen=True, slots=True)
 class Extension:
-    """The attributes that the extension of a component has; `is_open` when it may have others, too."""
+    """The hand-written base of a component: a class in a module beside it, and the attributes that it has.
 
-    attributes: frozenset[str] = frozenset()
-    is_open: bool = False
-    exists: bool = False
+    It may have others, too, when it `is_open`. A `problem`, at a `line` and `column` of `source`, keeps it
+    from being used.
+    """
 
-
-@dataclass(frozen=True, slots=True)
-class ExtensionClass:
-    """The hand-written base of a component: its module, which lies beside the component, and its class."""
-
-    module: str
+    path: Path
     class_name: str
+    source: str = ""
+    attributes: frozenset[str] = frozenset()
+    is_open: bool = True
+    problem: str = ""
+    line: int = 0
+    column: int = 1
+
+
+def component_path(document: Path, output: Path | None) -> Path:
+    """Return the file of a document's component, in the directory `output` or beside the document."""
+    return (output or document.parent) / f"{identifier(document.stem, 'component')}.py"
 
 
 def extension_path(component: Path) -> Path:
@@ -36,64 +44,40 @@ def extension_path(component: Path) -> Path:
     return component.with_name(f"{component.stem}_ext.py")
 
 
-def read_extension(document: Path) -> Extension:
-    """Return the extension that lies beside a document, or an empty one when there is no such file."""
-    if not document.name:
-        return Extension()
-    path = extension_path(document.with_stem(identifier(document.stem, "component")))
-    try:
-        tree = parse_python(path.read_bytes())
-    except FileNotFoundError:
-        return Extension()
-    except (OSError, SyntaxError, ValueError, RecursionError, MemoryError):  # reported where it is loaded
-        return Extension(is_open=True, exists=True)
-    attributes: set[str] = set()
-    is_open = False
-    for node in tree.body:
-        if not isinstance(node, ast.ClassDef):
-            continue
-        is_open |= any(not isinstance(base, ast.Name) or base.id != "Component" for base in node.bases)
-        for inner in ast.walk(node):
-            match inner:
-                case ast.FunctionDef(name="__getattr__" | "__getattribute__"):
-                    is_open = True
-                case ast.FunctionDef(name=name) | ast.ClassDef(name=name):
-                    attributes.add(name)
-                case ast.Name(id=name, ctx=ast.Store()):
-                    attributes.add(name)
-                case ast.Attribute(attr=name, ctx=ast.Store()):
-                    attributes.add(name)
-    return Extension(frozenset(attributes), is_open, exists=True)
+def find_extension(document: Path, output: Path | None) -> Extension | None:
+    """Return the extension of the component of a document, or None when there is none.
 
-
-def find_extension(document: Path, component: Path, diagnostics: Diagnostics) -> ExtensionClass | None:
-    """Return the extension of the component of a document; None when there is none, or after an error.
-
-    `component` is the file that will be generated. The extension is read, and nothing of it is run.
+    `output` is the directory of the component, by default that of the document.
     """
-    path = extension_path(component)
+    path = extension_path(component_path(document, output))
+    found = Extension(path, f"{camel_case(component_name(document.stem))}Extension")
     try:
         content = path.read_bytes()
     except FileNotFoundError:
         return None
     except OSError as error:
-        diagnostics.error(
-            Code.EXTENSION_WITHOUT_CLASS, f"cannot be read: {error.strerror or error}", Location(path)
-        )
-        return None
-    diagnostics.add_source(path, content.decode("utf-8", errors="replace"))
+        return replace(found, problem=f"cannot be read: {error.strerror or error}")
+    found = replace(found, source=content.decode("utf-8", errors="replace"))
     try:
         tree = parse_python(content, filename=str(path))
     except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
-        place = Location(path, getattr(error, "lineno", None) or 1, getattr(error, "offset", None) or 1)
         reason = error.msg if isinstance(error, SyntaxError) else str(error)
-        diagnostics.error(Code.EXTENSION_WITHOUT_CLASS, f"not valid Python: {reason}", place)
-        return None
-    wanted = f"{camel_case(component_name(document.stem))}Extension"
-    if any(isinstance(node, ast.ClassDef) and node.name == wanted for node in tree.body):
-        return ExtensionClass(path.stem, wanted)
-    message = f"there is no class `{wanted}`, which extends the component of {document.name}"
-    diagnostics.error(
-        Code.EXTENSION_WITHOUT_CLASS, message, Location(path, 1), [Note("write it, or rename the file")]
+        line, column = getattr(error, "lineno", None) or 1, getattr(error, "offset", None) or 1
+        return replace(found, problem=f"not valid Python: {reason}", line=line, column=column)
+    classes = [node for node in tree.body if isinstance(node, ast.ClassDef)]
+    if not any(each.name == found.class_name for each in classes):
+        what = f"there is no class `{found.class_name}`, which extends the component of {document.name}"
+        return replace(found, problem=f"{what}: write it, or rename the file", line=1)
+    is_open = any(
+        not isinstance(base, ast.Name) or base.id != "Component" for each in classes for base in each.bases
     )
-    return None
+    attributes: set[str] = set()
+    for node in (inner for each in classes for inner in ast.walk(each)):
+        match node:
+            case ast.FunctionDef(name="__getattr__" | "__getattribute__"):
+                is_open = True
+            case ast.FunctionDef(name=name) | ast.ClassDef(name=name):
+                attributes.add(name)
+            case ast.Name(id=name, ctx=ast.Store()) | ast.Attribute(attr=name, ctx=ast.Store()):
+                attributes.add(name)
+    return replace(found, attributes=frozenset(attributes), is_open=is_open)

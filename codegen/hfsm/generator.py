@@ -30,7 +30,6 @@ from .code.text import FUTURE, Code, CodeError, compile_source, definitions
 from .code.values import parse_value
 from .codes import Code as DocumentCode
 from .document import State
-from .extension import ExtensionClass
 from .known_interfaces import KnownInterface, KnownInterfaces
 from .source_map import SourceMap, SourceRow
 
@@ -51,14 +50,9 @@ class GeneratedComponent:
     source_map: SourceMap
 
 
-def generate(
-    analysis: Analysis, interfaces: KnownInterfaces, extension: ExtensionClass | None = None
-) -> GeneratedComponent:
-    """Write the component of a document in which `check` has found no error.
-
-    `extension` is the hand-written base of the component.
-    """
-    return _Generator(analysis, interfaces, extension).component()
+def generate(analysis: Analysis, interfaces: KnownInterfaces) -> GeneratedComponent:
+    """Write the component of a document in which `check` has found no error."""
+    return _Generator(analysis, interfaces).component()
 
 
 def check_component(component: GeneratedComponent, path: Path, diagnostics: Diagnostics) -> None:
@@ -86,11 +80,10 @@ def _place(component: GeneratedComponent, wrong: CodeError, path: Path) -> Locat
 
 
 class _Generator:
-    def __init__(
-        self, analysis: Analysis, interfaces: KnownInterfaces, extension: ExtensionClass | None
-    ) -> None:
+    def __init__(self, analysis: Analysis, interfaces: KnownInterfaces) -> None:
         self._analysis, self._document, self._path = analysis, analysis.document, analysis.path
-        self._extension = extension
+        extension = analysis.extension
+        self._extension = None if extension is None or extension.problem else extension
         self._name = component_name(self._path.stem)
         self._class_name = camel_case(self._name)
         self._description = (
@@ -192,7 +185,7 @@ class _Generator:
                 code = Code((statement,), library.name.line)
                 yield CodeLines([statement], code, library.path or self._path, "library")
         if extension:
-            where = f"__file__, __package__, {quoted(extension.module)}, {quoted(extension.class_name)}"
+            where = f"__file__, __package__, {quoted(extension.path.stem)}, {quoted(extension.class_name)}"
             yield ""
             yield f"{extension.class_name} = load_extension({where})"
 

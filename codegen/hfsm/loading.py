@@ -11,10 +11,9 @@ from ..diagnostics import Diagnostics, Location, Severity
 from ..files import GeneratedFile
 from .analysis import Analysis, analyze
 from .checks import check
-from .code.names import identifier
 from .codes import Code
 from .document import Document
-from .extension import find_extension
+from .extension import component_path
 from .formats.reader import read_document
 from .generator import GENERATED_BY, check_component, generate
 from .imports import resolve
@@ -23,7 +22,7 @@ from .known_interfaces import KnownInterfaces, find_interfaces
 if TYPE_CHECKING:
     from .model_checker import ModelReport  # it takes its time to load, and generating can do without
 
-__all__ = ["LoadedDocument", "check_document", "compile_document", "component_path", "load_document"]
+__all__ = ["LoadedDocument", "check_document", "compile_document", "load_document"]
 
 _HEAD: Final = 4000
 """Characters of a file in which a component says what it was generated from."""
@@ -139,22 +138,21 @@ def load_document(
     document = resolve(document, path, diagnostics, include)
     if len(diagnostics.errors) > errors:
         return None
-    extension = find_extension(path, component_path(path, output), diagnostics)
     interfaces = find_interfaces(include)
-    analysis = analyze(document, path)
-    check(analysis, interfaces, diagnostics, extension)
+    analysis = analyze(document, path, output)
+    extension = analysis.extension
+    if extension is not None and extension.problem:
+        diagnostics.add_source(extension.path, extension.source)
+        place = Location(extension.path, extension.line, extension.column)
+        diagnostics.error(Code.EXTENSION_WITHOUT_CLASS, extension.problem, place)
+    check(analysis, interfaces, diagnostics)
     if len(diagnostics.errors) > errors:
         return None
-    component = generate(analysis, interfaces, extension)
+    component = generate(analysis, interfaces)
     check_component(component, path, diagnostics)
     if len(diagnostics.errors) > errors:
         return None
     return LoadedDocument(document, analysis, interfaces, component.text)
-
-
-def component_path(document: Path, output: Path | None) -> Path:
-    """Return the file of a document's component, in the directory `output` or beside the document."""
-    return (output or document.parent) / f"{identifier(document.stem, 'component')}.py"
 
 
 def _is_generated(file: Path) -> bool:

@@ -48,7 +48,7 @@ class Sends:
 def unclear_sends(analysis: Analysis) -> list[Note]:
     """Return the places of code of a document that may send any event."""
     found = []
-    if analysis.extension.exists:
+    if analysis.extension is not None:
         place = Location(analysis.path)
         found.append(Note("hand-written code beside the document may send any event", place))
     modules = {module.split(".")[0] for module in analysis.modules}

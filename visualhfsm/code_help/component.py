@@ -16,12 +16,9 @@ from typing import Final
 
 import parso
 
-from codegen.diagnostics import Diagnostics
-from codegen.hfsm import component_path
 from codegen.hfsm.analysis import analyze
 from codegen.hfsm.code.text import INDENT, parse_piece
 from codegen.hfsm.document import NO_CHILD, Automaton, Document, Parameter, State, Text, Transition
-from codegen.hfsm.extension import find_extension
 from codegen.hfsm.generator import generate
 from codegen.hfsm.known_interfaces import KnownInterfaces
 from codegen.hfsm.source_map import SOURCE_MAP
@@ -119,8 +116,7 @@ def generate_around(
         parameters=tuple(_usable(document.parameters)),
     )
     analysis = analyze(reduced, path)
-    extension = find_extension(path, component_path(path, None), Diagnostics())
-    text, _, _ = generate(analysis, interfaces, extension).text.partition(f"\n{SOURCE_MAP} = (")
+    text, _, _ = generate(analysis, interfaces).text.partition(f"\n{SOURCE_MAP} = (")
     for written, read in _READ_EASILY:
         text = written.sub(read, text)
     internal = {name for names in _WRITTEN.findall(text) for name in _LAST_WORD.findall(",".join(names))}

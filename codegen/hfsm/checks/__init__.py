@@ -11,7 +11,6 @@ from ..analysis import Analysis
 from ..code.language import first_foreign, notes_about, report_foreign
 from ..code.names import RESERVED, reserved_names
 from ..codes import Code
-from ..extension import ExtensionClass
 from ..known_interfaces import KnownInterfaces
 from .attributes import check_attributes
 from .blocking import check_blocking
@@ -28,18 +27,13 @@ __all__ = ["check"]
 _STAR = "*"
 
 
-def check(
-    analysis: Analysis,
-    interfaces: KnownInterfaces,
-    diagnostics: Diagnostics,
-    extension: ExtensionClass | None = None,
-) -> None:
+def check(analysis: Analysis, interfaces: KnownInterfaces, diagnostics: Diagnostics) -> None:
     """Report everything that is wrong or doubtful in a document; what it imports has been resolved.
 
     Where code is no Python, what could only be said if it were known is left out. What can never happen the
-    model checker reports. `extension` is the hand-written base of the component.
+    model checker reports.
     """
-    document, path = analysis.document, analysis.path
+    document, path, extension = analysis.document, analysis.path, analysis.extension
     report = Report(path, diagnostics)
     check_file_name(analysis, report)
     check_component(document, interfaces, report)
@@ -73,7 +67,7 @@ def _check_code(analysis: Analysis, interfaces: KnownInterfaces, report: Report)
         check_variables(code, report)
     if analysis.is_complete:
         check_attributes(analysis, interfaces, report)
-        if not analysis.extension.exists:
+        if analysis.extension is None:
             for code in analysis.automata:
                 check_start(code, analysis.defined, report)
     check_events(analysis, report)

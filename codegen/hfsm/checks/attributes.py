@@ -35,7 +35,8 @@ def check_attributes(analysis: Analysis, known: KnownInterfaces, report: Report)
     """Check every use of `self`."""
     document, found = analysis.document, analysis.accesses
     assigned = {access.name for access in found if access.is_stored}
-    given = assigned | analysis.defined | analysis.extension.attributes
+    extension = analysis.extension
+    given = assigned | analysis.defined | (extension.attributes if extension is not None else set())
     proxies: dict[str, KnownInterface] = {}
     for interface in document.interfaces:
         candidates = known.find(interface.type)
@@ -44,7 +45,9 @@ def check_attributes(analysis: Analysis, known: KnownInterfaces, report: Report)
     for alias, name in document.proxy_aliases.items():
         if name in proxies and alias not in given:
             proxies.setdefault(alias, proxies[name])
-    if not analysis.extension.is_open and not any(map(_sets_attributes_by_name, analysis.pieces)):
+    if not (extension is not None and extension.is_open) and not any(
+        map(_sets_attributes_by_name, analysis.pieces)
+    ):
         names = {
             *COMPONENT_ATTRIBUTES,
             *COMPONENT_ALIASES,

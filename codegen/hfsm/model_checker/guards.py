@@ -174,7 +174,7 @@ class Answers:
         """The automata whose code has an attribute, 0 for functions."""
         self._overloads = False
         """Whether operators may be functions of the document."""
-        self._any_attribute = analysis.extension.exists or not analysis.is_complete
+        self._any_attribute = analysis.extension is not None or not analysis.is_complete
         """Whether attributes of the component may be assigned where nobody sees it."""
         self._known: dict[str, _Found] = {}
         for piece in analysis.functions:
