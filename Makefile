@@ -10,7 +10,7 @@ SECONDS ?=
 # hundreds of processes that they start would compile it anew, which takes a third of their time.
 PACKAGES := $(patsubst %/__init__.py,%,$(wildcard */__init__.py))
 
-.PHONY: help demo test lint format bench bench-transport oracle codegen constraints vendor packages system browser clean
+.PHONY: help demo test lint lint-page format bench bench-transport oracle codegen constraints vendor packages system browser clean
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
@@ -29,10 +29,20 @@ lint: $(VENV)/dev.stamp ## Check format, style, types, import rules and generate
 	$(BIN)/mypy .
 	$(BIN)/lint-imports --no-cache
 	$(BIN)/codegen --check interfaces/*.idl behaviors/*.xml tests/data/components/*.xml
+	@if command -v npm >/dev/null; then $(MAKE) --no-print-directory lint-page; \
+	else echo "Node.js is not installed: the page is not checked"; fi
+
+lint-page: tests/page/node_modules/.stamp ## Check the modules of the page: format, mistakes, types
+	npm run --silent --prefix tests/page check
+
+tests/page/node_modules/.stamp: tests/page/package-lock.json
+	npm ci --silent --prefix tests/page
+	@touch $@
 
 format: $(VENV)/dev.stamp ## Format the code
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
+	@! command -v npm >/dev/null || { $(MAKE) --no-print-directory tests/page/node_modules/.stamp && npm run --silent --prefix tests/page format; }
 
 bench: $(VENV)/bench.stamp system browser ## Measure the figures and print them as tables
 	@for script in benchmarks/bench_*.py; do $(BIN)/python $$script || exit 1; done
@@ -54,7 +64,7 @@ vendor: ## Bundle the libraries of the editor's page anew (needs Node.js and npm
 	cd deploy/vendor && npm ci --silent && npm run --silent build
 
 packages: $(VENV)/python.stamp
-	@sh deploy/setup/system_packages.sh $(BIN)/python gl chromium
+	@sh deploy/setup/system_packages.sh $(BIN)/python gl chromium node
 
 system: $(VENV)/python.stamp ## Install the GL library that the cameras of the simulation need
 	@sh deploy/setup/system_packages.sh $(BIN)/python gl

@@ -1,7 +1,8 @@
 #!/bin/sh
-# Make sure that this machine has what is no Python package: system_packages.sh PYTHON gl|chromium...
+# Make sure that this machine has what is no Python package: system_packages.sh PYTHON gl|chromium|node...
 #   gl        the library with which MuJoCo renders; without it everything but the cameras works
 #   chromium  the browser in which the editor's page is tested; without it those tests are skipped
+#   node      Node.js and npm, by which the page is checked; without them that is left out
 # So this never stops what called it.
 set -eu
 python=$1
@@ -34,6 +35,7 @@ for wanted in "$@"; do
       libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri libopengl0 ;;
     chromium) has_chromium || install_packages "the browser Chromium" "the tests of the editor's page are skipped" \
       chromium fonts-dejavu-core ;;
+    node) command -v npm >/dev/null 2>&1 || install_packages "Node.js" "the editor's page is not checked" nodejs npm ;;
     *) echo "system_packages.sh: unknown: $wanted" >&2 && exit 2 ;;
   esac
 done

@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
+import json
+import shutil
+import subprocess
+from collections.abc import Callable, Iterator
 from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+from subprocess import PIPE
 from typing import Any
 
 import msgspec
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from codegen.hfsm.document import Automaton, Document, State, Text, Transition
 from tests.support.editor import patched
+from tests.support.limits import LIMIT
 from visualhfsm.web.window import Version, full, patch
 
 codes = st.builds(Text, st.text(max_size=5))
@@ -44,17 +53,52 @@ def decoded(version: Version) -> dict[str, Any]:
     return found
 
 
-@given(st.lists(documents, min_size=2, max_size=4))
-def test_patches_lead_from_version_to_version(versions: list[Document]) -> None:
-    shown = Version(versions[0], "robot")
-    page = decoded(shown)
-    for document in versions[1:]:
-        version = Version(document, "robot")
+several = st.lists(documents, min_size=2, max_size=4).map(
+    lambda versions: [Version(document, "robot") for document in versions]
+)
+
+
+@given(several)
+def test_patches_lead_from_version_to_version(versions: list[Version]) -> None:
+    page = decoded(versions[0])
+    for shown, version in pairwise(versions):
         change = patch(shown, version)
         assert change is not None
         patched(page, msgspec.json.decode(change))
         assert page == decoded(version)
-        shown = version
+
+
+Show = Callable[[list[dict[str, Any]]], dict[str, Any]]
+
+
+@pytest.fixture(scope="module")
+def show() -> Iterator[Show]:
+    """Return what lets the page's own store take pushes, and returns the document that it shows then."""
+    if shutil.which("node") is None:
+        pytest.skip("Node.js is not installed")
+    script = Path(__file__).resolve().parents[1] / "page" / "patches.js"
+    with subprocess.Popen(["node", script], stdin=PIPE, stdout=PIPE, text=True) as node:
+        stdin, stdout = node.stdin, node.stdout
+        assert stdin is not None
+        assert stdout is not None
+
+        def take(pushes: list[dict[str, Any]]) -> dict[str, Any]:
+            print(json.dumps(pushes), file=stdin, flush=True)
+            shown: dict[str, Any] = json.loads(stdout.readline())
+            return shown
+
+        yield take
+        stdin.close()
+        node.wait(LIMIT)
+
+
+@given(several)
+def test_the_page_shows_what_the_server_has(show: Show, versions: list[Version]) -> None:
+    about = {"push": "document", "tab": 1, "revision": 1, "undo": [], "redo": [], "dirty": False}
+    assert show([{**about, "full": decoded(versions[0])}]) == decoded(versions[0])
+    for shown, version in pairwise(versions):
+        change = msgspec.json.decode(patch(shown, version) or b"")
+        assert show([{**about, "patch": change}]) == decoded(version)
 
 
 def changes(before: Document, after: Document) -> dict[str, Any]:

@@ -438,8 +438,8 @@ async function lookAtImports(tab, again = false) {
 /** The imports of a document in a text, which changes when they do. */
 const importsOf = (document) =>
   [...(document?.own.values() ?? [])]
-    .filter(({imported}) => imported)
-    .map(({id, imported}) => `${id} ${imported.automaton} ${imported.file}`)
+    .filter((each) => each.imported)
+    .map((each) => `${each.id} ${each.imported.automaton} ${each.imported.file}`)
     .join("\n");
 
 initTheme();

@@ -31,10 +31,10 @@ const canInline = () => isImport(part());
 
 const layout = () => import("./layout.js");
 
-function editCode(part) {
-  if (page.state) page.edit({kind: "state", automaton: page.automaton.id, id: page.state.id, part: part ?? "code"});
+function editCode(field) {
+  if (page.state) page.edit({kind: "state", automaton: page.automaton.id, id: page.state.id, part: field ?? "code"});
   else if (page.transition)
-    page.edit({kind: "transition", automaton: page.automaton.id, id: page.transition.id, part: part ?? "trigger"});
+    page.edit({kind: "transition", automaton: page.automaton.id, id: page.transition.id, part: field ?? "trigger"});
 }
 
 function enter({canvas}) {

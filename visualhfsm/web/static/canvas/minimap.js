@@ -21,7 +21,7 @@ const whenIdle = window.requestIdleCallback?.bind(window) ?? ((action) => setTim
 /** The automaton is painted when nothing else is to be done, and kept as a picture; only the frame follows at once. */
 export class Minimap {
   #waiting = false;
-  #queued = 0;
+  #queued = false;
   #unpainted = true; // it shows nothing that is not seen beside it
 
   constructor(canvas) {
@@ -61,8 +61,10 @@ export class Minimap {
 
   /** Draw the frame around what is seen again, with the next picture of the screen. */
   frame() {
-    this.#queued ||= requestAnimationFrame(() => {
-      this.#queued = 0;
+    if (this.#queued) return;
+    this.#queued = true;
+    requestAnimationFrame(() => {
+      this.#queued = false;
       this.element.hidden = !this.box || contains(this.canvas.viewport.seen, this.box);
       if (this.element.hidden) return;
       if (this.#unpainted) this.draw();

@@ -10,7 +10,7 @@ import {bounds, handles} from "./geometry.js";
 import {placeLabels} from "./labels.js";
 import {markState, markTransition} from "./live-marks.js";
 import {StateView} from "./state-view.js";
-import {make, set} from "./svg.js";
+import {make} from "./svg.js";
 import {TransitionView} from "./transition-view.js";
 import {TINY, VERY_FAR} from "./viewport.js";
 

@@ -155,8 +155,7 @@ export class StateView {
     for (const each of this.badges.children) {
       const wanted = Number(each.dataset.angle);
       const angle =
-        TURNS.map((turn) => wanted + turn).find((angle) => taken.every((other) => apart(angle, other) > CLEAR)) ??
-        wanted;
+        TURNS.map((turn) => wanted + turn).find((free) => taken.every((other) => apart(free, other) > CLEAR)) ?? wanted;
       taken.push(angle);
       each.setAttribute(
         "transform",

@@ -56,7 +56,7 @@ export async function showHelp(context) {
   const tour = await showDialog({
     title: "Help",
     wide: true,
-    content: (close) =>
+    content: () =>
       html`<div class="signs">
           ${SIGNS.map(
             ([text, fields]) =>

@@ -11,7 +11,7 @@ import {
   identitiesOf,
   interfaceDetails,
   interfaceNames,
-  known,
+  known as knownInterfaces,
   loadIdentities,
   loadInterfaces,
 } from "./known-interfaces.js";
@@ -73,7 +73,7 @@ class DataPanel extends PageElement {
             ? automatonData(about)
             : componentData({
                 ...about,
-                known: known(),
+                known: knownInterfaces(),
                 showProblems: () => this.context?.app.showBottom("hfsm-problems"),
               })
         }

@@ -1,0 +1,25 @@
+// Rules for the page of the editor and for its unit tests: those that find mistakes; Prettier has the style.
+import js from "@eslint/js";
+import globals from "globals";
+
+export default [
+  {ignores: ["**/vendor/", "**/node_modules/"]},
+  js.configs.recommended,
+  {
+    languageOptions: {ecmaVersion: 2024, sourceType: "module"},
+    rules: {
+      eqeqeq: "error",
+      "no-console": "error",
+      "no-implicit-globals": "error",
+      "no-shadow": "error",
+      "no-unused-expressions": "error",
+      "no-unused-vars": ["error", {argsIgnorePattern: "^_", ignoreRestSiblings: true}],
+      "no-var": "error",
+      "object-shorthand": "error",
+      "prefer-const": "error",
+      "prefer-template": "error",
+    },
+  },
+  {files: ["**/web/static/**"], languageOptions: {globals: globals.browser}},
+  {files: ["**/tests/page/**"], languageOptions: {globals: globals.node}},
+];

@@ -1,0 +1,45 @@
+/** What the tests of the page share: where its modules are, and the surroundings that they ask for. */
+
+export const STATIC = new URL("../../visualhfsm/web/static/", import.meta.url);
+
+/** A connection whose other end is the test. */
+export class Socket extends EventTarget {
+  static OPEN = 1;
+  static CLOSED = 3;
+  /** @type {Socket[]} */
+  static made = [];
+  readyState = 0;
+  /** @type {any[]} */
+  sent = [];
+
+  /** @param {string} url */
+  constructor(url) {
+    super();
+    this.url = url;
+    Socket.made.push(this);
+  }
+
+  /** @param {string} text */
+  send(text) {
+    this.sent.push(JSON.parse(text));
+  }
+
+  /** The server accepts the connection. */
+  open() {
+    this.readyState = Socket.OPEN;
+    this.dispatchEvent(new Event("open"));
+  }
+
+  /** The server sends a message. @param {object} message */
+  push(message) {
+    this.dispatchEvent(Object.assign(new Event("message"), {data: JSON.stringify(message)}));
+  }
+
+  /** The connection is lost. */
+  lose() {
+    this.readyState = Socket.CLOSED;
+    this.dispatchEvent(Object.assign(new Event("close"), {code: 1006, reason: ""}));
+  }
+}
+
+Object.assign(globalThis, {WebSocket: Socket, location: {protocol: "http:", host: "127.0.0.1:1"}});

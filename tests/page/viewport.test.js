@@ -1,0 +1,62 @@
+import assert from "node:assert/strict";
+import {test} from "node:test";
+
+import {STATIC} from "./page.js";
+
+const {Viewport} = await import(new URL("canvas/viewport.js", STATIC).href);
+
+const made = (width = 800, height = 600) =>
+  new Viewport(
+    () => ({width, height}),
+    () => {},
+  );
+const close = (one, other) => assert.ok(Math.abs(one - other) < 1e-6, `${one} is not ${other}`);
+
+test("what lies under the pointer stays there while one zooms, within bounds", () => {
+  const view = made();
+  view.pan(30, -20);
+  for (const factor of [1.3, 0.2, 100, 1e-9]) {
+    const before = view.toDrawing(200, 150);
+    view.zoom(factor, 200, 150);
+    const after = view.toDrawing(200, 150);
+    close(before.x, after.x);
+    close(before.y, after.y);
+  }
+  assert.equal(view.scale, 0.02);
+  view.zoom(1e9);
+  assert.equal(view.scale, 4);
+});
+
+test("the window and the drawing are each other's reverse", () => {
+  const view = made();
+  Object.assign(view, {x: 12, y: -7, scale: 1.7});
+  const {x, y} = view.toWindow(view.toDrawing(321, 123));
+  close(x, 321);
+  close(y, 123);
+});
+
+test("a drawing is fitted whole, in the middle, and a small one is not blown up", () => {
+  const view = made();
+  view.fit({left: -1000, top: 0, right: 3000, bottom: 500});
+  const seen = view.seen;
+  assert.ok(seen.left < -1000 && seen.right > 3000);
+  close((seen.left + seen.right) / 2, 1000);
+  view.fit({left: 0, top: 0, right: 10, bottom: 10});
+  assert.equal(view.scale, 1.25);
+  view.fit(undefined);
+  assert.equal(view.scale, 1);
+});
+
+test("a window that is not shown yet fits nothing", () => {
+  const view = made(0, 0);
+  view.fit({left: 0, top: 0, right: 10, bottom: 10});
+  assert.deepEqual([view.x, view.y, view.scale], [0, 0, 1]);
+});
+
+test("a point is revealed by the least that is needed", () => {
+  const view = made();
+  view.reveal({x: 400, y: 300});
+  assert.deepEqual([view.x, view.y], [0, 0]);
+  view.reveal({x: 900, y: 10});
+  assert.deepEqual([view.x, view.y], [-170, 60]);
+});

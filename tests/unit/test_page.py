@@ -1,0 +1,21 @@
+"""The unit tests of the page, which run in Node.js."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from tests.support.limits import LIMIT
+
+PAGE = Path(__file__).resolve().parents[1] / "page"
+
+
+@pytest.mark.skipif(shutil.which("node") is None, reason="Node.js is not installed")
+def test_the_page_passes_its_unit_tests() -> None:
+    done = subprocess.run(
+        ["node", "--test"], cwd=PAGE, capture_output=True, text=True, timeout=LIMIT, check=False
+    )
+    assert done.returncode == 0, done.stdout
