@@ -161,8 +161,8 @@ class _Reader:
         """The elements of variables, each with the number of its automaton."""
         self._timers: dict[tuple[_State, str], str] = {}
         """The milliseconds after which a state gets an event of its own."""
-        self._left: set[tuple[_State, str]] = set()
-        """States that are left from inside, each with the event that makes it leave."""
+        self._events: dict[str, None] = {}
+        """The events for which transitions wait."""
 
     def report(self, code: str, element: XmlElement, message: str, notes: Sequence[Note] = ()) -> None:
         """Report something about an element, as an error, a warning or a note by its code."""
@@ -196,13 +196,10 @@ class _Reader:
                     self._read_transition(state, element)
         automata = tuple(map(self._automaton, self._automata))
         sent = {decode_event(each.attributes.get("event", "")) for each in _everywhere(root, "raise", "send")}
-        sent.update(event for _, event in self._left)
-        transitions = (each for automaton in automata for each in automaton.transitions)
-        waiting = dict.fromkeys(each.trigger.text for each in transitions if each.type == "event")
         document = Document(
             description=Text(root.attributes.get("name", "")),
             language=Text(self._script.language),
-            events=tuple(Event(name=name) for name in waiting if name not in sent),
+            events=tuple(Event(name=name) for name in self._events if name not in sent),
             automata=automata,
         )
         self._check_scopes(document)
@@ -358,6 +355,8 @@ class _Reader:
             message = "a transition to several targets that are not inside one state is not carried"
             self._lose(element, message)
             return
+        if element.attributes.get("type") == "internal" and goals[0].state is not origin is destination:
+            self._approximate(element, f"it stays in `{state.name[:60]}`: here it leaves and enters that")
         self._check_entered(goals, destination, element)
         code = self._script.code([element])
         if origin is not state:
@@ -386,6 +385,7 @@ class _Reader:
                 if name != event:
                     message = f"`{event[:60]}` is taken for `{name[:60]}` alone: here events have one name"
                     self._approximate(element, message)
+                self._events[decode_event(name)] = None
                 yield _transition("event", decode_event(name), condition, element)
 
     def _leave(
@@ -398,8 +398,8 @@ class _Reader:
         """
         inner, around = state.automaton, state.path_to(origin.automaton)[1:]
         event = f"leave {around[0].name} for {name}"
-        if (origin, event) not in self._left:
-            self._left.add((origin, event))
+        leaving = (each for each in origin.automaton.transitions if each.origin == origin.number)
+        if all(each.trigger.text != event for each in leaving):
             # First, since in SCXML what is inside comes first.
             _join(origin, destination, _transition("event", event, "", element), place=0)
             message = (
