@@ -132,8 +132,13 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
                 "color": "green",
             }
 
-        red = State("red", initial=True, children=(self.automaton_red(),), arguments=arguments_red)
-        green = State("green", children=(self.automaton_green(),), arguments=arguments_green)
+        red = State(
+            "red",
+            initial=True,
+            children=(self.automaton_follow_ball("red", 3),),
+            arguments=arguments_red,
+        )
+        green = State("green", children=(self.automaton_follow_ball("green", 4),), arguments=arguments_green)
         return Automaton(
             "followBall",
             id=2,
@@ -145,8 +150,8 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
             ),
         )
 
-    def automaton_red(self) -> Automaton:
-        """Return the automaton of the state 'red', from follow_ball.xml."""
+    def automaton_follow_ball(self, name: str, number: int) -> Automaton:
+        """Return the automaton of one of several states, from follow_ball.xml."""
         color: str = "green"  # input
         error_u = error_v = 0.0  # pixels from the image's center, right and down
         ball_seen = False
@@ -186,64 +191,8 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
         follow = State("follow", initial=True, code=state_follow)
         search = State("search", code=state_search)
         return Automaton(
-            "red",
-            id=3,
-            source="follow_ball.xml",
-            period=0.05,
-            inputs=(
-                Input(name="color", type=str, default="green"),
-            ),
-            set_inputs=set_inputs,
-            states=(follow, search),
-            transitions=(
-                Transition("lost", follow, search, guard=guard_lost),
-                Transition("found", search, follow, guard=guard_found, code=fired_found),
-            ),
-        )
-
-    def automaton_green(self) -> Automaton:
-        """Return the automaton of the state 'green', from follow_ball.xml."""
-        color: str = "green"  # input
-        error_u = error_v = 0.0  # pixels from the image's center, right and down
-        ball_seen = False
-        lost_since = None
-        corner = 0
-
-        def set_inputs(values):
-            nonlocal color
-            color = values.get("color", color)
-
-        def state_follow():
-            nonlocal ball_seen, error_u, error_v, lost_since
-            ball = self.find_ball(color)
-            ball_seen = ball is not None
-            if ball_seen:
-                error_u, error_v = ball
-                lost_since = None
-                self.turn_towards(error_u, error_v)
-            elif lost_since is None:
-                lost_since = self.clock.now()
-
-        def state_search():
-            nonlocal ball_seen, corner
-            ball_seen = False
-            corner = self.sweep(corner)
-
-        def guard_lost():
-            return lost_since is not None and self.clock.now() - lost_since > 0.5
-
-        def guard_found():
-            return self.find_ball(color) is not None
-
-        def fired_found():
-            nonlocal lost_since
-            lost_since = None
-
-        follow = State("follow", initial=True, code=state_follow)
-        search = State("search", code=state_search)
-        return Automaton(
-            "green",
-            id=4,
+            name,
+            id=number,
             source="follow_ball.xml",
             period=0.05,
             inputs=(
@@ -331,27 +280,20 @@ SOURCE_MAP = (  # lines of this file, where they come from, and which code they 
     (107, 107, "dance_and_follow.xml:24", "fired", 1, 1),
     (127, 127, "dance_and_follow.xml:73", "argument", 2, 1),
     (132, 132, "dance_and_follow.xml:81", "argument", 2, 2),
-    (151, 154, "follow_ball.xml:52", "variables", 3),
-    (162, 169, "follow_ball.xml:10", "code", 3, 1),
-    (173, 174, "follow_ball.xml:24", "code", 3, 2),
-    (177, 177, "follow_ball.xml:34", "trigger", 3, 1),
-    (180, 180, "follow_ball.xml:43", "trigger", 3, 2),
-    (184, 184, "follow_ball.xml:41", "fired", 3, 2),
-    (191, 191, "follow_ball.xml:4", "automaton", 3),
-    (207, 210, "follow_ball.xml:52", "variables", 4),
-    (218, 225, "follow_ball.xml:10", "code", 4, 1),
-    (229, 230, "follow_ball.xml:24", "code", 4, 2),
-    (233, 233, "follow_ball.xml:34", "trigger", 4, 1),
-    (236, 236, "follow_ball.xml:43", "trigger", 4, 2),
-    (240, 240, "follow_ball.xml:41", "fired", 4, 2),
-    (247, 247, "follow_ball.xml:4", "automaton", 4),
-    (262, 274, "dance_and_follow.xml:157", "variables", 5),
-    (278, 281, "dance_and_follow.xml:123", "code", 5, 1),
-    (285, 288, "dance_and_follow.xml:133", "code", 5, 2),
-    (291, 291, "dance_and_follow.xml:145", "trigger", 5, 1),
-    (295, 295, "dance_and_follow.xml:143", "fired", 5, 1),
-    (298, 298, "dance_and_follow.xml:154", "trigger", 5, 2),
-    (302, 302, "dance_and_follow.xml:152", "fired", 5, 2),
+    (156, 159, "follow_ball.xml:52", "variables", 3),
+    (167, 174, "follow_ball.xml:10", "code", 3, 1),
+    (178, 179, "follow_ball.xml:24", "code", 3, 2),
+    (182, 182, "follow_ball.xml:34", "trigger", 3, 1),
+    (185, 185, "follow_ball.xml:43", "trigger", 3, 2),
+    (189, 189, "follow_ball.xml:41", "fired", 3, 2),
+    (196, 196, "follow_ball.xml:4", "automaton", 3),
+    (211, 223, "dance_and_follow.xml:157", "variables", 5),
+    (227, 230, "dance_and_follow.xml:123", "code", 5, 1),
+    (234, 237, "dance_and_follow.xml:133", "code", 5, 2),
+    (240, 240, "dance_and_follow.xml:145", "trigger", 5, 1),
+    (244, 244, "dance_and_follow.xml:143", "fired", 5, 1),
+    (247, 247, "dance_and_follow.xml:154", "trigger", 5, 2),
+    (251, 251, "dance_and_follow.xml:152", "fired", 5, 2),
 )
 
 if __name__ == "__main__":

@@ -13,7 +13,7 @@ from .code.text import INDENT, Code
 from .code.values import delay, milliseconds, parse_value
 from .document import Automaton, Parameter, State, Transition
 
-__all__ = ["AutomatonWriter", "CodeLines", "Line"]
+__all__ = ["AutomatonWriter", "CodeLines", "Line", "Method"]
 
 _LONGEST_LINE: Final = 110
 _EVENT: Final = "event: Event"
@@ -40,10 +40,22 @@ Line = str | CodeLines
 """A line of the component that the generator writes, or a piece of code."""
 
 
+@dataclass(frozen=True, slots=True)
+class Method:
+    """A method that makes an automaton, and how it is called for that.
+
+    Several automata that are imported from one place share one, which takes the name and the id.
+    """
+
+    name: str
+    call: str
+    is_shared: bool = False
+
+
 class AutomatonWriter:
     """Write the method of one automaton, which the state `owner` owns, or None.
 
-    `automata` are all automata of the component by id, and `methods` the names of their methods. `name` is
+    `automata` are all automata of the component by id, and `methods` the methods that make them. `name` is
     that of the component, `path` and `source` are the file in which the automaton stands and what messages
     call it, where that is not the document itself. `needs` are the names that it takes from `hfsm_runtime`.
     """
@@ -53,7 +65,7 @@ class AutomatonWriter:
         code: AutomatonCode,
         owner: State | None,
         automata: Mapping[int, Automaton],
-        methods: Mapping[int, str],
+        methods: Mapping[int, Method],
         *,
         name: str,
         path: Path,
@@ -61,11 +73,15 @@ class AutomatonWriter:
     ) -> None:
         self._code, self._owner, self._automata, self._methods = code, owner, automata, methods
         self._automaton = automaton = code.automaton
-        self._name, self._path, self._source = name, path, source
+        self._path, self._source = path, source
         self._shared = {name for piece in code.by_owner.values() for name in code.shared_names(piece)}
         self._taken = {item.name for item in automaton.inputs} | _OURS
         for piece in (*code.by_owner.values(), *([] if code.variables is None else [code.variables])):
             self._taken |= piece.bound | piece.used
+        self._method = methods[automaton.id]
+        self._name, self._number = quoted(owner.name if owner else name), str(automaton.id)
+        if self._method.is_shared:
+            self._name, self._number = self._unused("name"), self._unused("number")
         self._functions: list[Line] = []
         self._set_inputs = self._inputs()
         states = [self._state(index, state) for index, state in enumerate(automaton.states)]
@@ -95,8 +111,12 @@ class AutomatonWriter:
         """Yield the method."""
         automaton, variables, owner = self._automaton, self._code.variables, self._owner
         role = f"the state {owner.name!r}" if owner else "the component"
+        parameters = "self"
+        if self._method.is_shared:
+            role = "one of several states"
+            parameters = f"self, {self._name}: str, {self._number}: int"
         source = f", from {self._source}" if self._source else ""
-        yield f"    def {self._methods[automaton.id]}(self) -> Automaton:"
+        yield f"    def {self._method.name}({parameters}) -> Automaton:"
         yield f'        """Return the automaton of {docstring(role + source)}."""'
         declared = {item.name for item in automaton.inputs}
         for item in automaton.inputs:
@@ -113,8 +133,8 @@ class AutomatonWriter:
         yield ""
         yield from self._states
         yield "        return Automaton("
-        yield f"            {quoted(owner.name if owner else self._name)},"
-        yield f"            id={automaton.id},"
+        yield f"            {self._name},"
+        yield f"            id={self._number},"
         if self._source:
             line = f"            source={quoted(self._source)},"
             yield self._code_lines([line], ("automaton", 0), Code((line,), automaton.line))
@@ -163,9 +183,9 @@ class AutomatonWriter:
         for part, kind in parts:
             if (piece := self._code.of(part, state)) is not None:
                 arguments.append(f"{part}={self._function(kind, part, state, piece)}")
-        methods = [f"self.{self._methods[child]}()" for child in state.children if child in self._automata]
-        if methods:
-            arguments.append(f"children=({', '.join(methods)}{',' if len(methods) == 1 else ''})")
+        calls = [f"self.{self._methods[child].call}" for child in state.children if child in self._automata]
+        if calls:
+            arguments.append(f"children=({', '.join(calls)}{',' if len(calls) == 1 else ''})")
         arguments += ["restart=True"] if state.history.text.strip() == "restart" else []
         if state.arguments:
             arguments.append(f"arguments={self._arguments(state)}")

@@ -11,7 +11,7 @@ from codegen.diagnostics import Diagnostics
 from codegen.hfsm import compile_document, parse_document, resolve
 from codegen.hfsm.document import Document
 from hfsm_runtime import VirtualRun, run
-from tests.support.documents import compile_to, document, load, state, sub
+from tests.support.documents import compile_to, document, load, state, sub, transition
 
 
 def imported(file: str, id: int = 2, father: int = 1, automaton: int = 0, inside: str = "") -> str:
@@ -93,6 +93,29 @@ def test_functions_of_a_file_stand_in_the_component_once_and_all_come_along(tmp_
     assert source.count("def note(self, x):") == source.count("def inner(self):") == 1
     only_inner = compile_to(tmp_path, document(root(2), imported("lib.xml", automaton=4))).read_text()
     assert only_inner.count("def note(self, x):") == only_inner.count("def inner(self):") == 1
+
+
+def test_what_is_imported_twice_is_written_once_and_has_its_own_variables_each_time(tmp_path: Path) -> None:
+    code = "number += 1\nself.seen = {**getattr(self, 'seen', {}), (name, color): number}"
+    color = '<input><name>color</name><type>str</type><default>""</default></input>'
+    (tmp_path / "lib.xml").write_text(
+        document(
+            sub(1, 0, state(1, "count", code, initial=True), color, variables="number = 0\nname = 'ball'")
+        )
+    )
+    owners = [
+        state(1, "a", initial=True, child=2).replace(
+            "</state>", '<argument name="color">"red"</argument></state>'
+        ),
+        state(2, "b", child=3).replace("</state>", '<argument name="color">"green"</argument></state>'),
+    ]
+    whole = sub(1, 0, *owners, transition(1, 1, 2, "200", type="time"))
+    file = compile_to(tmp_path, document(whole, imported("lib.xml"), imported("lib.xml", id=3)))
+    assert file.read_text().count("number += 1") == 1
+    virtual = VirtualRun(component := load(file))
+    virtual.advance(0.4)
+    assert virtual.active_paths == ("b/count",)
+    assert vars(component)["seen"] == {("ball", "red"): 2, ("ball", "green"): 3}
 
 
 def test_an_error_names_the_imported_file_and_its_line(tmp_path: Path) -> None:

@@ -67,7 +67,7 @@ class Imports(Component, document="imports.xml", on_error="stop"):
             return self.position >= goal
 
         go = State("go", initial=True, code=state_go)
-        turn = State("turn", children=(self.automaton_turn(),))
+        turn = State("turn", children=(self.automaton_patrol("turn", 2002),))
         back = State("back", final=True)
         return Automaton(
             "near",
@@ -85,14 +85,14 @@ class Imports(Component, document="imports.xml", on_error="stop"):
             ),
         )
 
-    def automaton_turn(self) -> Automaton:
-        """Return the automaton of the state 'turn', from library/patrol.xml."""
+    def automaton_patrol(self, name: str, number: int) -> Automaton:
+        """Return the automaton of one of several states, from library/patrol.xml."""
 
         turning = State("turning", initial=True)
         turned = State("turned", final=True)
         return Automaton(
-            "turn",
-            id=2002,
+            name,
+            id=number,
             source="library/patrol.xml",
             period=0.1,
             states=(turning, turned),
@@ -116,7 +116,7 @@ class Imports(Component, document="imports.xml", on_error="stop"):
             return self.position >= goal
 
         go = State("go", initial=True, code=state_go)
-        turn = State("turn", children=(self.automaton_turn_3002(),))
+        turn = State("turn", children=(self.automaton_patrol("turn", 3002),))
         back = State("back", final=True)
         return Automaton(
             "far",
@@ -134,22 +134,6 @@ class Imports(Component, document="imports.xml", on_error="stop"):
             ),
         )
 
-    def automaton_turn_3002(self) -> Automaton:
-        """Return the automaton of the state 'turn', from library/patrol.xml."""
-
-        turning = State("turning", initial=True)
-        turned = State("turned", final=True)
-        return Automaton(
-            "turn",
-            id=3002,
-            source="library/patrol.xml",
-            period=0.1,
-            states=(turning, turned),
-            transitions=(
-                Transition("", turning, turned, seconds=0.1),
-            ),
-        )
-
 
 SOURCE_MAP = (  # lines of this file, where they come from, and which code they are
     (15, 15, "imports.xml:3", "library"),
@@ -164,7 +148,6 @@ SOURCE_MAP = (  # lines of this file, where they come from, and which code they 
     (113, 113, "library/patrol.xml:8", "code", 3, 1),
     (116, 116, "library/patrol.xml:11", "trigger", 3, 1),
     (124, 124, "library/patrol.xml:7", "automaton", 3),
-    (145, 145, "library/patrol.xml:20", "automaton", 3002),
 )
 
 if __name__ == "__main__":
