@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from typing import Final
 
 from ...diagnostics import Note
@@ -36,8 +36,7 @@ _ENDLESS: Final = "this loop has no way out"
 
 def check_blocking(analysis: Analysis, report: Report) -> None:
     """Check the code of all automata and the functions that it calls."""
-    modules = analysis.libraries
-    sleeps = _SLEEPS - {f"self.{name}" for name in analysis.defined}
+    checker = _Checker(analysis, report)
     calls: dict[Piece | str, set[str]] = {}
     for access in analysis.accesses:
         calls.setdefault(access.function or access.piece, set()).add(access.name)
@@ -46,32 +45,15 @@ def check_blocking(analysis: Analysis, report: Report) -> None:
         period = milliseconds(code.automaton.iteration_time)
         if period is None:
             continue
-        for piece in code.running():
-            for node, message in _blocking(piece.tree, "self", modules, period, sleeps):
-                _report(piece, node, message, period, report)
-            for name in _called(calls.get(piece, ()), calls):
+        for piece in code.sharing():
+            checker.check(piece, piece.tree, "self", None if piece is code.variables else period)
+            for name in _called(calls.get(piece, ()), calls) if piece is not code.variables else ():
                 shortest[name] = min(period, shortest.get(name, period))
-        if code.variables is not None and not code.variables.is_deep:
-            for node, message in _blocking(code.variables.tree, "self", modules, None, sleeps):
-                _report(code.variables, node, message, None, report)
     for piece in analysis.functions:
         for function in piece.tree.body:
             if isinstance(function, ast.FunctionDef) and function.name in shortest:
-                period = shortest[function.name]
                 self_name = function.args.args[0].arg if function.args.args else ""
-                for node, message in _blocking(function, self_name, modules, period, sleeps):
-                    _report(piece, node, message, period, report)
-
-
-def _report(
-    piece: Piece, node: ast.expr | ast.stmt, message: str, period: float | None, report: Report
-) -> None:
-    if period is None:
-        note = Note("the variables run before the first cycle, which waits for them")
-    else:
-        who = "a cycle that calls the function" if piece.is_functions else "the cycle"
-        note = Note(f"{who} has {period:g} ms; wait with a timed transition instead, or look in each cycle")
-    report.warning(Code.BLOCKING_CALL, message, piece.place(node), [note])
+                checker.check(piece, function, self_name, shortest[function.name])
 
 
 def _called(names: Iterable[str], calls: Mapping[Piece | str, set[str]]) -> set[str]:
@@ -86,34 +68,52 @@ def _called(names: Iterable[str], calls: Mapping[Piece | str, set[str]]) -> set[
     return found
 
 
-def _blocking(
-    tree: ast.AST, self_name: str, modules: Mapping[str, str], period: float | None, sleeps: Collection[str]
-) -> Iterator[tuple[ast.expr | ast.stmt, str]]:
-    modules = {**modules, **_imports(tree)}
-    for node in own_nodes(tree):
-        match node:
-            case ast.Call(func=func):
-                message = _blocking_call(node, _full_name(func, self_name, modules), period, sleeps)
-                if message:
-                    yield node, message
-            case ast.While(test=test) if truth(test) is True and not _has_way_out(node):
-                yield test, _ENDLESS
-            case ast.For(iter=ast.Call(func=ast.Attribute(attr="samples"))) if not _has_way_out(node):
-                yield node.iter, f"{_ENDLESS}: `samples` goes on as long as there are some"
+class _Checker:
+    def __init__(self, analysis: Analysis, report: Report) -> None:
+        self._libraries = analysis.libraries
+        self._sleeps = _SLEEPS - {f"self.{name}" for name in analysis.defined}
+        self._report = report
 
+    def check(self, piece: Piece, tree: ast.AST, self_name: str, period: float | None) -> None:
+        """Check a piece of code, or a function in it, for a `period` in ms, None before the first cycle."""
+        if period is None:
+            note = Note("the variables run before the first cycle, which waits for them")
+        else:
+            who = "a cycle that calls the function" if piece.is_functions else "the cycle"
+            advice = "wait with a timed transition instead, or look in each cycle"
+            note = Note(f"{who} has {period:g} ms; {advice}")
+        modules = dict(self._libraries)
+        for node in own_nodes(tree):
+            if isinstance(node, ast.Import | ast.ImportFrom):
+                modules.update(imported_names(node))
+        for node in own_nodes(tree):
+            match node:
+                case ast.Call(func=func) as where:
+                    message = self._blocking(node, _full_name(func, self_name, modules), period)
+                case ast.While(test=where) if truth(where) is True and not _has_way_out(node):
+                    message = _ENDLESS
+                case ast.For(iter=ast.Call(func=ast.Attribute(attr="samples")) as where) if not _has_way_out(
+                    node
+                ):
+                    message = f"{_ENDLESS}: `samples` goes on as long as there are some"
+                case _:
+                    continue
+            if message is not None:
+                self._report.warning(Code.BLOCKING_CALL, message, piece.place(where), [note])
 
-def _blocking_call(call: ast.Call, name: str, period: float | None, sleeps: Collection[str]) -> str | None:
-    if name in _WAITS:
-        return f"`{name}` waits for as long as it takes"
-    has_timeout = any(keyword.arg in ("timeout", None) for keyword in call.keywords)
-    if name in _WAITS_WITHOUT_TIMEOUT and not has_timeout:
-        return f"`{name}` waits for as long as it takes: it has no `timeout`"
-    if name in sleeps and period is not None:
-        argument = next(iter([*call.args, *(keyword.value for keyword in call.keywords)]), None)
-        duration = None if argument is None else seconds(argument)
-        if duration is not None and duration * 1000 > period:
-            return f"`{name}` waits for {duration:g} s, longer than a period"
-    return None
+    def _blocking(self, call: ast.Call, name: str, period: float | None) -> str | None:
+        """Return why a call of a function by its full name blocks, None if it does not."""
+        if name in _WAITS:
+            return f"`{name}` waits for as long as it takes"
+        has_timeout = any(keyword.arg in ("timeout", None) for keyword in call.keywords)
+        if name in _WAITS_WITHOUT_TIMEOUT and not has_timeout:
+            return f"`{name}` waits for as long as it takes: it has no `timeout`"
+        if name in self._sleeps and period is not None:
+            argument = next(iter([*call.args, *(keyword.value for keyword in call.keywords)]), None)
+            duration = None if argument is None else seconds(argument)
+            if duration is not None and duration * 1000 > period:
+                return f"`{name}` waits for {duration:g} s, longer than a period"
+        return None
 
 
 def _has_way_out(loop: ast.While | ast.For) -> bool:
@@ -143,11 +143,3 @@ def _full_name(node: ast.expr, self_name: str, modules: Mapping[str, str]) -> st
     """Return what is called by its full name, such as `time.sleep`, or an empty text."""
     first, *others = dotted(node) or [""]
     return ".".join(["self" if first == self_name else modules.get(first, first), *others])
-
-
-def _imports(tree: ast.AST) -> dict[str, str]:
-    found: dict[str, str] = {}
-    for node in own_nodes(tree):
-        if isinstance(node, ast.Import | ast.ImportFrom):
-            found.update(imported_names(node))
-    return found
