@@ -320,24 +320,28 @@ class _Reader:
         sends: dict[str, list[XmlElement]] = defaultdict(list)
         for element in _everywhere(self._root, "raise", "send"):
             sends[element.attributes.get("event", "")].append(element)
+        taken: dict[_State, list[XmlElement]] = defaultdict(list)
         for event, found in sends.items():
             if all(each in timers for each in found) and waiting[event] <= {timers[each] for each in found}:
                 for send in found:
-                    if timers[send] in waiting[event] and (timers[send], event) not in self._timers:
-                        self._take_timer(timers[send], event, send)
+                    state = timers[send]
+                    if state in waiting[event] and (state, event) not in self._timers:
+                        self._timers[state, event] = _delay(send)
+                        taken[state].append(send)
+        for state, found in taken.items():
+            self._take_timers(state, found)
 
-    def _take_timer(self, state: _State, event: str, send: XmlElement) -> None:
-        self._timers[state, event] = _delay(send)
-        cancels = 0
+    def _take_timers(self, state: _State, sends: Sequence[XmlElement]) -> None:
+        """Take out of a state what sends and cancels the events of its timers."""
+        exits = _in_all(state.element, "onexit", "cancel")
+        cancels = {each.attributes.get("sendid", ""): each for each in exits}
+        gone = {*sends, *(cancels[name] for each in sends if (name := each.attributes.get("id")) in cancels)}
         for holder in state.element.elements("onentry", "onexit"):
-            for each in list(holder.elements("send", "cancel")):
-                is_cancel = each.attributes.get("sendid", "") == send.attributes.get("id")
-                cancels += is_cancel
-                if each is send or is_cancel:
-                    holder.children.remove(each)
-        if not cancels:
-            message = "the timer ends here when the state is left; in SCXML, without `cancel`, it goes on"
-            self.report(Code.SCXML_OTHER_SHAPE, send, message)
+            holder.children = [each for each in holder.children if each not in gone]
+        for send in sends:
+            if send.attributes.get("id") not in cancels:
+                message = "the timer ends here when the state is left; in SCXML, without `cancel`, it goes on"
+                self.report(Code.SCXML_OTHER_SHAPE, send, message)
 
     # Transitions.
 

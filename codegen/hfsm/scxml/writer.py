@@ -9,6 +9,7 @@ from __future__ import annotations
 import ast
 import re
 import xml.etree.ElementTree as ET
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -81,6 +82,8 @@ class _Writer:
         self._is_python = not is_foreign(document)
         self._ids: set[str] = set()
         """The ids of the file."""
+        self._repeated: Counter[str] = Counter()
+        """How often an id was wanted that was taken."""
         self._by_id = {each.id: each for each in reversed(document.automata)}
         self._placed: dict[int, Automaton] = {}
         """The automata that are written, by their ids."""
@@ -224,10 +227,9 @@ class _Writer:
 
     def _new_id(self, text: str) -> str:
         base = found = _identifier(text)
-        number = 1
         while found in self._ids:
-            number += 1
-            found = f"{base}_{number}"
+            self._repeated[base] += 1
+            found = f"{base}_{self._repeated[base] + 1}"
         self._ids.add(found)
         return found
 
