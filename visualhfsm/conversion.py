@@ -86,7 +86,7 @@ class _Python2Converter:
     def _library(self, library: Library) -> Library:
         """Fix the name of a module, which becomes `queue as Queue` where that was `Queue`."""
         name = library.name
-        if not library.is_module or name.is_blank:
+        if library.kind != "module" or name.is_blank:
             return library
         if name.text.lstrip().startswith(("from ", "import ")):
             return replace(library, name=self._code(name))

@@ -346,7 +346,7 @@ def library_names(library: Library) -> dict[str, str]:
 
 
 def _is_imported(library: Library) -> bool:
-    return library.is_module and not library.name.is_blank
+    return library.kind == "module" and not library.name.is_blank
 
 
 def imported_names(node: ast.Import | ast.ImportFrom) -> dict[str, str]:

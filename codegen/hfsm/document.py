@@ -14,26 +14,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
-__all__ = [
-    "Argument",
-    "Automaton",
-    "Comment",
-    "Document",
-    "Element",
-    "Event",
-    "Extra",
-    "Functions",
-    "Import",
-    "Interface",
-    "Library",
-    "Node",
-    "Parameter",
-    "Property",
-    "State",
-    "Text",
-    "Transition",
-]
-
 NO_CHILD: Final = 0
 """The child id of a state that owns no automaton, and the father's id of the root."""
 
@@ -202,8 +182,7 @@ class Automaton(Node):
 
     def outgoing(self, state: int) -> tuple[Transition, ...]:
         """Return the transitions out of a state, by its id, in the order in which they are tried."""
-        found = [transition for transition in self.transitions if transition.origin == state]
-        return tuple(sorted(found, key=_rank))
+        return self.all_outgoing().get(state, ())
 
     def all_outgoing(self) -> dict[int, tuple[Transition, ...]]:
         """Return what `outgoing` returns for each state that transitions leave, by its id."""
@@ -228,11 +207,6 @@ class Library(Node):
 
     name: Text
     kind: str = "module"
-
-    @property
-    def is_module(self) -> bool:
-        """Whether it is to be imported."""
-        return self.kind == "module"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import parse_document, write_document
-from codegen.hfsm.document import Document, Element, Transition
+from codegen.hfsm.document import Comment, Document, Element, Transition
 from codegen.hfsm.formats.reader import Dialect, dialect_of
 from codegen.hfsm.formats.xml_tree import parse_xml
 from tests.support.document_comparison import differences
@@ -164,7 +164,7 @@ def test_reads_the_automata_of_2013() -> None:
     assert (state.id, state.name, state.initial, state.x, state.y) == (1, "buscar pelota", True, 10.0, 20.5)
     assert (state.children, state.code.text) == ((4,), "a = 1\n  b = 2 ")
     assert [library.name.text for library in document.libraries] == ["laser", "motor", "radar"]
-    assert not any(library.is_module for library in document.libraries)
+    assert {library.kind for library in document.libraries} == {"driver"}
     assert child.states[0].children == (9,)
     assert [message[:4] for message in found] == ["N501"] * 5
 
@@ -293,6 +293,41 @@ def test_what_has_no_word_here_is_kept_and_told() -> None:
     told = "\n".join(found)
     for words in ("`topics`", "`buildDependencies`", "`timestep` of a state that holds none"):
         assert words in told
+
+
+def test_comments_and_unknown_elements_of_visualstates_survive() -> None:
+    text = (
+        "<VisualStates><!-- a --><config type='0'><!-- b --><interfaces><!-- c --><interface><name>m</name><!-- d --></interface>"
+        "<!-- e --></interfaces><other>f</other></config><!-- g --><libraries><!-- h --><lib>x</lib></libraries><!-- i --><state id='0'>"
+        "<!-- j --><functions>def k(self): pass</functions><!-- l --><timestep>50</timestep><!-- m --><namespace><variables>n = 1</variables>"
+        "</namespace><!-- o --><state id='1'><!-- p --><name>q</name><!-- r --><code>s = 1</code><!-- t --><transition id='1'><!-- u -->"
+        "<type>1</type><destinationid>1</destinationid><v>w</v></transition><!-- x --></state><!-- y --></state><!-- z --></VisualStates>"
+    )
+    document, found = read(text)
+    written = write_document(document)
+    again, _ = read(written)
+    assert again == document
+    for piece in (*(f"<!-- {each} -->" for each in "abcdeghijlmoprtuxyz"), "<other>f</other>", "<v>w</v>"):
+        assert written.count(piece) == 1, piece
+    assert not [message for message in found if message.startswith("W501")]
+    assert document.automata[0].comments == (Comment(" i "),)
+    assert document.automata[0].states[0].comments == (Comment(" o "),)
+    assert document.automata[0].transitions[0].comments == (Comment(" t "),)
+
+
+@pytest.mark.parametrize(
+    "inside",
+    [
+        "<timestep lost='a'>5</timestep>",
+        "<functions lost='a'>def f(self): pass</functions>",
+        "<namespace><variables lost='a'>x = 1</variables></namespace>",
+        "<state id='1'><name lost='a'>n</name></state>",
+        "<state id='1'><transition id='1'><type lost='a'>1</type><destinationid>1</destinationid></transition></state>",
+    ],
+)
+def test_attributes_of_values_of_visualstates_are_lost_and_that_is_told(inside: str) -> None:
+    _, found = read(f"<VisualStates><state id='0'>{inside}</state></VisualStates>")
+    assert [message[:4] for message in found] == ["W501"]
 
 
 def test_functions_of_the_component_and_of_states_come_to_their_automaton() -> None:

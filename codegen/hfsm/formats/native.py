@@ -19,16 +19,15 @@ from ..document import NO_CHILD, Document, Element, Extra, Node, Text
 from .schema import DOCUMENT, TRANSITION, Items, Leaf, NodeKind
 from .xml_tree import XmlElement
 
-__all__ = ["MAX_ID", "NativeReader"]
-
-_KEPT: Final = "kept"
-"""Holds an unknown element of an old dialect whose name means something in the native one."""
+__all__ = ["MAX_ID", "NativeReader", "Translation"]
 
 MAX_ID: Final = 2**31 - 1
 """The largest id."""
 
-_MOST_LINES: Final = 20
-"""Lines that a remark lists."""
+_KEPT: Final = "kept"
+"""Holds an unknown element of an old dialect whose name means something in the native one."""
+
+_MOST_LINES: Final = 20  # that a remark lists
 
 Translation = Callable[[XmlElement], list[XmlElement]]
 """Makes native elements of one of an old dialect."""
@@ -42,12 +41,7 @@ class NativeReader:
     """
 
     def __init__(
-        self,
-        path: Path,
-        diagnostics: Diagnostics,
-        remarks: Diagnostics | None = None,
-        *,
-        is_old: bool = False,
+        self, path: Path, diagnostics: Diagnostics, remarks: Diagnostics | None, *, is_old: bool
     ) -> None:
         self.path = path
         self.diagnostics = diagnostics
@@ -74,7 +68,7 @@ class NativeReader:
                 fields[leaf.field] = ""
         extras: tuple[Extra, ...] = ()
         if kind.text:
-            self._check_content(element)
+            self.check_leaf(element, *element.attributes)
             fields[kind.text] = element.content
         else:
             found, extras = self._sorted(element, kind.children)
@@ -122,7 +116,7 @@ class NativeReader:
         """Return an unknown element as it is kept: with its text, or else with its children."""
         attributes = tuple(element.attributes.items())
         if element.text.strip() or not (element.children or element.trailing):
-            self._check_content(element)
+            self.check_leaf(element, *element.attributes)
             return Element(element.tag, attributes, element.text)
         children: list[Extra] = []
         for each in element.children:
@@ -138,8 +132,7 @@ class NativeReader:
                 self._lists.append(rest)
             found = inside.get(items.kind.tag, [])
         if "id" in items.kind.attributes:
-            unique = self._is_old and items.kind is TRANSITION
-            self.number(found, unique=unique)
+            self.number(found, unique=self._is_old and items.kind is TRANSITION)
         nodes = tuple(self._node(element, items.kind) for element in found)
         return next(iter(nodes), None) if items.one else nodes
 
@@ -176,9 +169,6 @@ class NativeReader:
         """Warn of what an element that holds a value has besides, since it is not kept."""
         if element.attributes.keys() - known:
             self.warn(element, Code.LOST_ON_SAVING, f"attributes of `{element.name}` are not kept on saving")
-        self._check_content(element)
-
-    def _check_content(self, element: XmlElement) -> None:
         if element.children or element.trailing:
             message = f"comments and elements inside the text of `{element.name}` are not kept on saving"
             self.warn(element, Code.LOST_ON_SAVING, message)
@@ -230,7 +220,6 @@ class NativeReader:
         if element.tag not in native:
             return element
         kept = XmlElement(_KEPT, {}, element.line, element.column, children=[element], name=element.name)
-        kept.comments, element.comments = element.comments, []
         if element in self.expected:
             self.expected.add(kept)
         return kept
@@ -300,18 +289,14 @@ class NativeReader:
 
     def _pixels(self, element: XmlElement, name: str, text: str) -> float:
         """Return the number in a text, 0 when it is blank."""
-        if not text.strip():
-            return 0.0
-        number = _finite(text)
-        if number is None and text.count(",") == 1:
-            number = _finite(text.replace(",", "."))
-            if number is not None:
-                message = f"`{name}` is written with a comma: `{text.strip()[:40]}` is taken for {number}"
-                self.warn(element, Code.COMMA_IN_NUMBER, message)
+        written = text.strip() or "0"
+        number = _finite(written)
+        if number is None and (number := _finite(written.replace(",", ".", 1))) is not None:
+            message = f"`{name}` is written with a comma: `{written[:40]}` is taken for {number}"
+            self.warn(element, Code.COMMA_IN_NUMBER, message)
         if number is None:
             self.error(element, Code.MALFORMED_ELEMENT, f"`{name}` is a number of pixels, not `{text[:40]}`")
-            return 0.0
-        return number
+        return number or 0.0
 
     def _flag(self, element: XmlElement, name: str, text: str) -> bool:
         """Return whether a text says true; a blank one does not."""

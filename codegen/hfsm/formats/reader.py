@@ -10,11 +10,11 @@ from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Callable, Mapping
 from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
 from typing import Final
+from xml.sax.saxutils import unescape
 
 from ...diagnostics import Diagnostics, Location
 from ..code.language import CPP, change_code, first_foreign, is_mostly_cpp
@@ -31,9 +31,8 @@ __all__ = ["Dialect", "dialect_of", "looks_like_document", "parse_document", "re
 _ROOT_TAGS: Final = ("VisualHFSM", "VisualStates")
 _HEAD: Final = 4096
 _ROOT: Final = re.compile(rb"<(VisualHFSM|VisualStates)\b")
-_ENTITIES: Final = {"&lt;": "<", "&gt;": ">", "&quot;": '"', "&amp;": "&"}
-_NAMES: Final = frozenset(name.strip("&;") for name in _ENTITIES)
-_ENTITY: Final = re.compile("|".join(_ENTITIES))
+_NAMES: Final = ("lt", "gt", "quot", "amp")
+_ENTITY: Final = re.compile(f"&({'|'.join(_NAMES)});")
 _SPANISH: Final = frozenset(
     ("idSub", "idPadre", "Estado", "tiempoIteracion", "Librerias", "variables_aux", "funciones_aux")
 )
@@ -57,13 +56,6 @@ def dialect_of(root: XmlElement) -> Dialect:
     if any(root.elements(*_VISUALSTATES)):
         return Dialect.VISUALSTATES
     return Dialect.SPANISH if root.first("nombreEsquema") else Dialect.NATIVE
-
-
-_TRANSLATIONS: Final[Mapping[Dialect, Callable[[XmlElement, NativeReader], XmlElement]]] = {
-    Dialect.NATIVE: lambda root, _: root,
-    Dialect.SPANISH: translate_spanish,
-    Dialect.VISUALSTATES: translate_visualstates,
-}
 
 
 def looks_like_document(file: Path) -> bool:
@@ -101,14 +93,18 @@ def parse_document(
     if root is None:
         return None
     if root.tag not in _ROOT_TAGS:
-        place = Location(path, root.line, root.column, len(root.tag) + 1)
         message = f"`{root.tag}` is not the root of a document: it is `VisualHFSM`"
-        diagnostics.error(Code.NOT_A_DOCUMENT, message, place)
+        diagnostics.error(
+            Code.NOT_A_DOCUMENT, message, Location(path, root.line, root.column, len(root.tag) + 1)
+        )
         return None
     dialect, written = dialect_of(root), root.first("dialect")
     editor = written.text if written is not None and written.text.strip() else _editor_of(root, dialect)
     reader = NativeReader(path, diagnostics, remarks, is_old=bool(editor))
-    document = reader.document(_TRANSLATIONS[dialect](root, reader))
+    if dialect is not Dialect.NATIVE:
+        translate = translate_spanish if dialect is Dialect.SPANISH else translate_visualstates
+        root = translate(root, reader)
+    document = reader.document(root)
     if reader.failed:
         return None
     document = replace(document, format=dialect.value)
@@ -146,7 +142,7 @@ def _unescape_code(document: Document, path: Path, diagnostics: Diagnostics) -> 
         if _ENTITY.search(code) is None or (tree is not None and names.isdisjoint(_NAMES)):
             return text
         while _ENTITY.search(code) is not None:  # each time that it was opened and saved
-            code = _ENTITY.sub(lambda found: _ENTITIES[found[0]], code)
+            code = unescape(code, {"&quot;": '"'})
         if parse_piece(code) is None:
             return text
         message = "`<` and `>` were escaped twice when the document was saved: that is undone"

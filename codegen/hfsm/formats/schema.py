@@ -115,7 +115,6 @@ TRANSITION: Final = _kind(
     "id",
     "posx=x posy=y origin destiny=destination transcode=code name trans=trigger guard? priority?",
 )
-_IMPORT: Final = Items("imported", _kind("import", model.Import, "automaton?", text="file"), one=True)
 AUTOMATON: Final = NodeKind(
     "SubAutomata",
     model.Automaton,
@@ -124,7 +123,7 @@ AUTOMATON: Final = NodeKind(
         "state": Items("states", STATE),
         "transition": Items("transitions", TRANSITION),
         "input": Items("inputs", replace(_PARAMETER, tag="input")),
-        "import": _IMPORT,
+        "import": Items("imported", _kind("import", model.Import, "automaton?", text="file"), one=True),
         **_leaves(model.Automaton, "iteration_time variables functions"),
     },
 )

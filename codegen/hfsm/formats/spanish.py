@@ -53,8 +53,7 @@ def _automaton(element: XmlElement, reader: NativeReader, owner: int) -> XmlElem
     states = list(element.elements("Estado"))
     _number(states, "id", reader)
     around = [found for state in states if (found := state.first("transiciones")) is not None]
-    transitions = [each for container in around for each in container.elements("transicion")]
-    reader.number(transitions, expected=False)
+    reader.number([each for found in around for each in found.elements("transicion")], expected=False)
     nodes = {"Estado": lambda state: _state(state, reader)}
     made = reader.translated(element, AUTOMATON.tag, AUTOMATON.children, _AUTOMATON, nodes)
     father = _text(element, "idPadre")
@@ -126,5 +125,7 @@ def _drivers(automata: list[XmlElement]) -> list[XmlElement]:
     lists = [each for automaton in automata for each in automaton.elements("Librerias")]
     found: dict[str, XmlElement] = {}
     for lib in (each for libraries in lists for each in libraries.elements("lib")):
-        found.setdefault(lib.text.strip(), lib)
-    return [replace(lib, attributes={"kind": "driver"}, children=[]) for lib in found.values()]
+        found.setdefault(
+            lib.text.strip(), replace(new_leaf("lib", lib.text, lib), attributes={"kind": "driver"})
+        )
+    return list(found.values())

@@ -19,7 +19,7 @@ from typing import Final
 from ..code.text import parse_piece
 from ..codes import Code
 from ..document import DEFAULT_PERIOD, NO_CHILD
-from .native import MAX_ID, NativeReader
+from .native import MAX_ID, NativeReader, Translation
 from .schema import DOCUMENT, INTERFACE, STATE, TRANSITION
 from .xml_tree import XmlElement, new_leaf
 
@@ -37,6 +37,9 @@ _TRANSITION: Final = {
     "destinationid": "destiny",
     "code": "transcode",
 }
+_MOVED: Final[dict[str, Translation]] = dict.fromkeys(("state", "transition"), lambda _: [])
+"""What is taken out of a state, to be put elsewhere."""
+
 _TRIGGERS: Final = {"0": "time", "1": "condition"}
 _INTERFACE: Final = {
     **{tag: tag for tag in ("ip", "port", "interface")},
@@ -45,13 +48,7 @@ _INTERFACE: Final = {
     "proxyname": "nameproxy",
     "interfaceName": "interface",
 }
-_PARAMETER_TYPES: Final = {
-    "Boolean": "bool",
-    "Integer": "int",
-    "Float": "float",
-    "String": "str",
-    "Character": "str",
-}
+_TYPES: Final = {"Boolean": "bool", "Integer": "int", "Float": "float", "String": "str", "Character": "str"}
 
 
 def translate_visualstates(root: XmlElement, reader: NativeReader) -> XmlElement:
@@ -92,14 +89,17 @@ class _Translator:
         config = "configs" if self._root.first("config") is None else "config"
         names = {**_NO_CODE, "libraries": None, config: None}
         names |= self._namespace_of(self._root, "global_namespace")
-        made = reader.translated(self._root, DOCUMENT.tag, DOCUMENT.children, names, {"state": _taken_away})
+        made = reader.translated(
+            self._root, DOCUMENT.tag, DOCUMENT.children, names, {"state": _MOVED["state"]}
+        )
         if self._has_outermost:
             made.children.append(self._pseudo_state())
         for owner in self._automata:
             made.children.append(self._automaton(owner, outgoing[owner], code[owner]))
         made.children.append(parameters)
         if (libraries := self._root.first("libraries")) is not None:
-            made.children.append(self._libraries(libraries))
+            nodes = {"library": lambda each: [replace(each, tag="lib")], "lib": lambda each: [each]}
+            made.children.append(reader.translated(libraries, "libraries", (), {}, nodes))
         if (found := self._root.first(config)) is not None:
             made.children.append(self._config(found))
         return made
@@ -138,14 +138,13 @@ class _Translator:
         timestep = owner.first("timestep")
         period = DEFAULT_PERIOD if timestep is None else timestep.text
         if timestep is not None:
-            code.append(replace(timestep, tag="iteration_time", attributes={}, children=[], trailing=[]))
+            code.append(new_leaf("iteration_time", timestep.text, timestep))
         states = [self._state(each, self._automata[owner], period) for each in owner.elements("state")]
         inside = [*states, *(self._transition(*each, self._automata[owner]) for each in transitions), *code]
         return XmlElement("SubAutomata", ids, owner.line, owner.column, children=inside, comments=comments)
 
     def _state(self, element: XmlElement, automaton: int, period: str) -> XmlElement:
         reader, owned = self._reader, self._automata.get(element)
-
         timestep, namespace = element.first("timestep"), element.first("namespace")
         names = {**_STATE, **_NO_CODE}
         if owned is not None:
@@ -158,8 +157,7 @@ class _Translator:
             reader.remark(element, "the namespace of a state that holds none is kept, and not used")
             self._kept.add(namespace)
         names |= self._namespace_of(element, "namespace")
-        nodes = {"state": _taken_away, "transition": _taken_away}
-        made = reader.translated(element, STATE.tag, STATE.children, names, nodes)
+        made = reader.translated(element, STATE.tag, STATE.children, names, _MOVED)
         for each in made.elements("code"):
             each.text = self._with_new_names(each.text, element, automaton)
         if owned is not None:
@@ -170,8 +168,9 @@ class _Translator:
     def _pseudo_state(self) -> XmlElement:
         """Return what the outermost state has, for it is no state of any automaton."""
         names = {**_NO_CODE, "timestep": "", **self._namespace_of(self._outermost, "namespace")}
-        nodes = {"state": _taken_away, "transition": _taken_away}
-        made = replace(self._reader.translated(self._outermost, _PSEUDO_STATE, (), names, nodes), comments=[])
+        made = replace(
+            self._reader.translated(self._outermost, _PSEUDO_STATE, (), names, _MOVED), comments=[]
+        )
         for each in made.elements():
             if each.tag not in _STATE:
                 self._reader.remark_unknown(each)
@@ -195,26 +194,21 @@ class _Translator:
         """Return whether a transition leaves a state in the one in which it stands."""
         if state is self._outermost:
             return True
-        siblings = (each for each, automaton in self._around.items() if automaton == self._around[state])
-        below = {each.attributes["id"] for each in state.elements("state")}
         origin = transition.first("originid")
-        return (
-            origin is not None
-            and origin.text.strip() in below
-            and all(each.attributes["id"] != origin.text.strip() for each in siblings)
-        )
+        if origin is None or origin.text.strip() not in (
+            each.attributes["id"] for each in state.elements("state")
+        ):
+            return False
+        siblings = (each for each, automaton in self._around.items() if automaton == self._around[state])
+        return all(each.attributes["id"] != origin.text.strip() for each in siblings)
 
     def _transition(self, element: XmlElement, state: XmlElement, automaton: int) -> XmlElement:
         tags = {each.tag: each.text.strip() for each in element.elements()}
         written = tags.get("type") or ("0" if "time" in tags else "1")
         kind = _TRIGGERS.get(written, written)
         trigger = kind if kind in _TRIGGERS.values() else "condition"
-        made = self._reader.translated(
-            element,
-            TRANSITION.tag,
-            TRANSITION.children,
-            {**_TRANSITION, trigger: "trans", "type": ""},
-        )
+        names = {**_TRANSITION, trigger: "trans", "type": ""}
+        made = self._reader.translated(element, TRANSITION.tag, TRANSITION.children, names)
         missing = [tag for tag in ("origin", "trans") if made.first(tag) is None]
         made.children += [new_leaf(tag, "", element) for tag in missing]
         for each in made.elements("trans", "transcode"):
@@ -242,16 +236,12 @@ class _Translator:
             self._rename_functions(each.first("functions"), automaton, scope)
         found: list[XmlElement] = []
         for tag in _CODE:
-            pieces = [(piece, scope) for each, scope in scopes if (piece := each.first(tag)) is not None]
-            texts = [
-                self._with_new_names(piece.text, scope, automaton)
-                for piece, scope in pieces
-                if piece.text.strip()
-            ]
-            if texts:
+            written = [(piece, scope) for each, scope in scopes if (piece := each.first(tag)) is not None]
+            pieces = [(piece, scope) for piece, scope in written if piece.text.strip()]
+            texts = [self._with_new_names(piece.text, scope, automaton) for piece, scope in pieces]
+            if pieces:
                 ended = [text if text.endswith("\n") else f"{text}\n" for text in texts[:-1]]
-                first = next(piece for piece, _ in pieces if piece.text.strip())
-                found.append(replace(first, attributes={}, children=[], text="".join((*ended, texts[-1]))))
+                found.append(new_leaf(tag, "".join((*ended, texts[-1])), pieces[0][0]))
         return found
 
     def _rename_functions(self, element: XmlElement | None, automaton: int, scope: XmlElement | int) -> None:
@@ -292,11 +282,10 @@ class _Translator:
     def _parameters(self) -> XmlElement:
         """Return the parameters of namespaces; a namespace with anything else but code is kept."""
         found: dict[str, XmlElement] = {}
-        holders = (
-            self._root.first("global_namespace"),
-            *(each.first("namespace") for each in self._automata),
-        )
-        for namespace in (each for each in holders if each is not None):
+        namespaces = [owner.first("namespace") for owner in self._automata]
+        for namespace in (self._root.first("global_namespace"), *namespaces):
+            if namespace is None:
+                continue
             if namespace.trailing or any(each.comments for each in namespace.children):
                 self._kept.add(namespace)
             for child in namespace.children:
@@ -307,7 +296,7 @@ class _Translator:
                     self._reader.remark_unknown(child)
             for element in (each for one in namespace.elements("parameters") for each in one.elements()):
                 name = element.attributes.get("name", "").strip()
-                kind = _PARAMETER_TYPES.get(element.attributes.get("type", ""))
+                kind = _TYPES.get(element.attributes.get("type", ""))
                 if element.tag == "param" and kind and name.isidentifier() and name not in found:
                     found[name] = _parameter(element, name, kind)
                 else:
@@ -315,15 +304,6 @@ class _Translator:
                     self._reader.remark(element, message)
                     self._kept.add(namespace)
         return XmlElement("parameters", {}, 0, 0, children=[*found.values()])
-
-    # Libraries and interfaces.
-
-    def _libraries(self, element: XmlElement) -> XmlElement:
-        def library(each: XmlElement) -> list[XmlElement]:
-            return [replace(each, tag="lib")]
-
-        nodes = {"library": library, "lib": library}
-        return self._reader.translated(element, "libraries", (), {}, nodes)
 
     def _config(self, element: XmlElement) -> XmlElement:
         """Return the interfaces of a component, and what else its configuration says.
@@ -348,7 +328,7 @@ def _parameter(element: XmlElement, name: str, kind: str) -> XmlElement:
     made.children += [new_leaf("name", name, element), new_leaf("type", kind, element)]
     made.children.append(new_leaf("default", literal, value or element))
     if description is not None:
-        made.children.append(replace(description, attributes={}))
+        made.children.append(new_leaf("description", description.text, description))
     return made
 
 
@@ -362,16 +342,9 @@ def _literal(kind: str, value: str) -> str:
 
 def _is_blank(element: XmlElement) -> bool:
     """Return whether nothing is written in an element."""
-    return (
-        not element.text.strip()
-        and not element.trailing
-        and all(not each.attributes and not each.comments and _is_blank(each) for each in element.children)
+    return not (element.text.strip() or element.trailing) and all(
+        _is_blank(each) and not (each.attributes or each.comments) for each in element.children
     )
-
-
-def _taken_away(element: XmlElement) -> list[XmlElement]:  # noqa: ARG001 - what becomes of any
-    """Return nothing, for an element that is put elsewhere."""
-    return []
 
 
 def _states_below(element: XmlElement) -> Iterator[XmlElement]:

@@ -30,20 +30,19 @@ def write_document(document: Document) -> str:
 
     Raises DocumentNotWritableError.
     """
-    return _Writer().document(document)
+    writer = _Writer({each.tag: each for each in document.lists})
+    writer.node(document, replace(DOCUMENT, tag=document.root_tag))
+    return "\n".join((*writer.lines, ""))
 
 
 class _Writer:
-    def __init__(self) -> None:
-        self._lines: list[str] = ['<?xml version="1.0" encoding="UTF-8"?>']
+    def __init__(self, lists: Mapping[str, Element]) -> None:
+        self.lines: list[str] = ['<?xml version="1.0" encoding="UTF-8"?>']
+        self._lists = lists
         self._depth = 0
 
-    def document(self, document: Document) -> str:
-        lists = {each.tag: each for each in document.lists}
-        self._node(document, replace(DOCUMENT, tag=document.root_tag), lists)
-        return "\n".join(self._lines) + "\n"
-
-    def _node(self, node: Node, kind: NodeKind, lists: Mapping[str, Element]) -> None:
+    def node(self, node: Node, kind: NodeKind) -> None:
+        """Write an element of the model with all that it holds."""
         self._extras(node.comments)
         attributes = tuple(
             (name, _text(value))
@@ -62,11 +61,11 @@ class _Writer:
             if isinstance(child, Leaf):
                 self._leaf(tag, child, node)
             elif child.listed:
-                self._list(child, lists.get(tag, Element(tag)), getattr(node, child.field))
+                self._list(child, self._lists.get(tag, Element(tag)), getattr(node, child.field))
             else:
                 found = getattr(node, child.field)
                 for each in (found,) if isinstance(found, Node) else found or ():
-                    self._node(each, child.kind, lists)
+                    self.node(each, child.kind)
         self._extras(node.extras)
         self._depth -= 1
         self._line(f"</{kind.tag}>")
@@ -78,7 +77,7 @@ class _Writer:
             self._line(f"<{start}>")
             self._depth += 1
             for each in nodes:
-                self._node(each, items.kind, {})
+                self.node(each, items.kind)
             self._extras(around.children)
             self._depth -= 1
             self._line(f"</{around.tag}>")
@@ -114,7 +113,7 @@ class _Writer:
                 self._line(f"{start}>{_escaped(extra.text)}</{extra.tag}>" if extra.text else f"{start}/>")
 
     def _line(self, text: str) -> None:
-        self._lines.append(_INDENT * self._depth + text)
+        self.lines.append(_INDENT * self._depth + text)
 
 
 def _attributes(attributes: Sequence[tuple[str, str]]) -> str:

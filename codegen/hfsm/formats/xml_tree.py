@@ -69,10 +69,6 @@ def new_leaf(tag: str, text: str, place: XmlElement) -> XmlElement:
     return XmlElement(tag, {}, place.line, place.column, text, place.text_line, place.text_column)
 
 
-class _LimitExceededError(Exception):
-    """The document is larger than any that a person makes."""
-
-
 def read_bytes(path: Path, diagnostics: Diagnostics) -> bytes | None:
     """Return what is in a file, or None after an error was reported.
 
@@ -89,9 +85,8 @@ def read_bytes(path: Path, diagnostics: Diagnostics) -> bytes | None:
 def parse_xml(content: bytes, path: Path, diagnostics: Diagnostics) -> XmlElement | None:
     """Return the root element, or None after an error was reported. All comments around it are before it."""
     if len(content) > MAX_SIZE:
-        diagnostics.error(
-            Code.FILE_TOO_LARGE, f"the file is larger than {MAX_SIZE >> 20} MiB", Location(path)
-        )
+        message = f"the file is larger than {MAX_SIZE >> 20} MiB"
+        diagnostics.error(Code.FILE_TOO_LARGE, message, Location(path))
         return None
     diagnostics.add_source(path, content.decode("utf-8", errors="replace"))
     parser = _PositionedParser()
@@ -102,15 +97,16 @@ def parse_xml(content: bytes, path: Path, diagnostics: Diagnostics) -> XmlElemen
     source.setByteStream(io.BytesIO(content))
     try:
         parser.parse(source)
-    except (SAXParseException, _LimitExceededError, LookupError, ValueError) as error:
+    except (SAXParseException, LookupError, ValueError) as error:
         code, message = Code.MALFORMED_XML, f"unreadable XML: {error}"
         if isinstance(error, SAXParseException):
             message = f"malformed XML: {builder.problem(error.getMessage())}"
         elif isinstance(error, DefusedXmlException):
-            code = Code.DOCUMENT_TYPE
-            message = (
-                f"{type(error).__name__}: a document type or an entity of its own has no place in a document"
+            code, reason = (
+                Code.DOCUMENT_TYPE,
+                "a document type or an entity of its own has no place in a document",
             )
+            message = f"{type(error).__name__}: {reason}"
         # A LookupError is an encoding that expat does not know.
         diagnostics.error(code, message, builder.place())
         return None
@@ -163,9 +159,9 @@ class _TreeBuilder(ContentHandler, LexicalHandler):
         element = XmlElement(name, dict(attrs.items()), line, column, text_line=line, text_column=column)
         self._elements += 1
         if self._elements > _MAX_ELEMENTS:
-            raise _LimitExceededError(f"more than {_MAX_ELEMENTS} elements")
+            raise ValueError(f"more than {_MAX_ELEMENTS} elements")
         if len(self._open) >= _MAX_DEPTH:
-            raise _LimitExceededError(f"elements nested deeper than {_MAX_DEPTH}")
+            raise ValueError(f"elements nested deeper than {_MAX_DEPTH}")
         if self._open:
             around = self._open[-1]
             around.children.append(element)
