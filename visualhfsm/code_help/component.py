@@ -24,7 +24,7 @@ from codegen.hfsm.known_interfaces import KnownInterfaces
 from codegen.hfsm.source_map import SOURCE_MAP
 from visualhfsm.editing.places import Place, spots
 
-__all__ = ["Surroundings", "TypedComponent", "generate_around"]
+__all__ = ["TypedComponent", "generate_around"]
 
 _TYPED, _SHARED, _FUNCTIONS = "_hfsm_typed", "_hfsm_shared", "_hfsm_functions"
 _SHARING: Final = frozenset({"entry", "code", "exit", "fired"})
@@ -44,47 +44,46 @@ _DEFINED: Final = re.compile(r"^\s*def\s+(\w+)", re.MULTILINE)
 
 @dataclass(frozen=True, slots=True)
 class TypedComponent:
-    """A component with a piece of code, whose line 1 is line `before` + 1, and which moved right by `shift`.
+    """A component with a piece of code, between `before` and `after`, which moves right by `indent`.
 
     `own_names` are those that the document itself gives: proxies, parameters, functions, variables;
     `internal_names` those that only the generator uses.
     """
-
-    source: str
-    before: int
-    shift: int
-    own_names: frozenset[str]
-    internal_names: frozenset[str]
-
-    def position(self, line: int, column: int) -> tuple[int, int]:
-        """Return the line and column in the source of those in the piece (line from 1, column from 0)."""
-        lines = self.source.split("\n")
-        number = min(max(1, self.before + line), len(lines))
-        return number, min(max(0, column + self.shift), len(lines[number - 1]))
-
-
-@dataclass(frozen=True, slots=True)
-class Surroundings:
-    """What stands before and after a piece of code in its component; the names are as in `TypedComponent`."""
 
     before: str
     indent: str
     after: str
     own_names: frozenset[str] = frozenset()
     internal_names: frozenset[str] = frozenset()
+    code: str = ""
 
     def with_code(self, code: str) -> TypedComponent:
-        """Return the component with a text as the piece."""
-        lines = code.replace("\r\n", "\n").replace("\r", "\n").split("\n")
-        margin = min((len(line) - len(line.lstrip()) for line in lines if line.strip()), default=0)
-        source = self.before + "\n".join(self.indent + line[margin:] for line in lines) + self.after
-        before, shift = self.before.count("\n"), len(self.indent) - margin
-        return TypedComponent(source, before, shift, self.own_names | _assigned(code), self.internal_names)
+        """Return the component with another text as the piece."""
+        code = code.replace("\r\n", "\n").replace("\r", "\n")
+        return replace(self, code=code, own_names=self.own_names | _assigned(code))
+
+    @property
+    def source(self) -> str:
+        """The text of the component."""
+        margin = self._margin()
+        lines = (self.indent + line[margin:] for line in self.code.split("\n"))
+        return self.before + "\n".join(lines) + self.after
+
+    def position(self, line: int, column: int) -> tuple[int, int]:
+        """Return the line and column in the source of those in the piece (line from 1, column from 0)."""
+        lines = self.source.split("\n")
+        number = min(max(1, self.before.count("\n") + line), len(lines))
+        return number, min(max(0, column + len(self.indent) - self._margin()), len(lines[number - 1]))
+
+    def _margin(self) -> int:
+        """Return how many characters of white space all lines of the piece have on their left."""
+        lines = self.code.split("\n")
+        return min((len(line) - len(line.lstrip()) for line in lines if line.strip()), default=0)
 
 
 def generate_around(
     document: Document, place: Place, path: Path, interfaces: KnownInterfaces
-) -> Surroundings:
+) -> TypedComponent:
     """Return what stands around the piece of code at a place of a document, which lies at `path`.
 
     What the document imports has been resolved.
@@ -172,7 +171,7 @@ def _usable(parameters: Iterable[Parameter]) -> Iterator[Parameter]:
             yield replace(each, type=Text(kind), default=Text(_DEFAULTS[kind]))
 
 
-def _around(source: str, placeholder: str) -> Surroundings:
+def _around(source: str, placeholder: str) -> TypedComponent:
     """Return what stands around the line with a placeholder; an expression gets lines of its own."""
     at = source.index(placeholder)
     start, end = source.rfind("\n", 0, at) + 1, source.find("\n", at)
@@ -180,8 +179,8 @@ def _around(source: str, placeholder: str) -> Surroundings:
     indent = line[: len(line) - len(line.lstrip())]
     if line.lstrip().startswith("return "):
         before, after = f"{source[:start]}{indent}return (\n", f"\n{indent}){source[end:]}"
-        return Surroundings(before, indent + INDENT, after)
-    return Surroundings(
+        return TypedComponent(before, indent + INDENT, after)
+    return TypedComponent(
         source[:start], indent, f"\n{indent}pass{source[end:]}"
     )  # keeps a blank line in place
 

@@ -9,7 +9,7 @@ from typing import Any, Final
 
 import msgspec
 
-from codegen.hfsm.document import Automaton, Document, Text
+from codegen.hfsm.document import Document, Text
 from visualhfsm.child import LineProcess, NoAnswerError
 from visualhfsm.editing.commands import Command
 from visualhfsm.editing.commands.automata import SetAutomatonCode
@@ -141,29 +141,25 @@ class _Desk:
 def _around(document: Document, place: Place) -> Document:
     """Return a document with the automaton of a place, and of the others only what it may use."""
     automata = tuple(
-        each if each.id == place.automaton else _functions_of(each) for each in document.automata
+        each if each.id == place.automaton else replace(each, states=(), transitions=(), variables=Text())
+        for each in document.automata
     )
     return replace(document, automata=automata, properties=())
 
 
-def _functions_of(automaton: Automaton) -> Automaton:
-    return replace(automaton, states=(), transitions=(), variables=Text())
-
-
 def _with_code(document: Document, place: Place, code: str) -> Document:
-    """Return a document with another text for a piece of code; raises EditError when there is none such."""
-    return _command(place, code).apply(document)
-
-
-def _command(place: Place, code: str) -> Command:
+    """Return a document with another text for a piece of code; raises VisualHfsmError when there is none."""
     where: dict[str, Any] = {"automaton": place.automaton}
+    command: Command
     match place.kind, place.part:
         case "state", "argument":
-            return SetArgument(**where, state=place.id, name=place.name, value=code, child=place.child)
+            command = SetArgument(**where, state=place.id, name=place.name, value=code, child=place.child)
         case "state", "entry" | "code" | "exit" as part:
-            return SetStateCode(**where, state=place.id, part=part, text=code)
+            command = SetStateCode(**where, state=place.id, part=part, text=code)
         case "transition", "trigger" | "guard" | "fired" as part:
-            return SetTransitionCode(**where, transition=place.id, part=part, text=code)
+            command = SetTransitionCode(**where, transition=place.id, part=part, text=code)
         case "automaton", "variables" | "functions" as part:
-            return SetAutomatonCode(**where, part=part, text=code)
-    raise VisualHfsmError(f"there is no code in the {place.part or 'whole'} of a {place.kind}")
+            command = SetAutomatonCode(**where, part=part, text=code)
+        case _:
+            raise VisualHfsmError(f"there is no code in the {place.part or 'whole'} of a {place.kind}")
+    return command.apply(document)

@@ -13,6 +13,7 @@ import msgspec
 
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import parse_document, resolve
+from codegen.hfsm.code.text import parse_piece
 from codegen.hfsm.document import Document
 from codegen.hfsm.known_interfaces import KnownInterface, KnownInterfaces, find_interfaces
 from visualhfsm.child import answer_lines
@@ -20,7 +21,7 @@ from visualhfsm.editing.places import Place
 from visualhfsm.editing.problems import Problem, find_problems
 
 from .completion import complete, explain, signature
-from .component import Surroundings, generate_around
+from .component import TypedComponent, generate_around
 from .parsed_files import keep_parsed_files, with_readable_files
 
 __all__ = ["Question", "Wanted"]
@@ -99,9 +100,7 @@ def describe_interfaces() -> list[InterfaceDescription]:
         InterfaceDescription(
             each.scoped_name.rsplit("::", 1)[-1],
             each.scoped_name,
-            list({found.name: found for found in reversed(list(_operations(each, interfaces)))}.values())[
-                ::-1
-            ],
+            list(_operations(each, interfaces)),
         )
         for each in sorted(known, key=lambda each: each.scoped_name)
     ]
@@ -109,7 +108,8 @@ def describe_interfaces() -> list[InterfaceDescription]:
 
 def _operations(known: KnownInterface, interfaces: KnownInterfaces) -> Iterator[OperationDescription]:
     """Yield the operations that a proxy class declares, then those of the classes that it extends."""
-    for node in _tree(known.file).body:
+    tree = _tree(known.file)
+    for node in tree.body if tree else ():
         if not isinstance(node, ast.ClassDef) or node.name != known.proxy:
             continue
         for method in node.body:
@@ -127,8 +127,8 @@ def _operations(known: KnownInterface, interfaces: KnownInterfaces) -> Iterator[
 
 
 @lru_cache(maxsize=64)
-def _tree(file: Path) -> ast.Module:
-    return ast.parse(file.read_bytes())
+def _tree(file: Path) -> ast.Module | None:
+    return parse_piece(file.read_text(encoding="utf-8", errors="replace"))
 
 
 @lru_cache(maxsize=4)
@@ -139,7 +139,7 @@ def _document(text: str, path: Path) -> Document:
 
 
 @lru_cache(maxsize=16)
-def _around(text: str, place: Place, path: Path, _period: int) -> Surroundings:
+def _around(text: str, place: Place, path: Path, _period: int) -> TypedComponent:
     """Return what is around a piece of code; it is the same while the piece is typed."""
     return generate_around(_document(text, path), place, path, find_interfaces())
 
