@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Hashable, Iterator, Sequence
 from dataclasses import fields
-from enum import StrEnum
-from typing import Any, Final, TypeVar
+from typing import Any, Final, Literal, TypeVar
 
 import msgspec
 
@@ -17,7 +16,6 @@ from .places import Place
 __all__ = [
     "KEYS",
     "Difference",
-    "DifferenceKind",
     "compared_fields",
     "diff_documents",
     "keyed",
@@ -52,22 +50,13 @@ _POSITION: Final = frozenset(("x", "y"))
 _UNSEEN: Final = frozenset(("attributes", "comments", "extras", "lists", "root_tag"))
 
 
-class DifferenceKind(StrEnum):
-    """In which way two versions differ."""
-
-    ADDED = "added"
-    REMOVED = "removed"
-    CHANGED = "changed"
-    MOVED = "moved"
-
-
 class Difference(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_defaults=True):
     """One thing that differs: a whole one, or the `part` of one, with its text before and after.
 
     What is unknown to the editor is the part `other`.
     """
 
-    kind: DifferenceKind
+    kind: Literal["added", "removed", "changed", "moved"]
     place: Place
     part: str = ""
     before: str = ""
@@ -89,20 +78,13 @@ def _nodes(before: Node, after: Node, place: Place) -> Iterator[Difference]:
         if name in KEYS:
             yield from _lists(name, old, new, place)
         elif name not in _POSITION | _UNSEEN:
-            yield Difference(
-                kind=DifferenceKind.CHANGED,
-                place=place,
-                part=part_of(after, name),
-                before=shown(old),
-                after=shown(new),
-            )
+            part = part_of(after, name)
+            yield Difference(kind="changed", place=place, part=part, before=shown(old), after=shown(new))
     if not _POSITION.isdisjoint(differing):
-        positions = (", ".join(shown(getattr(each, axis)) for axis in ("x", "y")) for each in (before, after))
-        yield Difference(
-            kind=DifferenceKind.MOVED, place=place, before=next(positions), after=next(positions)
-        )
+        old, new = (", ".join(shown(getattr(each, axis)) for axis in ("x", "y")) for each in (before, after))
+        yield Difference(kind="moved", place=place, before=old, after=new)
     if not _UNSEEN.isdisjoint(differing):
-        yield Difference(kind=DifferenceKind.CHANGED, place=place, part="other")
+        yield Difference(kind="changed", place=place, part="other")
 
 
 def _lists(
@@ -114,13 +96,13 @@ def _lists(
         if key in old:
             yield from _nodes(old[key], item, at)
         else:
-            yield Difference(kind=DifferenceKind.ADDED, place=at, after=shown(item))
+            yield Difference(kind="added", place=at, after=shown(item))
     for index, (key, item) in enumerate(old.items()):
         if key not in new:
             at = _place_of(place, name, item, index)
-            yield Difference(kind=DifferenceKind.REMOVED, place=at, before=shown(item))
+            yield Difference(kind="removed", place=at, before=shown(item))
     if [key for key in old if key in new] != [key for key in new if key in old]:
-        yield Difference(kind=DifferenceKind.CHANGED, place=place, part=f"{name} order")
+        yield Difference(kind="changed", place=place, part=f"{name} order")
 
 
 def keyed(name: str, items: Sequence[_NodeT]) -> dict[Hashable, _NodeT]:
@@ -149,14 +131,7 @@ def _place_of(parent: Place, name: str, item: Node, index: int) -> Place:
         case Transition():
             return Place(kind="transition", automaton=parent.automaton, id=item.id)
         case Argument():
-            return Place(
-                kind="state",
-                automaton=parent.automaton,
-                id=parent.id,
-                part="argument",
-                name=item.name,
-                child=item.child,
-            )
+            return msgspec.structs.replace(parent, part="argument", name=item.name, child=item.child)
     return Place(kind=parent.kind, automaton=parent.automaton, part=name, index=index)
 
 

@@ -1,6 +1,6 @@
 """Find and change elements of a document; choose ids and names for new ones.
 
-Values are those that a file can hold, and comments inside of elements are kept.
+Values are those that a file can hold.
 """
 
 from __future__ import annotations

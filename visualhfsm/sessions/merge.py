@@ -100,23 +100,16 @@ def _merged_sequence(
 
     Those that one side removed are left out unless they are to be kept.
     """
-    kept = (
-        set(keep)
-        if keep is not None
-        else {item for item in (*mine, *theirs) if (item in mine and item in theirs) or item not in base}
-    )
-    common = [item for item in base if item in set(mine) and item in set(theirs)]
-    same_order = [item for item in mine if item in set(common)] == common
+    old, here, there = set(base), set(mine), set(theirs)
+    kept = set(keep) if keep is not None else (here & there) | ((here | there) - old)
+    common = here & there & old
+    same_order = [item for item in mine if item in common] == [item for item in base if item in common]
     spine, other = (theirs, mine) if same_order else (mine, theirs)
-    order = list(dict.fromkeys(spine))
-    present = set(order)
-    before: _T | None = None
-    for item in other:
+    order, present = list(dict.fromkeys(spine)), set(spine)
+    for before, item in zip((None, *other), other, strict=False):
         if item not in present:
-            order.insert(order.index(before) + 1 if before is not None else 0, item)
-            present.add(item)
-        before = item
-    return tuple(item for item in order if item in kept)
+            order.insert(0 if before is None else order.index(before) + 1, item)
+    return tuple(item for item in dict.fromkeys(order) if item in kept)
 
 
 def _with_own_numbers(base: Document, mine: Document, theirs: Document) -> Document:
