@@ -10,10 +10,8 @@ of one automaton, and an automaton that is entered begins in its first state, or
 from __future__ import annotations
 
 import re
-from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from decimal import Decimal
 from pathlib import Path
 from typing import Final, NamedTuple
 
@@ -24,7 +22,7 @@ from ..codes import Code
 from ..document import NO_CHILD, Automaton, Document, Event, State, Text, Transition
 from ..formats.reader import parse_document
 from ..formats.xml_tree import XmlElement, parse_xml
-from .script import ScriptReader, decode_event, is_name
+from .script import ScriptReader, decode_event, everywhere, inside_all, is_name, take_timers
 from .writer import OWN_NAMESPACE, SCXML_NAMESPACE, write_scxml
 
 __all__ = ["is_scxml", "parse_scxml"]
@@ -35,16 +33,11 @@ _START: Final = re.compile(
 )
 _NATIVE: Final = f"{{{OWN_NAMESPACE}}}document"
 _STATES: Final = ("state", "parallel", "final")
-_STATE_PARTS: Final = (*_STATES, "onentry", "onexit", "transition", "initial", "history", "datamodel")
 _PARTS: Final = {
     "scxml": (*_STATES, "datamodel", "script", "initial"),
-    "state": _STATE_PARTS,
-    "parallel": _STATE_PARTS,
     "final": ("onentry", "onexit", "transition"),
 }
-_QUOTED: Final = re.compile(r"""\s*(['"])([^'"\\]*)\1\s*""")
-_TIME: Final = re.compile(r"([0-9]{1,12}(?:\.[0-9]{1,9})?|\.[0-9]{1,9})(ms|s|m|h|d)?")
-_MILLISECONDS: Final = {None: 1, "ms": 1, "s": 1000, "m": 60_000, "h": 3_600_000, "d": 86_400_000}
+_STATE_PARTS: Final = (*_STATES, "onentry", "onexit", "transition", "initial", "history", "datamodel")
 _RETURN: Final = "200"
 """Milliseconds in a state that waits before it returns: two cycles, in which the one above has left."""
 
@@ -159,8 +152,7 @@ class _Reader:
         """What transitions can lead to, by ids; a region stands for the state that has it."""
         self._data: dict[str, tuple[XmlElement, int]] = {}
         """The elements of variables, each with the number of its automaton."""
-        self._timers: dict[tuple[_State, str], str] = {}
-        """The milliseconds after which a state gets an event of its own."""
+        self._timers: dict[tuple[XmlElement, str], str] = {}
         self._events: dict[str, None] = {}
         """The events for which transitions wait."""
 
@@ -187,7 +179,7 @@ class _Reader:
             self.report(Code.INVALID_SCXML, root, message)
             return None
         self._read_automaton(root, None)
-        self._find_timers()
+        self._timers = take_timers(root, self.report)
         for automaton in self._automata:
             self._find_first(automaton)
         for automaton in self._automata:
@@ -195,7 +187,7 @@ class _Reader:
                 for element in state.element.elements("transition"):
                     self._read_transition(state, element)
         automata = tuple(map(self._automaton, self._automata))
-        sent = {decode_event(each.attributes.get("event", "")) for each in _everywhere(root, "raise", "send")}
+        sent = {decode_event(each.attributes.get("event", "")) for each in everywhere(root, "raise", "send")}
         document = Document(
             description=Text(root.attributes.get("name", "")),
             language=Text(self._script.language),
@@ -214,7 +206,7 @@ class _Reader:
         if owner is not None:
             owner.automata.append(automaton)
         if not is_state:
-            self._check_parts(element, *_PARTS[element.tag])
+            self._check_parts(element, _PARTS.get(element.tag, _STATE_PARTS))
             self._read_data(element, automaton)
         for number, each in enumerate([element] if is_state else element.elements(*_STATES), 1):
             state = _State(each, automaton, number, each.attributes.get("id", ""))
@@ -235,7 +227,7 @@ class _Reader:
         if element.tag == "state" and any(True for _ in element.elements(*_STATES)):
             self._read_automaton(element, state)
         else:
-            self._check_parts(element, *_PARTS[element.tag])
+            self._check_parts(element, _PARTS.get(element.tag, _STATE_PARTS))
             self._read_data(element, state.automaton)
         for region in element.elements(*_STATES) if element.tag == "parallel" else ():
             tags = {child.tag for child in region.elements() if "{" not in child.tag}
@@ -249,7 +241,7 @@ class _Reader:
             message = "a shallow history: here what is further inside goes on where it was, too"
             self._approximate(state.history or element, message)
 
-    def _check_parts(self, element: XmlElement, *known: str) -> None:
+    def _check_parts(self, element: XmlElement, known: Sequence[str]) -> None:
         """Report what is inside an element and is not carried."""
         for child in element.elements():
             if child.tag.startswith("{"):
@@ -268,7 +260,7 @@ class _Reader:
 
     def _read_data(self, element: XmlElement, automaton: _Automaton) -> None:
         """Read the data of an element, and the script of the root, as variables of an automaton."""
-        for data in _in_all(element, "datamodel", "data"):
+        for data in inside_all(element, "datamodel", "data"):
             name, text = data.attributes.get("id", ""), data.attributes.get("expr", data.text)
             if not is_name(name) or "src" in data.attributes:
                 self._lose(data, f"the data `{name[:60]}` is no variable of Python")
@@ -286,10 +278,11 @@ class _Reader:
         if automaton.first is None or automaton.first.element is element:
             return
         names = element.attributes.get("initial", "").split()
-        for transition in _in_all(element, "initial", "transition"):
+        for transition in inside_all(element, "initial", "transition"):
             names += transition.attributes.get("target", "").split()
-            self._check_parts(transition)
-        for start in self._starts(self._find_goals(names, element)):
+            self._check_parts(transition, ())
+        goals = self._find_goals(names, element)
+        for start in (each for goal in goals for each in self._starts(goal)):
             for each in start.path_to(automaton):
                 each.automaton.first = each
             if not start.path_to(automaton):
@@ -303,45 +296,6 @@ class _Reader:
         if first is not None and first is not state:
             message = f"it enters `{state.name[:60]}`: here what is around that begins in `{first.name[:60]}`"
             self._approximate(element, message)
-
-    # Timers: in SCXML events that a state sends to itself on entry, delayed.
-
-    def _find_timers(self) -> None:
-        """Find the delayed events that only concern the states that send them to themselves."""
-        timers: dict[XmlElement, _State] = {}
-        waiting: dict[str, set[_State]] = defaultdict(set)
-        for state in (each for automaton in self._automata for each in automaton.states):
-            for send in _in_all(state.element, "onentry", "send"):
-                if _delay(send) and send.attributes.get("target", "") in ("", "#_internal"):
-                    timers[send] = state
-            for transition in state.element.elements("transition"):
-                for event in transition.attributes.get("event", "").split():
-                    waiting[event].add(state)
-        sends: dict[str, list[XmlElement]] = defaultdict(list)
-        for element in _everywhere(self._root, "raise", "send"):
-            sends[element.attributes.get("event", "")].append(element)
-        taken: dict[_State, list[XmlElement]] = defaultdict(list)
-        for event, found in sends.items():
-            if all(each in timers for each in found) and waiting[event] <= {timers[each] for each in found}:
-                for send in found:
-                    state = timers[send]
-                    if state in waiting[event] and (state, event) not in self._timers:
-                        self._timers[state, event] = _delay(send)
-                        taken[state].append(send)
-        for state, found in taken.items():
-            self._take_timers(state, found)
-
-    def _take_timers(self, state: _State, sends: Sequence[XmlElement]) -> None:
-        """Take out of a state what sends and cancels the events of its timers."""
-        exits = _in_all(state.element, "onexit", "cancel")
-        cancels = {each.attributes.get("sendid", ""): each for each in exits}
-        gone = {*sends, *(cancels[name] for each in sends if (name := each.attributes.get("id")) in cancels)}
-        for holder in state.element.elements("onentry", "onexit"):
-            holder.children = [each for each in holder.children if each not in gone]
-        for send in sends:
-            if send.attributes.get("id") not in cancels:
-                message = "the timer ends here when the state is left; in SCXML, without `cancel`, it goes on"
-                self.report(Code.SCXML_OTHER_SHAPE, send, message)
 
     # Transitions.
 
@@ -378,8 +332,8 @@ class _Reader:
             yield _transition("condition", condition or "True", "", element)
         for event in events:
             name = event.removesuffix("*").rstrip(".")
-            if (state, event) in self._timers:
-                yield _transition("time", self._timers[state, event], condition, element)
+            if (timer := self._timers.get((state.element, event))) is not None:
+                yield _transition("time", timer, condition, element)
             elif event == f"done.state.{state.name}":
                 yield _transition("finished", "", condition, element)
             elif not name or event == "error" or event.startswith(("error.", "done.")):
@@ -429,21 +383,20 @@ class _Reader:
                 self.report(Code.INVALID_SCXML, element, f"no state has the id `{name[:60]}`", notes)
         return [self._goals[name] for name in names if name in self._goals]
 
-    def _starts(self, goals: Sequence[_Goal]) -> Iterator[_State]:
-        """Yield the states that are entered, those inside a state with a history by what is said there."""
-        for state, history in goals:
-            names: list[str] = []
-            for transition in history.elements("transition") if history is not None else ():
-                names += transition.attributes.get("target", "").split()
-            defaults = self._find_goals(names, history or state.element)
-            yield from [each.state for each in defaults if state in each.state.path] or [state]
+    def _starts(self, goal: _Goal) -> list[_State]:
+        """Return the states that are entered; for a history those where it begins."""
+        state, history = goal
+        if history is None:
+            return [state]
+        targets = (each.attributes.get("target", "").split() for each in history.elements("transition"))
+        defaults = self._find_goals([name for names in targets for name in names], history)
+        return [each.state for each in defaults if state in each.state.path] or [state]
 
     def _check_entered(self, goals: Sequence[_Goal], destination: _State, element: XmlElement) -> None:
         """Report where automata do not begin as a transition wants it."""
         for goal in goals:
-            for each in (
-                way for start in self._starts([goal]) for way in start.path_to(destination.automaton)
-            ):
+            path = (each for start in self._starts(goal) for each in start.path_to(destination.automaton))
+            for each in path:
                 if each.history is not None and goal.history is None:
                     message = f"it enters `{each.name[:60]}` anew: here what is inside goes on where it was"
                     self._approximate(element, message)
@@ -459,7 +412,7 @@ class _Reader:
             father=automaton.owner.automaton.number if automaton.owner is not None else NO_CHILD,
             states=tuple(self._state(each) for each in automaton.states),
             transitions=tuple(replace(each, id=number) for number, each in enumerate(transitions, 1)),
-            variables=Text("\n".join(automaton.variables)),
+            variables=Text("\n".join(automaton.variables), automaton.element.line, automaton.element.column),
         )
 
     def _state(self, state: _State) -> State:
@@ -518,23 +471,3 @@ def _side_by_side(source: _State, goal: _State) -> tuple[_State, _State]:
     """Return the states of one automaton that are two others or around them, as far inside as there are."""
     around = {state.automaton: state for state in source.path}
     return next((around[state.automaton], state) for state in goal.path if state.automaton in around)
-
-
-def _everywhere(element: XmlElement, *tags: str) -> Iterator[XmlElement]:
-    """Yield the elements with these tags at any depth inside an element."""
-    for child in element.elements():
-        if child.tag in tags:
-            yield child
-        yield from _everywhere(child, *tags)
-
-
-def _in_all(element: XmlElement, holder: str, tag: str) -> Iterator[XmlElement]:
-    """Yield the elements with a tag in those with another inside an element."""
-    return (each for found in element.elements(holder) for each in found.elements(tag))
-
-
-def _delay(send: XmlElement) -> str:
-    """Return the milliseconds after which an event is sent, blank where that is no time."""
-    quoted = _QUOTED.fullmatch(send.attributes.get("delayexpr", ""))
-    match = _TIME.fullmatch(send.attributes.get("delay", quoted[2] if quoted else "").strip())
-    return f"{(Decimal(match[1]) * _MILLISECONDS[match[2]]).normalize():f}" if match is not None else ""

@@ -1,4 +1,4 @@
-"""Translate the executable content of SCXML into Python, and report what cannot be translated."""
+"""Translate the executable content of SCXML: code into Python, and delayed events into timers."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ import json
 import keyword
 import re
 import textwrap
+from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator
+from decimal import Decimal
 from typing import Final
 
 from ..codes import Code
@@ -16,10 +18,16 @@ from ..formats.writer import UNWRITABLE
 from ..formats.xml_tree import XmlElement
 from .writer import expression_of
 
-__all__ = ["ScriptReader", "decode_event", "is_name"]
+__all__ = ["ScriptReader", "decode_event", "everywhere", "inside_all", "is_name", "take_timers"]
+
+Report = Callable[[str, XmlElement, str], None]
+"""Reports something under a code about an element."""
 
 _ECMASCRIPT: Final = "ECMAScript"
 _ENCODED: Final = re.compile(r"_x([0-9A-F]{4,6})_")
+_QUOTED: Final = re.compile(r"""\s*(['"])([^'"\\]*)\1\s*""")
+_TIME: Final = re.compile(r"([0-9]{1,12}(?:\.[0-9]{1,9})?|\.[0-9]{1,9})(ms|s|m|h|d)?")
+_MILLISECONDS: Final = {None: 1, "ms": 1, "s": 1000, "m": 60_000, "h": 3_600_000, "d": 86_400_000}
 _WORDS: Final = re.compile(r"""'[^'\\\n]*'|"[^"\\\n]*"|[\w$.]+|\s*(?:&&|\|\|)\s*|[=!]==""")
 _IN_PYTHON: Final = {"true": "True", "false": "False", "===": "==", "!==": "!=", "&&": " and ", "||": " or "}
 _NOT_NAMES: Final = frozenset(("undefined", "null", "NaN", "Infinity", "In", "_event", "this"))
@@ -32,6 +40,70 @@ _COMMON: Final = (
 )
 
 
+def everywhere(element: XmlElement, *tags: str) -> Iterator[XmlElement]:
+    """Yield the elements with these tags at any depth inside an element."""
+    for child in element.elements():
+        if child.tag in tags:
+            yield child
+        yield from everywhere(child, *tags)
+
+
+def inside_all(element: XmlElement, holder: str, tag: str) -> Iterator[XmlElement]:
+    """Yield the elements with a tag in those with another inside an element."""
+    return (each for found in element.elements(holder) for each in found.elements(tag))
+
+
+def take_timers(root: XmlElement, report: Report) -> dict[tuple[XmlElement, str], str]:
+    """Return the milliseconds after which a state gets an event of its own, by its element and the event.
+
+    In SCXML that is an event that a state sends to itself on entry, delayed, and that no other state sends or
+    waits for. What sends and cancels it is taken out.
+    """
+    senders: dict[XmlElement, XmlElement] = {}
+    waiting: dict[str, set[XmlElement]] = defaultdict(set)
+    for state in everywhere(root, "state", "parallel"):
+        for send in inside_all(state, "onentry", "send"):
+            if _delay(send) and send.attributes.get("target", "") in ("", "#_internal"):
+                senders[send] = state
+        for transition in state.elements("transition"):
+            for event in transition.attributes.get("event", "").split():
+                waiting[event].add(state)
+    sends: dict[str, list[XmlElement]] = defaultdict(list)
+    for element in everywhere(root, "raise", "send"):
+        sends[element.attributes.get("event", "")].append(element)
+    timers: dict[tuple[XmlElement, str], str] = {}
+    taken: dict[XmlElement, list[XmlElement]] = defaultdict(list)
+    for event, found in sends.items():
+        if all(each in senders for each in found) and waiting[event] <= {senders[each] for each in found}:
+            for send in found:
+                state = senders[send]
+                if state in waiting[event] and (state, event) not in timers:
+                    timers[state, event] = _delay(send)
+                    taken[state].append(send)
+    for state, found in taken.items():
+        _take_out(state, found, report)
+    return timers
+
+
+def _take_out(state: XmlElement, sends: list[XmlElement], report: Report) -> None:
+    """Take out of a state what sends and cancels the events of its timers."""
+    cancels = {each.attributes.get("sendid", ""): each for each in inside_all(state, "onexit", "cancel")}
+    gone = {*sends, *(cancels[name] for each in sends if (name := each.attributes.get("id")) in cancels)}
+    for holder in state.elements("onentry", "onexit"):
+        holder.children = [each for each in holder.children if each not in gone]
+    for send in sends:
+        if send.attributes.get("id") not in cancels:
+            message = "the timer ends here when the state is left; in SCXML, without `cancel`, it goes on"
+            report(Code.SCXML_OTHER_SHAPE, send, message)
+
+
+def _delay(send: XmlElement) -> str:
+    """Return the milliseconds after which an event is sent, blank where that is no time."""
+    quoted = _QUOTED.fullmatch(send.attributes.get("delayexpr", ""))
+    match = _TIME.fullmatch(send.attributes.get("delay", quoted[2] if quoted else "").strip())
+    return f"{(Decimal(match[1]) * _MILLISECONDS[match[2]]).normalize():f}" if match is not None else ""
+
+
 class ScriptReader:
     """Translates the code of a file into Python.
 
@@ -39,7 +111,7 @@ class ScriptReader:
     Any other code is kept and reported: then the document is in `language`.
     """
 
-    def __init__(self, datamodel: str, report: Callable[[str, XmlElement, str], None]) -> None:
+    def __init__(self, datamodel: str, report: Report) -> None:
         is_default = datamodel.lower() in ("", "null", "ecmascript", "javascript")
         self._is_python = datamodel.lower().startswith("python")
         self._name = _ECMASCRIPT if is_default else datamodel
