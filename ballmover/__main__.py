@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import NoReturn
 
-import startup
+import hfsm_command
 
 
 def main() -> NoReturn:
     """Run the command."""
-    startup.end_at_ctrl_c()
-    from zenoh_ice.command import run
+    hfsm_command.end_at_ctrl_c()
+    from hfsm_command.cli import run
 
     from .cli import app
 

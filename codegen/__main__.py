@@ -5,12 +5,12 @@ from __future__ import annotations
 import signal
 from types import FrameType
 
-import startup
+import hfsm_command
 
 
 def main() -> None:
     """Run the command; Ctrl-C and SIGTERM end it with exit code 130 and 143."""
-    startup.end_at_ctrl_c()
+    hfsm_command.end_at_ctrl_c()
     from .command import app
 
     signal.signal(signal.SIGINT, _stop)

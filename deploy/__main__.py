@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import startup
+import hfsm_command
 
 
 def main() -> None:
     """Run the command."""
-    startup.end_at_ctrl_c()
+    hfsm_command.end_at_ctrl_c()
     from deploy.command import app
-    from zenoh_ice.command import run
+    from hfsm_command.cli import run
 
     run(app)
 

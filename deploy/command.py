@@ -10,7 +10,7 @@ import typer
 
 from deploy.launcher import Launcher, free_endpoint
 from deploy.stack import load_stack
-from zenoh_ice.command import finite
+from hfsm_command.cli import finite
 
 __all__ = ["app"]
 

@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple, TextIO
 
-import startup
+import hfsm_command
 from deploy.stack import ProcessSpec, StackError
 
 __all__ = ["Launcher", "free_endpoint"]
@@ -189,7 +189,7 @@ class _StackProcess:
         foreground = self.spec.foreground
         place = "foreground" if foreground else "background"
         program, *arguments = self.spec.command
-        tether = [sys.executable, "-I", "-S", startup.TETHER, str(os.getpid()), place]
+        tether = [sys.executable, "-I", "-S", hfsm_command.TETHER, str(os.getpid()), place]
         # Blocked in the child too: the tether lets it through when it does not end in a traceback any longer.
         blocked = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:

@@ -11,7 +11,7 @@ from collections.abc import Callable
 import zenoh
 from zenoh.handlers import Callback
 
-from zenoh_ice.command import stop_on_signals
+from hfsm_command.cli import stop_on_signals
 from zenoh_ice.exceptions import ConfigurationException
 from zenoh_ice.session import client_token, close_session, open_session
 from zenoh_ice.settings import DEFAULT_ENDPOINT, Settings

@@ -11,7 +11,7 @@ from pathlib import Path, PurePath
 from types import ModuleType, TracebackType
 from typing import Any, Final
 
-import startup
+import hfsm_command
 
 from .errors import ComponentError, MissingLibraryError
 from .source_map import last_line
@@ -30,7 +30,7 @@ def prepare_program() -> None:
     """
     program = sys.modules["__main__"]
     if _GENERATED in (program.__doc__ or ""):
-        startup.end_at_ctrl_c()
+        hfsm_command.end_at_ctrl_c()
         sys.excepthook = _report_uncaught
 
 

@@ -8,10 +8,10 @@ from typing import Any, Final, TypeVar
 
 import typer
 
+from hfsm_command.cli import run, with_settings
 from interfaces import jderobot, nao
 from naoserver.servants.hinge import HINGES
 from zenoh_ice import Communicator, ObjectPrx, initialize
-from zenoh_ice.command import run, with_settings
 from zenoh_ice.settings import Settings
 from zenoh_ice.transport import Target
 

@@ -5,16 +5,16 @@ from __future__ import annotations
 import sys
 from typing import NoReturn
 
-import startup
+import hfsm_command
 
 
 def main() -> NoReturn:
     """Run the command, or say what is not installed."""
-    startup.end_at_ctrl_c()
+    hfsm_command.end_at_ctrl_c()
     try:
+        from hfsm_command.cli import run
         from naoserver.errors import RobotError
         from naoserver_naoqi.command import app
-        from zenoh_ice.command import run
     except ModuleNotFoundError as error:
         sys.exit(
             f"naoserver-naoqi: error: {error.name} is not installed; type: pip install 'visualhfsm[naoqi]'"

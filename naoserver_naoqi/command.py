@@ -7,13 +7,13 @@ from typing import Annotated, Final
 
 import typer
 
+from hfsm_command.cli import stop_on_signals, with_settings
 from naoserver.options import ServerOptions
 from naoserver.server import serve
 from naoserver_naoqi.libqi import connect
 from naoserver_naoqi.link import AddressError, RobotAddress
 from naoserver_naoqi.robot import End, Life, NaoqiRobot, Start, Wishes
 from zenoh_ice import initialize
-from zenoh_ice.command import stop_on_signals, with_settings
 from zenoh_ice.settings import DEFAULT_ENDPOINT, Settings
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)

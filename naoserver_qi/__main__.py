@@ -7,7 +7,7 @@ from typing import Annotated, Final, NoReturn
 
 import typer
 
-import startup
+import hfsm_command
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 
@@ -31,13 +31,13 @@ def serve_fake(
 
     Prints a line that begins with 'ready' as soon as it can be called. Ctrl-C ends it.
     """
+    from hfsm_command.cli import stop_on_signals
     from naoserver.assembly import Assembly
     from naoserver.fake import FakeRobot, FastClock
     from naoserver.jobs import JobThreads
     from naoserver.options import ServerOptions
     from naoserver_qi import serve_as_naoqi
     from zenoh_ice import WallClock
-    from zenoh_ice.command import stop_on_signals
 
     with stop_on_signals() as stop, ExitStack() as stack:
         robot = stack.enter_context(closing(FakeRobot(FastClock(speed))))
@@ -55,9 +55,9 @@ def serve_fake(
 
 def main() -> NoReturn:
     """Run the command."""
-    startup.end_at_ctrl_c()
+    hfsm_command.end_at_ctrl_c()
+    from hfsm_command.cli import run
     from naoserver.errors import RobotError
-    from zenoh_ice.command import run
 
     run(app, expected=(RobotError,))
 

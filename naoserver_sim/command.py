@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
+from hfsm_command.cli import stop_on_signals, with_settings
 from naoserver.options import CameraOptions, ServerOptions
 from naoserver.server import serve
 from naoserver_qi import serve_as_naoqi
@@ -20,7 +21,6 @@ from naoserver_sim.team import MOST_ROBOTS, run_team, team_commands
 from naoserver_sim.viewer import check_display
 from naoserver_sim.world import DEFAULT_WORLD, bundled_worlds, load_world
 from zenoh_ice import initialize
-from zenoh_ice.command import stop_on_signals, with_settings
 from zenoh_ice.settings import DEFAULT_ENDPOINT, Settings
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ import time
 from collections.abc import Iterable, Sequence
 from typing import Final
 
-import startup
+import hfsm_command
 from naoserver.errors import RobotError
 from zenoh_ice.settings import Settings
 
@@ -57,7 +57,7 @@ def run_team(commands: Iterable[Sequence[str]], stop: threading.Event) -> None:
     processes: list[subprocess.Popen[bytes]] = []
     try:
         for command in commands:
-            tether = [sys.executable, "-I", "-S", startup.TETHER, str(os.getpid()), "background"]
+            tether = [sys.executable, "-I", "-S", hfsm_command.TETHER, str(os.getpid()), "background"]
             processes.append(
                 subprocess.Popen([*tether, *command], stdin=subprocess.DEVNULL, start_new_session=True)
             )

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from typing import NoReturn
 
-import startup
+import hfsm_command
 
 
 def main() -> NoReturn:
     """Run the command."""
-    startup.end_at_ctrl_c()
+    hfsm_command.end_at_ctrl_c()
+    from hfsm_command.cli import run
     from visualhfsm.command import app
     from visualhfsm.errors import VisualHfsmError
-    from zenoh_ice.command import run
 
     run(app, expected=(VisualHfsmError,))
 

@@ -21,7 +21,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, Literal
 
-import startup
+import hfsm_command
 
 __all__ = [
     "ChildProcess",
@@ -194,7 +194,7 @@ class ChildProcess(asyncio.SubprocessProtocol):
         self, command: Sequence[str], environment: Mapping[str, str], directory: Path | None = None
     ) -> None:
         """Start a command. Raises OSError when no process can be started."""
-        tether = [sys.executable, "-I", "-S", startup.TETHER, str(os.getpid()), "background"]
+        tether = [sys.executable, "-I", "-S", hfsm_command.TETHER, str(os.getpid()), "background"]
         # Blocked in the child too: the tether lets it through when it does not end in a traceback any longer.
         blocked = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:

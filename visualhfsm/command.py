@@ -10,6 +10,7 @@ from urllib.parse import urlsplit
 
 import typer
 
+from hfsm_command.cli import finite, with_settings
 from visualhfsm.check import EPILOG as CHECK_EPILOG
 from visualhfsm.check import check
 from visualhfsm.convert import EPILOG as CONVERT_EPILOG
@@ -18,7 +19,6 @@ from visualhfsm.errors import MissingPackageError
 from visualhfsm.replay import EPILOG as REPLAY_EPILOG
 from visualhfsm.replay import replay
 from visualhfsm.steer.commands import register as register_steering
-from zenoh_ice.command import finite, with_settings
 from zenoh_ice.settings import Settings
 
 __all__ = ["app"]

@@ -22,11 +22,11 @@ from msgspec.structs import replace
 
 from codegen.diagnostics import Diagnostics
 from codegen.options import ErrorFormat, require_directories, show
+from hfsm_command.cli import finite, stop_on_signals
 from hfsm_recording.outcome import Begin, Difference, Divergence, Line, Outcome, Progress, Side, Step
 from hfsm_recording.reader import RecordingError, RecordingFile
 from visualhfsm.child import child_environment
 from visualhfsm.errors import VisualHfsmError
-from zenoh_ice.command import finite, stop_on_signals
 from zenoh_ice.text import printable
 
 __all__ = ["EPILOG", "outcome_lines", "replay"]

@@ -125,6 +125,10 @@ class Operation(Generic[P, V]):
         call = vars(proxy)[self.method] = proxy.ice_call(self)
         return call
 
+    def __call__(self, proxy: ObjectPrx, *args: P.args, **kwargs: P.kwargs) -> V:
+        """Call the operation of a proxy: `PoseHeadPrx.getPose(head)`, as Python has it of methods."""
+        return proxy.ice_call(self)(*args, **kwargs)
+
     def prepare(self) -> None:
         """Derive what travels, unless that was done: the first call takes no longer than others then."""
         for codec in (self.arguments, self.result):

@@ -5,15 +5,15 @@ from __future__ import annotations
 import os
 from typing import NoReturn
 
-import startup
+import hfsm_command
 
 
 def main() -> NoReturn:
     """Run the command."""
-    startup.end_at_ctrl_c()
+    hfsm_command.end_at_ctrl_c()
     from deploy.nao.command import app
     from deploy.nao.completion import join_words
-    from zenoh_ice.command import run
+    from hfsm_command.cli import run
 
     if os.environ.get("_NAO_COMPLETE") == "complete_bash":
         join_words(os.environ)

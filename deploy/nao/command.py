@@ -14,7 +14,7 @@ import typer
 from deploy.nao.completion import complete_call, complete_camera, complete_servant, complete_stream
 from deploy.router import DEFAULTS as ROUTER_DEFAULTS
 from deploy.security.command import app as security
-from zenoh_ice.command import finite, with_settings
+from hfsm_command.cli import finite, with_settings
 from zenoh_ice.settings import Settings
 
 __all__ = ["app"]

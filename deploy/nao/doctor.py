@@ -113,9 +113,9 @@ def _print(finding: Finding) -> None:
 
 _DISTRIBUTION: Final = "visualhfsm"
 _PACKAGES: Final = (
-    "ballmover", "behaviors", "codegen", "deploy", "hfsm_pytest", "hfsm_recording", "hfsm_runtime",
-    "interfaces", "naoserver", "naoserver_naoqi", "naoserver_qi", "naoserver_sim", "startup", "visualhfsm",
-    "zenoh_ice",
+    "ballmover", "behaviors", "codegen", "deploy", "hfsm_command", "hfsm_pytest", "hfsm_recording",
+    "hfsm_runtime", "interfaces", "naoserver", "naoserver_naoqi", "naoserver_qi", "naoserver_sim",
+    "visualhfsm", "zenoh_ice",
 )  # fmt: skip
 """The packages of the distribution; most of their names are common words."""
 _OTHERS: Final = ("cv2", "mcap", "msgpack", "msgspec", "mujoco", "numpy", "qi", "rich", "typer", "zenoh")

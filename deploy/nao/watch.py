@@ -38,8 +38,8 @@ from deploy.nao.output import (
     width,
 )
 from deploy.nao.values import Json, to_json
+from hfsm_command.cli import stop_on_signals
 from zenoh_ice import Sample, initialize
-from zenoh_ice.command import stop_on_signals
 from zenoh_ice.settings import Settings
 
 __all__ = ["StreamStatistics", "watch"]

@@ -17,10 +17,10 @@ from typing import Annotated, Final, NoReturn
 import msgspec
 import typer
 
+from hfsm_command.cli import finite
+from hfsm_command.cli import run as run_command
 from hfsm_recording.outcome import Begin, Line, Outcome, Progress
 from hfsm_recording.reader import RecordingError
-from zenoh_ice.command import finite
-from zenoh_ice.command import run as run_command
 
 from ..component import Component
 from ..debugger.reload import components_in

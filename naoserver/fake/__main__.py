@@ -6,11 +6,11 @@ from contextlib import closing
 
 import typer
 
+from hfsm_command.cli import run, stop_on_signals, with_settings
 from naoserver.errors import RobotError
 from naoserver.fake import FakeRobot
 from naoserver.server import serve
 from zenoh_ice import initialize
-from zenoh_ice.command import run, stop_on_signals, with_settings
 from zenoh_ice.settings import DEFAULT_ENDPOINT, Settings
 
 app = typer.Typer(add_completion=False, rich_markup_mode="rich")

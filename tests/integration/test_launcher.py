@@ -16,7 +16,7 @@ from tests.support.limits import LIMIT
 from tests.support.processes import free_endpoint
 from tests.support.terminal import read_until
 
-TETHER = str(Path(__file__).resolve().parents[2] / "startup" / "tether.py")
+TETHER = str(Path(__file__).resolve().parents[2] / "hfsm_command" / "tether.py")
 
 # A process that tells its pid, says that it is ready, and notes how it is asked to end.
 SERVICE = """

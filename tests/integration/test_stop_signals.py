@@ -8,16 +8,16 @@ import sys
 
 import pytest
 
+from hfsm_command.cli import stop_on_signals
 from tests.support.limits import LIMIT
 from tests.support.processes import ComponentProcess
-from zenoh_ice.command import stop_on_signals
 
 PROGRAM = """
 import os, signal, sys, threading, time, typer
-import zenoh_ice.command
+import hfsm_command.cli
 from zenoh.handlers import Callback
-from zenoh_ice import initialize
-from zenoh_ice.command import run, stop_on_signals
+from zenoh_ice import ConfigurationException, initialize
+from hfsm_command.cli import run, stop_on_signals
 
 app = typer.Typer()
 
@@ -92,7 +92,7 @@ WHEREVER_IT_STRIKES = """
 """
 
 HANGING = """
-    zenoh_ice.command._CLEANUP_GRACE = 0.2
+    hfsm_command.cli._CLEANUP_GRACE = 0.2
     with stop_on_signals() as stop:
         strike()
         stop.wait()
@@ -105,7 +105,7 @@ FAILING = """
     with stop_on_signals() as stop:
         strike()
         stop.wait()
-        raise zenoh_ice.ConfigurationException("nothing was saved")
+        raise ConfigurationException("nothing was saved")
 """
 
 OUTSIDE = """

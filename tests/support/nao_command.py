@@ -38,7 +38,7 @@ def at(endpoint: str, realm: str) -> Iterator[None]:
 
 
 def nao(*words: str, stdin: bytes | None = None) -> Outcome:
-    """Run `nao` with these words; errors become its one line on stderr, as `zenoh_ice.command.run` has it."""
+    """Run `nao` with these words; errors become its one line on stderr, as `hfsm_command.cli.run` has it."""
     result = CliRunner().invoke(app, words, prog_name="nao", input=stdin, env={"COLUMNS": "80"})
     error = result.exception
     if isinstance(error, ZenohIceError):

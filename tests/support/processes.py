@@ -30,7 +30,7 @@ def module(name: str, *arguments: str) -> list[str]:
 def announced(entry: str, *arguments: str) -> list[str]:
     """Return the command that runs the `main` of a module, and says `starting` once Ctrl-C ends it quietly."""
     code = (
-        "from startup import end_at_ctrl_c; end_at_ctrl_c(); print('starting', flush=True)\n"
+        "from hfsm_command import end_at_ctrl_c; end_at_ctrl_c(); print('starting', flush=True)\n"
         f"from {entry} import main; main()"
     )
     return [sys.executable, "-c", code, *arguments]

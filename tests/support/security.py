@@ -17,7 +17,7 @@ __all__ = ["Keys", "routing"]
 
 _ROUTER = """
 import pickle, sys
-from startup import end_at_ctrl_c
+from hfsm_command import end_at_ctrl_c
 end_at_ctrl_c()
 from deploy.router import serve
 serve(pickle.loads(bytes.fromhex(sys.argv[1])), lambda line: print("ready", flush=True))

@@ -26,6 +26,7 @@ from rich.live import Live
 from rich.panel import Panel
 from rich.text import Text
 
+from hfsm_command.cli import stop_on_signals
 from interfaces.hfsm import ComponentStatus, HfsmMonitorPrx, TransitionStructure
 from interfaces.nao import Severity
 from visualhfsm.errors import VisualHfsmError
@@ -36,7 +37,6 @@ from visualhfsm.watch.panels import camera_lines, from_center, legend, robot_lin
 from visualhfsm.watch.report import ReportContents, check_packages, check_place, summary_table, write_report
 from visualhfsm.watch.telemetry import Telemetry, WatchState
 from zenoh_ice import Communicator
-from zenoh_ice.command import stop_on_signals
 from zenoh_ice.text import printable
 
 __all__ = ["View", "WatchOptions", "status_line", "watch"]

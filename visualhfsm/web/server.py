@@ -27,8 +27,8 @@ from starlette.types import ASGIApp
 from starlette.websockets import WebSocket, WebSocketDisconnect
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 
+from hfsm_command.cli import stop_on_signals
 from visualhfsm.errors import VisualHfsmError
-from zenoh_ice.command import stop_on_signals
 
 from .assets import Assets
 from .connection import converse, until_one_ends

@@ -55,7 +55,7 @@ STANDARD_OPTIONS: Final = frozenset(
 
 _LIBRARIES: Final = sys.stdlib_module_names | {
     *("cv2", "lz4", "mcap", "msgpack", "msgspec", "numpy", "rich", "typer", "zenoh", "zstandard"),
-    *("hfsm_recording", "hfsm_runtime", "interfaces", "startup", "zenoh_ice"),
+    *("hfsm_recording", "hfsm_runtime", "interfaces", "hfsm_command", "zenoh_ice"),
 }
 """What a component may import, itself or by what it imports."""
 

@@ -1,4 +1,4 @@
-"""What every command shares: options, logging, and an orderly way out; `ballmover/cli.py` is an example."""
+"""Options for settings, logging, and an orderly way out, for commands; `ballmover/cli.py` is an example."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from typing import Annotated, Any, Final, NoReturn
 
 import typer
 
-from .exceptions import ZenohIceError
-from .security import exposure
-from .settings import CONFIG_VARIABLE, DEFAULT_ENDPOINT, load_settings
-from .status import program_name
+from zenoh_ice.exceptions import ZenohIceError
+from zenoh_ice.security import exposure
+from zenoh_ice.settings import CONFIG_VARIABLE, DEFAULT_ENDPOINT, load_settings
+from zenoh_ice.status import program_name
 
 _LOG: Final = "%(asctime)s.%(msecs)03d %(levelname)-8s %(name)s: %(message)s"
 _CLEANUP_GRACE: Final = 10.0  # s after a signal in which others are ignored, so that cleaning up can end

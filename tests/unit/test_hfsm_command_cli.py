@@ -13,7 +13,7 @@ import pytest
 HEADER = """
 import sys, time, typer
 from pathlib import Path
-from zenoh_ice.command import *
+from hfsm_command.cli import *
 from zenoh_ice.settings import Settings
 from zenoh_ice.exceptions import ConnectFailedException
 
@@ -117,7 +117,7 @@ def test_wrong_usage_is_exit_code_2() -> None:
 
 def test_help_loads_nothing_heavy() -> None:
     body = """
-    import sys, zenoh_ice.command
+    import sys, hfsm_command.cli
     heavy = {"numpy", "mujoco", "cv2", "asyncio"} & set(sys.modules)
     sys.exit(", ".join(sorted(heavy)) or 0)
     """

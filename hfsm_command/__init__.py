@@ -1,4 +1,4 @@
-"""Let Ctrl-C end a command quietly while its modules load.
+"""What every command shares; here, to let Ctrl-C end it quietly while its modules load.
 
 Every command begins with this, before it imports anything else; so this imports next to nothing itself.
 """
