@@ -1,6 +1,7 @@
-"""Pictures of the editor for docs/how-to/editor.md, taken by a test that is there anyway.
+"""Pictures of the editor for the documentation, taken by tests that are there anyway.
 
-SCREENSHOTS=1 pytest tests/e2e/test_editor_experiment.py takes them anew; otherwise nothing is written.
+SCREENSHOTS=1 pytest tests/e2e/test_editor_experiment.py tests/e2e/test_docs_first_behavior.py takes them again;
+otherwise nothing is written.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from playwright.sync_api import Page
 
 __all__ = ["picture"]
 
-FOLDER: Final = Path(__file__).parents[2] / "docs" / "pictures" / "editor"
+FOLDER: Final = Path(__file__).parents[2] / "docs" / "pictures"
 COLORS: Final = 255  # enough for the page, and a third of the file
 HIDE_NOTICES: Final = """() => {
     const sheet = new CSSStyleSheet();
@@ -25,13 +26,16 @@ HIDE_NOTICES: Final = """() => {
 SHOW_NOTICES: Final = "() => document.adoptedStyleSheets.pop()"
 
 
-def picture(page: Page, name: str) -> None:
-    """Keep what a page shows as docs/pictures/editor/NAME.png."""
+def picture(page: Page, name: str, folder: str = "editor", *, notices: bool = False) -> None:
+    """Keep what a page shows as docs/pictures/FOLDER/NAME.png, without its notices unless asked for."""
     if not os.environ.get("SCREENSHOTS"):
         return
-    page.evaluate(HIDE_NOTICES)  # also those that come just now
+    if not notices:
+        page.evaluate(HIDE_NOTICES)  # also those that come just now
     page.mouse.move(0, 0)
     shot = Image.open(io.BytesIO(page.screenshot(animations="disabled"))).convert("RGB")
-    page.evaluate(SHOW_NOTICES)
-    FOLDER.mkdir(exist_ok=True)
-    shot.quantize(COLORS, Image.Quantize.MEDIANCUT).save(FOLDER / f"{name}.png", optimize=True)
+    if not notices:
+        page.evaluate(SHOW_NOTICES)
+    path = FOLDER / folder / f"{name}.png"
+    path.parent.mkdir(exist_ok=True)
+    shot.quantize(COLORS, Image.Quantize.MEDIANCUT).save(path, optimize=True)

@@ -1,0 +1,161 @@
+"""docs/tutorial/first-behavior.md, followed step by step: drawn, run, broken, fixed and tested."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, expect
+
+from tests.support.browser import EditorPage, editor_page
+from tests.support.editor import Editor, editor
+from tests.support.limits import CALL_LIMIT, LIMIT
+from tests.support.pages import DOCS, blocks_of
+from tests.support.panels import add
+from tests.support.processes import ComponentProcess, free_endpoint, module
+from tests.support.screenshots import picture
+from visualhfsm.web.workspace import make_services
+from zenoh_ice import Settings
+
+pytestmark = [pytest.mark.slow, pytest.mark.gl]
+
+PAGE = (DOCS / "tutorial/first-behavior.md").read_text("utf-8")
+TRANSLATION = (DOCS / "tutorial/es/first-behavior.md").read_text("utf-8")
+CODE = [block.text.strip() for block in blocks_of(PAGE) if block.language == "python"]
+LEFT, RIGHT, THERE, MISSPELT, DIVIDED, TEST = CODE
+
+
+@pytest.fixture
+def running(tmp_path: Path) -> Iterator[Editor]:
+    endpoint = free_endpoint()
+    with ComponentProcess(module("naoserver_sim", "--listen", endpoint)) as robot:
+        robot.wait_for("ready")
+        settings = Settings(connect=(endpoint,), timeout=CALL_LIMIT)
+        with editor(tmp_path, make_services=make_services(settings)) as running:
+            yield running
+
+
+@pytest.fixture
+def shown(browser: Browser, running: Editor) -> Iterator[EditorPage]:
+    with editor_page(browser, running, height=720) as shown:
+        yield shown
+
+
+def test_the_translation_has_the_same_code_and_pictures() -> None:
+    assert [block.text.strip() for block in blocks_of(TRANSLATION) if block.language == "python"] == CODE
+    pictures = [Path(link).name for link in re.findall(r"!\[.*?\]\((.*?)\)", PAGE)]
+    assert [Path(link).name for link in re.findall(r"!\[.*?\]\((.*?)\)", TRANSLATION)] == pictures
+
+
+def test_the_first_behavior_is_drawn_run_broken_fixed_and_tested(shown: EditorPage, tmp_path: Path) -> None:
+    draw(shown)
+    shown.press("Control+s")
+    expect(shown.page.get_by_role("dialog").get_by_label("Name")).to_be_focused()
+    shown.press("Control+a")
+    shown.type("look_around.xml")
+    shown.press("Enter")
+    expect(shown.page.get_by_role("status").filter(has_text="Saved")).to_be_visible()
+
+    watch(shown)
+    break_and_fix(shown)
+    shown.press("Shift+F5", "Control+s")
+    expect(shown.page.locator(".live-status")).to_contain_text("Ended")
+
+    (tmp_path / "test_look_around.py").write_text(TEST + "\n", "utf-8")
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "test_look_around.py"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=LIMIT,
+        check=False,
+    )
+    assert "1 passed" in done.stdout, done.stdout
+
+
+def draw(shown: EditorPage) -> None:
+    shown.page.get_by_role("button", name="Empty").click()
+    expect(shown.page.locator("hfsm-canvas .empty")).to_be_visible()
+    shown.press("Alt+i")
+    add(shown, "interface", "Head").get_by_label("Interface", exact=True).fill("PoseHead")
+    expect(shown.page.get_by_text("5 operations of PoseHead")).to_be_visible()
+    picture(shown.page, "interface", "tutorial")
+    shown.press("Escape")
+
+    box = shown.page.locator("hfsm-canvas").bounding_box()
+    assert box is not None
+    for name, part in (("left", 0.25), ("right", 0.75)):
+        shown.page.mouse.dblclick(box["x"] + part * box["width"], box["y"] + 0.5 * box["height"])
+        shown.name(name)
+        expect(shown.state(name)).to_have_count(1)
+    shown.connect("left", "right")
+    shown.name("two seconds")
+    shown.press("Shift+Enter")
+    shown.choose("Time")
+    shown.page.get_by_label("After", exact=True).fill("2000")
+    shown.press("Escape")
+    shown.connect("right", "left")
+    shown.name("there")
+    shown.press("Shift+Enter")
+    write(shown, "Condition of there", THERE)
+    shown.press("Escape")
+    for name, code in (("right", RIGHT), ("left", LEFT)):
+        select(shown, name)
+        write(shown, f"Code of the state {name}", code)
+    expect(shown.page.get_by_text("Edit the code of “left”")).to_be_visible()
+    expect(shown.page.get_by_text("No problems")).to_be_visible()
+    picture(shown.page, "drawn", "tutorial")
+
+
+def select(shown: EditorPage, state: str) -> None:
+    shown.state(state).locator(".body").click()
+    shown.press("Shift+Enter")
+    expect(shown.page.get_by_role("textbox", name=f"Code of the state {state}")).to_be_focused()
+
+
+def write(shown: EditorPage, label: str, text: str) -> None:
+    field = shown.page.get_by_role("textbox", name=label, exact=True)
+    field.click()
+    shown.press("Control+a")
+    shown.type(text)
+    expect(field).to_have_text(text)
+
+
+def watch(shown: EditorPage) -> None:
+    shown.press("F5")
+    active = shown.page.locator(".active")
+    expect(shown.state("right").and_(active)).to_be_visible()
+    shown.press("Alt+l")
+    shown.page.get_by_role("tab", name="3D").click()
+    expect(shown.state("left").and_(active)).to_be_visible()
+    shown.page.wait_for_timeout(1000 if shown.page.locator("canvas").count() else 0)
+    picture(shown.page, "running", "tutorial")
+
+
+def break_and_fix(shown: EditorPage) -> None:
+    select(shown, "left")
+    write(shown, "Code of the state left", MISSPELT)
+    expect(shown.page.get_by_text("1 warning")).to_be_visible()
+    shown.press("Control+m")
+    expect(shown.page.get_by_text("setPosse").last).to_be_visible()
+    picture(shown.page, "misspelt", "tutorial")
+
+    select(shown, "left")
+    write(shown, "Code of the state left", DIVIDED)
+    shown.press("Alt+v")
+    write(shown, "Variables", "slower = 0")
+    shown.press("F9")
+    status = shown.page.locator(".live-status")
+    expect(status).to_contain_text("after an error")
+    expect(shown.page.get_by_role("alert").filter(has_text="ZeroDivisionError")).to_contain_text("line 1")
+    shown.press("Control+m")  # closes the list of problems
+    picture(shown.page, "error", "tutorial", notices=True)
+
+    shown.press("Alt+v")
+    write(shown, "Variables", "slower = 2")
+    shown.press("F5")
+    expect(shown.state("right").and_(shown.page.locator(".active"))).to_be_visible()

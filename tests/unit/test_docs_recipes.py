@@ -1,0 +1,34 @@
+"""The recipes of docs/how-to: their documents compile without a finding, and their tests pass."""
+
+from __future__ import annotations
+
+import re
+import shutil
+
+import pytest
+from typer.testing import CliRunner
+
+from tests.support.pages import DOCS, blocks_of
+from visualhfsm.command import app
+
+pytest_plugins = "pytester"
+
+RECIPES = ["see-a-ball", "walk-to-a-place", "wait", "combine"]
+
+
+@pytest.mark.parametrize("recipe", RECIPES)
+def test_the_recipe_works(recipe: str, pytester: pytest.Pytester) -> None:
+    page = (DOCS / "how-to" / f"{recipe}.md").read_text("utf-8")
+    shutil.copy(DOCS.parent / "behaviors" / "follow_ball.xml", pytester.path)
+    tests = ""
+    for block in blocks_of(page):
+        if block.name is not None:
+            (pytester.path / block.name).write_text(block.text, "utf-8")
+            done = CliRunner().invoke(app, ["check", str(pytester.path / block.name)])
+            assert "nothing to report" in done.output
+        elif block.language == "python":
+            tests += block.text
+    (pytester.path / "test_recipe.py").write_text(tests, "utf-8")
+    result = pytester.runpytest_subprocess("-p", "no:cacheprovider")
+    result.assert_outcomes(passed=len(re.findall(r"^def test_", tests, re.M)))
+    assert tests
