@@ -164,8 +164,9 @@ function signatures(help) {
     help.ask("signature", state, position).then((found) => {
       if (number !== asked) return;
       answered = number;
-      if (!view.dom.isConnected) return;
-      if (found || view.state.field(shown)) view.dispatch({effects: show.of(found ? tip(found, position) : null)});
+      const current = view.state.field(shown, false);
+      if (!view.dom.isConnected || current === undefined) return; // another piece of code is shown by now
+      if (found || current) view.dispatch({effects: show.of(found ? tip(found, position) : null)});
     });
   });
   const close = EditorView.domEventHandlers({
