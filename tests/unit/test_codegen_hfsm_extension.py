@@ -90,9 +90,12 @@ def test_the_extension_lies_beside_the_component(tmp_path: Path) -> None:
     (tmp_path / "out").mkdir()
     (tmp_path / "follow_ball.xml").write_text(TEXT)
     for output, extended in ((tmp_path, True), (tmp_path / "out", False)):
-        files = compile_document(tmp_path / "follow_ball.xml", output, Diagnostics())
+        diagnostics = Diagnostics()
+        files = compile_document(tmp_path / "follow_ball.xml", output, diagnostics)
         assert files is not None
         assert ("FollowBallExtension" in files[0].text) == extended
+        # Only there does it give the component what the code uses.
+        assert (len(diagnostics) == 0) == extended, diagnostics.render()
 
 
 def test_the_extension_is_never_overwritten(tmp_path: Path) -> None:
