@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from itertools import count
 from pathlib import Path
@@ -26,7 +27,6 @@ MAX_ID: Final = 2**31 - 1
 
 _KEPT: Final = "kept"
 """Holds an unknown element of an old dialect whose name means something in the native one."""
-
 _MOST_LINES: Final = 20  # that a remark lists
 
 Translation = Callable[[XmlElement], list[XmlElement]]
@@ -289,14 +289,18 @@ class NativeReader:
 
     def _pixels(self, element: XmlElement, name: str, text: str) -> float:
         """Return the number in a text, 0 when it is blank."""
-        written = text.strip() or "0"
-        number = _finite(written)
-        if number is None and (number := _finite(written.replace(",", ".", 1))) is not None:
-            message = f"`{name}` is written with a comma: `{written[:40]}` is taken for {number}"
-            self.warn(element, Code.COMMA_IN_NUMBER, message)
-        if number is None:
-            self.error(element, Code.MALFORMED_ELEMENT, f"`{name}` is a number of pixels, not `{text[:40]}`")
-        return number or 0.0
+        for written in (text.strip() or "0", text.strip().replace(",", ".", 1)):
+            with suppress(ValueError):
+                number = float(written)
+                if math.isfinite(number):
+                    if "," in text:
+                        message = (
+                            f"`{name}` is written with a comma: `{text.strip()[:40]}` is taken for {number}"
+                        )
+                        self.warn(element, Code.COMMA_IN_NUMBER, message)
+                    return number
+        self.error(element, Code.MALFORMED_ELEMENT, f"`{name}` is a number of pixels, not `{text[:40]}`")
+        return 0.0
 
     def _flag(self, element: XmlElement, name: str, text: str) -> bool:
         """Return whether a text says true; a blank one does not."""
@@ -339,11 +343,3 @@ class NativeReader:
             more = f" and {len(lines) - _MOST_LINES} more" if len(lines) > _MOST_LINES else ""
             where = f"also in line{'s' if len(lines) > 1 else ''} {listed}{more}"
             self.remarks.note(Code.KEPT_UNUSED, message, self.place(first), [Note(where)] if lines else [])
-
-
-def _finite(text: str) -> float | None:
-    try:
-        number = float(text)
-    except ValueError:
-        return None
-    return number if math.isfinite(number) else None

@@ -87,19 +87,16 @@ def parse_document(
     one whose code looks like C++ is marked so, with a note. A document in the format of today is in Python
     unless it says otherwise.
     """
-    if isinstance(content, str):
-        content = content.encode()
-    root = parse_xml(content, path, diagnostics)
+    root = parse_xml(content.encode() if isinstance(content, str) else content, path, diagnostics)
     if root is None:
         return None
     if root.tag not in _ROOT_TAGS:
         message = f"`{root.tag}` is not the root of a document: it is `VisualHFSM`"
-        diagnostics.error(
-            Code.NOT_A_DOCUMENT, message, Location(path, root.line, root.column, len(root.tag) + 1)
-        )
+        place = Location(path, root.line, root.column, len(root.tag) + 1)
+        diagnostics.error(Code.NOT_A_DOCUMENT, message, place)
         return None
     dialect, written = dialect_of(root), root.first("dialect")
-    editor = written.text if written is not None and written.text.strip() else _editor_of(root, dialect)
+    editor = _editor_of(root, dialect) or ("" if written is None else written.text.strip())
     reader = NativeReader(path, diagnostics, remarks, is_old=bool(editor))
     if dialect is not Dialect.NATIVE:
         translate = translate_spanish if dialect is Dialect.SPANISH else translate_visualstates

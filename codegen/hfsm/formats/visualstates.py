@@ -27,7 +27,6 @@ __all__ = ["translate_visualstates"]
 
 _PSEUDO_STATE: Final = "pseudostate"
 """Holds what the outermost state has: it is no state of any automaton."""
-
 _CODE: Final = ("functions", "variables")
 _NO_CODE: Final[dict[str, str | None]] = dict.fromkeys(_CODE, "")
 _STATE: Final = {tag: tag for tag in ("posx", "posy", "name", "code")}
@@ -39,7 +38,6 @@ _TRANSITION: Final = {
 }
 _MOVED: Final[dict[str, Translation]] = dict.fromkeys(("state", "transition"), lambda _: [])
 """What is taken out of a state, to be put elsewhere."""
-
 _TRIGGERS: Final = {"0": "time", "1": "condition"}
 _INTERFACE: Final = {
     **{tag: tag for tag in ("ip", "port", "interface")},
@@ -65,9 +63,8 @@ class _Translator:
             message = "there are several outermost states: they are taken for those of the root"
             reader.warn(outermost[1], Code.SEVERAL_OUTERMOST_STATES, message)
         self._has_outermost = len(outermost) == 1
-        self._outermost = outermost[0] if self._has_outermost else XmlElement("state", {}, 0, 0)
-        if not self._has_outermost:
-            self._outermost.children += outermost
+        around = XmlElement("state", {}, 0, 0, children=outermost)
+        self._outermost = outermost[0] if self._has_outermost else around
         self._automata: dict[XmlElement, int] = {}
         """The ids of automata by the states that own them, each before those below it."""
         self._around: dict[XmlElement, int] = {}
@@ -87,8 +84,8 @@ class _Translator:
         reader.number([each for found in outgoing.values() for each, _ in found])
         parameters = self._parameters()
         config = "configs" if self._root.first("config") is None else "config"
-        names = {**_NO_CODE, "libraries": None, config: None}
-        names |= self._namespace_of(self._root, "global_namespace")
+        namespace = self._namespace_of(self._root, "global_namespace")
+        names = {**_NO_CODE, **namespace, "libraries": None, config: None}
         made = reader.translated(
             self._root, DOCUMENT.tag, DOCUMENT.children, names, {"state": _MOVED["state"]}
         )

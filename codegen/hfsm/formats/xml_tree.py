@@ -97,17 +97,14 @@ def parse_xml(content: bytes, path: Path, diagnostics: Diagnostics) -> XmlElemen
     source.setByteStream(io.BytesIO(content))
     try:
         parser.parse(source)
-    except (SAXParseException, LookupError, ValueError) as error:
+    except (SAXParseException, LookupError, ValueError) as error:  # LookupError: an unknown encoding
         code, message = Code.MALFORMED_XML, f"unreadable XML: {error}"
         if isinstance(error, SAXParseException):
             message = f"malformed XML: {builder.problem(error.getMessage())}"
         elif isinstance(error, DefusedXmlException):
-            code, reason = (
-                Code.DOCUMENT_TYPE,
-                "a document type or an entity of its own has no place in a document",
-            )
+            code = Code.DOCUMENT_TYPE
+            reason = "a document type or an entity of its own has no place in a document"
             message = f"{type(error).__name__}: {reason}"
-        # A LookupError is an encoding that expat does not know.
         diagnostics.error(code, message, builder.place())
         return None
     assert builder.root is not None, "expat refuses a document without a root element"
