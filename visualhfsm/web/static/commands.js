@@ -2,6 +2,8 @@
  * Changes of the shown document. What each command means stands in visualhfsm/editing/commands/.
  *
  * Nothing is drawn before the server has changed the document; a refusal is shown to the person.
+ *
+ * @import {Answers, Automaton, Done, State} from "./store.js"
  */
 
 import {notify, notifyError} from "./notices.js";
@@ -11,7 +13,10 @@ import {store} from "./store.js";
 /**
  * Send a request that a person asked for; shows why it was refused.
  *
- * @returns {Promise<any>} its value, undefined when it was refused
+ * @template {keyof Answers} Op
+ * @param {Op} op
+ * @param {object} fields
+ * @returns {Promise<Answers[Op] | null | undefined>} its value, undefined when it was refused
  */
 export async function ask(op, fields = {}) {
   try {
@@ -22,7 +27,7 @@ export async function ask(op, fields = {}) {
   }
 }
 
-/** Send a request about the shown tab. */
+/** Send a request about the shown tab. @template {keyof Answers} Op @param {Op} op @param {object} fields */
 export const askTab = (op, fields = {}) => ask(op, {tab: page.tab, ...fields});
 
 /**
@@ -33,7 +38,7 @@ export const askTab = (op, fields = {}) => ask(op, {tab: page.tab, ...fields});
  */
 export const apply = (command, fields = {}) => ask("do", {tab: page.tab, command: {command, ...fields}});
 
-/** Apply a command to the shown automaton. */
+/** Apply a command to the shown automaton. @param {string} command @param {object} fields */
 export const applyHere = (command, fields = {}) =>
   ask("do", {tab: page.tab, command: {command, automaton: page.automaton.id, ...fields}});
 
@@ -44,6 +49,7 @@ export const selected = () => ({states: [...page.states], transitions: [...page.
  * Select what a command has brought into the shown automaton; returns the first id.
  *
  * @param {"states" | "transitions"} kind
+ * @param {Done | null | undefined} done
  */
 export function selectAdded(done, kind) {
   const added = done?.added?.find((each) => each.automaton === page.automaton?.id);
@@ -57,12 +63,18 @@ export function deleteSelected() {
   return applyHere("deleteItems", selected());
 }
 
-/** Move what is selected. */
+/** Move what is selected. @param {number} dx @param {number} dy */
 export function moveSelected(dx, dy) {
   return applyHere("moveItems", {...selected(), dx, dy});
 }
 
-/** Give a state or transition another name. */
+/**
+ * Give a state or transition another name.
+ *
+ * @param {"state" | "transition"} kind
+ * @param {number} id
+ * @param {string} name
+ */
 export function rename(kind, id, name) {
   return kind === "state"
     ? applyHere("renameState", {state: id, name})
@@ -81,7 +93,11 @@ export async function step(op) {
   if (changed.length && !changed.some(([id]) => id === page.automaton?.id)) page.open(changed[0][0]);
 }
 
-/** Paste, with the left upper corner at a point if one is given, and select what came. */
+/**
+ * Paste, with the left upper corner at a point if one is given, and select what came.
+ *
+ * @param {{x: number, y: number}} [point]
+ */
 export async function paste(point) {
   const first = selectAdded(await askTab("paste", {automaton: page.automaton.id, ...point}), "states");
   if (first === undefined) return;
@@ -89,7 +105,7 @@ export async function paste(point) {
   page.dispatchEvent(new Event("focus-canvas"));
 }
 
-/** Move an automaton to a separate file, which a person chooses. */
+/** Move an automaton to a separate file, which a person chooses. @param {Automaton} automaton */
 export async function extract(automaton) {
   const {path} = page.tabState;
   if (!path) {
@@ -108,13 +124,13 @@ export async function extract(automaton) {
     notify(`${file} holds the sub-automaton now. It is imported from there.`);
 }
 
-/** Put the content of an imported automaton in its place. */
+/** Put the content of an imported automaton in its place. @param {Automaton} automaton */
 export async function inline(automaton) {
   if (await askTab("inline", {automaton: automaton.id}))
     notify(`The content of ${automaton.imported.file} is a part of this document now; the file stays.`);
 }
 
-/** Show a sub-automaton of a state, made first when it has none. */
+/** Show a sub-automaton of a state, made first when it has none. @param {State} state */
 export async function openChild(state) {
   if (!state.children.length) {
     const father = page.automaton.id;

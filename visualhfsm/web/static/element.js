@@ -1,4 +1,9 @@
-/** What the elements of the page have in common. */
+/**
+ * What the elements of the page have in common.
+ *
+ * @import {PageEvents} from "./page.js"
+ * @import {StoreEvents, Target} from "./store.js"
+ */
 
 import {LitElement} from "lit";
 
@@ -11,6 +16,7 @@ import {store} from "./store.js";
  * `watches` names the events of the page and of the store after which it is drawn again.
  */
 export class PageElement extends LitElement {
+  /** @type {{page?: (keyof PageEvents)[], store?: (keyof StoreEvents)[]}} */
   static watches = {page: ["change"], store: ["document", "workspace"]};
 
   #stop = new AbortController();
@@ -22,7 +28,7 @@ export class PageElement extends LitElement {
   connectedCallback() {
     super.connectedCallback();
     this.#stop = new AbortController();
-    const {page: ofPage = [], store: ofStore = []} = this.constructor.watches;
+    const {page: ofPage = [], store: ofStore = []} = /** @type {typeof PageElement} */ (this.constructor).watches;
     const redraw = () => this.requestUpdate();
     for (const kind of ofPage) page.addEventListener(kind, redraw, {signal: this.#stop.signal});
     for (const kind of ofStore) store.addEventListener(kind, redraw, {signal: this.#stop.signal});
@@ -33,7 +39,15 @@ export class PageElement extends LitElement {
     this.#stop.abort();
   }
 
-  /** Do something at each event of the page or the store for as long as the element is shown. */
+  /**
+   * Do something at each event of an object for as long as the element is shown.
+   *
+   * @template M
+   * @template {keyof M & string} K
+   * @param {Target<M>} target
+   * @param {K} kind
+   * @param {(event: CustomEvent<M[K]>) => void} handler
+   */
   listen(target, kind, handler) {
     target.addEventListener(kind, handler, {signal: this.#stop.signal});
   }

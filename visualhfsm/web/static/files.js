@@ -21,6 +21,7 @@ export function recentFiles() {
   }
 }
 
+/** @param {string} path */
 function remember(path) {
   localStorage.setItem(
     RECENT,
@@ -28,6 +29,7 @@ function remember(path) {
   );
 }
 
+/** @param {string} path */
 export async function openPath(path) {
   const done = await ask("open", {path});
   if (!done) return;
@@ -35,7 +37,12 @@ export async function openPath(path) {
   shown(done, path);
 }
 
-/** Show what was opened, and what of it means nothing here. */
+/**
+ * Show what was opened, and what of it means nothing here.
+ *
+ * @param {import("./store.js").Opened} opened
+ * @param {string} name
+ */
 function shown({tab, remarks}, name) {
   page.show(tab);
   if ([...store.documents.get(tab).automata.values()].some(isHeaped))
@@ -78,7 +85,7 @@ export async function openDropped(dropped) {
   }
 }
 
-/** Open the document of a session that ended without closing. */
+/** Open the document of a session that ended without closing. @param {string} journal */
 export async function recover(journal) {
   const {recoverable, tabs} = store.workspace;
   const path = recoverable.find((each) => each.journal === journal)?.path;
@@ -108,6 +115,10 @@ export async function saveAs(tab = page.tab, wanted = "") {
  * Save, and ask when that would write over something.
  *
  * @param {(overwrite: boolean) => Promise<{path: string}>} request
+ * @param {string} path
+ * @param {number} tab
+ * @param {boolean} overwrite
+ * @returns {Promise<boolean>}
  */
 async function saving(request, path, tab, overwrite = false) {
   try {
@@ -133,6 +144,7 @@ async function saving(request, path, tab, overwrite = false) {
   }
 }
 
+/** @param {number} tab */
 export async function closeTab(tab) {
   try {
     await store.request("close", {tab});

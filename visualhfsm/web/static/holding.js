@@ -51,6 +51,7 @@ function letGo() {
 /** Who clicks elsewhere means that. */
 addEventListener("pointerdown", letGo, true);
 
+/** @param {string} text */
 function type(text) {
   const target = document.activeElement;
   if (target?.insert) target.insert(text);

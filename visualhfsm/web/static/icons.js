@@ -2,6 +2,7 @@
 
 import {svg, html} from "lit";
 
+/** @type {Record<string, string>} */
 const PATHS = {
   add: "M12 5v14M5 12h14",
   alignBottom: "M4 20h16M7 16V6h3v10zM14 16v-6h3v6z",
@@ -93,7 +94,7 @@ const PATHS = {
     "M8 19.5a2.5 2.5 0 1 0 0-5 2.5 2.5 0 0 0 0 5z",
 };
 
-/** An icon by its name, for a template of Lit; screen readers do not see it. */
+/** An icon by its name, for a template of Lit; screen readers do not see it. @param {string} name */
 export function icon(name) {
   return html`<svg class="icon" viewBox="0 0 24 24" aria-hidden="true" focusable="false">
     ${svg`<path d=${PATHS[name] ?? ""}></path>`}

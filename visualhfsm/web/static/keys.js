@@ -8,7 +8,7 @@ import {MONITOR_KEYS} from "./monitor/actions.js";
 const byKey = new Map();
 for (const action of actions.values()) for (const key of action.keys ?? []) byKey.set(key, action);
 
-/** How a pressed key is written. */
+/** How a pressed key is written. @param {KeyboardEvent} event */
 export function written(event) {
   const {key} = event;
   const letter = key.length === 1 && key !== " " ? key.toUpperCase() : key;
@@ -22,7 +22,7 @@ export function written(event) {
   return parts.filter(Boolean).join("+");
 }
 
-/** A key as it is shown to people. */
+/** A key as it is shown to people. @param {string} key */
 export function spoken(key) {
   const names = {
     ArrowLeft: "←",
@@ -40,7 +40,7 @@ export function spoken(key) {
     .join("+");
 }
 
-/** Whether somebody types into something. */
+/** Whether somebody types into something. @param {EventTarget} target */
 function isTyping(target) {
   return (
     target.isContentEditable ||

@@ -62,6 +62,7 @@ export function showMenu({x, y, point}, context) {
   element.querySelector("[role^=menuitem]")?.focus();
 }
 
+/** @param {string} id @param {import("./actions.js").Context} context */
 function choose(id, context) {
   hideMenu();
   context.canvas.focusSelected();
@@ -74,6 +75,7 @@ function hideMenu() {
   former?.remove();
 }
 
+/** @param {KeyboardEvent} event @param {import("./actions.js").Context} context */
 function key(event, context) {
   const items = [...element.querySelectorAll("[role^=menuitem]")];
   const index = items.indexOf(document.activeElement);

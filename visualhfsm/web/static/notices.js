@@ -3,6 +3,7 @@
 const SHOWN = 6000; // ms
 const SHOWN_ERROR = 12_000;
 
+/** @type {HTMLElement | undefined} */
 let list;
 
 /**
@@ -18,7 +19,7 @@ export function notify(text, kind = "info", link = undefined) {
     list.className = "notices";
     document.body.append(list);
   }
-  const same = [...list.children].find((each) => each.firstChild.data === text);
+  const same = [...list.children].find(({firstChild}) => firstChild instanceof Text && firstChild.data === text);
   if (same && kind === "failure") return () => same.remove(); // it may come with each frame, and its button is to stay
   same?.remove(); // it is shown once
   const notice = document.createElement("div");
@@ -44,12 +45,12 @@ export function notify(text, kind = "info", link = undefined) {
   close.addEventListener("click", () => notice.remove());
   notice.append(close);
   list.append(notice);
-  while (list.children.length > 4) list.firstElementChild.remove();
+  while (list.children.length > 4) list.firstElementChild?.remove();
   if (kind !== "failure") setTimeout(() => notice.remove(), kind === "error" ? SHOWN_ERROR : SHOWN);
   return () => notice.remove();
 }
 
-/** Show why something could not be done. */
+/** Show why something could not be done. @param {unknown} error */
 export function notifyError(error) {
-  notify(error.message, "error");
+  notify(error instanceof Error ? error.message : String(error), "error");
 }

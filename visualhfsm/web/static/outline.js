@@ -1,29 +1,41 @@
 /**
  * How the automata of a document hang together, and the transitions of a state.
  *
- * @typedef {import("./store.js").OpenDocument} OpenDocument
+ * @import {Automaton, OpenDocument, Transition} from "./store.js"
  */
 
-/** The automaton that no state owns, or the first of a document that is not sound. */
+/**
+ * The automaton that no state owns, or the first of a document that is not sound.
+ *
+ * @param {OpenDocument} document
+ * @returns {Automaton | undefined}
+ */
 export function rootOf(document) {
   for (const automaton of document.automata.values()) if (automaton.father === 0) return automaton;
   return document.automata.values().next().value;
 }
 
-/** The state that owns an automaton, or undefined. */
+/** The state that owns an automaton, or undefined. @param {OpenDocument} document @param {Automaton} automaton */
 export function ownerOf(document, automaton) {
   return document.automata.get(automaton.father)?.states.find((state) => state.children.includes(automaton.id));
 }
 
-/** What to call an automaton: as the state that owns it, the root as the component. */
+/**
+ * What to call an automaton: as the state that owns it, the root as the component.
+ *
+ * @param {OpenDocument} document
+ * @param {Automaton} automaton
+ */
 export function titleOf(document, automaton, component = "root") {
   if (automaton.father === 0) return component;
   return ownerOf(document, automaton)?.name || `automaton ${automaton.id}`;
 }
 
-/** The automata from the root to one. */
+/** The automata from the root to one. @param {OpenDocument} document @param {Automaton} automaton */
 export function pathTo(document, automaton) {
+  /** @type {Automaton[]} */
   const found = [];
+  /** @type {Automaton | undefined} */
   let each = automaton;
   while (each && !found.includes(each)) {
     found.unshift(each);
@@ -32,7 +44,7 @@ export function pathTo(document, automaton) {
   return found;
 }
 
-/** Automata that hang on nothing, in a document that is not sound. */
+/** Automata that hang on nothing, in a document that is not sound. @param {OpenDocument} document */
 export function lostIn(document) {
   const owned = new Set();
   for (const {states} of document.automata.values())
@@ -41,8 +53,13 @@ export function lostIn(document) {
   return [...document.automata.values()].filter((each) => each !== root && !owned.has(each.id));
 }
 
-/** Transitions in the order in which they are tried: by priority, then as in the document. */
+/**
+ * Transitions in the order in which they are tried: by priority, then as in the document.
+ *
+ * @param {Transition[]} transitions
+ */
 export function outgoing(transitions) {
+  /** @param {Transition} transition */
   const rank = ({priority}) => (/^\s*\d{1,9}\s*$/.test(priority) ? Number(priority) : Infinity);
   return transitions
     .map((transition, index) => ({transition, rank: rank(transition), index}))

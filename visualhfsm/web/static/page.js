@@ -10,6 +10,7 @@ import {store} from "./store.js";
 /** Parts of a place that are edited as code beside the canvas. */
 const CODE_PARTS = new Set(["code", "entry", "exit", "trigger", "guard", "fired", "argument"]);
 /** Where the data of other parts is shown. */
+/** @type {Record<string, string>} */
 const SECTIONS = {
   period: "timing",
   onError: "description",
@@ -18,10 +19,16 @@ const SECTIONS = {
   import: "inputs",
 };
 
-/** @typedef {{automaton: number, states: Set<number>, transitions: Set<number>, visited: number[]}} Spot */
+/**
+ * @import {Place, Target} from "./store.js"
+ * @typedef {{automaton: number, states: Set<number>, transitions: Set<number>, visited: number[]}} Spot
+ * @typedef {{line?: number, column?: number}} At where in the text at a place the cursor is to stand
+ * @typedef {{tab: null, automaton: null, selection: null, change: null, highlight: null, reveal: null, save: null,
+ *   "focus-canvas": null, edit: Place & At, data: {section: string, place?: Place & At}}} PageEvents
+ */
 
 /** Events: `tab`, `automaton`, `selection`; each is followed by `change`. */
-class Page extends EventTarget {
+class Page extends /** @type {new () => Target<PageEvents>} */ (EventTarget) {
   /** The shown tab; 0 is the start page. */
   tab = 0;
   /**
@@ -84,18 +91,28 @@ class Page extends EventTarget {
     return this.tabState?.title.replace(/\.xml$/i, "") ?? "root";
   }
 
-  /** What the shown automaton is called, or another one of the document. */
+  /**
+   * What the shown automaton is called, or another one of the document.
+   *
+   * @param {import("./store.js").Automaton} [automaton]
+   */
   title(automaton = this.automaton) {
     return automaton ? titleOf(this.document, automaton, this.component) : "";
   }
 
+  /** @param {number} tab */
   show(tab) {
     if (tab === this.tab) return;
     this.tab = tab;
     this.#emit("tab");
   }
 
-  /** Show an automaton, and select in it. */
+  /**
+   * Show an automaton, and select in it.
+   *
+   * @param {number} automaton
+   * @param {{states?: Iterable<number>, transitions?: Iterable<number>}} [selection]
+   */
   open(automaton, {states = [], transitions = []} = {}) {
     const spot = this.#spot();
     const differs = this.automaton?.id !== automaton;
@@ -115,6 +132,7 @@ class Page extends EventTarget {
     this.open(father.id, {states: owner ? [owner.id] : []});
   }
 
+  /** @param {{states?: Iterable<number>, transitions?: Iterable<number>}} selection */
   select({states = [], transitions = []}) {
     const spot = this.#spot();
     const same = sameSet(spot.states, states) && sameSet(spot.transitions, transitions);
@@ -127,8 +145,7 @@ class Page extends EventTarget {
   /**
    * Edit a piece of code beside the canvas.
    *
-   * @param {{kind: "state" | "transition" | "automaton" | "document", automaton?: number, id?: number, part: string,
-   *   name?: string, line?: number, column?: number}} place as in the protocol, and where the cursor is to stand
+   * @param {Place & At & {focus?: boolean}} place as in the protocol, and where the cursor is to stand
    */
   edit(place) {
     this.dispatchEvent(new CustomEvent("edit", {detail: place}));
@@ -139,7 +156,7 @@ class Page extends EventTarget {
    *
    * @param {string} section `interfaces`, `timing`, `variables`, `functions`, `inputs`, `parameters`, `events`,
    *   `properties`, `libraries` or `description`
-   * @param {object} [place] what of it to focus
+   * @param {Place & At} [place] what of it to focus
    */
   showData(section, place) {
     this.dispatchEvent(new CustomEvent("data", {detail: {section, place}}));
@@ -148,13 +165,14 @@ class Page extends EventTarget {
   /**
    * Go to a place of the document, such as that of a problem, a hit of a search or a line of a traceback.
    *
-   * @param {{kind: string, automaton?: number, id?: number, part?: string, name?: string, child?: number}} place
-   * @param {{line?: number, column?: number}} at where in its text
+   * @param {Place} place
+   * @param {At} at where in its text
    */
   jump(place, at = {}) {
     const {kind, automaton, id, part = ""} = place;
     if (automaton) {
-      this.open(automaton, {state: {states: [id]}, transition: {transitions: [id]}}[kind] ?? {});
+      const ids = id === undefined ? [] : [id];
+      this.open(automaton, {states: kind === "state" ? ids : [], transitions: kind === "transition" ? ids : []});
       this.dispatchEvent(new Event("reveal"));
     }
     if (CODE_PARTS.has(part)) this.edit({...place, ...at});
@@ -180,7 +198,7 @@ class Page extends EventTarget {
     this.select({states, transitions});
   }
 
-  /** Forget a tab: a document that is opened again begins at its root with nothing selected. */
+  /** Forget a tab: a document that is opened again begins at its root with nothing selected. @param {number} tab */
   forget(tab) {
     this.#spots.delete(tab);
   }
@@ -196,12 +214,14 @@ class Page extends EventTarget {
     return spot;
   }
 
+  /** @param {keyof PageEvents} kind */
   #emit(kind) {
     this.dispatchEvent(new Event(kind));
     this.dispatchEvent(new Event("change"));
   }
 }
 
+/** @param {Set<number>} set @param {Iterable<number>} items */
 const sameSet = (set, items) => set.size === [...items].length && [...items].every((item) => set.has(item));
 
 export const page = new Page();

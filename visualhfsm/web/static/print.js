@@ -1,4 +1,8 @@
-/** The whole component as pages: the browser prints them, or saves them as PDF. */
+/**
+ * The whole component as pages: the browser prints them, or saves them as PDF.
+ *
+ * @import {Automaton, Transition} from "./store.js"
+ */
 
 import {html, nothing, render} from "lit";
 
@@ -34,6 +38,7 @@ function content() {
     ${[...automata.values()].map(automatonPage)}`;
 }
 
+/** @param {Automaton} automaton */
 function automatonPage(automaton) {
   const owner = ownerOf(page.document, automaton);
   return html`<section>
@@ -64,6 +69,7 @@ function automatonPage(automaton) {
   </section>`;
 }
 
+/** @param {Automaton} automaton @param {Transition} transition */
 function transition(automaton, {name, destination, type, trigger, guard, code: fired}) {
   const to = automaton.states.find((each) => each.id === destination)?.name ?? "nothing";
   const what = type === "time" ? `after ${spokenTime(trigger)}` : (TRIGGERS[type]?.word ?? type);
@@ -73,12 +79,14 @@ function transition(automaton, {name, destination, type, trigger, guard, code: f
     ${type === "condition" ? code("", trigger) : nothing}${code("If", guard)}${code("When it fires", fired)}`;
 }
 
+/** @param {string} title @param {string} text */
 const code = (title, text) =>
   text.trim()
     ? html`${title ? html`<h4>${title}</h4>` : nothing}
         <pre>${text}</pre>`
     : nothing;
 
+/** @param {string} title @param {string[]} columns @param {Record<string, any>[] | undefined} rows */
 function table(title, columns, rows) {
   if (!rows?.length) return nothing;
   return html`<h3>${title}</h3>

@@ -1,14 +1,21 @@
-/** The problems of a document, by what they are about. */
+/**
+ * The problems of a document, by what they are about.
+ *
+ * @import {Problem} from "./store.js"
+ */
 
-/** @type {WeakMap<object[], Map<string, object>>} */
+/** @type {WeakMap<Problem[], Map<string, Problem>>} */
 const known = new WeakMap();
-const RANK = {error: 2, warning: 1};
+const RANK = {error: 2, warning: 1, note: 0};
 
 /**
  * The worst problem of a state or transition, undefined without one.
  *
- * @param {import("./store.js").Problem[]} problems
- * @param {"state" | "transition"} kind
+ * @param {Problem[]} problems
+ * @param {"state" | "transition" | "automaton"} kind
+ * @param {number} automaton
+ * @param {number | ""} id
+ * @returns {Problem | undefined}
  */
 export function problemOf(problems, automaton, kind, id) {
   let index = known.get(problems);
@@ -19,24 +26,32 @@ export function problemOf(problems, automaton, kind, id) {
 /**
  * The worst problem of an automaton as such, of its period or of what it imports.
  *
- * @param {import("./store.js").Problem[]} problems
+ * @param {Problem[]} problems
+ * @param {number} automaton
  */
 export const problemOfAutomaton = (problems, automaton) => problemOf(problems, automaton, "automaton", "");
 
-/** Whether two problems, or their lack, look the same. */
+/**
+ * Whether two problems, or their lack, look the same.
+ *
+ * @param {Pick<Problem, "severity" | "message">} [one]
+ * @param {Pick<Problem, "severity" | "message">} [other]
+ */
 export const sameProblem = (one, other) =>
   one === other || (one?.severity === other?.severity && one?.message === other?.message);
 
-/** How many problems of a severity there are. */
+/** How many problems of a severity there are. @param {Problem[]} problems @param {Problem["severity"]} severity */
 export const countOf = (problems, severity) => problems.filter((each) => each.severity === severity).length;
 
+/** @param {Problem[]} problems */
 function indexed(problems) {
+  /** @type {Map<string, Problem>} */
   const index = new Map();
   for (const problem of problems) {
     const {kind, automaton, id} = problem.place ?? {};
     if (!automaton || !RANK[problem.severity]) continue;
     const key = `${automaton}/${kind}/${id || ""}`;
-    if (RANK[problem.severity] > (RANK[index.get(key)?.severity] ?? 0)) index.set(key, problem);
+    if (RANK[problem.severity] > RANK[index.get(key)?.severity ?? "note"]) index.set(key, problem);
   }
   return index;
 }

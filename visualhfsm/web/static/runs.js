@@ -9,7 +9,7 @@ import {store} from "./store.js";
 
 const ALIVE = ["generating", "starting", "running", "stopping"];
 
-/** @typedef {{tab: number, status: string, exitCode?: number, message: string}} Run as the server reports it */
+/** @import {Run} from "./store.js" */
 
 class Runs {
   /** @type {Map<number, Run>} */
@@ -22,11 +22,17 @@ class Runs {
     store.addEventListener("closed", ({detail}) => this.#forget(detail.tab));
   }
 
-  /** What was reported last of the component of a tab; undefined when it never ran. @returns {Run | undefined} */
+  /**
+   * What was reported last of the component of a tab; undefined when it never ran.
+   *
+   * @returns {Run | undefined}
+   * @param {number} tab
+   */
   of(tab) {
     return this.#runs.get(tab);
   }
 
+  /** @param {number} tab */
   isRunning(tab) {
     return ALIVE.includes(this.of(tab)?.status);
   }
@@ -36,7 +42,7 @@ class Runs {
     return [...this.#runs.keys()].filter((tab) => this.isRunning(tab));
   }
 
-  /** Take away the message that the component of a tab has ended. */
+  /** Take away the message that the component of a tab has ended. @param {number} tab */
   dismiss(tab) {
     this.#notices.get(tab)?.();
     this.#notices.delete(tab);
@@ -50,6 +56,7 @@ class Runs {
     if (run.status === "ended" && run.exitCode && former && !["ended", "stopping"].includes(former)) this.#tellEnd(run);
   }
 
+  /** @param {Run} run */
   #tellEnd({tab, message}) {
     const outcome = (message || "it has ended").replace(/^it /, "The component ");
     const error = outputLog.lastError(tab);
@@ -67,6 +74,7 @@ class Runs {
     );
   }
 
+  /** @param {number} tab */
   #forget(tab) {
     this.#runs.delete(tab);
     this.#notices.delete(tab);

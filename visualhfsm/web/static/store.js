@@ -2,21 +2,94 @@
  * The connection to the server and what it has said: open documents, problems, what runs.
  *
  * The server is the truth. The page asks with `request`, and everything that changes comes back as a push, before
- * the answer to the request that changed it.
+ * the answer to the request that changed it. The messages are those of visualhfsm/web/protocol.py.
  *
+ * @typedef {{kind: "document" | "automaton" | "state" | "transition", automaton?: number, id?: number, part?: string,
+ *   index?: number, name?: string, child?: number}} Place as in visualhfsm/editing/places.py
+ * @typedef {{name: string, child: number, value: string}} Argument
+ * @typedef {{name: string, type: string, default: string, description: string}} Parameter
  * @typedef {{id: number, name: string, x: number, y: number, initial: boolean, final: boolean, children: number[],
- *   history: string, entry: string, code: string, exit: string, arguments: object[]}} State
+ *   history: string, entry: string, code: string, exit: string, arguments: Argument[]}} State
  * @typedef {{id: number, name: string, x: number, y: number, origin: number, destination: number, type: string,
  *   trigger: string, guard: string, priority: string, code: string}} Transition
- * @typedef {{id: number, father: number, period: string, variables: string,
- *   functions: string, inputs: object[], imported: object | null, states: State[], transitions: Transition[]}}
- *   Automaton
- * @typedef {{code: string, severity: string, message: string, automaton?: number, state?: number, transition?: number,
- *   part?: string, line: number, column: number, length: number}} Problem
- * @typedef {{tab: number, revision: number, undo: string[], redo: string[], dirty: boolean, fields: object,
- *   automata: Map<number, Automaton>, own: Map<number, Automaton>, content: Automaton[], problems: Problem[], checked?:
- *   number}} OpenDocument `automata` are its `own` with the `content` of those that are imported; `checked` is the
- *   revision that the problems are those of
+ * @typedef {{id: number, father: number, period: string, variables: string, functions: string, inputs: Parameter[],
+ *   imported: {file: string, automaton: number} | null, states: State[], transitions: Transition[]}} Automaton
+ * @typedef {{name: string, type: string, proxy: string, identity: string}} Interface
+ * @typedef {{name: string, kind: string, within: string, expression: string}} Property
+ * @typedef {{name: string, description: string, onError: string, onRefused: string, language: string,
+ *   parameters: Parameter[], events: {name: string, description: string}[], properties: Property[],
+ *   libraries: {name: string, kind: string}[], interfaces: Interface[]}} Fields what a document has beside automata
+ * @typedef {{timeMs: number, automaton: number, kind: string, text: string, state: number, origin?: number,
+ *   transition?: number}} Step
+ * @typedef {{steps: Step[], repeats?: number}} Counterexample
+ * @typedef {{code: string, severity: "error" | "warning" | "note", message: string, notes?: string[], place?: Place,
+ *   line?: number, column?: number, length?: number, file?: string, counterexample?: Counterexample}} Problem
+ * @typedef {{tab: number, revision: number, undo: string[], redo: string[], dirty: boolean, fields: Fields,
+ *   automata: Map<number, Automaton>, own: Map<number, Automaton>, content: Automaton[], problems: Problem[],
+ *   checked?: number}} OpenDocument `automata` are its `own` with the `content` of those that are imported; `checked`
+ *   is the revision that the problems are those of
+ *
+ * @typedef {{tab: number, title: string, path: string, dirty: boolean, dialect: string, recovered: boolean,
+ *   outside: "" | "changed" | "deleted"}} TabState
+ * @typedef {{journal: string, name: string, path: string, changedAt: number}} Recoverable
+ * @typedef {{tabs: TabState[], recoverable: Recoverable[], running: {component: string}[], clipboard: number,
+ *   robotStopped?: string}} Workspace
+ * @typedef {{tab: number, status: "generating" | "starting" | "running" | "stopping" | "ended", exitCode?: number | null,
+ *   message: string}} Run
+ * @typedef {{text: string, stream: "out" | "err", place: Place | null, line: number}} OutputLine
+ * @typedef {{tab: number, lines: OutputLine[], dropped: number, whole: boolean}} Output
+ * @typedef {{tab: number, revision: number, undo: string[], redo: string[], dirty: boolean,
+ *   full?: Fields & {automata: Automaton[]}, patch?: Patch}} DocumentPush
+ * @typedef {{document?: Partial<Fields>, automata?: Automaton[], removed?: number[], order?: number[],
+ *   parts?: Part[]}} Patch
+ * @typedef {{id: number, fields?: Partial<Automaton>, states?: Change<State>, transitions?: Change<Transition>}} Part
+ * @import {Followed, LiveStructure, Snapshot} from "./monitor/monitor.js"
+ */
+
+/**
+ * @template T
+ * @typedef {{changed?: T[], removed?: number[], order?: number[]}} Change of a list of items
+ */
+
+/**
+ * What the server answers, by request.
+ *
+ * @typedef {{root?: string, templates?: {name: string, description: string}[]}} Greeting
+ * @typedef {{name: string, revision: number, added: {automaton: number, states: number[], transitions: number[]}[]}}
+ *   Done a step
+ * @typedef {{tab: number, remarks?: string[]}} Opened
+ * @typedef {{name: string, path: string, kind: "document" | "recording" | "directory", size?: number,
+ *   changedAt?: number}} Entry of a directory
+ * @typedef {{place: Place, line: number, column: number, length: number, excerpt: string}} Hit
+ * @typedef {{kind: "added" | "removed" | "changed" | "moved", place: Place, part?: string, before?: string,
+ *   after?: string}} Difference
+ * @typedef {{name: string, scoped: string, operations: {name: string, signature: string, result: string,
+ *   documentation: string, streamed: boolean}[]}} InterfaceDescription
+ * @typedef {{hello: Greeting, do: Done, undo: Done, redo: Done, copy: null, cut: Done, paste: Done, extract: Done,
+ *   inline: Done, open: Opened, new: Opened, openText: Opened, recover: Opened, discard: null, close: null,
+ *   save: {path: string}, saveAs: {path: string}, resolve: {conflicts?: string[]} | null,
+ *   listFiles: {directory: string, parent: string | null, entries: Entry[]}, export: {name: string, text: string},
+ *   search: {tab: number, hits: Hit[]}[], diff: {differences: Difference[], before: Automaton[]},
+ *   imported: Automaton[], locate: {place: Place, line: number} | null, codeHelp: any,
+ *   interfaces: InterfaceDescription[], generate: {path: string}, run: null, stopRun: null, attach: Followed,
+ *   detach: null, control: any, recording: Followed & {component: string, complete: boolean}}} Answers `codeHelp` and
+ *   `control` answer what is asked for
+ */
+
+/**
+ * What the events of an object carry as their detail, by their names.
+ *
+ * @template M
+ * @typedef {Omit<EventTarget, "addEventListener"> & {readonly details?: M, addEventListener<K extends keyof M & string>(
+ *   kind: K, listener: (event: CustomEvent<M[K]>) => void, options?: AddEventListenerOptions): void}} Target
+ */
+
+/**
+ * @typedef {{connection: {code?: number, reason?: string}, workspace: Workspace, request: null,
+ *   document: {tab: number, changed: Set<number>, whole: boolean}, failure: {error: Error}, closed: {tab: number},
+ *   problems: {tab: number, revision: number, items: Problem[]}, output: Output, run: Run,
+ *   snapshot: {component: string, value: Snapshot}, structure: {component: string, value: LiveStructure},
+ *   stale: {component: string, since: number}, outside: {tab: number, state: string, message: string}}} StoreEvents
  */
 
 const FIRST_RETRY = 250; // ms
@@ -26,6 +99,7 @@ const ASIDE = new Set(["hello", "codeHelp", "interfaces", "listFiles"]);
 
 /** An answer of the server that says why something was not done. */
 class RequestError extends Error {
+  /** @param {string} message @param {string} kind as docs/reference/protocol.md has them */
   constructor(message, kind) {
     super(message);
     this.kind = kind;
@@ -37,18 +111,21 @@ class RequestError extends Error {
  * `request` before one that others may have to precede, and one of the name of each further push (`output`, `run`,
  * `snapshot`, `structure`, `stale`, `outside`, `closed`).
  */
-class Store extends EventTarget {
+class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
   /** @type {Map<number, OpenDocument>} */
   documents = new Map();
+  /** @type {Workspace} */
   workspace = {tabs: [], recoverable: [], clipboard: 0, running: []};
   online = false;
   /** When the connection was lost, ms since 1970; 0 while it stands. */
   offlineSince = 0;
-  /** What the server said of itself to `hello`. */
+  /** What the server said of itself to `hello`. @type {Greeting} */
   greeting = {};
 
-  #socket = null;
+  /** @type {WebSocket | undefined} */
+  #socket = undefined;
   #number = 0;
+  /** @type {Map<number, {resolve: (value: any) => void, reject: (error: RequestError) => void}>} */
   #waiting = new Map();
   #retry = FIRST_RETRY;
   #timer = 0;
@@ -69,9 +146,10 @@ class Store extends EventTarget {
   /**
    * Ask the server for something.
    *
-   * @param {string} op
+   * @template {keyof Answers} Op
+   * @param {Op} op
    * @param {object} fields
-   * @returns {Promise<any>} its value; rejected with a RequestError
+   * @returns {Promise<Answers[Op]>} its value; rejected with a RequestError
    */
   request(op, fields = {}) {
     if (!ASIDE.has(op)) this.dispatchEvent(new Event("request"));
@@ -91,7 +169,12 @@ class Store extends EventTarget {
     });
   }
 
-  /** Change a document by a command. */
+  /**
+   * Change a document by a command.
+   *
+   * @param {number} tab
+   * @param {{command: string} & Record<string, unknown>} command
+   */
   do(tab, command) {
     return this.request("do", {tab, command});
   }
@@ -100,6 +183,7 @@ class Store extends EventTarget {
    * Show what the imported automata of a document stand for.
    *
    * @param {Automaton[]} content each before those below it
+   * @param {number} tab
    */
   showContent(tab, content) {
     const former = this.documents.get(tab);
@@ -124,6 +208,7 @@ class Store extends EventTarget {
     this.#emit("connection");
   }
 
+  /** @param {CloseEvent} event */
   #lose(event) {
     for (const {reject} of this.#waiting.values()) {
       reject(new RequestError("The connection was lost before the answer came.", "offline"));
@@ -136,12 +221,14 @@ class Store extends EventTarget {
     this.#retry = Math.min(LAST_RETRY, this.#retry * 2);
   }
 
+  /** @param {any} message */
   #receive(message) {
     if (message.push === "document") this.#takeDocument(message);
     else if (message.push) this.#push(message);
     else this.#settle(message);
   }
 
+  /** @param {{re: number, ok?: unknown, error?: string, kind: string}} message */
   #settle(message) {
     const waiting = this.#waiting.get(message.re);
     this.#waiting.delete(message.re);
@@ -154,6 +241,7 @@ class Store extends EventTarget {
     }
   }
 
+  /** @param {{[Kind in keyof StoreEvents]: StoreEvents[Kind] & {push: Kind}}[keyof StoreEvents]} message */
   #push(message) {
     switch (message.push) {
       case "workspace":
@@ -174,13 +262,16 @@ class Store extends EventTarget {
     this.#emit(message.push, message);
   }
 
+  /** @param {DocumentPush} message */
   #takeDocument(message) {
     const {tab, revision, undo, redo, dirty} = message;
     const former = this.documents.get(tab);
+    /** @type {OpenDocument} */
     const next = {
       tab,
-      problems: former?.problems ?? [],
-      fields: {},
+      problems: [],
+      fields: /** @type {Fields} */ ({}),
+      automata: new Map(),
       own: new Map(),
       content: [],
       ...former,
@@ -189,6 +280,7 @@ class Store extends EventTarget {
       redo,
       dirty,
     };
+    /** @type {Set<number>} */
     const changed = new Set();
     if (message.full) {
       const {automata, ...fields} = message.full;
@@ -204,13 +296,14 @@ class Store extends EventTarget {
         known.set(each.id, each);
         changed.add(each.id);
       }
-      next.own = order ? new Map(order.filter((id) => known.has(id)).map((id) => [id, known.get(id)])) : known;
+      next.own = order ? new Map(inOrder(known, order).map((each) => [each.id, each])) : known;
     }
     next.automata = withContent(next);
     this.documents.set(tab, next);
     this.#emit("document", {tab, changed, whole: Boolean(message.full)});
   }
 
+  /** @param {string} kind @param {object} detail */
   #emit(kind, detail = {}) {
     this.dispatchEvent(new CustomEvent(kind, {detail}));
   }
@@ -223,30 +316,44 @@ function withContent({own, content}) {
   for (const each of content) {
     const stub = own.get(each.id);
     const fits = stub
-      ? stub.imported?.file === each.imported.file && stub.imported.automaton === each.imported.automaton
+      ? each.imported &&
+        stub.imported?.file === each.imported.file &&
+        stub.imported.automaton === each.imported.automaton
       : automata.has(each.father);
     if (fits) automata.set(each.id, stub ? {...each, father: stub.father} : each);
   }
   return automata;
 }
 
-/** An automaton after a change; what did not change in it is the very same object as before. */
-function patched(automaton, {fields, states, transitions}) {
-  const items = (list, change) => (change ? patchedItems(list, change) : list);
+/**
+ * An automaton after a change; what did not change in it is the very same object as before.
+ *
+ * @param {Automaton | undefined} automaton
+ * @param {Part} part
+ * @returns {Automaton}
+ */
+function patched(automaton, {id, fields, states, transitions}) {
+  if (!automaton) throw new Error(`the server has changed automaton ${id}, which this page does not have`);
   return {
     ...automaton,
     ...fields,
-    states: items(automaton.states, states),
-    transitions: items(automaton.transitions, transitions),
+    states: patchedItems(automaton.states, states),
+    transitions: patchedItems(automaton.transitions, transitions),
   };
 }
 
-function patchedItems(list, {changed = [], removed = [], order}) {
+/** @template {{id: number}} T @param {T[]} list @param {Change<T>} [change] @returns {T[]} */
+function patchedItems(list, change) {
+  if (!change) return list;
+  const {changed = [], removed = [], order} = change;
   const byId = new Map(list.map((each) => [each.id, each]));
   for (const id of removed) byId.delete(id);
   for (const each of changed) byId.set(each.id, each);
-  return order ? order.map((id) => byId.get(id)) : [...byId.values()];
+  return order ? inOrder(byId, order) : [...byId.values()];
 }
+
+/** Those that there are, in an order. @template T @param {Map<number, T>} byId @param {number[]} order @returns {T[]} */
+const inOrder = (byId, order) => order.flatMap((id) => byId.get(id) ?? []);
 
 /** The one connection of the page. */
 export const store = new Store();

@@ -28,6 +28,7 @@ addEventListener("unhandledrejection", ({reason}) => {
   else report(String(reason), reason?.stack);
 });
 
+/** @param {string} what @param {string} stack */
 function report(what, stack = "") {
   const place = OWN_PLACE.exec(stack)?.[1];
   const text =

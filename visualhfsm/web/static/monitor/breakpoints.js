@@ -27,13 +27,13 @@ export class Breakpoints {
     this.#monitor = monitor;
   }
 
-  /** Whether those of a tab are kept for later: its component is not followed, or has ended. */
+  /** Whether those of a tab are kept for later: its component is not followed, or has ended. @param {number} tab */
   arePlanned(tab) {
     const {component, isOver, tab: followed} = this.#monitor;
     return !component || isOver || followed !== tab;
   }
 
-  /** Those of the component of a tab, or those that it is to have. */
+  /** Those of the component of a tab, or those that it is to have. @param {number} tab */
   of(tab) {
     return this.arePlanned(tab) ? planned.of(tab) : this.all;
   }
@@ -42,6 +42,10 @@ export class Breakpoints {
    * Put one, with a condition or with "" for always, or take it away with undefined.
    *
    * @param {"state" | "transition"} kind
+   * @param {number} tab
+   * @param {number} automaton
+   * @param {number} id
+   * @param {string | undefined} condition
    */
   async set(tab, automaton, kind, id, condition) {
     const all = withBreakpoint(this.of(tab), automaton, kind, id, condition);
@@ -53,6 +57,7 @@ export class Breakpoints {
     this.#notify();
   }
 
+  /** @param {Breakpoint[]} breakpoints */
   async #replace(breakpoints) {
     const monitor = this.#monitor;
     if ((await monitor.steer("setBreakpoints", {breakpoints})) === undefined) return;
@@ -83,7 +88,13 @@ export class Breakpoints {
   }
 }
 
-/** The breakpoint of a state or transition. @param {Breakpoint[]} all @param {"state" | "transition"} kind */
+/**
+ * The breakpoint of a state or transition.
+ *
+ * @param {Breakpoint[]} all @param {"state" | "transition"} kind
+ * @param {number} automaton
+ * @param {number} id
+ */
 export const breakpointAt = (all, automaton, kind, id) =>
   all.find((each) => each.automaton === automaton && each[kind] === id);
 
@@ -91,6 +102,10 @@ export const breakpointAt = (all, automaton, kind, id) =>
  * All with another one, which has a condition or "" for always; with undefined all without it.
  *
  * @param {Breakpoint[]} all
+ * @param {number} automaton
+ * @param {"state" | "transition"} kind
+ * @param {number} id
+ * @param {string | undefined} condition
  */
 function withBreakpoint(all, automaton, kind, id, condition) {
   const rest = all.filter((each) => !(each.automaton === automaton && each[kind] === id));
@@ -107,7 +122,7 @@ class Planned {
     store.addEventListener("closed", ({detail}) => this.#tabs.delete(detail.tab));
   }
 
-  /** Those of a tab, as far as there is still what they stand at. @returns {Breakpoint[]} */
+  /** Those of a tab, as far as there is still what they stand at. @returns {Breakpoint[]} @param {number} tab */
   of(tab) {
     const {automata} = store.documents.get(tab) ?? {};
     return this.#of(tab).filter(({automaton, state, transition}) => {
@@ -116,18 +131,18 @@ class Planned {
     });
   }
 
-  /** Whether a tab has any, though its document may not be here yet. */
+  /** Whether a tab has any, though its document may not be here yet. @param {number} tab */
   has(tab) {
     return this.#of(tab).length > 0;
   }
 
-  /** @param {Breakpoint[]} all */
+  /** @param {Breakpoint[]} all @param {number} tab */
   set(tab, all) {
     this.#tabs.set(tab, {key: keyOf(tab), all});
     this.#write(tab);
   }
 
-  /** What starts a component with them. @returns {string[]} */
+  /** What starts a component with them. @returns {string[]} @param {number} tab */
   argumentsFor(tab) {
     const fitting = this.of(tab)
       .filter(({condition}) => condition.length < LONGEST_CONDITION)
@@ -138,6 +153,7 @@ class Planned {
     ]);
   }
 
+  /** @param {number} tab */
   #of(tab) {
     let found = this.#tabs.get(tab);
     if (!found && keyOf(tab)) this.#tabs.set(tab, (found = {key: keyOf(tab), all: read()[keyOf(tab)] ?? []}));
@@ -154,8 +170,9 @@ class Planned {
     }
   }
 
+  /** @param {number} tab */
   #write(tab) {
-    const {key, all} = this.#tabs.get(tab);
+    const {key, all} = this.#tabs.get(tab) ?? {key: "", all: []};
     const {[key]: _, ...others} = read();
     const kept = Object.entries(all.length ? {...others, [key]: all} : others).slice(-MOST_DOCUMENTS);
     localStorage.setItem(KEPT, JSON.stringify(Object.fromEntries(kept)));
@@ -165,6 +182,8 @@ class Planned {
 /**
  * What a document is known by: its file, or its title as long as it has none; "" before the server said where files
  * are.
+ *
+ * @param {number} tab
  */
 function keyOf(tab) {
   const found = store.workspace.tabs.find((each) => each.tab === tab);

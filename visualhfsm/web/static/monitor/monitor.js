@@ -4,16 +4,41 @@
  * One component, or one recording, is followed at a time. `snapshot` is what is shown: the newest moment, or one of
  * the past while somebody looks back.
  *
+ * The types are those of interfaces/hfsm.idl and of visualhfsm/monitoring/.
+ *
+ * @typedef {{id: number, name: string, initial: boolean, final: boolean, children: number[], restart: boolean}}
+ *   StateStructure
+ * @typedef {{id: number, name: string, origin: number, destination: number, kind: number, seconds: number,
+ *   event: string, condition: string, order: number}} TransitionStructure
+ * @typedef {{id: number, name: string, parent: number, owner: number, period: number, source: string,
+ *   states: StateStructure[], transitions: TransitionStructure[]}} AutomatonStructure
+ * @typedef {{name: string, type: string, description: string}} ParameterStructure
+ * @typedef {{name: string, document: string, generation: number, parameters: ParameterStructure[],
+ *   automata: AutomatonStructure[]}} ComponentStructure
  * @typedef {{id: number, state: number, ghost: boolean, finished: boolean, lastTransition: number, enteredAt: number,
  *   timers: {transition: number, remaining: number}[], guards: {transition: number, value: boolean}[],
- *   variables: Record<string, string>, cycles: number, overruns: number, lastCycle: number, longestCycle: number}}
- *   AutomatonNow
- * @typedef {{time: number, status: number, generation: number, automata: AutomatonNow[], parameters: Record<string,
- *   string>, stoppedAt: Breakpoint[], errors: {time: number, automaton: number, state: number, location: string,
- *   message: string}[], marks: {camera: string, u: number, v: number, label: string}[], refusal: string}} ComponentNow
- * @typedef {import("./breakpoints.js").Breakpoint} Breakpoint
- * @typedef {{at: number, component: ComponentNow, robot: {joints: Record<string, number>, pan: number | null, tilt:
- *   number | null, health: object | null}}} Snapshot
+ *   variables: Record<string, string>, cycles: number, overruns: number, lastCycle: number, longestCycle: number,
+ *   inCycle: boolean}} AutomatonNow
+ * @typedef {{time: number, automaton: number, state: number, location: string, message: string}} ErrorReport
+ * @typedef {{camera: string, u: number, v: number, label: string}} Mark
+ * @typedef {{startedAt: number, time: number, status: number, generation: number, automata: AutomatonNow[],
+ *   parameters: Record<string, string>, stoppedAt: Breakpoint[], errors: ErrorReport[], marks: Mark[],
+ *   refusal: string}} ComponentNow
+ * @typedef {{realTimeFactor: number, lag: number, torsoTilt: number, fallen: boolean,
+ *   cameraRates: Record<string, number>}} HealthReport
+ * @typedef {{joints: Record<string, number>, pan: number | null, tilt: number | null, health: HealthReport | null,
+ *   trouble?: string}} RobotState
+ * @typedef {{at: number, component: ComponentNow, robot: RobotState}} Snapshot
+ * @typedef {{name: string, lower: number, upper: number}} JointLimits
+ * @typedef {{limits: JointLimits[], cameras: string[]}} Facts
+ * @typedef {{structure: ComponentStructure, run: number, breakpoints: Breakpoint[], cameras: string[]}} LiveStructure
+ * @typedef {{start: number, end: number, changes: [number, number, number, number, number][],
+ *   spans: [number, number, boolean, number, number][], numbers: string[]}} Timeline
+ * @typedef {{structure: LiveStructure | null, snapshot: Snapshot | null, timeline: Timeline, since: number | null,
+ *   facts?: Facts}} Followed what attaching to a component, or opening a recording, answers
+ * @import {Breakpoint} from "./breakpoints.js"
+ * @import {Target} from "../store.js"
+ * @typedef {{mode: null, structure: null, snapshot: null, shown: null, running: null}} MonitorEvents
  */
 
 import {notifyError} from "../notices.js";
@@ -30,14 +55,14 @@ const FACTS_AGAIN = 2000; // ms after which what is missing is asked for again
 
 /** What does not change of a robot: the limits of its joints, and its cameras. */
 class RobotFacts {
-  /** Limits of the joints by name. @type {Map<string, {name: string, lower: number, upper: number}>} */
+  /** Limits of the joints by name. @type {Map<string, JointLimits>} */
   limits = new Map();
   /** @type {string[]} */
   cameras = [];
 
   #asked = -Infinity;
 
-  /** @param {{limits: object[], cameras: string[]}} [facts] as the server reports them */
+  /** @param {Facts} [facts] as the server reports them */
   take(facts) {
     this.limits = new Map((facts?.limits ?? []).map((each) => [each.name, each]));
     this.cameras = facts?.cameras ?? [];
@@ -46,7 +71,7 @@ class RobotFacts {
   /**
    * Ask for what is missing of a robot that is there, now and then.
    *
-   * @param {() => Promise<object>} ask
+   * @param {() => Promise<Facts>} ask
    * @returns {Promise<boolean>} whether it came
    */
   async complete(ask) {
@@ -63,23 +88,26 @@ class RobotFacts {
 
 /** The automata of a component by their ids, as it reported them. */
 class Structure {
-  /** @param {{automata: object[]} | undefined} reported `ComponentStructure` of interfaces/hfsm.idl */
+  /** @param {ComponentStructure | undefined} reported `ComponentStructure` of interfaces/hfsm.idl */
   constructor(reported) {
     this.automata = new Map((reported?.automata ?? []).map((each) => [each.id, each]));
+    /** @type {Map<string, TransitionStructure>} */
     this.transitions = new Map();
     for (const {id, transitions} of this.automata.values())
       for (const each of transitions) this.transitions.set(`${id}/${each.id}`, each);
   }
 
+  /** @param {number} id */
   automaton(id) {
     return this.automata.get(id);
   }
 
+  /** @param {number} automaton @param {number} id */
   transition(automaton, id) {
     return this.transitions.get(`${automaton}/${id}`);
   }
 
-  /** What a state is called. */
+  /** What a state is called. @param {number} automaton @param {number} id */
   stateName(automaton, id) {
     return this.automaton(automaton)?.states.find((each) => each.id === id)?.name ?? `state ${id}`;
   }
@@ -88,7 +116,7 @@ class Structure {
   has({automaton, state, transition}) {
     const found = this.automaton(automaton);
     return (
-      Boolean(found) &&
+      found !== undefined &&
       (!state || found.states.some((each) => each.id === state)) &&
       (!transition || this.transitions.has(`${automaton}/${transition}`))
     );
@@ -98,12 +126,12 @@ class Structure {
 /** What the component of a document without a file is called when its title can be no name of a module. */
 const UNTITLED = "untitled";
 
-/** What a file is called without its directories and its extension. */
+/** What a file is called without its directories and its extension. @param {string} path */
 const stemOf = (path) => path.replace(/^.*\//, "").replace(/\.xml$/i, "");
-/** What the component of an open document is called when it runs. */
+/** What the component of an open document is called when it runs. @param {import("../store.js").TabState} document */
 const componentOf = ({path, title}) => (path ? stemOf(path) : /^[A-Za-z_]\w*$/.test(title) ? title : UNTITLED);
 
-/** What the component of a tab is called; "" when it is not open. */
+/** What the component of a tab is called; "" when it is not open. @param {number} tab */
 function componentOfTab(tab) {
   const found = store.workspace.tabs.find((each) => each.tab === tab);
   return found ? componentOf(found) : "";
@@ -118,6 +146,7 @@ function componentOfTab(tab) {
 function tabOf(file, preferred) {
   const {tabs} = store.workspace;
   const wanted = stemOf(file);
+  /** @param {import("../store.js").TabState} each */
   const fits = (each) => componentOf(each) === wanted || (!each.path && stemOf(each.title) === wanted);
   return (tabs.find((each) => each.tab === preferred && fits(each)) ?? tabs.find(fits))?.tab ?? 0;
 }
@@ -126,10 +155,10 @@ function tabOf(file, preferred) {
  * Events: `mode` when it is attached, detached, lost, found, or may be steered or not; `structure` when that is another
  * one or breakpoints are; `snapshot` at each new moment of the component; `shown` when `snapshot` is another one.
  */
-class Monitor extends EventTarget {
+class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarget) {
   /** Name of the followed component or recording, "" for none. */
   component = "";
-  /** @type {{name: string, document: string, parameters: object[], automata: object[]} | undefined} */
+  /** @type {ComponentStructure | undefined} */
   structure = undefined;
   breakpoints = new Breakpoints(this);
   robot = new RobotFacts();
@@ -156,9 +185,15 @@ class Monitor extends EventTarget {
   #expected = ""; // a component that was just started here
   #tab = 0; // that it was started from
   #known = new Structure();
-  #attaching; // what is to be followed, and what came of it before the answer: {component, structure}
+  /**
+   * What is to be followed, and what came of it before the answer.
+   *
+   * @type {{component: string, structure: LiveStructure | undefined} | undefined}
+   */
+  #attaching;
   #run = 0; // how many times the component was started
-  #lost; // what was followed when the server went away: {component, writable}
+  /** What was followed when the server went away. @type {{component: string, writable: boolean} | undefined} */
+  #lost;
 
   constructor() {
     super();
@@ -206,32 +241,32 @@ class Monitor extends EventTarget {
     return tabOf(this.structure?.document || this.component, this.#tab);
   }
 
-  /** Whether a component is that of a tab. */
+  /** Whether a component is that of a tab. @param {string} component @param {number} tab */
   isOf(component, tab) {
     return component === componentOfTab(tab);
   }
 
-  /** An automaton as it is shown now. @returns {AutomatonNow | undefined} */
+  /** An automaton as it is shown now. @returns {AutomatonNow | undefined} @param {number} id */
   now(id) {
     return this.snapshot?.component.automata.find((each) => each.id === id);
   }
 
-  /** An automaton of the structure. */
+  /** An automaton of the structure. @param {number} id */
   automaton(id) {
     return this.#known.automaton(id);
   }
 
-  /** A transition of the structure. */
+  /** A transition of the structure. @param {number} automaton @param {number} id */
   transition(automaton, id) {
     return this.#known.transition(automaton, id);
   }
 
-  /** The name of a state. */
+  /** The name of a state. @param {number} automaton @param {number} id */
   stateName(automaton, id) {
     return this.#known.stateName(automaton, id);
   }
 
-  /** Follow the component of a tab as soon as it runs: it is being started. */
+  /** Follow the component of a tab as soon as it runs: it is being started. @param {number} tab */
   expect(tab) {
     this.#tab = tab;
     this.#expected = componentOfTab(tab);
@@ -244,7 +279,11 @@ class Monitor extends EventTarget {
     this.#look();
   }
 
-  /** Follow a component; one that was not started here is only watched until a person allows more. */
+  /**
+   * Follow a component; one that was not started here is only watched until a person allows more.
+   *
+   * @param {string} component
+   */
   async attach(component, {writable = false} = {}) {
     if (this.component === component && !this.recording) return true;
     await this.detach();
@@ -276,7 +315,12 @@ class Monitor extends EventTarget {
     this.#emit("mode", "shown");
   }
 
-  /** Look at a recording in the same views; `found` is what the server said of it. */
+  /**
+   * Look at a recording in the same views; `found` is what the server said of it.
+   *
+   * @param {string} path
+   * @param {import("../store.js").Answers["recording"]} found
+   */
   async lookAtRecording(path, found) {
     await this.detach();
     this.#attaching = undefined;
@@ -284,7 +328,7 @@ class Monitor extends EventTarget {
     this.writable = false;
     this.recording = {file: path, complete: found.complete};
     this.#begin(found);
-    this.looking = found.snapshot;
+    this.looking = found.snapshot ?? undefined;
     this.#emit("mode", "shown");
   }
 
@@ -309,11 +353,13 @@ class Monitor extends EventTarget {
     if (store.online) await store.request("detach", {component}).catch(() => {}); // it is gone already
   }
 
+  /** @param {boolean} allowed */
   allowSteering(allowed) {
     this.writable = allowed && !this.recording;
     this.#emit("mode");
   }
 
+  /** @param {boolean} follows */
   setFollows(follows) {
     this.follows = follows;
     this.#emit("mode", "shown");
@@ -331,12 +377,20 @@ class Monitor extends EventTarget {
    * Ask something of the component, or have it do something.
    *
    * @returns {Promise<any>} what it gives; rejected with a RequestError
+   * @param {string} action
+   * @param {object} args
    */
   control(action, args = {}) {
     return store.request("control", {component: this.component, action, arguments: args});
   }
 
-  /** The same for an action of a person, who sees when it is refused. @returns {Promise<any>} undefined then */
+  /**
+   * The same for an action of a person, who sees when it is refused.
+   *
+   * @returns {Promise<any>} undefined then
+   * @param {string} action
+   * @param {object} args
+   */
   async steer(action, args = {}) {
     if (!this.steers) return undefined;
     try {
@@ -347,6 +401,7 @@ class Monitor extends EventTarget {
     }
   }
 
+  /** @param {Followed} followed */
   #begin({structure, snapshot, timeline, since = 0, facts}) {
     this.since = since ?? 0;
     this.ended = undefined;
@@ -359,8 +414,9 @@ class Monitor extends EventTarget {
     this.#emit("mode", "shown");
   }
 
+  /** @param {LiveStructure | null | undefined} value */
   #learn(value) {
-    const renewed = Boolean(value) && this.#run > 0 && value.run !== this.#run;
+    const renewed = value && this.#run > 0 && value.run !== this.#run;
     if (renewed) this.breakpoints.keep();
     this.#run = value?.run ?? 0;
     this.structure = value?.structure;
@@ -372,6 +428,7 @@ class Monitor extends EventTarget {
     if (renewed && !this.breakpoints.all.length) this.breakpoints.restore(this.#known);
   }
 
+  /** @param {Snapshot} value */
   #take(value) {
     const restarted = this.newest && value.component.startedAt !== this.newest.component.startedAt;
     if (restarted) {
@@ -391,13 +448,14 @@ class Monitor extends EventTarget {
       this.robot.complete(() => this.control("facts")).then((came) => came && this.#emit("structure"));
   }
 
-  /** What was started here has ended. */
+  /** What was started here has ended. @param {import("../store.js").Run} run */
   #ran({tab, message, exitCode}) {
     if (tab === this.#tab) this.#expected = "";
     if (this.component && !this.recording && this.isOf(this.component, tab))
       this.end(this.ended?.message ?? message, exitCode);
   }
 
+  /** @param {number} since */
   #lose(since) {
     if (since === this.since) return;
     this.since = since;
@@ -430,6 +488,7 @@ class Monitor extends EventTarget {
     }
   }
 
+  /** @param {...keyof MonitorEvents} kinds */
   #emit(...kinds) {
     for (const kind of kinds) this.dispatchEvent(new Event(kind));
   }

@@ -1,14 +1,20 @@
-/** How the states changed, from the timeline that the server keeps and from what comes since. */
+/**
+ * How the states changed, from the timeline that the server keeps and from what comes since.
+ *
+ * @import {ComponentNow, Timeline} from "./monitor.js"
+ */
 
 const MOST = 20_000; // changes, and spans of all automata together, that are kept
 const MOST_AUTOMATA = 2_000; // that are distinguished
 
-/** @typedef {{time: number, automaton: number, origin: number, destination: number, transition: number}} Change */
+/**
+ * @typedef {{time: number, automaton: number, origin: number, destination: number, transition: number}} Change
+ * @typedef {{state: number, ghost: boolean, start: number, end: number}} Span when a state was the current one
+ */
 
 export class Past {
   /**
-   * @param {{start: number, end: number, changes: [number, number, number, number, number][],
-   *   spans: [number, number, boolean, number, number][], numbers: string[]}} [timeline] as the server reports it
+   * @param {Timeline} [timeline] as the server reports it
    */
   constructor(timeline) {
     /** Component times between which there are moments, s. */
@@ -25,7 +31,7 @@ export class Past {
     /**
      * When which state was the current one.
      *
-     * @type {Map<number, {state: number, ghost: boolean, start: number, end: number}[]>}
+     * @type {Map<number, Span[]>}
      */
     this.spans = new Map();
     for (const [automaton, state, ghost, start, end] of timeline?.spans ?? [])
@@ -40,7 +46,7 @@ export class Past {
   #before;
   #count = 0; // of all spans
 
-  /** Take the next moment. @param {import("./monitor.js").ComponentNow} component */
+  /** Take the next moment. @param {ComponentNow} component */
   add({time, automata}) {
     if (time < this.end) return;
     this.start = Math.min(this.start, time);
@@ -74,7 +80,14 @@ export class Past {
     if (this.changes.length > MOST) this.changes.splice(0, MOST / 10);
   }
 
-  /** The latest changes of an automaton at a time, the newest first. @returns {Change[]} */
+  /**
+   * The latest changes of an automaton at a time, the newest first.
+   *
+   * @returns {Change[]}
+   * @param {number} automaton
+   * @param {number} time
+   * @param {number} count
+   */
   latest(automaton, time, count) {
     const found = [];
     for (let index = this.changes.length - 1; index >= 0 && found.length < count; index -= 1) {
@@ -96,6 +109,7 @@ export class Past {
     }
   }
 
+  /** @param {number} automaton */
   #of(automaton) {
     let found = this.spans.get(automaton);
     if (!found) this.spans.set(automaton, (found = []));

@@ -1,8 +1,12 @@
 /** Values as a monitor shows them, which is as Python does, and as it takes them, which is in JSON. */
 
+/** @type {Record<string, number>} */
 const TRUTHS = {True: 1, False: 0};
 
-/** The number that a text shows, 1 or 0 for a truth value, undefined for anything else. */
+/** @type {Record<string, string>} */
+const WORDS = {True: "true", False: "false", None: "null"};
+
+/** The number that a text shows, 1 or 0 for a truth value, undefined for anything else. @param {string} text */
 function numberIn(text) {
   if (text in TRUTHS) return TRUTHS[text];
   const bare = text.startsWith("np.") && text.endsWith(")") ? text.slice(text.indexOf("(") + 1, -1) : text;
@@ -10,7 +14,11 @@ function numberIn(text) {
   return Number.isFinite(value) ? value : undefined;
 }
 
-/** The value that a person has written, in JSON or as Python's literals; undefined when it is none. */
+/**
+ * The value that a person has written, in JSON or as Python's literals; undefined when it is none.
+ *
+ * @param {string} text
+ */
 export function valueIn(text) {
   const written = text.trim();
   try {
@@ -22,7 +30,7 @@ export function valueIn(text) {
   for (const [part] of written.matchAll(/'(?:[^'\\]|\\.)*'|"(?:[^"\\]|\\.)*"|[A-Za-z_]\w*|[^'"A-Za-z_]+|['"]/g)) {
     if (part.length > 1 && part.startsWith("'")) json += JSON.stringify(part.slice(1, -1).replace(/\\(['\\])/g, "$1"));
     else if (part.length > 1 && part.startsWith('"')) json += part;
-    else if (/^[A-Za-z_]/.test(part)) json += {True: "true", False: "false", None: "null"}[part] ?? part;
+    else if (/^[A-Za-z_]/.test(part)) json += WORDS[part] ?? part;
     else
       json += part
         .replaceAll("(", "[")
@@ -42,8 +50,10 @@ export function valueIn(text) {
  * @param {import("./monitor.js").Snapshot} snapshot
  */
 export function numbersOf({component, robot}) {
+  /** @type {Map<string, number>} */
   const found = new Map();
-  const put = (name, value) => Number.isFinite(value) && found.set(name, value);
+  /** @param {string} name @param {number | undefined} value */
+  const put = (name, value) => value !== undefined && Number.isFinite(value) && found.set(name, value);
   for (const {id, lastCycle, overruns, variables} of component.automata) {
     put(`${id}:lastCycle`, lastCycle);
     put(`${id}:overruns`, overruns);
