@@ -16,7 +16,7 @@ from typing import Any, Final, NamedTuple, TypeVar
 
 from ..diagnostics import Diagnostics, Location, Note
 from .analysis import library_names
-from .code.language import first_foreign, report_foreign
+from .code.language import change_code, first_foreign, report_foreign
 from .codes import Code
 from .document import (
     NO_CHILD,
@@ -58,7 +58,9 @@ def resolve(
     if not any(automaton.imported for automaton in document.automata):
         return document
     resolver = _Resolver(path, tuple(include), diagnostics)
-    return _share_functions(resolver.resolve(document, path, (_Stacked(path.resolve(), None),)))
+    resolved = _share_functions(resolver.resolve(document, path, (_Stacked(path.resolve(), None),)))
+    # What is imported twice has texts of its own each time: an analysis knows code by its text.
+    return change_code(resolved, replace)
 
 
 class _Stacked(NamedTuple):

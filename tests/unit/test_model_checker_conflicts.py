@@ -3,12 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
 from codegen.diagnostics import Diagnostics
+from codegen.hfsm import resolve, write_document
 from codegen.hfsm.analysis import analyze
-from codegen.hfsm.document import Argument, Document, Interface, Parameter, Text, Transition
+from codegen.hfsm.document import (
+    Argument,
+    Automaton,
+    Document,
+    Import,
+    Interface,
+    Parameter,
+    Text,
+    Transition,
+)
 from codegen.hfsm.known_interfaces import find_interfaces
 from codegen.hfsm.model_checker import (
     Command,
@@ -314,3 +325,24 @@ def test_two_names_of_one_servant_are_one() -> None:
 
 def test_reading_side_by_side_is_no_conflict() -> None:
     assert conflicts(side_by_side(when("g", 1, 2), code="x = self.Head.getPose()")) == []
+
+
+def test_an_automaton_that_is_imported_twice_commands_what_each_gets(tmp_path: Path) -> None:
+    move = 'getattr(self, f"{side}Motors").setPose3DMotorsData(1)'
+    arm = automaton(1, [state(1, code=move)], inputs=(Parameter(name="side", type=Text("str")),))
+    (tmp_path / "arm.xml").write_text(write_document(document(arm, interfaces=(LEFT, RIGHT))))
+    sides = (
+        Argument(name="side", child=2, value=Text("'Left'")),
+        Argument(name="side", child=3, value=Text("'Right'")),
+    )
+    imported = Import(file=Text("arm.xml"))
+    doc = document(
+        automaton(1, [replace(state(1, children=[2, 3, 4]), arguments=sides)]),
+        Automaton(id=2, father=1, imported=imported),
+        Automaton(id=3, father=1, imported=imported),
+        automaton(4, [state(1, code="self.LeftMotors.setPose3DMotorsData(1)")], father=1),
+        interfaces=(LEFT, RIGHT),
+    )
+    (found,) = conflicts(resolve(doc, tmp_path / "main.xml", Diagnostics()))
+    assert found.first.command.identity == "LeftShoulderMotors"
+    assert (found.first.automaton, found.second.automaton) == (1, 3)
