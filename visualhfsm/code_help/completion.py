@@ -197,8 +197,8 @@ def _ask(module: TypedComponent, path: Path, question: Callable[[Any], list[Any]
         script._inference_state.flow_analysis_enabled = flow_analysis
         try:
             return question(script)
-        except (EOFError, pickle.UnpicklingError):
-            raise  # a file that it keeps is broken
+        except (EOFError, pickle.UnpicklingError, RecursionError):
+            raise  # it keeps a broken file or code that is nested too deeply: a new process helps
         except Exception:  # noqa: BLE001, S112 - it raises anything
             continue
     return []

@@ -59,8 +59,7 @@ class TypedComponent:
 
     def with_code(self, code: str) -> TypedComponent:
         """Return the component with another text as the piece."""
-        code = code.replace("\r\n", "\n").replace("\r", "\n")
-        return replace(self, code=code, own_names=self.own_names | _assigned(code))
+        return replace(self, code=_lines(code), own_names=self.own_names | _assigned(code))
 
     @property
     def source(self) -> str:
@@ -122,8 +121,9 @@ def generate_around(
     own = {each.name for each in reduced.interfaces}
     own.update(each.name for each in (*reduced.parameters, *reduced.automata[0].inputs))
     own.update(*map(_assigned, shared), *map(_DEFINED.findall, functions))
-    text = _around(text, _FUNCTIONS).with_code(_joined(functions)).source
-    text = _around(text, _SHARED).with_code(_joined(shared)).source
+    for placeholder, texts in ((_FUNCTIONS, functions), (_SHARED, shared)):
+        code = "\n".join(textwrap.dedent(_lines(each)) for each in texts)
+        text = replace(_around(text, placeholder), code=code).source
     hidden = internal - own - analysis.libraries.keys()
     return replace(_around(text, _TYPED), own_names=frozenset(own), internal_names=frozenset(hidden))
 
@@ -180,18 +180,20 @@ def _around(source: str, placeholder: str) -> TypedComponent:
     if line.lstrip().startswith("return "):
         before, after = f"{source[:start]}{indent}return (\n", f"\n{indent}){source[end:]}"
         return TypedComponent(before, indent + INDENT, after)
-    return TypedComponent(
-        source[:start], indent, f"\n{indent}pass{source[end:]}"
-    )  # keeps a blank line in place
+    after = f"\n{indent}pass{source[end:]}"  # a blank line belongs to what stands below it
+    return TypedComponent(source[:start], indent, after)
 
 
-def _joined(texts: Iterable[str]) -> str:
-    return "\n".join(textwrap.dedent(text.replace("\r\n", "\n")) for text in texts)
+def _lines(text: str) -> str:
+    return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
 def _assigned(code: str) -> set[str]:
     """Return the names that a piece of code assigns or defines; it may be unfinished."""
-    used = parso.parse(textwrap.dedent(code)).get_used_names()
+    try:
+        used = parso.parse(textwrap.dedent(code)).get_used_names()
+    except RecursionError:  # nested too deeply
+        return set()
     return {
         name
         for name, places in used.items()
