@@ -31,7 +31,7 @@ COMMANDS: Final = {
     "ballmover": "ballmover.cli",
     "nao": "deploy.nao.command",
 }
-SHARED: Final = "Shared by all commands"  # the panel of zenoh_ice.command
+SHARED: Final = "Shared by all commands"  # the panel of hfsm_command.cli
 _LINK: Final = re.compile(r"(!?)\[([^\]]*)\]\(([^)#\s]+)(#[^)]*)?\)")
 
 

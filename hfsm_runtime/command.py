@@ -17,9 +17,10 @@ from typing import Annotated, Any, Final, NoReturn
 import msgspec
 import typer
 
+from hfsm_command import cli
 from interfaces.hfsm import Breakpoint
 from interfaces.nao import SafetyPrx
-from zenoh_ice import Settings, command, initialize
+from zenoh_ice import Settings, initialize
 
 from .component import Component, Parameter, parameters_of
 from .debugger.monitor import Monitor
@@ -54,7 +55,7 @@ _Seconds = Annotated[
     typer.Option(
         "--seconds",
         min=0.0,
-        callback=command.finite,
+        callback=cli.finite,
         metavar="SECONDS",
         help="End after so long, by the component's clock.",
     ),
@@ -107,7 +108,7 @@ def main(component: type[Component]) -> NoReturn:
     The exit code is 0 when it ends by itself or by its monitor, 1 after an error, 130 after Ctrl-C and 143
     after SIGTERM; in each case the robot is stopped first.
     """
-    command.run(make_app(component), expected=(ComponentError,))
+    cli.run(make_app(component), expected=(ComponentError,))
 
 
 def make_app(component: type[Component]) -> typer.Typer:
@@ -126,7 +127,7 @@ def make_app(component: type[Component]) -> typer.Typer:
 Exit codes: 0 done, 1 an error, 2 wrong usage, 130 Ctrl-C, 143 SIGTERM."""
 
     @app.command(help=inspect.getdoc(component), epilog=examples)
-    @command.with_settings()
+    @cli.with_settings()
     @with_parameters(component)
     def run(
         *,
@@ -149,7 +150,7 @@ Exit codes: 0 done, 1 an error, 2 wrong usage, 130 Ctrl-C, 143 SIGTERM."""
             made = make_component(component, parameters)
             connect_proxies(made, communicator)
             # From here on there is a recording to close and a robot to stop.
-            stop = stack.enter_context(command.stop_on_signals())
+            stop = stack.enter_context(cli.stop_on_signals())
 
             def present() -> bool:
                 return servers_present(runtime.component, communicator)
@@ -288,7 +289,7 @@ def _option(name: str, declared: Parameter[Any]) -> inspect.Parameter:
     kind = type(declared.default)
     option = option_of(name)
     names = f"{option}/--no-{option.removeprefix('--')}" if kind is bool else option
-    callback = command.finite if kind is float else None
+    callback = cli.finite if kind is float else None
     annotation = Annotated[kind, typer.Option(names, help=declared.description or None, callback=callback)]  # type: ignore[valid-type]
     return inspect.Parameter(
         _PREFIX + name, inspect.Parameter.KEYWORD_ONLY, annotation=annotation, default=declared.default
