@@ -177,7 +177,7 @@ def _is_flag(parameter: Parameter | None) -> bool:
     return parameter is not None and parameter.type.text.strip() == "bool"
 
 
-def is_attribute(name: str) -> bool:
+def _is_attribute(name: str) -> bool:
     """Return whether Python takes a name as it is written: it reads some characters as others."""
     normal = unicodedata.normalize("NFKC", name)
     return name.isidentifier() and not keyword.iskeyword(name) and name == normal
@@ -186,7 +186,7 @@ def is_attribute(name: str) -> bool:
 def _check_name(interface: Interface, first: dict[str, Interface], report: Report) -> None:
     name = interface.name
     place = report.place(interface)
-    if not is_attribute(name):
+    if not _is_attribute(name):
         message = f"`{name}` cannot be an attribute of `self`: a name has letters, digits and _"
         report.error(Code.BAD_INTERFACE_NAME, message, place)
     elif name in COMPONENT_ATTRIBUTES or name.startswith("_"):

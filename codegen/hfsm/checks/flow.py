@@ -239,9 +239,9 @@ class _Flow:
         for piece, before in self._before.items():
             for name, node in self._pieces[piece].exposed.items():
                 if name in self._late and name not in before:
-                    self._tell(piece, name, node)
+                    self._report_read(piece, name, node)
 
-    def _tell(self, piece: Piece, name: str, node: ast.Name) -> None:
+    def _report_read(self, piece: Piece, name: str, node: ast.Name) -> None:
         stores = (
             (other, target)
             for other, found in self._pieces.items()

@@ -17,6 +17,13 @@ _MAX_DEPTH: Final = 64
 """Automata above one another: far more than a person draws, far less than Python's stack."""
 
 
+_TRIGGERS: Final = ("time", "condition", "event", "finished")
+"""What a transition may wait for."""
+
+_HISTORIES: Final = ("resume", "restart")
+"""What may become of a state's automata when it is entered again; the first is the default."""
+
+
 def check_tree(document: Document, report: Report) -> None:
     """Check that there is one root, and that every other automaton is owned by a state of its father."""
     roots = [automaton for automaton in document.automata if automaton.father == NO_CHILD]
@@ -26,7 +33,7 @@ def check_tree(document: Document, report: Report) -> None:
     for second in roots[1:]:
         message = f"automaton {second.id} is a second root"
         report.error(Code.NOT_ONE_ROOT, message, second, [report.first(roots[0])])
-    check_unique_ids(document.automata, "automaton", report)
+    _check_unique_ids(document.automata, "automaton", report)
     automata: dict[int, Automaton] = {}
     for automaton in document.automata:
         automata.setdefault(automaton.id, automaton)
@@ -38,7 +45,7 @@ def check_tree(document: Document, report: Report) -> None:
             _check_ancestors(automaton, automata, report)
 
 
-def check_unique_ids(items: Sequence[Automaton | State | Transition], kind: str, report: Report) -> None:
+def _check_unique_ids(items: Sequence[Automaton | State | Transition], kind: str, report: Report) -> None:
     """Check that ids are at least 1 and that no two of `items` share one."""
     first: dict[int, Automaton | State | Transition] = {}
     for item in items:
@@ -88,21 +95,14 @@ def _check_ancestors(automaton: Automaton, automata: dict[int, Automaton], repor
         current = automata.get(current.father)
 
 
-TRIGGERS: Final = ("time", "condition", "event", "finished")
-"""What a transition may wait for."""
-
-HISTORIES: Final = ("resume", "restart")
-"""What may become of a state's automata when it is entered again; the first is the default."""
-
-
 def check_automaton(automaton: Automaton, report: Report) -> None:
     """Check one automaton, but not how its states hang together."""
     if not automaton.states:
         report.error(Code.NO_STATE, f"automaton {automaton.id} has no state", automaton)
     else:
         _check_initial_state(automaton, report)
-    check_unique_ids(automaton.states, "state", report)
-    check_unique_ids(automaton.transitions, "transition", report)
+    _check_unique_ids(automaton.states, "state", report)
+    _check_unique_ids(automaton.transitions, "transition", report)
     _check_names(automaton, report)
     if milliseconds(automaton.iteration_time) is None:
         written = automaton.iteration_time.text.strip()[:40]
@@ -145,8 +145,8 @@ def _check_names(automaton: Automaton, report: Report) -> None:
 
 def _check_state(automaton: Automaton, state: State, report: Report) -> None:
     history = state.history.text.strip()
-    if history not in ("", *HISTORIES):
-        message = f"`history` is {' or '.join(f'`{known}`' for known in HISTORIES)}, not `{history[:40]}`"
+    if history not in ("", *_HISTORIES):
+        message = f"`history` is {' or '.join(f'`{known}`' for known in _HISTORIES)}, not `{history[:40]}`"
         report.error(Code.BAD_HISTORY, message, report.place(state, state.history))
     if not state.final:
         return
@@ -176,8 +176,8 @@ def _check_transition(automaton: Automaton, transition: Transition, states: set[
     elif transition.type == "event":
         if transition.trigger.is_blank:
             report.error(Code.BAD_TRIGGER, f"{name} names no event", transition)
-    elif transition.type not in TRIGGERS:
-        *others, last = (f'"{known}"' for known in TRIGGERS)
+    elif transition.type not in _TRIGGERS:
+        *others, last = (f'"{known}"' for known in _TRIGGERS)
         message = f"{name} has the type `{transition.type[:40]}`: it is {', '.join(others)} or {last}"
         report.error(Code.BAD_TRIGGER, message, trigger)
     if transition.type == "condition" and transition.trigger.is_blank:

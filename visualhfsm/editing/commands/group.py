@@ -11,7 +11,7 @@ from collections.abc import Set as AbstractSet
 from dataclasses import replace
 from typing import Final, NamedTuple
 
-from codegen.hfsm.code.text import parse_python
+from codegen.hfsm.code.text import bound_names, parse_python
 from codegen.hfsm.document import Automaton, Document, State, Text, Transition
 from visualhfsm.errors import EditError
 
@@ -200,21 +200,15 @@ class _Names(NamedTuple):
 
 
 def _names(statement: ast.stmt) -> _Names:
-    found = [each for each in ast.walk(statement) if isinstance(each, ast.Name)]
-    used = {each.id for each in found if isinstance(each.ctx, ast.Load)}
-    stored = {each.id for each in found if not isinstance(each.ctx, ast.Load)}
-    if isinstance(statement, ast.Assign | ast.AnnAssign):
-        targets = statement.targets if isinstance(statement, ast.Assign) else [statement.target]
-        if all(
-            isinstance(each, ast.Name) for each in targets
-        ):  # not several at once, nor members of something
-            return _Names(stored, set(), used)
-    for each in ast.walk(statement):
-        if isinstance(each, ast.alias):
-            stored.add((each.asname or each.name).partition(".")[0])
-        elif isinstance(each, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
-            stored.add(each.name)
-    return _Names(set(), stored, used)
+    nodes = ast.walk(statement)
+    used = {each.id for each in nodes if isinstance(each, ast.Name) and isinstance(each.ctx, ast.Load)}
+    bound = set(bound_names(ast.Module([statement], [])))
+    match statement:
+        case ast.Assign(targets=targets) if all(isinstance(each, ast.Name) for each in targets):
+            return _Names(bound, set(), used)  # not several at once, nor members of something
+        case ast.AnnAssign(target=ast.Name()):
+            return _Names(bound, set(), used)
+    return _Names(set(), bound, used)
 
 
 def _is_alone(statements: list[ast.stmt], index: int) -> bool:
