@@ -23,9 +23,15 @@ class Sample(Generic[F]):
     time: float
     wall_time: float
     sequence: int
+    lost: int
+    stream: str
+
     @property
     def value(self):  # noqa: ANN201 - what jedi finds in the body
         return self._read()
+
+    def follows(self, other: Sample[F] | None) -> bool:
+        """Return whether it is newer than another one, or of another start of the servant."""
 
 class StreamedCall(Call[F]):
     def latest(self) -> Sample[F]:
