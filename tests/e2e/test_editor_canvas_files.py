@@ -147,6 +147,26 @@ def test_a_file_that_another_program_changed_is_merged(shown: EditorPage, root: 
     expect(banner).to_have_count(0)
 
 
+def test_a_merge_names_what_both_changed_and_shows_what_no_longer_fits(shown: EditorPage, root: Path) -> None:
+    open_file(shown, "dance.xml")
+    shown.state("front").click()
+    shown.press("F2")
+    shown.page.locator(".rename").fill("mine")
+    shown.press("Enter")
+    shown.state("out").click()
+    shown.press("Delete")
+    shown.expect_states("up", "mine", "low")
+    path = root / "dance.xml"
+    text = path.read_text().replace("<name>front</name>", "<name>theirs</name>")
+    path.write_text(text.replace("<name>there</name>", "<name>to out</name>", 1))
+    shown.page.get_by_role("alert").get_by_role("button", name="Merge both").click()
+    notice = shown.page.locator(".notice").filter(has_text="Merged. Both had changed")
+    expect(notice).to_contain_text("state “mine” (name): yours stays")
+    expect(notice).to_contain_text("transition “to out” (deleted on one side): it stays")
+    shown.expect_states("up", "mine", "low")
+    expect(shown.page.get_by_role("button", name=re.compile("^1 error"))).to_be_visible()
+
+
 def test_a_document_of_an_older_format_is_replaced_only_after_a_question(
     shown: EditorPage, root: Path
 ) -> None:
