@@ -12,10 +12,10 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterable, Iterator, Mapping
-from enum import IntEnum
+from enum import IntFlag
 from typing import Final
 
-from ..analysis import Analysis, imported_names
+from ..analysis import Analysis
 from ..code.text import all_nodes
 from ..code.values import truth
 from ..document import Automaton, Text, Transition
@@ -121,17 +121,20 @@ def _refuse(
     return None
 
 
-class Answer(IntEnum):
-    """What a guard answers when it is asked for the second time in one cycle.
+class Answer(IntFlag):
+    """How a guard may answer when it is asked for the second time in one cycle.
 
-    OTHER ones draw lots, read a sensor, or take something away.
+    OTHER ones draw lots, read a sensor, or take something away. Asking a guard that CHANGES something may
+    change what others answer.
     """
 
     SAME = 0
     UNKNOWN = 1
     OTHER = 2
+    CHANGES = 4
 
 
+_UNKNOWN: Final = Answer.UNKNOWN | Answer.CHANGES
 _PURE: Final = frozenset({"abs", "bool", "float", "int", "isinstance", "len", "round", "str"})
 _PURE_OF_SEVERAL: Final = frozenset({"max", "min"})
 """A single argument of theirs may be a generator."""
@@ -139,49 +142,69 @@ _PURE_METHODS: Final = frozenset({"endswith", "isalpha", "isdigit", "lower", "st
 _DRAWING_LIBRARIES: Final = ("random.", "secrets.", "uuid.", "numpy.random.", "os.urandom")
 _DRAWING: Final = frozenset({"choice", "gauss", "rand", "randint", "randn", "random", "randrange", "uniform"})
 _TAKING: Final = frozenset({"next", "pop", "popleft", "read", "readline", "recv", "get_nowait", "shuffle"})
+_ANY_NAME: Final = frozenset({"setattr", "vars", "exec", "eval", "__dict__", "__setattr__"})
+"""What assigns where nobody sees it."""
+_OPERATORS: Final = (ast.Compare, ast.BinOp, ast.UnaryOp, ast.BoolOp, ast.Subscript)
+_DISPLAYS: Final = (ast.Tuple, ast.List, ast.Set, ast.Dict, ast.Constant)
 _PLAIN: Final = (
     *(ast.expr_context, ast.boolop, ast.operator, ast.unaryop, ast.cmpop, ast.keyword, ast.Starred),
-    *(ast.Module, ast.Constant, ast.BoolOp, ast.UnaryOp, ast.BinOp, ast.Compare, ast.IfExp, ast.Subscript),
-    *(ast.Tuple, ast.List, ast.Set, ast.Dict, ast.JoinedStr, ast.FormattedValue, ast.Slice),
+    *(ast.Module, ast.IfExp, *_OPERATORS, *_DISPLAYS, ast.JoinedStr, ast.FormattedValue, ast.Slice),
     *(ast.Return, ast.Expr, ast.If, ast.Pass, ast.Assign, ast.AnnAssign, ast.Raise, ast.Assert),
 )
-_HARMLESS_SPECIAL: Final = frozenset(
-    {"__init__", "__post_init__", "__repr__", "__enter__", "__exit__", "__call__"}
-)
-_DEFINITIONS: Final = ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef
-
-_Found = tuple[Answer, bool]
-"""An answer, and whether asking may change what others answer."""
-_STEADY: Final = (Answer.SAME, False)
-_UNKNOWN: Final = (Answer.UNKNOWN, True)
 
 
 class Answers:
-    """What the guards of a document answer."""
+    """What the guards of a document answer.
+
+    Nothing is known of what classes of the document, hand-written code beside it and the likes of `eval`
+    do to operators and attributes.
+    """
 
     def __init__(self, analysis: Analysis) -> None:
         self._analysis = analysis
         self._proxies = {interface.name for interface in analysis.document.interfaces}
-        self._functions: dict[str, list[ast.stmt]] = {}
-        self._libraries = dict(analysis.libraries)
+        self._functions: dict[str, list[ast.FunctionDef]] = {}
         self._bound: set[str] = set()
         """Every name that code of the document gives to something."""
-        self._changed_elsewhere: set[str] = set()
-        """Variables that functions within functions, and all code by `global`, assign."""
-        self._assigned: set[str] = set()
-        """Attributes that are assigned, or stand among the functions."""
+        self._shared: set[str] = set()
+        """Variables that code assigns from within functions, or for the whole file."""
+        self._assigned = set(analysis.defined)
+        """Attributes of the component that are assigned."""
         self._users: dict[str, set[int]] = {}
         """The automata whose code has an attribute, 0 for functions."""
-        self._overloads = False
-        """Whether operators may be functions of the document."""
-        self._any_attribute = analysis.extension is not None or not analysis.is_complete
-        """Whether attributes of the component may be assigned where nobody sees it."""
-        self._known: dict[str, _Found] = {}
+        self._is_opaque = analysis.extension is not None or not analysis.is_complete
+        self._followed: set[str] = set()
+        """The functions that the guard which is looked at calls."""
         for piece in analysis.functions:
-            self._read_functions(piece.tree)
+            for node in piece.tree.body:
+                if isinstance(node, ast.FunctionDef):
+                    self._functions.setdefault(node.name, []).append(node)
+            self._read(piece.tree, 0)
         for code in analysis.automata:
             for piece in code.sharing():
                 self._read(piece.tree, code.automaton.id)
+
+    def _read(self, tree: ast.Module, automaton: int) -> None:
+        """Note what code defines, assigns and uses."""
+        for node in all_nodes(tree):
+            match node:
+                case ast.Global(names=names) | ast.Nonlocal(names=names):
+                    self._shared.update(names)
+                case ast.Attribute(attr=name, ctx=context):
+                    self._users.setdefault(name, set()).add(automaton)
+                    if not isinstance(context, ast.Load):
+                        self._assigned.add(name)
+                    self._is_opaque |= name in _ANY_NAME
+                case ast.Name(id=name, ctx=ast.Load()):
+                    self._is_opaque |= name in _ANY_NAME
+                case ast.Name(id=name) | ast.arg(arg=name) | ast.FunctionDef(name=name):
+                    self._bound.add(name)
+                case ast.AsyncFunctionDef(name=name):
+                    self._bound.add(name)
+                case ast.alias(name=name, asname=alias):
+                    self._bound.add(alias or name.split(".")[0])
+                case ast.ClassDef():
+                    self._is_opaque = True
 
     def of_state(self, automaton: Automaton, outgoing: Iterable[Transition]) -> list[Answer]:
         """Return what the guards of the transitions out of a state answer, one for each, guarded or not."""
@@ -189,146 +212,96 @@ class Answers:
             self._guard(item.trigger if item.type == "condition" else item.guard, automaton.id)
             for item in outgoing
         ]
-        is_changing = any(changes for _, changes in found)
-        return [max(answer, Answer.UNKNOWN) if is_changing else answer for answer, _ in found]
+        is_changing = any(Answer.CHANGES in each for each in found)
+        return [each | Answer.UNKNOWN if is_changing else each for each in found]
 
-    def _guard(self, text: Text, automaton: int) -> _Found:
+    def _guard(self, text: Text, automaton: int) -> Answer:
         piece = self._analysis.piece(text)
         if piece is None:
-            return _UNKNOWN if self._analysis.is_broken(text) else _STEADY
-        return self._of(piece.tree, automaton)
+            return _UNKNOWN if self._analysis.is_broken(text) else Answer.SAME
+        self._followed.clear()
+        return self._of(piece.tree, automaton=automaton)
 
-    def _of(self, tree: ast.AST, automaton: int) -> _Found:
-        return _worst(self._node(node, automaton) for node in _nodes(tree))
+    def _of(self, *trees: ast.AST, automaton: int = 0) -> Answer:
+        """Return what code answers; that of functions, whose variables are its own, has no automaton."""
+        answer = Answer.SAME
+        pending = [*trees]
+        while pending:
+            node = pending.pop()
+            answer |= self._node(node, automaton)
+            match node:  # of a call what is called only as far as it is computed
+                case ast.Call(func=function):
+                    pending += [function.value] if isinstance(function, ast.Attribute) else []
+                    pending += [*node.args, *node.keywords]
+                case ast.Attribute() if _dotted(node):
+                    pass
+                case _:
+                    pending += ast.iter_child_nodes(node)
+        return answer
 
-    def _node(self, node: ast.AST, automaton: int) -> _Found:
+    def _node(self, node: ast.AST, automaton: int) -> Answer:
         match node:
             case ast.Call():
                 return self._call(node)
             case ast.Attribute(ctx=ast.Load()):
                 return self._attribute(node, automaton)
             case ast.Name(id=name, ctx=context):
-                # 0 is a function, whose variables are its own
                 is_own = isinstance(context, ast.Load) or automaton == 0
-                return _STEADY if is_own and name not in self._changed_elsewhere else _UNKNOWN
+                return Answer.SAME if is_own and name not in self._shared else _UNKNOWN
             case ast.Attribute() | ast.Subscript(ctx=ast.Store() | ast.Del()):
                 return _UNKNOWN
             case ast.NamedExpr() | ast.Await():
-                return Answer.OTHER, True
+                return Answer.OTHER | Answer.CHANGES
             case ast.Compare(ops=operators, comparators=compared):
                 for operator, right in zip(operators, compared, strict=True):
-                    if isinstance(operator, ast.In | ast.NotIn) and not _is_display(right):
+                    if isinstance(operator, ast.In | ast.NotIn) and not isinstance(right, _DISPLAYS):
                         return _UNKNOWN  # it may be a generator
-        is_operator = isinstance(node, ast.Compare | ast.BinOp | ast.UnaryOp | ast.BoolOp | ast.Subscript)
-        if not isinstance(node, _PLAIN) or (self._overloads and is_operator):
-            return _UNKNOWN
-        return _STEADY
+        is_plain = isinstance(node, _PLAIN) and not (self._is_opaque and isinstance(node, _OPERATORS))
+        return Answer.SAME if is_plain else _UNKNOWN
 
-    def _call(self, call: ast.Call) -> _Found:
+    def _call(self, call: ast.Call) -> Answer:
         path = _dotted(call.func)
         name = path[-1] if path else getattr(call.func, "attr", "")
         if path[:1] == ["self"] and len(path) == 2 and name in self._functions:
             return self._function(name)
         if path[:1] == ["self"] and len(path) > 2 and path[1] in self._proxies:
-            return Answer.OTHER, False
+            return Answer.OTHER
         if path == ["self", "clock", "now"]:
-            return Answer.UNKNOWN, False
+            return Answer.UNKNOWN
         if name in self._bound:
             return _UNKNOWN
-        full = ".".join([self._libraries.get(path[0], path[0]), *path[1:]]) if path else ""
+        is_library = bool(path) and path[0] not in self._bound
+        full = ".".join([self._analysis.libraries.get(path[0], path[0]), *path[1:]]) if is_library else ""
         if full.startswith(_DRAWING_LIBRARIES) or name in _DRAWING:
-            return Answer.OTHER, False
+            return Answer.OTHER
         if name in _TAKING:
-            return Answer.OTHER, True
-        if self._overloads:
-            return _UNKNOWN
+            return Answer.OTHER | Answer.CHANGES
         several = len(call.args) > 1 and not any(isinstance(each, ast.Starred) for each in call.args)
         is_pure = full in _PURE or (full in _PURE_OF_SEVERAL and several) or full.startswith("math.")
         is_method = isinstance(call.func, ast.Attribute) and name in _PURE_METHODS
-        return _STEADY if is_pure or is_method else _UNKNOWN
+        return Answer.SAME if (is_pure or is_method) and not self._is_opaque else _UNKNOWN
 
-    def _function(self, name: str) -> _Found:
-        if name not in self._known:
-            self._known[name] = _STEADY  # one that calls itself adds nothing
-            self._known[name] = _worst(
-                self._of(ast.Module(node.body, []), 0)
-                if isinstance(node, ast.FunctionDef) and not node.decorator_list
-                else _UNKNOWN
-                for node in self._functions[name]
-            )
-        return self._known[name]
+    def _function(self, name: str) -> Answer:
+        if name in self._followed:
+            return Answer.SAME  # one that is called again adds nothing
+        self._followed.add(name)
+        answer = Answer.SAME
+        for function in self._functions[name]:
+            answer |= _UNKNOWN if function.decorator_list else self._of(*function.body)
+        return answer
 
-    def _attribute(self, node: ast.Attribute, automaton: int) -> _Found:
+    def _attribute(self, node: ast.Attribute, automaton: int) -> Answer:
         path = _dotted(node)
-        if path[:1] == ["event"] or (path and path[0] in self._libraries.keys() - self._bound):
-            return _STEADY
+        if path[:1] == ["event"] or (path and path[0] in self._analysis.libraries.keys() - self._bound):
+            return Answer.SAME
         if path[:1] != ["self"] or (len(path) > 2 and path[1] not in self._proxies):
-            return Answer.UNKNOWN, node.attr in self._bound
+            return _UNKNOWN if node.attr in self._bound else Answer.UNKNOWN
         name = path[1]
         if name in self._functions:
             return _UNKNOWN
         is_own = automaton != 0 and self._users.get(name) == {automaton}
-        stays = not self._any_attribute and (is_own or name not in self._assigned)
-        return _STEADY if stays else (Answer.UNKNOWN, False)
-
-    def _read_functions(self, tree: ast.Module) -> None:
-        for node in tree.body:
-            if isinstance(node, _DEFINITIONS):
-                self._functions.setdefault(node.name, []).append(node)
-            else:
-                names = (inner.id for inner in ast.walk(node) if isinstance(inner, ast.Name))
-                self._assigned.update(names)
-        self._read(tree, 0)
-
-    def _read(self, tree: ast.Module, automaton: int) -> None:
-        """Note what code defines, assigns and uses."""
-        own = {id(node) for node in tree.body} if automaton else set()
-        for node in all_nodes(tree):
-            match node:
-                case ast.Global(names=names) | ast.Nonlocal(names=names):
-                    if isinstance(node, ast.Global) or id(node) not in own:
-                        self._changed_elsewhere.update(names)
-                case ast.Attribute(attr=name, ctx=context):
-                    self._users.setdefault(name, set()).add(automaton)
-                    if not isinstance(context, ast.Load):
-                        self._assigned.add(name)
-                    self._any_attribute |= name in ("__dict__", "__setattr__", "setattr")
-                case ast.Name(id=name, ctx=ast.Load()):
-                    self._any_attribute |= name in ("setattr", "vars", "exec", "eval")
-                case ast.Name(id=name) | ast.arg(arg=name):
-                    self._bound.add(name)
-                case ast.Import() | ast.ImportFrom():
-                    self._libraries.update(imported_names(node))
-                case _ if isinstance(node, _DEFINITIONS):
-                    self._bound.add(node.name)
-                    is_special = node.name.startswith("__") and node.name not in _HARMLESS_SPECIAL
-                    self._overloads |= is_special
-                    self._any_attribute |= is_special and "attr" in node.name
-
-
-def _nodes(tree: ast.AST) -> Iterator[ast.AST]:
-    """Yield the nodes to look at: of a call what is called only as far as it is computed."""
-    pending = [tree]
-    while pending:
-        node = pending.pop()
-        yield node
-        if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute):
-            pending += [node.func.value, *node.args, *node.keywords]
-        elif isinstance(node, ast.Call):
-            pending += [*node.args, *node.keywords]
-        elif not (isinstance(node, ast.Attribute) and _dotted(node)):
-            pending += ast.iter_child_nodes(node)
-
-
-def _worst(found: Iterable[_Found]) -> _Found:
-    answer, changes = _STEADY
-    for one, one_changes in found:
-        answer, changes = max(answer, one), changes or one_changes
-    return answer, changes
-
-
-def _is_display(node: ast.expr) -> bool:
-    return isinstance(node, ast.Tuple | ast.List | ast.Set | ast.Dict | ast.Constant)
+        stays = not self._is_opaque and (is_own or name not in self._assigned)
+        return Answer.SAME if stays else Answer.UNKNOWN
 
 
 def _dotted(node: ast.expr) -> list[str]:

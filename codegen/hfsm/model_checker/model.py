@@ -20,6 +20,7 @@ from .guards import Answer, Answers, Conjunction, conjunction
 __all__ = ["AutomatonModel", "Model", "StateModel", "TransitionModel", "nanoseconds", "read_model"]
 
 _DEEPEST: Final = 200
+_UNSURE: Final = Answer.UNKNOWN | Answer.OTHER
 
 
 @dataclass(frozen=True, slots=True)
@@ -256,14 +257,14 @@ class _Reader:
         answers = self._answers.of_state(source, [model.source for model in outgoing])
         for model, answer in zip(outgoing, answers, strict=True):
             item = model.source
-            if not model.guarded or answer is Answer.SAME:
+            if not model.guarded or not answer & _UNSURE:
                 continue
-            if answer is Answer.UNKNOWN:
+            if Answer.OTHER not in answer:
                 text = item.trigger if item.type == "condition" else item.guard
                 path = item.path or self._analysis.path
                 place = Location(path, text.line or item.line, max(1, text.column))
                 self.doubtful.append(Note("this guard may answer otherwise when it is asked again", place))
-            if answer is Answer.OTHER or not self._trusting:
+            if Answer.OTHER in answer or not self._trusting:
                 yield self._transition(model.index, item, states, is_steady=False)
 
 

@@ -8,97 +8,65 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import StrEnum
-from itertools import product
+from itertools import islice
 from typing import Final
 
 from ..document import Property
 from .counterexample import Counterexample, counterexample
-from .exploration import Budget, Holds, find, find_avoiding
+from .exploration import Budget, find, find_avoiding
 from .expressions import Expression, ExpressionError, parse
 from .fireability import Fireability
-from .model import Model, nanoseconds
-from .transition_system import ACTIVE, BEGUN, FINISHED, Configuration, Local, TransitionSystem
+from .model import Model, StateModel, nanoseconds
+from .transition_system import ACTIVE, FINISHED, Configuration, Local, TransitionSystem
 
 __all__ = ["PropertyResult", "Verdict", "check_property"]
 
 _MOST: Final = 20_000
-"""Combinations to look at; of more nothing is said."""
+"""Configurations to look at; of more nothing is said."""
 
 
 def may_hold(model: Model, expression: Expression, wanted: bool, fireability: Fireability) -> bool:
-    """Return whether an expression may have a value, false only if it is certain that it never has."""
-    automata = sorted(expression.automata)
-    positions = {index: position for position, index in enumerate(automata)}
-    holds: Holds = expression.bind(positions)
-    tree = _Tree(model, positions)
-    locals_ = [list(_locals(model, index, expression, fireability)) for index in automata]
-    combinations = 1
-    for of_one in locals_:
-        combinations *= len(of_one)
-    if combinations > _MOST:
-        return True
-    return any(
-        holds(configuration) is wanted for configuration in product(*locals_) if tree.allows(configuration)
-    )
+    """Return whether an expression may have a value, false only if it is certain that it never has.
 
+    All is looked at that the tree of automata allows; one state stands for all that nobody asks for.
+    """
+    above = {above.index for index in expression.automata for above, _ in model.ancestors(index)}
+    looked_at = sorted({0, *expression.automata, *above})
+    holds = expression.bind({index: position for position, index in enumerate(looked_at)})
+    asked = {(model.automata[index].parent, model.automata[index].owner) for index in looked_at}
+    asked |= expression.states
 
-def _locals(model: Model, index: int, expression: Expression, fireability: Fireability) -> Iterator[Local]:
-    """Yield what an automaton may be like; one state stands for all that nobody asks for."""
-    automaton = model.automata[index]
-    possible = fireability.states[index]
-    asked = {state for other, state in expression.states if other == index}
-    for below in expression.automata:
-        asked |= {owner.index for above, owner in model.ancestors(below) if above.index == index}
-    others = {automaton.states[state].final: state for state in possible - asked}
-    for state in {*(possible & asked), *others.values()}:
-        yield state, ACTIVE | BEGUN, 0
-        if index > 0:
-            yield state, BEGUN, 0
-        if automaton.states[state].final:
-            yield state, ACTIVE | BEGUN | FINISHED, 0
-            yield state, BEGUN | FINISHED, 0
-    if index > 0:
-        yield automaton.initial, 0, 0
+    def below(index: int, is_active: bool) -> Iterator[Configuration]:
+        """Yield what an automaton and those below it may be like."""
+        automaton = model.automata[index]
+        possible = [automaton.states[state] for state in sorted(fireability.states[index])]
+        others = {state.final: state for state in possible if (index, state.index) not in asked}
+        shown = [*(state for state in possible if (index, state.index) in asked), *others.values()]
+        locals_: list[tuple[Local, StateModel | None]] = []
+        if is_active:
+            locals_ += [((state.index, ACTIVE, 0), state) for state in shown]
+            locals_ += [((state.index, ACTIVE | FINISHED, 0), state) for state in shown if state.final]
+        else:
+            locals_.append(((automaton.initial, 0, 0), None))
+            locals_ += [((state.index, FINISHED, 0), None) for state in shown if state.final]
+        children = [child for child in looked_at if model.automata[child].parent == index]
+        for local, state in locals_:
+            for rest in under(children, state):
+                yield local, *rest
 
+    def under(children: list[int], state: StateModel | None) -> Iterator[Configuration]:
+        """Yield what the automata below one may be like, which is active in a state, or not."""
+        if not children:
+            yield ()
+            return
+        owns = state is not None and children[0] in state.children and not state.final
+        for is_active in (True, False) if state is not None and owns and state.owes else (owns,):
+            for first in below(children[0], is_active):
+                for rest in under(children[1:], state):
+                    yield first + rest
 
-class _Tree:
-    """What the tree of automata says of some of them."""
-
-    def __init__(self, model: Model, positions: dict[int, int]) -> None:
-        self._chains: list[dict[int, int]] = []
-        """The states above each automaton, by index."""
-        self._above: list[list[tuple[int, int]]] = []
-        """The positions of those above it that are looked at, with the state."""
-        self._wakes: list[tuple[int, int] | None] = []
-        """The position of its parent and the state in which that wakes it at once."""
-        for index in positions:
-            chain = {above.index: owner.index for above, owner in model.ancestors(index)}
-            self._chains.append(chain)
-            self._above.append([(positions[a], state) for a, state in chain.items() if a in positions])
-            parent = model.automata[index].parent
-            waking = None
-            if parent in positions:
-                owner = model.automata[parent].states[chain[parent]]
-                waking = None if owner.owes or owner.final else (positions[parent], owner.index)
-            self._wakes.append(waking)
-
-    def allows(self, configuration: Configuration) -> bool:
-        """Return whether the automata may be like this at one time."""
-        chain: dict[int, int] = {}
-        for position, (_, flags, _) in enumerate(configuration):
-            if flags & ACTIVE:
-                for above, state in self._above[position]:
-                    index, of_above, _ = configuration[above]
-                    if index != state or of_above & (ACTIVE | FINISHED) != ACTIVE:
-                        return False
-                for above, state in self._chains[position].items():
-                    if chain.setdefault(above, state) != state:
-                        return False
-            elif (waking := self._wakes[position]) is not None:
-                index, of_parent, _ = configuration[waking[0]]
-                if index == waking[1] and of_parent & ACTIVE:
-                    return False
-        return True
+    configurations = [*islice(below(0, is_active=True), _MOST + 1)]
+    return len(configurations) > _MOST or any(holds(each) is wanted for each in configurations)
 
 
 KINDS: Final = ("always", "eventually", "never")
