@@ -15,7 +15,7 @@ from typing import Final
 from .model import Model
 from .transition_system import ACTIVE, Choice, Configuration, Move, Node, TransitionSystem
 
-__all__ = ["Budget", "Exploration", "Goal", "Holds", "Outcome", "Run", "find", "find_avoiding"]
+__all__ = ["Budget", "Exploration", "Goal", "Holds", "Outcome", "Run", "find", "find_avoiding", "newness"]
 
 Holds = Callable[[Configuration], bool]
 
@@ -149,7 +149,7 @@ class Exploration:
 
 
 Goal = tuple[int, int]
-"""An automaton and the state that a configuration should have it in, -1 for any."""
+"""An automaton and a state that it should be in."""
 
 
 def find(
@@ -187,16 +187,32 @@ def _find(exploration: Exploration, bad: Holds, *, lasting: bool) -> Outcome:
     return exploration.came_to(None)
 
 
+def newness(system: TransitionSystem, seen: set[Goal]) -> Callable[[Configuration], int]:
+    """Return a rank: where an automaton is active in a state that is not `seen`, there is likely more."""
+
+    def rank(configuration: Configuration) -> int:
+        active = (
+            (automaton, state)
+            for automaton, (state, flags, _) in zip(system.cone, configuration, strict=True)
+            if flags & ACTIVE
+        )
+        before = len(seen)
+        seen.update(active)
+        return 0 if len(seen) > before else 1
+
+    return rank
+
+
 def _distance(system: TransitionSystem, goals: Collection[Goal]) -> Callable[[Configuration], int]:
     """Return how far a configuration is from the goals, in transitions and levels."""
+    far = 1000
     steps: list[list[tuple[int, dict[int, int]]]] = []
     for automaton, state in goals:
-        chain = [(above.index, owner.index) for above, owner in system.model.ancestors(automaton)][::-1]
-        chain += [(automaton, state)] if state >= 0 else []
+        above = [(above.index, owner.index) for above, owner in system.model.ancestors(automaton)]
+        chain = [*reversed(above), (automaton, state)]
         steps.append(
             [(system.position[index], _hops(system.model, index, target)) for index, target in chain]
         )
-    far = 1000
 
     def distance(configuration: Configuration) -> int:
         total = 0

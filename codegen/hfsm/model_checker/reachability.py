@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 
-from .exploration import Budget, Exploration
+from .exploration import Budget, Exploration, newness
 from .fireability import Fireability
 from .guards import satisfy
 from .model import AutomatonModel, Model, StateModel, TransitionModel
-from .transition_system import ACTIVE, Configuration, TransitionSystem
+from .transition_system import TransitionSystem
 
 __all__ = [
     "Deadlock",
@@ -85,44 +85,35 @@ class Reached:
 
 def find_reachable(model: Model, fireability: Fireability, budget: Budget) -> Reached:
     """Find out what is possible in each automaton, together with those that it depends on."""
-    states: list[set[int]] = [set() for _ in model.automata]
+    seen: set[tuple[int, int]] = set()
     transitions: list[set[int]] = [set() for _ in model.automata]
     unknown: set[int] = set()
     live = [index for index, possible in enumerate(fireability.states) if possible]
 
     def is_settled(index: int) -> bool:
-        return (
-            states[index] == fireability.states[index]
-            and transitions[index] == fireability.transitions[index]
+        return transitions[index] == fireability.transitions[index] and all(
+            (index, state) in seen for state in fireability.states[index]
         )
 
-    def explore(index: int, budget: Budget) -> bool:
-        """Explore until all that may be possible is seen; return false when the budget ends before."""
+    for done, index in enumerate(live):
+        if is_settled(index):
+            continue
         system = TransitionSystem(model, [index], fireability)
-
-        def visit(configuration: Configuration) -> int:
-            """Note the states of a configuration; return its rank: where one is new there is likely more."""
-            rank = 1
-            for automaton, (state, flags, _) in zip(system.cone, configuration, strict=True):
-                if flags & ACTIVE and state not in states[automaton]:
-                    states[automaton].add(state)
-                    rank = 0
-            return rank
-
-        exploration = Exploration(system, budget, rank=visit)
-        visit(exploration.start)
+        rank = newness(system, seen)
+        exploration = Exploration(system, budget.share(len(live) - done), rank=rank)
+        rank(exploration.start)
         for move in exploration.moves():
             if move.choice.transition is not None:
                 transitions[system.cone[move.node.position]].add(move.choice.transition.index)
             if is_settled(index):
-                return True
-        return exploration.complete or is_settled(index)
-
-    for done, index in enumerate(live):
-        if not is_settled(index) and not explore(index, budget.share(len(live) - done)):
+                break
+        if not exploration.complete and not is_settled(index):
             unknown.add(index)
     return Reached(
-        states=tuple(map(frozenset, states)),
+        states=tuple(
+            frozenset(state.index for state in automaton.states if (automaton.index, state.index) in seen)
+            for automaton in model.automata
+        ),
         transitions=tuple(map(frozenset, transitions)),
         unknown=frozenset(unknown),
     )
