@@ -22,7 +22,7 @@ from .conflicts import Conflict, Use
 from .counterexample import Counterexample, Step, StepKind
 from .expressions import ExpressionError
 from .properties import PropertyResult, Verdict
-from .reachability import Deadlock, Reachability, StateResult, TransitionResult, WhyNever
+from .reachability import Reachability, StateResult, TransitionResult, WhyNever
 
 __all__ = [
     "DEFAULT_LIMIT",
@@ -31,7 +31,6 @@ __all__ = [
     "Commands",
     "Conflict",
     "Counterexample",
-    "Deadlock",
     "ExpressionError",
     "ModelReport",
     "PropertyResult",

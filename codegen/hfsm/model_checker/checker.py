@@ -15,15 +15,13 @@ from .commands import Commands, Operations
 from .conflicts import Conflict, Use, find_conflicts, uses_of
 from .exploration import Budget
 from .fireability import Events, analyze, events_of
-from .model import AutomatonModel, Model, TransitionModel, read_model
+from .model import AutomatonModel, Model, StateModel, TransitionModel, read_model
 from .properties import PropertyResult, Verdict, check_property
 from .reachability import (
-    Deadlock,
     Reachability,
     StateResult,
     TransitionResult,
     WhyNever,
-    find_deadlocks,
     find_reachable,
     state_results,
     transition_results,
@@ -62,7 +60,6 @@ class ModelReport:
     states: tuple[StateResult, ...]
     transitions: tuple[TransitionResult, ...]
     conflicts: tuple[Conflict, ...]
-    deadlocks: tuple[Deadlock, ...]
     properties: tuple[PropertyResult, ...]
     work: int
     complete: bool
@@ -110,7 +107,6 @@ def _check(model: Model, events: Events, uses: list[list[Use]], budget: Budget) 
         states=tuple(state_results(model, fireability, reached)),
         transitions=tuple(transition_results(model, fireability, reached)),
         conflicts=tuple(conflicts),
-        deadlocks=tuple(find_deadlocks(model, reached)),
         properties=tuple(properties),
         work=budget.spent,
         complete=not reached.unknown
@@ -172,10 +168,7 @@ def report_model(report: ModelReport, diagnostics: Diagnostics) -> None:
     report_impossible(report, diagnostics)
     for conflict in report.conflicts:
         reporter.conflict(conflict)
-    explained = reporter.without_way_out() | reporter.without_chance()
-    for deadlock in report.deadlocks:
-        if (0, deadlock.state) not in explained:
-            reporter.deadlock(deadlock.state, deadlock.paths)
+    reporter.never_left()
     for found in report.doubtful:
         assert found.location is not None
         message = f"{found.message}: what depends on it is undecided"
@@ -191,10 +184,10 @@ def report_impossible(report: ModelReport, diagnostics: Diagnostics) -> None:
     reporter = _Reporter(report, diagnostics)
     for state in report.states:
         if state.why is WhyNever.GRAPH:
-            reporter.state(state)
+            reporter.never_entered(state)
     for transition in report.transitions:
         if transition.why not in (WhyNever.NONE, WhyNever.ORIGIN, WhyNever.EVENT):
-            reporter.transition(transition)
+            reporter.never_fires(transition)
 
 
 def report_properties(report: ModelReport, diagnostics: Diagnostics, *, with_undecided: bool = True) -> None:
@@ -210,169 +203,104 @@ class _Reporter:
         self._found = report
         self._model = report.model
         self._report = Report(report.model.path, diagnostics)
+        self._possible = {
+            (item.automaton, item.state)
+            for item in report.states
+            if item.reachability is not Reachability.IMPOSSIBLE
+        }
 
-    def state(self, result: StateResult) -> None:
+    def never_entered(self, result: StateResult) -> None:
         model = self._model.by_id[result.automaton]
         state = next(item.source for item in model.states if item.source.id == result.state)
         initial = model.states[model.initial].source
         message = f"no transitions lead from {state_label(initial)} to {state_label(state)}"
         self._report.warning(Code.NEVER_ENTERED, message, self._report.place(state))
 
-    def transition(self, result: TransitionResult) -> None:
+    def never_fires(self, result: TransitionResult) -> None:
         model = self._model.by_id[result.automaton]
         transition = next(item for item in model.transitions if item.source.id == result.transition)
         source = transition.source
-        code, why, place = Code.NEVER_FIRES, "", self._report.place(source, source.trigger)
-        notes: list[Note] = []
+        code, text, notes = Code.NEVER_FIRES, source.trigger, list[Note]()
         if result.why is WhyNever.GUARD:
             is_condition = source.type == "condition"
+            text = source.trigger if is_condition else source.guard
             why = f"its {'condition' if is_condition else 'guard'} is always false"
-            place = self._report.place(source, source.trigger if is_condition else source.guard)
         elif result.why is WhyNever.CHILDREN:
-            code, place = Code.NEVER_FINISHES, self._report.place(source)
-            why, notes = self._endless(model, transition)
+            code, text = Code.NEVER_FINISHES, Text()
+            why, notes = self._endless(model.states[transition.origin])
         elif result.why is WhyNever.ANCESTORS:
             code, why = Code.NO_TIME_TO_FIRE, "the states above are left before there is time for it"
         else:
-            earlier = [item for item in model.transitions if item.source.id in result.earlier]
-            code = (
-                Code.NO_TIME_TO_FIRE
-                if any(_is_timed_out(model, transition, each) for each in earlier)
-                else Code.NEVER_FIRES
-            )
             why = "another always fires before it"
-            notes = [
-                Note(
-                    f"{transition_label(other.source)} fires first",
-                    self._report.place(other.source, other.source.trigger),
-                )
-                for other in earlier
-            ]
+            for other in (item for item in model.transitions if item.source.id in result.earlier):
+                if _is_timed_out(model, transition, other):
+                    code = Code.NO_TIME_TO_FIRE
+                place = self._report.place(other.source, other.source.trigger)
+                notes.append(Note(f"{transition_label(other.source)} fires first", place))
         target = model.states[transition.target]
-        if self._is_never_entered(result.automaton, target.source.id):
+        if (result.automaton, target.source.id) not in self._possible:
             path = self._model.state_path(model.index, target.index)
             notes.append(Note(f"the state `{path}` is never entered", self._report.place(target.source)))
-        self._report.warning(code, f"{transition_label(source)} can never fire: {why}", place, notes)
+        message = f"{transition_label(source)} can never fire: {why}"
+        self._report.warning(code, message, self._report.place(source, text), notes)
 
-    def _endless(self, model: AutomatonModel, transition: TransitionModel) -> tuple[str, list[Note]]:
+    def _endless(self, state: StateModel) -> tuple[str, list[Note]]:
         """Return why the automata below a state never finish, and which of them."""
-        state = model.states[transition.origin]
-        below = [self._model.automata[child] for child in state.children]
-        finishing = {item.automaton for item in self._found.states if self._is_possible_end(item)}
-        endless = next((child.source for child in below if child.source.id not in finishing), None)
-        if endless is None:
-            return f"{state_label(state.source)} owns no automaton", []
-        note = Note("none of its states that can be reached is final", self._report.place(endless))
-        return f"automaton {endless.id} never finishes", [note]
+        for child in (self._model.automata[index].source for index in state.children):
+            if not any(each.final and (child.id, each.id) in self._possible for each in child.states):
+                note = Note("none of its states that can be reached is final", self._report.place(child))
+                return f"automaton {child.id} never finishes", [note]
+        return f"{state_label(state.source)} owns no automaton", []
 
-    def _is_possible_end(self, result: StateResult) -> bool:
-        state = self._model.by_id[result.automaton].source.state(result.state)
-        possible = result.reachability is not Reachability.IMPOSSIBLE
-        return state is not None and state.final and possible
-
-    def _is_never_entered(self, automaton: int, state: int) -> bool:
-        return any(
-            (item.automaton, item.state, item.reachability) == (automaton, state, Reachability.IMPOSSIBLE)
-            for item in self._found.states
-        )
-
-    def without_way_out(self) -> set[tuple[int, int]]:
-        """Report the states that no transition leads away from; return their automata and ids."""
-        found: set[tuple[int, int]] = set()
-        possible = {
-            (item.automaton, item.state)
-            for item in self._found.states
-            if item.reachability is not Reachability.IMPOSSIBLE
-        }
+    def never_left(self) -> None:
+        """Report the states that no transition leads away from, in automata that have others."""
         for model in self._model.automata:
-            for state in model.states:
-                leaves = any(each.target != state.index for each in state.outgoing)
-                entered = (model.source.id, state.source.id) in possible
-                alone = sum(1 for each in model.states if (model.source.id, each.source.id) in possible) < 2
-                if state.final or leaves or alone or not entered:
-                    continue
-                found.add((model.index, state.source.id))
-                label = state_label(state.source)
-                message = f"no transition leads away from {label}: the automaton stays there"
-                note = Note("mark the state as final if the automaton has finished there")
-                self._report.note(Code.NEVER_LEFT, message, self._report.place(state.source), [note])
-        return found
-
-    def without_chance(self) -> set[tuple[int, int]]:
-        """Return the automata and ids of states that a transition leaves which can never fire."""
-        impossible = {
-            (item.automaton, item.transition)
-            for item in self._found.transitions
-            if item.reachability is Reachability.IMPOSSIBLE
-        }
-        return {
-            (model.index, transition.source.origin)
-            for model in self._model.automata
-            for transition in model.transitions
-            if (model.source.id, transition.source.id) in impossible
-        }
+            entered = [each for each in model.states if (model.source.id, each.source.id) in self._possible]
+            for state in entered if len(entered) > 1 else ():
+                if not state.final and all(each.target == state.index for each in state.outgoing):
+                    label = state_label(state.source)
+                    message = f"no transition leads away from {label}: the automaton stays there"
+                    note = Note("mark the state as final if the automaton has finished there")
+                    self._report.note(Code.NEVER_LEFT, message, self._report.place(state.source), [note])
 
     def conflict(self, conflict: Conflict) -> None:
-        first, second = conflict.first, conflict.second
-        servant = first.command.identity
+        paths = [
+            self._model.state_path(use.automaton, use.state) for use in (conflict.first, conflict.second)
+        ]
         may = "command" if conflict.certain else "may command"
-        where = f"`{self._path(first)}` and `{self._path(second)}` both {may} `{servant}`"
         how = "one runs below the other" if conflict.nested else "they run side by side"
-        notes = [Note(f"`{second.command.operation}` is called here", second.place)]
+        servant = conflict.first.command.identity
+        message = f"`{paths[0]}` and `{paths[1]}` both {may} `{servant}`, and {how}"
+        notes = [Note(f"`{conflict.second.command.operation}` is called here", conflict.second.place)]
         if conflict.counterexample is not None and conflict.counterexample.steps:
             notes.append(Note(f"this is how both come to run:\n{conflict.counterexample}"))
-        tell = self._report.warning if conflict.certain else self._report.note
-        code = Code.CONFLICT if conflict.certain else Code.POSSIBLE_CONFLICT
-        tell(code, f"{where}, and {how}", first.place, notes)
-
-    def deadlock(self, id: int, paths: tuple[str, ...]) -> None:
-        root = self._model.automata[0]
-        state = next(item.source for item in root.states if item.source.id == id)
-        listed = ", ".join(f"`{path}`" for path in paths)
-        self._report.note(
-            Code.DEADLOCK,
-            f"nothing ever changes any more in {listed}, which is no final state",
-            self._report.place(state),
-        )
+        if conflict.certain:
+            self._report.warning(Code.CONFLICT, message, conflict.first.place, notes)
+        else:
+            self._report.note(Code.POSSIBLE_CONFLICT, message, conflict.first.place, notes)
 
     def property(self, result: PropertyResult) -> None:
         stated = result.property
         name = f"`{stated.name}`" if stated.name.strip() else "this property"
-        if result.verdict is Verdict.INVALID:
-            self._invalid(result, name)
-        elif result.verdict is Verdict.VIOLATED:
-            assert result.counterexample is not None
+        place = self._report.place(stated, stated.expression)
+        if result.verdict is Verdict.VIOLATED:
             expression = " ".join(stated.expression.text.split())
             within = f" within {stated.within.text.strip()} ms" if not stated.within.is_blank else ""
             message = f"{name} is violated: {stated.kind.strip()} {expression[:200]}{within}"
             notes = [Note(f"by these steps:\n{_shortened(str(result.counterexample))}")]
-            self._report.error(
-                Code.VIOLATED_PROPERTY, message, self._report.place(stated, stated.expression), notes
-            )
+            self._report.error(Code.VIOLATED_PROPERTY, message, place, notes)
         elif result.verdict is Verdict.UNDECIDED:
             found = f"explored {result.explored} configurations up to {result.until_ms / 1000:g} s"
             message = f"{name} is undecided ({found})"
-            notes = list(self._found.doubtful)
-            self._report.warning(
-                Code.UNDECIDED_PROPERTY, message, self._report.place(stated, stated.expression), notes
-            )
-
-    def _invalid(self, result: PropertyResult, name: str) -> None:
-        stated = result.property
-        if result.error is None:
-            self._report.error(
-                Code.BAD_PROPERTY, f"{name}: {result.problem}", self._report.place(stated, stated.within)
-            )
-            return
-        error = result.error
-        place = _within(
-            self._report.place(stated, stated.expression), stated.expression, error.offset, error.length
-        )
-        notes = [Note(hint) for hint in error.hints]
-        self._report.error(Code.BAD_EXPRESSION, f"{name}: {error.message}", place, notes)
-
-    def _path(self, use: Use) -> str:
-        return self._model.state_path(use.automaton, use.state)
+            self._report.warning(Code.UNDECIDED_PROPERTY, message, place, self._found.doubtful)
+        elif result.error is not None:
+            error = result.error
+            place = _within(place, stated.expression, error.offset, error.length)
+            notes = [Note(hint) for hint in error.hints]
+            self._report.error(Code.BAD_EXPRESSION, f"{name}: {error.message}", place, notes)
+        elif result.problem:
+            place = self._report.place(stated, stated.within)
+            self._report.error(Code.BAD_PROPERTY, f"{name}: {result.problem}", place)
 
 
 def _is_timed_out(model: AutomatonModel, transition: TransitionModel, other: TransitionModel) -> bool:

@@ -1,4 +1,4 @@
-"""Which states can be entered and which transitions can fire, and where everything ends unfinished."""
+"""Which states can be entered and which transitions can fire, and why others never."""
 
 from __future__ import annotations
 
@@ -12,12 +12,10 @@ from .model import AutomatonModel, Model, StateModel, TransitionModel
 from .transition_system import TransitionSystem
 
 __all__ = [
-    "Deadlock",
     "Reachability",
     "StateResult",
     "TransitionResult",
     "WhyNever",
-    "find_deadlocks",
     "find_reachable",
     "state_results",
     "transition_results",
@@ -217,48 +215,3 @@ def _always_earlier(
         if not other.finished and satisfy(transition.needs or (), [other.needs or ()]) is None
     ]
     return tuple(other.source.id for other in (alone[:1] or others))
-
-
-@dataclass(frozen=True, slots=True)
-class Deadlock:
-    """A state of the root that nothing leaves, by its id, with states below in which nothing changes either.
-
-    `paths` are the paths of the states that are current then.
-    """
-
-    state: int
-    paths: tuple[str, ...]
-
-
-def find_deadlocks(model: Model, reached: Reached) -> list[Deadlock]:
-    """Return the states of the root in which everything may come to rest, none if it has a final state.
-
-    Automata that have final states of their own are meant to end.
-    """
-    if not model.automata:
-        return []
-    root = model.automata[0]
-    if any(state.final for state in root.states) or len(root.states) < 2:
-        return []
-    rests = ((state.source.id, _rest(model, root, state, reached)) for state in root.states)
-    return [Deadlock(state, paths) for state, paths in rests if paths]
-
-
-def _rest(
-    model: Model, automaton: AutomatonModel, state: StateModel, reached: Reached
-) -> tuple[str, ...] | None:
-    """Return where a state with all below it comes to rest, or None when something may go on."""
-    index = automaton.index
-    leaves = any(each.index in reached.transitions[index] for each in state.outgoing)
-    if index in reached.unknown or state.index not in reached.states[index] or (leaves and not state.final):
-        return None
-    if state.final or not state.children:
-        return (model.state_path(index, state.index),)
-    paths: list[str] = []
-    for child in (model.automata[each] for each in state.children):
-        rests = (_rest(model, child, below, reached) for below in child.states)
-        found = next((each for each in rests if each is not None), None)
-        if found is None:
-            return None
-        paths += found
-    return tuple(paths)
