@@ -1,4 +1,4 @@
-"""The page of the docs on following components names every action that may be asked for."""
+"""The page of the docs on the protocol of running components names every action that may be asked for."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 
 from visualhfsm.live.service import OPERATIONS
 
-PAGE = Path(__file__).parents[2] / "docs" / "how-to/editor-live.md"
+PAGE = Path(__file__).parents[2] / "docs" / "reference/live-protocol.md"
 
 
 def test_every_action_has_its_row_with_its_arguments() -> None:

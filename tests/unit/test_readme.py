@@ -27,17 +27,12 @@ LINES = [
     for line in block.splitlines()
     if line.partition(" ")[0] in APPS
 ]
-FILES = ("edited.xml", "old.xml", "robot.idl", "run.mcap")
 
 
 @pytest.mark.parametrize("line", LINES, ids=lambda line: line.partition("#")[0].strip())
 def test_a_command_is_taken_as_it_stands_there(
     line: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    for name in ("behaviors", "interfaces"):
-        (tmp_path / name).symlink_to(REPOSITORY / name)
-    for name in FILES:
-        (tmp_path / name).touch()
     monkeypatch.chdir(tmp_path)
     program, *words = shlex.split(line, comments=True)
     module, name = APPS[program]
