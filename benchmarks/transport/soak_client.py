@@ -79,7 +79,7 @@ class SoakClient:
             if number % 10 == 5:
                 self._call(lambda: robot.image(*SMALL_IMAGE), lambda got: bytes(got) == image)
             elif number % 10 == 9:
-                futures = [self._begin(robot.stepAsync, angles) for _ in range(_IN_FLIGHT)]
+                futures = [self._begin(robot.step.begin, angles) for _ in range(_IN_FLIGHT)]
                 for future in futures:
                     self._call(future.result, lambda got: got == angles, begun=True)
             else:
