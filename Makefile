@@ -1,5 +1,6 @@
 # VisualHFSM: every command a newcomer or a maintainer types.
 #   make demo [SECONDS=60]   set everything up and watch a simulated Nao follow a ball and dance
+#   make check               format, lint, check types and run the quick tests: after each change
 #   make test                set everything up and run every test
 #   make docs                build the documentation as a site in site/
 PYTHON ?= python3
@@ -11,18 +12,27 @@ SECONDS ?=
 # hundreds of processes that they start would compile it anew, which takes a third of their time.
 PACKAGES := $(patsubst %/__init__.py,%,$(wildcard */__init__.py))
 
-.PHONY: help demo test docs lint lint-page format bench bench-transport oracle codegen constraints vendor packages system browser clean
+.PHONY: help demo check test types quick-tests all-tests docs lint lint-page format bench bench-transport oracle codegen constraints vendor packages system browser clean
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 demo: $(VENV)/demo.stamp system ## Watch the simulated Nao; SECONDS=60 ends by itself and writes demo/report.html
 	@$(BIN)/python -m deploy deploy/demo.toml $(if $(SECONDS),--seconds $(SECONDS)) || [ $$? -eq 130 ]
 
-test: ## Run the linters and every test
+check: $(VENV)/dev.stamp ## Format, lint, check types and run the quick unit tests: in less than a minute
+	@$(BIN)/ruff format --quiet . && $(BIN)/ruff check --quiet .
+	@$(MAKE) --no-print-directory --jobs=2 quick-tests types
+
+quick-tests:
+	@TEST_EXAMPLES=0.1 $(BIN)/python -m pytest tests/unit -m "not slow and not sim" -n 2 -q
+
+test: ## Run the linters and every test, and build the documentation
 	@$(MAKE) --no-print-directory --jobs=2 $(VENV)/dev.stamp packages
-	@$(MAKE) --no-print-directory lint docs
 	@$(BIN)/python -m compileall -q -j 0 $(PACKAGES) tests/support
-	@$(BIN)/python -m pytest -n 3 --dist loadgroup -q
+	@$(MAKE) --no-print-directory --jobs=2 all-tests lint docs
+
+all-tests:
+	@$(BIN)/python -m pytest -n 3 --dist loadgroup -q --durations=10
 
 docs: $(VENV)/dev.stamp ## Build the documentation as a site in site/
 	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet && echo "the site is in site/; $(BIN)/mkdocs serve shows it, with search"
@@ -32,9 +42,12 @@ lint: $(VENV)/dev.stamp ## Check format, style, types, import rules and generate
 	$(BIN)/ruff check .
 	$(BIN)/mypy .
 	$(BIN)/lint-imports --no-cache
-	$(BIN)/codegen --check interfaces/*.idl behaviors/*.xml tests/data/components/*.xml
+	@$(BIN)/codegen --check interfaces/*.idl behaviors/*.xml tests/data/components/*.xml
 	@if command -v npm >/dev/null; then $(MAKE) --no-print-directory lint-page; \
 	else echo "Node.js is not installed: the page is not checked"; fi
+
+types: $(VENV)/dev.stamp
+	@$(BIN)/mypy .
 
 lint-page: tests/page/node_modules/.stamp ## Check the modules of the page: format, mistakes, types
 	npm run --silent --prefix tests/page check

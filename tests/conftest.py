@@ -46,7 +46,7 @@ def surroundings() -> Iterator[None]:
     """Take away what the environment of whoever runs the tests would change in them, and let calls take longer."""
     with pytest.MonkeyPatch.context() as patch:
         for name in list(os.environ):
-            if name in DECISIVE or (name.startswith("VISUALHFSM_") and name != "VISUALHFSM_EXAMPLES"):
+            if name in DECISIVE or name.startswith("VISUALHFSM_"):
                 patch.delenv(name)
         patch.setenv("GIT_CONFIG_GLOBAL", os.devnull)
         patch.setenv("GIT_CONFIG_NOSYSTEM", "1")

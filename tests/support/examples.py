@@ -6,14 +6,14 @@ import os
 
 __all__ = ["examples", "more_asked_for"]
 
-_TIMES = os.environ.get("VISUALHFSM_EXAMPLES", "")
+_TIMES = os.environ.get("TEST_EXAMPLES", "")
 
 
 def examples(count: int) -> int:
-    """Return a number of examples, multiplied by VISUALHFSM_EXAMPLES."""
+    """Return a number of examples, multiplied by TEST_EXAMPLES."""
     return max(1, round(count * float(_TIMES or "1")))
 
 
 def more_asked_for() -> bool:
-    """Return whether VISUALHFSM_EXAMPLES is set."""
-    return bool(_TIMES)
+    """Return whether TEST_EXAMPLES asks for more than every day."""
+    return float(_TIMES or "1") > 1.0

@@ -27,6 +27,7 @@ def test_there_are_cases_for_every_rule_and_few_are_judged_differently() -> None
 
 
 @needs_reference
+@pytest.mark.slow
 def test_the_reference_compiler_says_what_the_cases_say(tmp_path: Path) -> None:
     paths = [case.write(tmp_path / str(number)) for number, case in enumerate(CASES)]
     verdicts = reference_verdicts(paths, tmp_path / "out")

@@ -252,6 +252,7 @@ def test_the_output_is_the_same_from_anywhere(tmp_path: Path, monkeypatch: pytes
     assert len(texts[0]) == 12
 
 
+@pytest.mark.slow
 def test_awkward_names_pass_the_type_checker_and_the_formatter(tmp_path: Path) -> None:
     paths = write_sources(tmp_path / "idl", AWKWARD)
     compilation = compile_interfaces(paths, [], tmp_path / "out", Diagnostics())

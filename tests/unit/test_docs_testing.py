@@ -15,6 +15,7 @@ PAGE = (DOCS / "how-to/testing.md").read_text("utf-8")
 EXAMPLES = re.findall(r"^```python\n(.*?)^```", PAGE, re.M | re.S)
 
 
+@pytest.mark.slow
 def test_the_examples_pass(pytester: pytest.Pytester) -> None:
     (pytester.path / "behaviors").symlink_to((DOCS.parent / "behaviors").resolve())
     for number, example in enumerate(EXAMPLES):

@@ -1,6 +1,6 @@
 """Commands at random: whatever is done can be saved, read again, undone and done again.
 
-`VISUALHFSM_EXAMPLES=10` runs ten times as many sequences of 100 commands.
+`TEST_EXAMPLES=10` runs ten times as many sequences of 100 commands.
 """
 
 from __future__ import annotations

@@ -153,6 +153,7 @@ def test_what_no_test_runs_counts_as_missing(lamp: pytest.Pytester) -> None:
     )
 
 
+@pytest.mark.slow
 def test_the_workers_of_xdist_count_together(lamp: pytest.Pytester) -> None:
     result = lamp.runpytest(COVERAGE, "-n2", "--dist=load")
     result.assert_outcomes(passed=2)

@@ -71,6 +71,7 @@ def nothing_is_spooled(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Itera
     assert not list(spool.iterdir())
 
 
+@pytest.mark.slow
 def test_images_that_unpack_to_gigabytes_are_refused_and_not_spooled(tmp_path: Path) -> None:
     path = bomb(tmp_path / "run.mcap", "foxglove.RawImage", image(60 << 20), 20)
     assert path.stat().st_size < 200_000

@@ -1,6 +1,6 @@
 """Random trees of automata against an interpreter that is one loop and nothing else.
 
-Guards are scripts: each says at which of its evaluations it holds. `VISUALHFSM_EXAMPLES=10` tries ten times
+Guards are scripts: each says at which of its evaluations it holds. `TEST_EXAMPLES=10` tries ten times
 as many trees.
 """
 

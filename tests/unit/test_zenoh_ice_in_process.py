@@ -153,6 +153,7 @@ def test_a_communicator_stands_on_it_alone(communicator: Communicator) -> None:
         servant.leave.set()
 
 
+@pytest.mark.slow
 def test_the_end_of_its_communicator_ends_a_call_that_runs(communicator: Communicator) -> None:
     servant = CalculatorI()
     proxy = calculator(communicator, servant)
