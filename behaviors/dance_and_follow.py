@@ -151,7 +151,7 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
         )
 
     def automaton_follow_ball(self, name: str, number: int) -> Automaton:
-        """Return the automaton of one of several states, from follow_ball.xml."""
+        """Return the automaton of the states 'red' and 'green', from follow_ball.xml."""
         color: str = "green"  # input
         error_u = error_v = 0.0  # pixels from the image's center, right and down
         ball_seen = False

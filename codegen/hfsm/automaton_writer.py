@@ -42,28 +42,28 @@ Line = str | CodeLines
 
 @dataclass(frozen=True, slots=True)
 class Method:
-    """A method that makes an automaton, and how it is called for that.
+    """A method that makes an automaton: how it is called for that, and whose automaton it is, in words.
 
     Several automata that are imported from one place share one, which takes the name and the id.
     """
 
     name: str
     call: str
+    role: str
     is_shared: bool = False
 
 
 class AutomatonWriter:
-    """Write the method of one automaton, which the state `owner` owns, or None.
+    """Write the method of one automaton.
 
     `automata` are all automata of the component by id, and `methods` the methods that make them. `name` is
-    that of the component, `path` and `source` are the file in which the automaton stands and what messages
+    that of the automaton, `path` and `source` are the file in which the automaton stands and what messages
     call it, where that is not the document itself. `needs` are the names that it takes from `hfsm_runtime`.
     """
 
     def __init__(
         self,
         code: AutomatonCode,
-        owner: State | None,
         automata: Mapping[int, Automaton],
         methods: Mapping[int, Method],
         *,
@@ -71,7 +71,7 @@ class AutomatonWriter:
         path: Path,
         source: str,
     ) -> None:
-        self._code, self._owner, self._automata, self._methods = code, owner, automata, methods
+        self._code, self._automata, self._methods = code, automata, methods
         self._automaton = automaton = code.automaton
         self._path, self._source = path, source
         self._shared = {name for piece in code.by_owner.values() for name in code.shared_names(piece)}
@@ -79,7 +79,7 @@ class AutomatonWriter:
         for piece in (*code.by_owner.values(), *([] if code.variables is None else [code.variables])):
             self._taken |= piece.bound | piece.used
         self._method = methods[automaton.id]
-        self._name, self._number = quoted(owner.name if owner else name), str(automaton.id)
+        self._name, self._number = quoted(name), str(automaton.id)
         if self._method.is_shared:
             self._name, self._number = self._unused("name"), self._unused("number")
         self._functions: list[Line] = []
@@ -109,15 +109,13 @@ class AutomatonWriter:
 
     def lines(self) -> Iterator[Line]:
         """Yield the method."""
-        automaton, variables, owner = self._automaton, self._code.variables, self._owner
-        role = f"the state {owner.name!r}" if owner else "the component"
+        automaton, variables = self._automaton, self._code.variables
         parameters = "self"
         if self._method.is_shared:
-            role = "one of several states"
             parameters = f"self, {self._name}: str, {self._number}: int"
         source = f", from {self._source}" if self._source else ""
         yield f"    def {self._method.name}({parameters}) -> Automaton:"
-        yield f'        """Return the automaton of {docstring(role + source)}."""'
+        yield f'        """Return the automaton of {docstring(self._method.role + source)}."""'
         declared = {item.name for item in automaton.inputs}
         for item in automaton.inputs:
             default = _default(item)

@@ -86,7 +86,7 @@ class Imports(Component, document="imports.xml", on_error="stop"):
         )
 
     def automaton_patrol(self, name: str, number: int) -> Automaton:
-        """Return the automaton of one of several states, from library/patrol.xml."""
+        """Return the automaton of each state 'turn', from library/patrol.xml."""
 
         turning = State("turning", initial=True)
         turned = State("turned", final=True)
