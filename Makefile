@@ -35,7 +35,7 @@ all-tests:
 	@$(BIN)/python -m pytest -n 3 --dist loadgroup -q --durations=10
 
 docs: $(VENV)/dev.stamp ## Build the documentation as a site in site/
-	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet && echo "the site is in site/; $(BIN)/mkdocs serve shows it, with search"
+	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --clean && echo "the site is in site/; $(BIN)/mkdocs serve shows it, with search"
 
 lint: $(VENV)/dev.stamp ## Check format, style, types, import rules and generated files
 	$(BIN)/ruff format --check .
