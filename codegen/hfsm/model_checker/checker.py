@@ -14,8 +14,8 @@ from ..document import Document, Text
 from .commands import Commands, Operations
 from .conflicts import Conflict, Use, find_conflicts, uses_of
 from .exploration import Budget
-from .fireability import Events, analyze, events_of
-from .model import AutomatonModel, Model, StateModel, TransitionModel, read_model
+from .fireability import analyze, events_of
+from .model import AutomatonModel, Model, StateModel, TransitionModel, condition_of, read_model
 from .properties import PropertyResult, Verdict, check_property
 from .reachability import (
     Reachability,
@@ -86,26 +86,25 @@ def check_model(
     uses = uses_of(model, Commands(model.analysis, operations))
     doubtful = (*model.doubtful, *events.places)
     if not doubtful:
-        return _check(model, events, uses, Budget(limit))
-    report = _check(model, events, uses, Budget(limit // 2))
+        return _check(model, events.outside, uses, Budget(limit))
+    report = _check(model, events.outside | events.unclear, uses, Budget(limit // 2))
     trusting = read_model(document, path, analysis=model.analysis, trusting=True)
-    likely = _check(trusting, events.certain, uses, Budget(limit // 2))
+    likely = _check(trusting, events.outside, uses, Budget(limit // 2))
     return _agreed(report, likely, doubtful)
 
 
-def _check(model: Model, events: Events, uses: list[list[Use]], budget: Budget) -> ModelReport:
+def _check(model: Model, events: frozenset[str], uses: list[list[Use]], budget: Budget) -> ModelReport:
     fireability = analyze(model, events)
-    reached = find_reachable(model, fireability, budget.share(4))
-    conflicts, unclear = find_conflicts(model, uses, fireability, reached, budget.share(3))
+    reached = find_reachable(fireability, budget.share(4))
+    conflicts, unclear = find_conflicts(uses, fireability, reached, budget.share(3))
     stated = model.document.properties
     properties = [
-        check_property(model, one, fireability, budget.share(len(stated) - done))
-        for done, one in enumerate(stated)
+        check_property(one, fireability, budget.share(len(stated) - done)) for done, one in enumerate(stated)
     ]
     return ModelReport(
         model=model,
-        states=tuple(state_results(model, fireability, reached)),
-        transitions=tuple(transition_results(model, fireability, reached)),
+        states=tuple(state_results(fireability, reached)),
+        transitions=tuple(transition_results(fireability, reached)),
         conflicts=tuple(conflicts),
         properties=tuple(properties),
         work=budget.spent,
@@ -222,9 +221,8 @@ class _Reporter:
         source = transition.source
         code, text, notes = Code.NEVER_FIRES, source.trigger, list[Note]()
         if result.why is WhyNever.GUARD:
-            is_condition = source.type == "condition"
-            text = source.trigger if is_condition else source.guard
-            why = f"its {'condition' if is_condition else 'guard'} is always false"
+            text = condition_of(source)
+            why = f"its {'condition' if source.type == 'condition' else 'guard'} is always false"
         elif result.why is WhyNever.CHILDREN:
             code, text = Code.NEVER_FINISHES, Text()
             why, notes = self._endless(model.states[transition.origin])

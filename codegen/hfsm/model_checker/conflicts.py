@@ -13,7 +13,7 @@ from .commands import Command, Commands
 from .counterexample import Counterexample, counterexample
 from .exploration import Budget, find
 from .fireability import Fireability
-from .model import AutomatonModel, Model
+from .model import AutomatonModel, Model, condition_of
 from .reachability import Reached
 from .transition_system import ACTIVE, RUNNING, Configuration, TransitionSystem
 
@@ -73,8 +73,10 @@ def _uses(model: Model, automaton: AutomatonModel, commands: Commands) -> Iterat
         texts += [("argument", argument.value, None) for argument in source.arguments]
         for transition in state.outgoing:
             item = transition.source
-            guard = item.trigger if item.type == "condition" else item.guard
-            texts += [("guard", guard, transition.index), ("transition", item.code, transition.index)]
+            texts += [
+                ("guard", condition_of(item), transition.index),
+                ("transition", item.code, transition.index),
+            ]
         for piece, text, number in texts:
             path = (source if number is None else automaton.source.transitions[number]).path or model.path
             place = Location(path, max(1, text.line), max(1, text.column))
@@ -88,38 +90,33 @@ def _uses(model: Model, automaton: AutomatonModel, commands: Commands) -> Iterat
 
 
 def find_conflicts(
-    model: Model, uses: list[list[Use]], fireability: Fireability, reached: Reached, budget: Budget
+    uses: list[list[Use]], fireability: Fireability, reached: Reached, budget: Budget
 ) -> tuple[list[Conflict], list[Note]]:
     """Return the pairs of automata that command one servant side by side, each pair and servant once.
 
     The notes show code that cannot be followed, and because of which there may be others.
     """
-    finder = _Finder(model, fireability, reached)
     possible = [[use for use in of_one if _is_possible(use, fireability)] for of_one in uses]
     pairs: list[tuple[list[Use], list[Use]]] = []
     unclear: list[tuple[list[Use], list[Use]]] = []
     for of_one, of_other in combinations(possible, 2):
         for servant in sorted({use.command.identity for use in of_one if use.command is not ANYTHING}):
-            first, second = _of_servant(of_one, servant), _of_servant(of_other, servant)
-            if second:
-                pairs.append((first, second))
-        for one, other in ((of_one, of_other), (of_other, of_one)):
-            anything = _of_servant(one, ANYTHING.identity)
-            if anything and other:
-                unclear.append((anything, other) if one is of_one else (other, anything))
+            second = _of_servant(of_other, servant)
+            pairs += [(_of_servant(of_one, servant), second)] if second else []
+        one, other = (_of_servant(uses, ANYTHING.identity) for uses in (of_one, of_other))
+        unclear += [(one, of_other)] if one and of_other else []
+        unclear += [(of_one, other)] if of_one and other else []
     conflicts: list[Conflict] = []
     notes: dict[Location, Note] = {}
     for done, (first, second) in enumerate([*pairs, *unclear]):
         share = budget.share(len(pairs) + len(unclear) - done)
-        conflict = finder.conflict(first, second, share)
-        if conflict is None:
-            continue
-        if done < len(pairs):
+        conflict = _conflict(first, second, fireability, reached, share)
+        if conflict is not None and done < len(pairs):
             conflicts.append(conflict)
-            continue
-        for use in (first[0], second[0]):
-            if use.command is ANYTHING:
-                notes.setdefault(use.place, Note("this code may command any servant", use.place))
+        elif conflict is not None:
+            for use in (first[0], second[0]):
+                if use.command is ANYTHING:
+                    notes.setdefault(use.place, Note("this code may command any servant", use.place))
     return conflicts, list(notes.values())
 
 
@@ -134,67 +131,59 @@ def _is_possible(use: Use, fireability: Fireability) -> bool:
     return use.state in fireability.states[use.automaton]
 
 
-class _Finder:
-    def __init__(self, model: Model, fireability: Fireability, reached: Reached) -> None:
-        self._model = model
-        self._fireability = fireability
-        self._reached = reached
+def _conflict(
+    first: list[Use], second: list[Use], fireability: Fireability, reached: Reached, budget: Budget
+) -> Conflict | None:
+    """Return how two automata command one servant; `first` comes before in the model."""
+    model, a, b = fireability.model, first[0].automaton, second[0].automaton
+    owners = {above.index: owner.index for above, owner in model.ancestors(b)}
+    if a in owners:
+        return _nested([use for use in first if use.state == owners[a]], second, reached)
+    for above, owner in model.ancestors(a):
+        if above.index in owners:
+            together = owners[above.index] == owner.index
+            system = TransitionSystem([a, b], fireability)
+            return _side_by_side(system, first, second, budget) if together else None
+    return None
 
-    def conflict(self, first: list[Use], second: list[Use], budget: Budget) -> Conflict | None:
-        """Return how two automata command one servant; `first` comes before in the model."""
-        a, b = first[0].automaton, second[0].automaton
-        owners = {above.index: owner.index for above, owner in self._model.ancestors(b)}
-        if a in owners:
-            return self._nested([use for use in first if use.state == owners[a]], second)
-        for above, owner in self._model.ancestors(a):
-            if above.index in owners:
-                together = owners[above.index] == owner.index
-                return self._side_by_side(first, second, budget) if together else None
+
+def _nested(above: list[Use], below: list[Use], reached: Reached) -> Conflict | None:
+    # of the state above only code and guards run again and again: its entry and exit have their own time
+    above = [use for use in above if use.piece in ("code", "guard")]
+    index = below[0].automaton
+    seen = [use for use in below if use.state in reached.states[index]]
+    if not above or not (seen or index in reached.unknown):
         return None
+    one, other = above[0], (seen or below)[0]
+    return Conflict(one, other, nested=True, certain=bool(seen) and one.certain and other.certain)
 
-    def _nested(self, above: list[Use], below: list[Use]) -> Conflict | None:
-        # of the state above only code and guards run again and again: its entry and exit have their own time
-        above = [use for use in above if use.piece in ("code", "guard")]
-        index = below[0].automaton
-        seen = [use for use in below if use.state in self._reached.states[index]]
-        if not above or not (seen or index in self._reached.unknown):
-            return None
-        one, other = above[0], (seen or below)[0]
-        return Conflict(one, other, nested=True, certain=bool(seen) and one.certain and other.certain)
 
-    def _side_by_side(self, first: list[Use], second: list[Use], budget: Budget) -> Conflict | None:
-        a, b = first[0].automaton, second[0].automaton
-        system = TransitionSystem(self._model, [a, b], self._fireability)
-        one, other = system.position[a], system.position[b]
-        of_one, of_other = (_by_state(uses) for uses in (first, second))
+def _side_by_side(
+    system: TransitionSystem, first: list[Use], second: list[Use], budget: Budget
+) -> Conflict | None:
+    a, b = first[0].automaton, second[0].automaton
+    one, other = system.position[a], system.position[b]
+    of_one, of_other = _by_state(first), _by_state(second)
 
-        def both(configuration: Configuration) -> bool:
-            return (
-                configuration[one][1] & RUNNING == ACTIVE
-                and configuration[other][1] & RUNNING == ACTIVE
-                and configuration[one][0] in of_one
-                and configuration[other][0] in of_other
-            )
-
-        goals = [(a, min(of_one)), (b, min(of_other))]
-        outcome = find(system, both, budget, goals=goals, lasting=True)
-        run = outcome.run
-        if run is None:
-            certain = outcome.complete
-            return None if certain else Conflict(first[0], second[0], nested=False, certain=False)
-        last = run.moves[-1].configuration if run.moves else run.start
-        found, found_too = of_one[last[one][0]], of_other[last[other][0]]
-        return Conflict(
-            found,
-            found_too,
-            nested=False,
-            certain=found.certain and found_too.certain,
-            counterexample=counterexample(run),
+    def both(configuration: Configuration) -> bool:
+        return (
+            configuration[one][1] & RUNNING == ACTIVE
+            and configuration[other][1] & RUNNING == ACTIVE
+            and configuration[one][0] in of_one
+            and configuration[other][0] in of_other
         )
+
+    goals = [(a, min(of_one)), (b, min(of_other))]
+    outcome = find(system, both, budget, goals=goals, lasting=True)
+    run = outcome.run
+    if run is None:
+        return None if outcome.complete else Conflict(first[0], second[0], nested=False, certain=False)
+    last = run.moves[-1].configuration if run.moves else run.start
+    uses = of_one[last[one][0]], of_other[last[other][0]]
+    certain = all(use.certain for use in uses)
+    return Conflict(*uses, nested=False, certain=certain, counterexample=counterexample(run))
 
 
 def _by_state(uses: list[Use]) -> dict[int, Use]:
-    found: dict[int, Use] = {}
-    for use in uses:
-        found.setdefault(use.state, use)
-    return found
+    """Return one use in each state, the first."""
+    return {use.state: use for use in reversed(uses)}

@@ -125,24 +125,21 @@ class _Parser:
         self._depth += 1
         if self._depth > _DEEPEST:
             raise ExpressionError(f"this is nested deeper than {_DEEPEST}", self._token.offset)
-        left = self._disjunction()
+        left = self._several("or", lambda: self._several("and", self._negation))
         if self._accept("arrow"):
             right = self._implication()
             left = _joined([left, right], lambda holds: lambda c: not holds[0](c) or holds[1](c))
         self._depth -= 1
         return left
 
-    def _disjunction(self) -> Expression:
-        found = [self._conjunction()]
-        while self._accept("or"):
-            found.append(self._conjunction())
-        return found[0] if len(found) == 1 else _joined(found, lambda h: lambda c: any(one(c) for one in h))
-
-    def _conjunction(self) -> Expression:
-        found = [self._negation()]
-        while self._accept("and"):
-            found.append(self._negation())
-        return found[0] if len(found) == 1 else _joined(found, lambda h: lambda c: all(one(c) for one in h))
+    def _several(self, word: str, part: Callable[[], Expression]) -> Expression:
+        found = [part()]
+        while self._accept(word):
+            found.append(part())
+        combine = any if word == "or" else all
+        return (
+            found[0] if len(found) == 1 else _joined(found, lambda h: lambda c: combine(one(c) for one in h))
+        )
 
     def _negation(self) -> Expression:
         negated = False

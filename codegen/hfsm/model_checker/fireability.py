@@ -2,14 +2,13 @@
 
 The environment of an automaton wakes it and makes it a ghost as it likes, which is more than it can, and
 sends the events that may come from outside or from code that may run. What is missing here is missing in
-every run. For most automata the result is exact, too: see `Fireability.exact`. Times are active time in ns
-since the automaton began.
+every run. Times are active time in ns since the automaton began.
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from typing import Final
 
 from ...diagnostics import Note
@@ -25,98 +24,62 @@ __all__ = ["Events", "Fireability", "analyze", "events_of"]
 
 @dataclass(frozen=True)
 class Events:
-    """The events of a document. Those from `outside` and from functions may arrive at any time.
+    """The events that may arrive at any time: from `outside` and from functions, which anything may call.
 
-    Code that cannot be followed may send `unclear` ones.
+    Code that cannot be followed, at `places`, may send the `unclear` ones.
     """
 
-    all: frozenset[str]
     outside: frozenset[str]
     unclear: frozenset[str] = frozenset()
-    analysis: Analysis = field(kw_only=True, repr=False, compare=False)
     places: tuple[Note, ...] = ()
-    """Where the code is that cannot be followed."""
-
-    @property
-    def certain(self) -> Events:
-        """The same without what is unclear."""
-        return replace(self, outside=self.outside - self.unclear, unclear=frozenset(), places=())
-
-    def sent_in(
-        self, possible: Iterable[tuple[AutomatonModel, Collection[int], Collection[int]]]
-    ) -> frozenset[str]:
-        """Return the events that may arrive when these states and transitions of automata are possible."""
-        sent = set(self.outside)
-        for automaton, states, transitions in possible:
-            for state in automaton.states:
-                if state.index in states:
-                    source = state.source
-                    values = [argument.value for argument in source.arguments]
-                    sent |= self._sent(source.entry, source.code, source.exit, *values)
-            for transition in automaton.transitions:
-                if transition.index in transitions:
-                    sent |= self._sent(transition.source.code)
-            if states:  # guards are asked although they do not hold
-                sent |= self._sent(
-                    *(
-                        text
-                        for item in automaton.transitions
-                        for text in (item.source.guard, item.source.trigger)
-                    )
-                )
-        return frozenset(sent)
-
-    def _sent(self, *texts: Text) -> frozenset[str]:
-        return _names(self.analysis, texts)
 
 
-def _names(analysis: Analysis, texts: Iterable[Text]) -> frozenset[str]:
+def events_of(model: Model) -> Events:
+    """Return the events that do not depend on what automata do.
+
+    All code counts as able to send what cannot be followed; so does hand-written code beside the document.
+    """
+    document, automata = model.document, model.automata
+    waited_for = frozenset(each.event for one in automata for each in one.transitions if each.event)
+    declared = frozenset(event.name.strip() for event in document.events)
+    if is_foreign(document):
+        return Events(waited_for | declared)
+    always = [text for automaton in document.automata for text in (automaton.functions, automaton.variables)]
+    always += [functions.text for functions in document.functions]
+    outside = declared | _sent(model.analysis, always)
+    places = tuple(unclear_sends(model.analysis)) if waited_for - outside else ()
+    return Events(outside, waited_for - outside if places else frozenset(), places)
+
+
+def _sent(analysis: Analysis, texts: Iterable[Text]) -> frozenset[str]:
     """Return the events that code certainly sends."""
     pieces = map(analysis.piece, texts)
     return frozenset[str]().union(*(sends_of(piece.tree).names for piece in pieces if piece is not None))
 
 
-def events_of(model: Model) -> Events:
-    """Return the events that the transitions of a document wait for, and those that come from outside.
-
-    What functions and variables send counts as from outside: they may be called from anywhere. All code
-    counts as able to send what cannot be followed, and so does hand-written code beside the document.
-    """
-    document = model.document
-    waited_for = frozenset(
-        transition.event
-        for automaton in model.automata
-        for transition in automaton.transitions
-        if transition.event
-    )
-    declared = frozenset(event.name.strip() for event in document.events)
-    analysis = model.analysis
-    if is_foreign(document):
-        return Events(waited_for, waited_for | declared, analysis=analysis)
-    always = [text for automaton in document.automata for text in (automaton.functions, automaton.variables)]
-    always += [functions.text for functions in document.functions]
-    outside = declared | _names(analysis, always)
-    places = tuple(unclear_sends(analysis)) if waited_for - outside else ()
-    unclear = waited_for - outside if places else frozenset()
-    return Events(waited_for, outside | unclear, unclear, analysis=analysis, places=places)
-
-
-_FINISHED: Final = "children finished"
-"""The atom that stands for `the children have finished`."""
-
-_Entry = tuple[int, bool]
-"""A state, and whether the automaton began in it; else a transition led there."""
-
-_Candidates = list[tuple[TransitionModel, Conjunction]]
+def _running(
+    automaton: AutomatonModel, states: Collection[int], transitions: Collection[int]
+) -> Iterator[Text]:
+    """Yield the code that may run when these states and transitions of an automaton are possible."""
+    for state in automaton.states:
+        if state.index in states:
+            yield from (state.source.entry, state.source.code, state.source.exit)
+            yield from (argument.value for argument in state.source.arguments)
+    for transition in automaton.transitions:
+        if states:  # guards are asked although they do not hold
+            yield from (transition.source.guard, transition.source.trigger)
+        if transition.index in transitions:
+            yield transition.source.code
 
 
 @dataclass(frozen=True)
 class Fireability:
-    """The transitions that may fire and the states that may be entered, by automaton, at most.
+    """The transitions of a model that may fire and the states that may be entered, by automaton, at most.
 
     `finishing` are the automata that may finish, `events` those that may come.
     """
 
+    model: Model
     transitions: tuple[frozenset[int], ...]
     states: tuple[frozenset[int], ...]
     finishing: frozenset[int]
@@ -127,38 +90,46 @@ class Fireability:
         return transition.index in self.transitions[automaton]
 
 
-def analyze(model: Model, events: Events) -> Fireability:
-    """Return what the automata of a model can do at most, each looked at by itself.
+def analyze(model: Model, outside: frozenset[str]) -> Fireability:
+    """Return what the automata of a model can do at most, when events come from `outside`.
 
     What automata need of one another, events and finished children, starts at nothing and grows until it is
     what they give.
     """
-    finished: frozenset[int] = frozenset()
-    coming = events.outside
+    finished, coming = frozenset[int](), outside
     while True:
-        found = [_Solitary(model, automaton, finished, coming) for automaton in model.automata]
-        for automaton, one in zip(model.automata, found, strict=True):
-            if automaton.parent >= 0:
-                owner = model.automata[automaton.parent].states[automaton.owner]
-                if owner.final or owner.index not in found[automaton.parent].states:
-                    one.states, one.transitions = frozenset(), frozenset()
+        states: list[frozenset[int]] = []
+        transitions: list[frozenset[int]] = []
+        sent = outside
+        for automaton in model.automata:
+            owner = (
+                model.automata[automaton.parent].states[automaton.owner] if automaton.parent >= 0 else None
+            )
+            if owner is None or (not owner.final and owner.index in states[automaton.parent]):
+                alone = _Solitary(model, automaton, finished, coming)
+                states.append(alone.states)
+                transitions.append(alone.transitions)
+            else:
+                states.append(frozenset())
+                transitions.append(frozenset())
+            sent |= _sent(model.analysis, _running(automaton, states[-1], transitions[-1]))
         finishing = frozenset(
             automaton.index
-            for automaton, one in zip(model.automata, found, strict=True)
-            if any(automaton.states[state].final for state in one.states)
-        )
-        sent = events.sent_in(
-            (automaton, one.states, one.transitions)
-            for automaton, one in zip(model.automata, found, strict=True)
+            for automaton in model.automata
+            if any(automaton.states[state].final for state in states[automaton.index])
         )
         if (finishing, sent) == (finished, coming):
-            return Fireability(
-                transitions=tuple(one.transitions for one in found),
-                states=tuple(one.states for one in found),
-                finishing=finishing,
-                events=sent,
-            )
+            return Fireability(model, tuple(transitions), tuple(states), finished, sent)
         finished, coming = finishing, sent
+
+
+_FINISHED: Final = "children finished"
+"""The atom that stands for `the children have finished`."""
+
+_Entry = tuple[int, bool]
+"""A state, and whether the automaton began in it; else a transition led there."""
+
+_Candidates = list[tuple[TransitionModel, Conjunction]]
 
 
 class _Solitary:

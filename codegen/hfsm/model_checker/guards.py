@@ -18,7 +18,7 @@ from typing import Final
 from ..analysis import Analysis
 from ..code.text import all_nodes
 from ..code.values import truth
-from ..document import Automaton, Text, Transition
+from ..document import Text
 
 __all__ = ["Answer", "Answers", "Conjunction", "conjunction", "satisfy"]
 
@@ -206,12 +206,9 @@ class Answers:
                 case ast.ClassDef():
                     self._is_opaque = True
 
-    def of_state(self, automaton: Automaton, outgoing: Iterable[Transition]) -> list[Answer]:
-        """Return what the guards of the transitions out of a state answer, one for each, guarded or not."""
-        found = [
-            self._guard(item.trigger if item.type == "condition" else item.guard, automaton.id)
-            for item in outgoing
-        ]
+    def of_state(self, automaton: int, guards: Iterable[Text]) -> list[Answer]:
+        """Return what guards of the transitions out of a state answer, also blank ones."""
+        found = [self._guard(guard, automaton) for guard in guards]
         is_changing = any(Answer.CHANGES in each for each in found)
         return [each | Answer.UNKNOWN if is_changing else each for each in found]
 

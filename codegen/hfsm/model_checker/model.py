@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Final
@@ -17,10 +17,17 @@ from ..code.values import milliseconds
 from ..document import DEFAULT_PERIOD, Automaton, Document, State, Text, Transition
 from .guards import Answer, Answers, Conjunction, conjunction
 
-__all__ = ["AutomatonModel", "Model", "StateModel", "TransitionModel", "nanoseconds", "read_model"]
+__all__ = [
+    "AutomatonModel",
+    "Model",
+    "StateModel",
+    "TransitionModel",
+    "condition_of",
+    "nanoseconds",
+    "read_model",
+]
 
 _DEEPEST: Final = 200
-_UNSURE: Final = Answer.UNKNOWN | Answer.OTHER
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,16 +164,15 @@ class _Reader:
         first: dict[int, int] = {}
         for number, state in enumerate(source.states):
             first.setdefault(state.id, number)
-        transitions: dict[int, TransitionModel] = {}
-        for number, item in enumerate(source.transitions):
-            if item.origin in first and item.destination in first:
-                transitions[number] = self._transition(number, item, first)
-        numbers = {id(item): number for number, item in enumerate(source.transitions)}
-        leaving = source.all_outgoing()
-        for of_state in leaving.values():
-            outgoing = [transitions.get(numbers[id(item)]) for item in of_state]
-            for model in self._separated(source, [model for model in outgoing if model is not None], first):
-                transitions[model.index] = model
+        transitions = {
+            id(item): self._transition(number, item, first)
+            for number, item in enumerate(source.transitions)
+            if item.origin in first and item.destination in first
+        }
+        outgoing: dict[int, tuple[TransitionModel, ...]] = {}
+        for leaving, items in source.all_outgoing().items():
+            known = [transitions[id(item)] for item in items if id(item) in transitions]
+            outgoing[leaving] = tuple(self._separated(source, known))
         states = []
         for number, state in enumerate(source.states):
             found = [self._sources.get(child) for child in dict.fromkeys(state.children)]
@@ -174,7 +180,6 @@ class _Reader:
                 child for child in found if child is not None and child.states and child.id not in self._seen
             ]
             children = [self._read(child, index, number, depth + 1) for child in below if depth < _DEEPEST]
-            outgoing = [transitions.get(numbers[id(item)]) for item in leaving.get(state.id, ())]
             arguments = bool(state.arguments) and not state.final
             states.append(
                 StateModel(
@@ -184,93 +189,96 @@ class _Reader:
                     owes=not state.entry.is_blank or arguments,
                     restart=state.history.text.strip().lower() == "restart",
                     children=tuple(children),
-                    outgoing=tuple(item for item in outgoing if item is not None),
+                    outgoing=outgoing.get(state.id, ()),
                 )
             )
         initial = next((number for number, state in enumerate(source.states) if state.initial), 0)
         interval = nanoseconds(source.iteration_time) or nanoseconds(Text(DEFAULT_PERIOD)) or 1
         self._found[index] = AutomatonModel(
-            index, source, parent, owner, interval, initial, tuple(states), tuple(transitions.values())
+            index,
+            source,
+            parent,
+            owner,
+            interval,
+            initial,
+            tuple(states),
+            tuple(each for of_one in outgoing.values() for each in of_one),
         )
         return index
 
-    def _transition(
-        self, number: int, source: Transition, states: Mapping[int, int], *, is_steady: bool = True
-    ) -> TransitionModel:
-        delay, event, kind = 0, "", source.type
-        needs: Conjunction | None = ()
-        guard = source.guard
-        if kind == "time":
-            is_time = transition_time(source.trigger) is not None
-            time = (nanoseconds(source.trigger) or 1) if is_time else None  # 0 is the next cycle
-            delay, needs = (0, None) if time is None else (time, ())
-        elif kind == "event":
-            event = source.trigger.text.strip()
-            needs = ((f"event {event}", True),) if event else None
-        elif kind != "finished":
-            guard = source.trigger
-        if needs is not None and (not guard.is_blank or kind == "condition"):
-            more = self._guard(guard, number, event, is_steady=is_steady)
-            needs = None if more is None else needs + more
+    def _transition(self, number: int, source: Transition, states: Mapping[int, int]) -> TransitionModel:
+        is_timed = source.type == "time" and transition_time(source.trigger) is not None
         return TransitionModel(
             index=number,
             source=source,
             origin=states[source.origin],
             target=states[source.destination],
-            delay=delay,
-            event=event,
-            finished=kind == "finished",
-            needs=needs,
-            guarded=not guard.is_blank,
+            delay=(nanoseconds(source.trigger) or 1) if is_timed else 0,  # 0 is the next cycle
+            event=source.trigger.text.strip() if source.type == "event" else "",
+            finished=source.type == "finished",
+            needs=self._needs(number, source),
+            guarded=not condition_of(source).is_blank,
         )
 
-    def _guard(self, guard: Text, number: int, event: str, *, is_steady: bool = True) -> Conjunction | None:
+    def _needs(self, number: int, source: Transition, *, is_steady: bool = True) -> Conjunction | None:
+        """Return what a transition needs beside time and children."""
+        event = source.trigger.text.strip() if source.type == "event" else ""
+        if source.type == "time" and transition_time(source.trigger) is None:
+            return None
+        if source.type == "event" and not event:
+            return None
+        arrives: Conjunction = ((f"event {event}", True),) if event else ()
+        guard = condition_of(source)
+        if guard.is_blank and source.type != "condition":
+            return arrives
         text = guard.text.strip()
         unique = f"{text} [{number}]"
-        needs: Conjunction | None = ((text or unique, True),)
+        holds: Conjunction | None = ((text or unique, True),)
         if self._python and text:
             piece = self._analysis.piece(guard)
             tree = None if piece is None else piece.expression
-            needs = conjunction(tree, text, unique, is_steady=is_steady)
-        if needs is None or not event:
-            return needs
-        return tuple((f"{atom} [{event}]", value) for atom, value in needs)
+            holds = conjunction(tree, text, unique, is_steady=is_steady)
+        if holds is None or not event:
+            return holds
+        return (*arrives, *((f"{atom} [{event}]", value) for atom, value in holds))
 
     @cached_property
     def _answers(self) -> Answers:
         return Answers(self._analysis)
 
-    def _separated(
-        self, source: Automaton, outgoing: list[TransitionModel], states: Mapping[int, int]
-    ) -> Iterator[TransitionModel]:
-        """Yield the transitions out of a state whose guards may answer unlike others of the same text.
-
-        Each of them has an atom of its own.
-        """
-        guards = [(model.needs or ())[1 if model.event else 0 :] for model in outgoing]
-        atoms = Counter(atom for needs in guards for atom, _ in needs)
+    def _separated(self, source: Automaton, outgoing: list[TransitionModel]) -> Iterator[TransitionModel]:
+        """Yield the transitions out of a state: those that may answer unlike others get own atoms."""
+        atoms = Counter(atom for model in outgoing for atom, _ in model.needs or () if model.guarded)
+        for model in outgoing:
+            if model.event:
+                del atoms[f"event {model.event}"]
         is_entangled = any(count > 1 for count in atoms.values()) or any(
             model.guarded and model.needs is None for model in outgoing
         )
         if not self._python or not is_entangled:
+            yield from outgoing
             return
-        answers = self._answers.of_state(source, [model.source for model in outgoing])
+        answers = self._answers.of_state(source.id, [condition_of(model.source) for model in outgoing])
         for model, answer in zip(outgoing, answers, strict=True):
-            item = model.source
-            if not model.guarded or not answer & _UNSURE:
-                continue
-            if Answer.OTHER not in answer:
-                text = item.trigger if item.type == "condition" else item.guard
-                path = item.path or self._analysis.path
-                place = Location(path, text.line or item.line, max(1, text.column))
+            is_other, is_unsure = Answer.OTHER in answer, Answer.UNKNOWN in answer
+            if model.guarded and is_unsure and not is_other:
+                text = condition_of(model.source)
+                path = model.source.path or self._analysis.path
+                place = Location(path, text.line or model.source.line, max(1, text.column))
                 self.doubtful.append(Note("this guard may answer otherwise when it is asked again", place))
-            if Answer.OTHER in answer or not self._trusting:
-                yield self._transition(model.index, item, states, is_steady=False)
+            if model.guarded and (is_other or (is_unsure and not self._trusting)):
+                yield replace(model, needs=self._needs(model.index, model.source, is_steady=False))
+            else:
+                yield model
+
+
+def condition_of(transition: Transition) -> Text:
+    """Return the condition or the guard of a transition."""
+    return transition.trigger if transition.type == "condition" else transition.guard
 
 
 def nanoseconds(text: Text) -> int | None:
     """Return milliseconds that a person wrote in ns, or None when they are no positive time."""
     value = milliseconds(text)
-    return (
-        None if value is None else round(value / 1000 * 1e9)
-    )  # by the seconds in which components are written
+    # by the seconds in which components are written
+    return None if value is None else round(value / 1000 * 1e9)

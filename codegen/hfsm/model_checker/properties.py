@@ -16,7 +16,7 @@ from .counterexample import Counterexample, counterexample
 from .exploration import Budget, find, find_avoiding
 from .expressions import Expression, ExpressionError, parse
 from .fireability import Fireability
-from .model import Model, StateModel, nanoseconds
+from .model import StateModel, nanoseconds
 from .transition_system import ACTIVE, FINISHED, Configuration, Local, TransitionSystem
 
 __all__ = ["PropertyResult", "Verdict", "check_property"]
@@ -25,11 +25,12 @@ _MOST: Final = 20_000
 """Configurations to look at; of more nothing is said."""
 
 
-def may_hold(model: Model, expression: Expression, wanted: bool, fireability: Fireability) -> bool:
+def may_hold(expression: Expression, wanted: bool, fireability: Fireability) -> bool:
     """Return whether an expression may have a value, false only if it is certain that it never has.
 
     All is looked at that the tree of automata allows; one state stands for all that nobody asks for.
     """
+    model = fireability.model
     above = {above.index for index in expression.automata for above, _ in model.ancestors(index)}
     looked_at = sorted({0, *expression.automata, *above})
     holds = expression.bind({index: position for position, index in enumerate(looked_at)})
@@ -96,9 +97,7 @@ class PropertyResult:
     """What is wrong with its kind or its time."""
 
 
-def check_property(
-    model: Model, stated: Property, fireability: Fireability, budget: Budget
-) -> PropertyResult:
+def check_property(stated: Property, fireability: Fireability, budget: Budget) -> PropertyResult:
     """Prove a property of all runs, or find one that violates it."""
     kind = stated.kind.strip()
     if kind not in KINDS:
@@ -108,18 +107,18 @@ def check_property(
         written = stated.within.text.strip()[:40]
         return _invalid(stated, f"`within` is a positive number of milliseconds, not `{written}`")
     try:
-        expression = parse(stated.expression.text, model)
+        expression = parse(stated.expression.text, fireability.model)
     except ExpressionError as error:
         return PropertyResult(stated, Verdict.INVALID, error=error)
-    if not model.automata:
+    if not fireability.model.automata:
         return _invalid(stated, "there is no automaton")
-    system = TransitionSystem(model, expression.automata or {0}, fireability)
+    system = TransitionSystem(expression.automata or {0}, fireability)
     holds = expression.bind(system.position)
     if kind == "eventually":
         outcome = find_avoiding(system, holds, budget, within)
     else:
         bad = kind == "never"
-        if not may_hold(model, expression, bad, fireability):
+        if not may_hold(expression, bad, fireability):
             return PropertyResult(stated, Verdict.HOLDS)
         goals = expression.states
         outcome = find(system, lambda each: holds(each) is bad, budget, within=within, goals=goals)

@@ -8,7 +8,7 @@ from enum import StrEnum
 from .exploration import Budget, Exploration, newness
 from .fireability import Fireability
 from .guards import satisfy
-from .model import AutomatonModel, Model, StateModel, TransitionModel
+from .model import AutomatonModel, StateModel, TransitionModel
 from .transition_system import TransitionSystem
 
 __all__ = [
@@ -31,7 +31,7 @@ class Reachability(StrEnum):
 
 
 class WhyNever(StrEnum):
-    """Why a transition never fires, or a state is never entered."""
+    """Why a transition never fires; of states only GRAPH is told."""
 
     NONE = ""
     GRAPH = "graph"
@@ -81,8 +81,9 @@ class Reached:
     """The automata of which only what is here is known to be possible."""
 
 
-def find_reachable(model: Model, fireability: Fireability, budget: Budget) -> Reached:
+def find_reachable(fireability: Fireability, budget: Budget) -> Reached:
     """Find out what is possible in each automaton, together with those that it depends on."""
+    model = fireability.model
     seen: set[tuple[int, int]] = set()
     transitions: list[set[int]] = [set() for _ in model.automata]
     unknown: set[int] = set()
@@ -96,7 +97,7 @@ def find_reachable(model: Model, fireability: Fireability, budget: Budget) -> Re
     for done, index in enumerate(live):
         if is_settled(index):
             continue
-        system = TransitionSystem(model, [index], fireability)
+        system = TransitionSystem([index], fireability)
         rank = newness(system, seen)
         exploration = Exploration(system, budget.share(len(live) - done), rank=rank)
         rank(exploration.start)
@@ -117,43 +118,42 @@ def find_reachable(model: Model, fireability: Fireability, budget: Budget) -> Re
     )
 
 
-def state_results(model: Model, fireability: Fireability, reached: Reached) -> list[StateResult]:
+def state_results(fireability: Fireability, reached: Reached) -> list[StateResult]:
     """Return what is known of every state."""
     results = []
-    for automaton in model.automata:
-        by_graph = _by_graph(automaton)
+    for automaton in fireability.model.automata:
+        index, by_graph = automaton.index, _by_graph(automaton)
         for state in automaton.states:
-            why = WhyNever.NONE
-            if state.index in reached.states[automaton.index]:
-                verdict = Reachability.POSSIBLE
-            elif automaton.index in reached.unknown and state.index in fireability.states[automaton.index]:
-                verdict = Reachability.UNDECIDED
-            else:
-                verdict = Reachability.IMPOSSIBLE
-                why = _why_state(automaton, state, by_graph, reached)
-            results.append(StateResult(automaton.source.id, state.source.id, verdict, why))
+            may_be = index in reached.unknown and state.index in fireability.states[index]
+            found = _verdict(state.index in reached.states[index], may_be)
+            is_cut_off = bool(reached.states[index]) and state.index not in by_graph
+            why = WhyNever.GRAPH if is_cut_off else WhyNever.NONE
+            results.append(StateResult(automaton.source.id, state.source.id, found, why))
     return results
 
 
-def transition_results(model: Model, fireability: Fireability, reached: Reached) -> list[TransitionResult]:
+def transition_results(fireability: Fireability, reached: Reached) -> list[TransitionResult]:
     """Return what is known of every transition."""
     results = []
-    for automaton in model.automata:
+    for automaton in fireability.model.automata:
+        index = automaton.index
         for state in automaton.states:
-            for place, transition in enumerate(state.outgoing):
-                verdict, why = Reachability.POSSIBLE, WhyNever.NONE
-                earlier: tuple[int, ...] = ()
-                if transition.index not in reached.transitions[automaton.index]:
-                    possibly = fireability.may_fire(automaton.index, transition)
-                    if possibly and automaton.index in reached.unknown:
-                        verdict = Reachability.UNDECIDED
-                    else:
-                        verdict = Reachability.IMPOSSIBLE
-                        why, earlier = _why_transition(automaton, state, place, fireability, reached)
+            for transition in state.outgoing:
+                may_be = index in reached.unknown and fireability.may_fire(index, transition)
+                found = _verdict(transition.index in reached.transitions[index], may_be)
+                why, earlier = WhyNever.NONE, tuple[int, ...]()
+                if found is Reachability.IMPOSSIBLE:
+                    why, earlier = _why_never(automaton, state, transition, fireability, reached)
                 results.append(
-                    TransitionResult(automaton.source.id, transition.source.id, verdict, why, earlier)
+                    TransitionResult(automaton.source.id, transition.source.id, found, why, earlier)
                 )
     return results
+
+
+def _verdict(is_seen: bool, may_be: bool) -> Reachability:
+    if is_seen:
+        return Reachability.POSSIBLE
+    return Reachability.UNDECIDED if may_be else Reachability.IMPOSSIBLE
 
 
 def _by_graph(automaton: AutomatonModel) -> set[int]:
@@ -167,23 +167,14 @@ def _by_graph(automaton: AutomatonModel) -> set[int]:
     return found
 
 
-def _why_state(
-    automaton: AutomatonModel, state: StateModel, by_graph: set[int], reached: Reached
-) -> WhyNever:
-    if not reached.states[automaton.index]:
-        return WhyNever.ORIGIN
-    if state.index not in by_graph:
-        return WhyNever.GRAPH
-    into = [transition for transition in automaton.transitions if transition.target == state.index]
-    if any(transition.origin in reached.states[automaton.index] for transition in into):
-        return WhyNever.EARLIER
-    return WhyNever.ORIGIN
-
-
-def _why_transition(
-    automaton: AutomatonModel, state: StateModel, place: int, fireability: Fireability, reached: Reached
+def _why_never(
+    automaton: AutomatonModel,
+    state: StateModel,
+    transition: TransitionModel,
+    fireability: Fireability,
+    reached: Reached,
 ) -> tuple[WhyNever, tuple[int, ...]]:
-    transition = state.outgoing[place]
+    """Return why a transition never fires, and the ids of those that always fire before it."""
     if state.final or state.index not in reached.states[automaton.index]:
         return WhyNever.ORIGIN, ()
     if transition.needs is None:

@@ -15,7 +15,7 @@ from typing import Final, NamedTuple
 
 from .fireability import Fireability
 from .guards import Conjunction, satisfy
-from .model import Model, TransitionModel
+from .model import TransitionModel
 
 __all__ = [
     "ACTIVE",
@@ -117,9 +117,9 @@ class TransitionSystem:
     These are the automata above, and those below a state that is left when they have finished.
     """
 
-    def __init__(self, model: Model, automata: Iterable[int], fireability: Fireability) -> None:
-        self.model = model
-        self.cone = tuple(sorted(_cone_of(model, automata, fireability)))
+    def __init__(self, automata: Iterable[int], fireability: Fireability) -> None:
+        self.model = model = fireability.model
+        self.cone = tuple(sorted(_cone_of(automata, fireability)))
         """The automata, each before its children."""
         self.position = {index: position for position, index in enumerate(self.cone)}
         """Where each of them is in a configuration."""
@@ -248,7 +248,7 @@ class TransitionSystem:
         return tuple(locals_)
 
 
-def _cone_of(model: Model, automata: Iterable[int], fireability: Fireability) -> set[int]:
+def _cone_of(automata: Iterable[int], fireability: Fireability) -> set[int]:
     cone: set[int] = set()
     new = list(automata)
     while new:
@@ -256,7 +256,7 @@ def _cone_of(model: Model, automata: Iterable[int], fireability: Fireability) ->
         if index in cone:
             continue
         cone.add(index)
-        automaton = model.automata[index]
+        automaton = fireability.model.automata[index]
         if automaton.parent >= 0:
             new.append(automaton.parent)
         for transition in automaton.transitions:
