@@ -127,9 +127,8 @@ class NativeReader:
         if items.listed and found:
             container = found[0]
             inside, extras = self._sorted(container, {items.kind.tag: Items(items.field, items.kind)})
-            rest = Element(container.tag, tuple(container.attributes.items()), children=extras)
-            if rest != Element(container.tag):
-                self._lists.append(rest)
+            if extras or container.attributes:
+                self._lists.append(Element(container.tag, tuple(container.attributes.items()), "", extras))
             found = inside.get(items.kind.tag, [])
         if "id" in items.kind.attributes:
             self.number(found, unique=self._is_old and items.kind is TRANSITION)

@@ -69,6 +69,8 @@ class _Translator:
         """The ids of automata by the states that own them, each before those below it."""
         self._around: dict[XmlElement, int] = {}
         """The ids of the automata that states stand in."""
+        self._members: dict[int, set[str]] = {}
+        """The ids of the states of automata."""
         self._kept: set[XmlElement] = set()
         """The namespaces in which something has no word here: they are kept whole."""
         self._functions: set[str] = set()
@@ -111,14 +113,17 @@ class _Translator:
         written = self._outermost.attributes.get("id", "")
         around = self._reader.parse_id(self._outermost, "id", written) if written.strip() else 0
         used: set[int] = set()
+        free = (number for number in count(1) if number not in used)
         owners = [self._outermost]
         for owner in owners:  # which grows: those below follow
             wanted = (around if owner is self._outermost else self._id(owner)) + 1
-            is_free = wanted not in used and wanted <= MAX_ID
-            self._automata[owner] = wanted if is_free else next(n for n in count(1) if n not in used)
-            used.add(self._automata[owner])
-            self._around |= dict.fromkeys(owner.elements("state"), self._automata[owner])
-            owners += [state for state in owner.elements("state") if state.first("state") is not None]
+            number = wanted if wanted not in used and wanted <= MAX_ID else next(free)
+            used.add(number)
+            states = list(owner.elements("state"))
+            self._automata[owner] = number
+            self._around |= dict.fromkeys(states, number)
+            self._members[number] = {state.attributes["id"] for state in states}
+            owners += [state for state in states if state.first("state") is not None]
 
     def _id(self, state: XmlElement) -> int:
         """Return the id of a state, 0 of the outermost, which is none of any automaton."""
@@ -129,8 +134,7 @@ class _Translator:
     def _automaton(
         self, owner: XmlElement, transitions: list[tuple[XmlElement, XmlElement]], code: list[XmlElement]
     ) -> XmlElement:
-        father = self._around.get(owner, NO_CHILD)
-        ids = {"id": str(self._automata[owner]), "idFather": str(father)}
+        ids = {"id": str(self._automata[owner]), "idFather": str(self._around.get(owner, NO_CHILD))}
         comments = [] if owner in self._around else owner.comments
         timestep = owner.first("timestep")
         period = DEFAULT_PERIOD if timestep is None else timestep.text
@@ -179,25 +183,19 @@ class _Translator:
 
         They stand in the state that they leave; one that stands around that is found, too.
         """
+        inside = self._ids_inside(owner)
         for each in owner.elements("transition"):
-            if self._leaves_inner_state(each, owner):
+            if owner is self._outermost or _origin(each) in inside:
                 yield each, owner
         for state in owner.elements("state"):
-            for each in state.elements("transition"):
-                if not self._leaves_inner_state(each, state):
-                    yield each, state
+            inside = self._ids_inside(state)
+            yield from ((each, state) for each in state.elements("transition") if _origin(each) not in inside)
 
-    def _leaves_inner_state(self, transition: XmlElement, state: XmlElement) -> bool:
-        """Return whether a transition leaves a state in the one in which it stands."""
-        if state is self._outermost:
-            return True
-        origin = transition.first("originid")
-        if origin is None or origin.text.strip() not in (
-            each.attributes["id"] for each in state.elements("state")
-        ):
-            return False
-        siblings = (each for each, automaton in self._around.items() if automaton == self._around[state])
-        return all(each.attributes["id"] != origin.text.strip() for each in siblings)
+    def _ids_inside(self, state: XmlElement) -> set[str]:
+        """Return the ids of states in one that no state beside it has."""
+        if state is self._outermost or state not in self._automata:
+            return set()
+        return self._members[self._automata[state]] - self._members[self._around[state]]
 
     def _transition(self, element: XmlElement, state: XmlElement, automaton: int) -> XmlElement:
         tags = {each.tag: each.text.strip() for each in element.elements()}
@@ -297,8 +295,7 @@ class _Translator:
                 if element.tag == "param" and kind and name.isidentifier() and name not in found:
                     found[name] = _parameter(element, name, kind)
                 else:
-                    message = f"the parameter `{element.attributes.get('name', '')}` is kept, and not used"
-                    self._reader.remark(element, message)
+                    self._reader.remark(element, f"the parameter `{name}` is kept, and not used")
                     self._kept.add(namespace)
         return XmlElement("parameters", {}, 0, 0, children=[*found.values()])
 
@@ -315,6 +312,11 @@ class _Translator:
         made = self._reader.translated(element, "config", native, names, {"config": interface})
         self._reader.inline(made, element.first("interfaces"), native, {"interface": interface})
         return made
+
+
+def _origin(transition: XmlElement) -> str:
+    origin = transition.first("originid")
+    return "" if origin is None else origin.text.strip()
 
 
 def _parameter(element: XmlElement, name: str, kind: str) -> XmlElement:
