@@ -16,7 +16,7 @@ from .attributes import check_attributes
 from .blocking import check_blocking
 from .component import check_component, check_file_name, check_functions, check_libraries, check_parameters
 from .events import check_events
-from .flow import assignments_of, check_flow
+from .flow import check_flow
 from .inputs import check_arguments, check_inputs
 from .names import check_names, check_reserved, check_start, check_variables
 from .report import Report
@@ -84,7 +84,7 @@ def _check_names(analysis: Analysis, report: Report) -> None:
         check_names(piece, known, report)
     for code in analysis.automata:
         if not code.broken:
-            bound = (assignments_of(piece.tree.body).assigned for piece in code.sharing())
+            bound = (piece.bound for piece in code.sharing())
             shared = known.union((item.name for item in code.automaton.inputs), *bound)
             for piece in code.sharing():
                 check_names(piece, shared, report)

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Collection, Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
 from itertools import pairwise
 
 from ...diagnostics import Note
@@ -24,37 +23,27 @@ from ..codes import Code
 from ..document import State, Transition
 from .report import Report
 
-__all__ = ["assignments_of", "check_flow"]
+__all__ = ["check_flow"]
 
 _MISSING_NAME = frozenset({"NameError", "UnboundLocalError", "Exception", "BaseException"})
 
 
-@dataclass(slots=True)
-class Assignments:
-    """What a piece of code does with names: the first exposed read of each, and those that it may assign."""
+class _Assignments:
+    """What a piece of code does with names: the first exposed read of each, and those that it may assign.
 
-    exposed: dict[str, ast.Name] = field(default_factory=dict)
-    assigned: set[str] = field(default_factory=set)
+    `flags` are names that guard a read when a condition has them. The code is gone through in the order in
+    which Python evaluates it.
+    """
 
-
-def assignments_of(statements: Iterable[ast.stmt], flags: Collection[str] = ()) -> Assignments:
-    """Return what statements do with names; `flags` are those that guard a read when a condition has them."""
-    walker = _Walker(frozenset(flags))
-    walker.walk(*statements)
-    return Assignments(walker.exposed, walker.assigned)
-
-
-class _Walker:
-    """Go through code in the order in which Python evaluates it."""
-
-    def __init__(self, flags: frozenset[str]) -> None:
+    def __init__(self, statements: Iterable[ast.stmt], flags: Collection[str] = ()) -> None:
         self.exposed: dict[str, ast.Name] = {}
         self.assigned: set[str] = set()
-        self._flags = flags
+        self._flags = frozenset(flags)
         self._guarded = 0
         self._hidden: list[set[str]] = []
+        self._walk(*statements)
 
-    def walk(self, *nodes: ast.AST) -> None:
+    def _walk(self, *nodes: ast.AST) -> None:
         for node in nodes:
             self._node(node)
 
@@ -67,45 +56,45 @@ class _Walker:
             case ast.alias(name=name, asname=alias):
                 self.assigned.add(alias or name.split(".")[0])
             case ast.Assign(targets=targets, value=value):
-                self.walk(value, *targets)
+                self._walk(value, *targets)
             case ast.AugAssign(target=target, value=value):
                 if isinstance(target, ast.Name):
                     self._read(target)
-                self.walk(value, target)
+                self._walk(value, target)
             case ast.AnnAssign(target=target, value=value):
-                self.walk(*([] if value is None else [value, target]))
+                self._walk(*([] if value is None else [value, target]))
             case ast.NamedExpr(target=target, value=value):
-                self.walk(value, target)
+                self._walk(value, target)
             case ast.If(test=test, body=body, orelse=orelse):
-                self.walk(test)
+                self._walk(test)
                 self._branches(body, orelse, test=test)
             case ast.IfExp(test=test, body=value, orelse=other):
-                self.walk(test)
+                self._walk(test)
                 self._branches([value], [other], test=test)
             case ast.Match(subject=subject, cases=cases):
-                self.walk(subject)
+                self._walk(subject)
                 self._branches(*([case] for case in cases), test=subject)
             case ast.While(test=test, body=body, orelse=orelse):
-                self.walk(test)
+                self._walk(test)
                 self._loop(body, test)
-                self.walk(*orelse)
+                self._walk(*orelse)
             case ast.For(target=target, iter=iterable, body=body, orelse=orelse):
-                self.walk(iterable, target)
+                self._walk(iterable, target)
                 self._loop(body)
-                self.walk(*orelse)
+                self._walk(*orelse)
             case ast.Try(body, handlers, orelse, last) | ast.TryStar(body, handlers, orelse, last):
                 is_caught = any(map(_catches_missing_name, handlers))
                 self._guarded += is_caught
-                self.walk(*body)
+                self._walk(*body)
                 self._guarded -= is_caught
                 self._branches(orelse, *([handler] for handler in handlers))
-                self.walk(*last)
+                self._walk(*last)
             case ast.ExceptHandler(name=caught, body=body):
                 self.assigned |= {caught} if caught else set()
-                self.walk(*body)
+                self._walk(*body)
             case ast.MatchAs(name=captured) | ast.MatchStar(name=captured) | ast.MatchMapping(rest=captured):
                 self.assigned |= {captured} if captured else set()
-                self.walk(*ast.iter_child_nodes(node))
+                self._walk(*ast.iter_child_nodes(node))
             case ast.BoolOp(values=values):
                 self._operands(values)
             case ast.ListComp() | ast.SetComp() | ast.DictComp() | ast.GeneratorExp():
@@ -115,11 +104,11 @@ class _Walker:
             case ast.Delete():
                 pass
             case _:
-                self.walk(*ast.iter_child_nodes(node))
+                self._walk(*ast.iter_child_nodes(node))
 
     def _definition(self, node: ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef | ast.Lambda) -> None:
         """Take a definition for what it does at once; its body reads names when it is called."""
-        self.walk(*evaluated_at_once(node))
+        self._walk(*evaluated_at_once(node))
         for inner in ast.walk(node):
             if isinstance(inner, ast.Nonlocal):
                 self.assigned.update(inner.names)
@@ -130,7 +119,7 @@ class _Walker:
         guarded = test is not None and self._is_flag(test)
         self._guarded += guarded
         self.assigned |= bound_names(ast.Module([*body], []))
-        self.walk(*body)
+        self._walk(*body)
         self._guarded -= guarded
 
     def _branches(self, *branches: Sequence[ast.AST], test: ast.expr | None = None) -> None:
@@ -141,20 +130,20 @@ class _Walker:
         self._guarded += guarded
         for branch in branches:
             self.assigned = set(start)
-            self.walk(*branch)
+            self._walk(*branch)
             result |= self.assigned
         self._guarded -= guarded
         self.assigned = result
 
     def _operands(self, values: Sequence[ast.expr]) -> None:
         """Walk the operands of `and` or `or`; each is a condition of those behind it."""
-        self.walk(values[0])
+        self._walk(values[0])
         guarded = 0
         for previous, value in pairwise(values):
             is_flag = self._is_flag(previous)
             guarded += is_flag
             self._guarded += is_flag
-            self.walk(value)
+            self._walk(value)
         self._guarded -= guarded
 
     def _is_flag(self, test: ast.expr) -> bool:
@@ -171,13 +160,13 @@ class _Walker:
 
     def _comprehension(self, node: ast.ListComp | ast.SetComp | ast.DictComp | ast.GeneratorExp) -> None:
         first, *others = node.generators
-        self.walk(first.iter)
+        self._walk(first.iter)
         targets = (name for each in node.generators for name in ast.walk(each.target))
         self._hidden.append({name.id for name in targets if isinstance(name, ast.Name)})
-        self.walk(*first.ifs)
+        self._walk(*first.ifs)
         for generator in others:
-            self.walk(generator.iter, *generator.ifs)
-        self.walk(*([node.key, node.value] if isinstance(node, ast.DictComp) else [node.elt]))
+            self._walk(generator.iter, *generator.ifs)
+        self._walk(*([node.key, node.value] if isinstance(node, ast.DictComp) else [node.elt]))
         self._hidden.pop()
 
     def _read(self, node: ast.Name) -> None:
@@ -214,12 +203,12 @@ class _Flow:
         self._report = report
         self._states = {state.id: state for state in code.automaton.states}
         self._outgoing = code.automaton.all_outgoing()
-        plain = {piece: assignments_of(piece.tree.body) for piece in code.running()}
+        plain = {piece: _Assignments(piece.tree.body) for piece in code.running()}
         bound: set[str] = set().union(*(found.assigned for found in plain.values()))
-        self._pieces: dict[Piece, Assignments] = {
-            piece: assignments_of(piece.tree.body, bound) for piece in plain
+        self._pieces: dict[Piece, _Assignments] = {
+            piece: _Assignments(piece.tree.body, bound) for piece in plain
         }
-        first = assignments_of(code.variables.tree.body).assigned if code.variables else set()
+        first = _Assignments(code.variables.tree.body).assigned if code.variables else set()
         self._declared = frozenset(item.name for item in code.automaton.inputs).union(first)
         self._late: _Names = frozenset(bound) - self._declared
         """The names that have no value at first."""

@@ -56,7 +56,7 @@ def check_names(piece: Piece, known: Collection[str], report: Report) -> None:
         if name not in reported:
             reported.add(name)
             place = piece.at(message.lineno, message.col, len(name))
-            notes = did_you_mean(name, {*known, *_BUILTINS})
+            notes = did_you_mean(name, {*known, *_BUILTINS} - {name})
             report.warning(Code.UNDEFINED_NAME, f"nothing defines `{name}`", place, notes)
 
 
