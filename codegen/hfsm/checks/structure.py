@@ -111,8 +111,10 @@ def check_automaton(automaton: Automaton, report: Report) -> None:
     for state in automaton.states:
         _check_state(automaton, state, report)
     states = {state.id for state in automaton.states}
+    first: dict[tuple[int, int], Transition] = {}
     for transition in automaton.transitions:
         _check_transition(automaton, transition, states, report)
+        _check_priority(transition, first, report)
 
 
 def _check_initial_state(automaton: Automaton, report: Report) -> None:
@@ -186,7 +188,6 @@ def _check_transition(automaton: Automaton, transition: Transition, states: set[
         message = f"{name} fires by a condition, which has no guard"
         note = Note("write both into the condition, joined by `and`, or delete the guard")
         report.error(Code.BAD_TRIGGER, message, report.place(transition, transition.guard), [note])
-    _check_priority(automaton, transition, report)
 
 
 def _check_time(transition: Transition, report: Report) -> None:
@@ -201,7 +202,8 @@ def _check_time(transition: Transition, report: Report) -> None:
         report.warning(Code.NO_TIME, f"{name} waits for no time: it fires in the next cycle", place, [note])
 
 
-def _check_priority(automaton: Automaton, transition: Transition, report: Report) -> None:
+def _check_priority(transition: Transition, first: dict[tuple[int, int], Transition], report: Report) -> None:
+    """Check a priority; `first` are the transitions before it by their origin and priority."""
     priority = transition.priority
     if priority.is_blank:
         return
@@ -211,18 +213,13 @@ def _check_priority(automaton: Automaton, transition: Transition, report: Report
         message = f"the priority of {transition_label(transition)} is a whole number from 1, not `{written}`"
         report.error(Code.BAD_PRIORITY, message, report.place(transition, priority))
         return
-    for other in automaton.transitions:
-        if other is transition:
-            return
-        if other.origin == transition.origin and _number(other) == number:
-            who = f"{transition_label(transition)} has priority {number}"
-            message = f"{who}, as {transition_label(other)} out of the same state"
-            note = Note(
-                "of two equal priorities the first in the document counts",
-                report.place(other, other.priority),
-            )
-            report.warning(Code.EQUAL_PRIORITIES, message, report.place(transition, priority), [note])
-            return
+    other = first.setdefault((transition.origin, number), transition)
+    if other is not transition:
+        who = f"{transition_label(transition)} has priority {number}"
+        message = f"{who}, as {transition_label(other)} out of the same state"
+        place = report.place(other, other.priority)
+        note = Note("of two equal priorities the first in the document counts", place)
+        report.warning(Code.EQUAL_PRIORITIES, message, report.place(transition, priority), [note])
 
 
 def _number(transition: Transition) -> int | None:
