@@ -16,7 +16,7 @@ from enum import IntFlag
 from typing import Final
 
 from ..analysis import Analysis
-from ..code.text import all_nodes
+from ..code.text import all_nodes, dotted
 from ..code.values import truth
 from ..document import Text
 
@@ -230,7 +230,7 @@ class Answers:
                 case ast.Call(func=function):
                     pending += [function.value] if isinstance(function, ast.Attribute) else []
                     pending += [*node.args, *node.keywords]
-                case ast.Attribute() if _dotted(node):
+                case ast.Attribute() if dotted(node):
                     pass
                 case _:
                     pending += ast.iter_child_nodes(node)
@@ -257,7 +257,7 @@ class Answers:
         return Answer.SAME if is_plain else _UNKNOWN
 
     def _call(self, call: ast.Call) -> Answer:
-        path = _dotted(call.func)
+        path = dotted(call.func)
         name = path[-1] if path else getattr(call.func, "attr", "")
         if path[:1] == ["self"] and len(path) == 2 and name in self._functions:
             return self._function(name)
@@ -288,7 +288,7 @@ class Answers:
         return answer
 
     def _attribute(self, node: ast.Attribute, automaton: int) -> Answer:
-        path = _dotted(node)
+        path = dotted(node)
         if path[:1] == ["event"] or (path and path[0] in self._analysis.libraries.keys() - self._bound):
             return Answer.SAME
         if path[:1] != ["self"] or (len(path) > 2 and path[1] not in self._proxies):
@@ -299,12 +299,3 @@ class Answers:
         is_own = automaton != 0 and self._users.get(name) == {automaton}
         stays = not self._is_opaque and (is_own or name not in self._assigned)
         return Answer.SAME if stays else Answer.UNKNOWN
-
-
-def _dotted(node: ast.expr) -> list[str]:
-    """Return the names of `a.b.c`, or nothing for what does not begin with a name."""
-    parts: list[str] = []
-    while isinstance(node, ast.Attribute):
-        parts.append(node.attr)
-        node = node.value
-    return [node.id, *parts[::-1]] if isinstance(node, ast.Name) else []
