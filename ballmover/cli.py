@@ -20,8 +20,8 @@ app = typer.Typer(add_completion=False, rich_markup_mode="rich", pretty_exceptio
 _EPILOG = """
 [bold]Examples[/bold]
 
-  ballmover green                    built-in waypoints, round and round
-  ballmover red figure.csv --once    a file of your own, once
+  ballmover green                    built-in waypoints, repeated
+  ballmover red figure.csv --once    your own file, once
   ballmover green --speed 0.1 --connect tcp/192.168.1.7:7447
 
 [bold]Files[/bold]
@@ -42,19 +42,19 @@ def move(
     color: Annotated[Color, typer.Argument(metavar="COLOR", help="Ball to move: green or red.")],
     waypoints: Annotated[
         Path | None,
-        typer.Argument(metavar="WAYPOINTS", help="CSV or TOML file; without it the built-in waypoints."),
+        typer.Argument(metavar="WAYPOINTS", help="CSV or TOML file. Default: the built-in waypoints."),
     ] = None,
     loop: Annotated[
-        bool, typer.Option("--loop/--once", help="Go round and round, or stay at the last waypoint.")
+        bool, typer.Option("--loop/--once", help="Repeat the waypoints, or stop at the last one.")
     ] = True,
     speed: Annotated[
         float,
-        typer.Option(metavar="M/S", min=0.001, callback=finite, help="Speed to waypoints that give none."),
+        typer.Option(metavar="M/S", min=0.001, callback=finite, help="Speed to waypoints that set none."),
     ] = 0.25,
     tolerance: Annotated[
         float,
         typer.Option(
-            metavar="M", min=0.0001, callback=finite, help="How near to a waypoint counts as there."
+            metavar="M", min=0.0001, callback=finite, help="Distance at which a waypoint is reached."
         ),
     ] = 0.02,
     limit: Annotated[
@@ -63,7 +63,7 @@ def move(
             metavar="SECONDS",
             min=0.0,
             callback=finite,
-            help="How long the ball may take to get so near.",
+            help="Time limit for reaching a waypoint.",
         ),
     ] = 5.0,
 ) -> None:

@@ -117,7 +117,7 @@ class Mover:
                 except _LOST as error:
                     self._wait_for_return(error)
                 except _TimeRestartedError:
-                    _logger.info("the simulation began anew; going on to stop %d", self._index + 1)
+                    _logger.info("the simulation restarted; continuing with waypoint %d", self._index + 1)
                 else:
                     return
         except _StopRequestedError:
@@ -216,4 +216,4 @@ class Mover:
         try:
             self._ball.command(self._ball.position())
         except ZenohIceError as error:
-            _logger.warning("the ball could not be told to stop: %s", error)
+            _logger.warning("cannot stop the ball: %s", error)

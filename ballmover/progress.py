@@ -82,11 +82,11 @@ class Progress:
 
     def lost(self, reason: str) -> None:
         """Tell that the server does not answer."""
-        self._warn(f"{self._color}: lost the ball, waiting for its return: {reason}")
+        self._warn(f"{self._color}: lost the ball; waiting for its server: {reason}")
 
     def returned(self) -> None:
         """Tell that the server is back."""
-        self._warn(f"{self._color}: the ball is back; going on")
+        self._warn(f"{self._color}: the ball is back; continuing")
 
     def _warn(self, text: str) -> None:
         # On a terminal that shows the bar only the bar's own console writes above it.

@@ -135,7 +135,7 @@ def parse_csv(text: str, name: str) -> list[Waypoint]:
         }
         waypoints.append(convert(given, _Entry, source, WaypointException).at(source))
     if not waypoints:
-        raise WaypointException(f"{name}: there is no waypoint in it")
+        raise WaypointException(f"{name}: it has no waypoints")
     return waypoints
 
 

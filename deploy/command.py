@@ -30,7 +30,7 @@ def launch(
     stack: Annotated[Path, typer.Argument(help="Stack file (TOML).", metavar="STACK.toml")],
     seconds: Annotated[
         float | None,
-        typer.Option(min=0.0, callback=finite, help="End by itself after so many seconds; 0 means never."),
+        typer.Option(min=0.0, callback=finite, help="Stop after this many seconds; 0 means never."),
     ] = None,
     settings: Annotated[
         list[str] | None,
@@ -52,7 +52,9 @@ def launch(
     if description.endpoint and "endpoint" not in changes:
         changes["endpoint"] = free_endpoint(description.endpoint)
         if changes["endpoint"] != description.endpoint:
-            typer.echo(f"{description.endpoint} is in use, perhaps by another robot server; another is taken")
+            typer.echo(
+                f"{description.endpoint} is in use, perhaps by another robot server; using another endpoint"
+            )
     processes = description.with_variables(changes)
     logs = Path(description.log_dir)
     typer.echo(f"Starting {description.name}: {', '.join(process.name for process in processes)}")

@@ -74,7 +74,7 @@ class Launcher:
         try:
             self._log_dir.mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise StackError(f"{self._log_dir}: logs cannot be written there: {error.strerror}") from error
+            raise StackError(f"{self._log_dir}: cannot write logs there: {error.strerror}") from error
         loop = asyncio.get_running_loop()
         interrupted: asyncio.Future[_End] = loop.create_future()
         force = asyncio.Event()
@@ -140,7 +140,7 @@ class Launcher:
 
     def _failure(self, process: _StackProcess, what: str) -> str:
         if not process.tail:
-            return f"{process.spec.name} {what}, without a word in {process.log}"
+            return f"{process.spec.name} {what} and wrote nothing to {process.log}"
         lines = "".join(f"\n    {line}" for line in process.tail)
         return f"{process.spec.name} {what}. The last lines of {process.log}:{lines}"
 
@@ -256,7 +256,7 @@ class _StackProcess:
             with log:
                 await self._copy_lines(output, log)
         except OSError as error:
-            self.tail.append(f"(its log ends here: {error})")
+            self.tail.append(f"(cannot write more of its log: {error})")
             while await output.read(_CHUNK):  # otherwise it would stand still once the pipe is full
                 pass
 
@@ -281,11 +281,11 @@ class _StackProcess:
 
 
 def _describe_exit(code: int) -> str:
-    """Say in words how a process ended, for example `was ended by SIGKILL`."""
+    """Say in words how a process ended, for example `was terminated by SIGKILL`."""
     if code >= 0:
         return f"ended with exit code {code}"
     named = {number.value: number.name for number in signal.Signals}
-    return f"was ended by {named.get(-code, f'signal {-code}')}"
+    return f"was terminated by {named.get(-code, f'signal {-code}')}"
 
 
 def free_endpoint(endpoint: str) -> str:

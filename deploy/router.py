@@ -50,7 +50,7 @@ def serve(settings: Settings, report: Callable[[str], None]) -> None:
         access = f"each may do what the roles {', '.join(security.roles)} grant"
     else:
         asks = bool(security.passwords or (security.authority and security.mutual))
-        access = f"{'everybody who is let in' if asks else 'everybody'} may do everything"
+        access = f"{'every accepted user' if asks else 'everybody'} may do everything"
     with stop_on_signals() as stop:
         session = open_session(settings)
         try:

@@ -68,7 +68,7 @@ class ProcessSpec(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True)
         try:
             re.compile(self.ready)
         except re.error as error:
-            raise ValueError(f"ready is no regular expression: {error}") from error
+            raise ValueError(f"ready is not a regular expression: {error}") from error
         if self.foreground and self.ready:
             raise ValueError("a foreground process writes to the terminal and cannot have `ready`")
 
@@ -84,7 +84,7 @@ class Stack(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
 
     def __post_init__(self) -> None:
         if not self.processes:
-            raise ValueError("there is no [[process]] in it")
+            raise ValueError("it has no [[process]]")
         names = [process.name for process in self.processes]
         foreground = [process.name for process in self.processes if process.foreground]
         if len(foreground) > 1:

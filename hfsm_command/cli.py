@@ -38,19 +38,19 @@ def _option(name: str, metavar: str | None, text: str, kind: Any = str | None) -
 
 
 _CONNECT: Final = f"Endpoint to connect to, such as {DEFAULT_ENDPOINT}; may be repeated."
-_LISTEN: Final = "Endpoint to listen on; port 0 lets the system pick; may be repeated."
-_CONFIG: Final = f"File of settings, instead of {CONFIG_VARIABLE}; other variables and flags win over it."
+_LISTEN: Final = "Endpoint to listen on; port 0 picks a free port; may be repeated."
+_CONFIG: Final = f"Settings file, instead of {CONFIG_VARIABLE}; variables and flags override it."
 _SHARED: Final = [
-    _option("realm", "NAME", "Robot or stack to belong to."),
+    _option("realm", "NAME", "Robot or stack to join."),
     _option("connect", "ENDPOINT", _CONNECT, list[str] | None),
     _option("listen", "ENDPOINT", _LISTEN, list[str] | None),
     _option("mode", "peer|client", "Talk to peers directly, or through the router or server at --connect."),
-    _option("clock", "auto|wall|sim", "Time to go by: the wall's or the robot's; auto: that if simulated."),
-    _option("timeout", "SECONDS", "Longest duration of a call.", float | None),
-    _option("log_level", "LEVEL", "Least severe messages to log: debug, info, warning, error or critical."),
-    _option("authority", "PEM", "Who vouches for others, for TLS."),
-    _option("certificate", "PEM", "What others know us by."),
-    _option("key", "PEM", "Key of the certificate."),
+    _option("clock", "auto|wall|sim", "Wall time or robot time; auto: robot time if it is simulated."),
+    _option("timeout", "SECONDS", "Time limit of a call.", float | None),
+    _option("log_level", "LEVEL", "Lowest level to log: debug, info, warning, error or critical."),
+    _option("authority", "PEM", "Certificate of the authority, for TLS."),
+    _option("certificate", "PEM", "Our own certificate."),
+    _option("key", "PEM", "Private key of our certificate."),
     _option("config", "TOML", _CONFIG),
     _option("show_config", None, "Print the settings and where each comes from.", bool),
 ]

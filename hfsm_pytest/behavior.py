@@ -121,7 +121,7 @@ class Behavior(ReloadableRun):
             if self.clock.now() >= end - 1e-9 or self.halted or self.finished:
                 what = "halted" if self.halted else "finished" if self.finished else f"{limit:g} s"
                 raise BehaviorFailed(
-                    f"{name_of(condition, 'the condition')} did not come true: {what} at {self.time:.3f} s, "
+                    f"{name_of(condition, 'the condition')} did not happen: {what} at {self.time:.3f} s, "
                     f"in {self.active}\n{self.timeline}"
                 )
             # To the next multiple of the shortest period: there the cycles are.
@@ -189,7 +189,7 @@ class Behavior(ReloadableRun):
     def robot(self) -> RobotUnderTest:
         """The robot: to place balls, read joints, look through the cameras."""
         if self._robot is None:
-            raise UnknownName("this behavior has no robot: ask for robot='fake' or robot='sim'")
+            raise UnknownName("this behavior has no robot: pass robot='fake' or robot='sim'")
         return self._robot
 
     def set(self, automaton: str | int, **variables: object) -> None:

@@ -151,7 +151,7 @@ class _LoggedCaller:
     def call(self, payload: bytes, attachment: bytes) -> Outcome:
         try:
             if self._target.identity in self._network.away:
-                raise ConnectionLostException(f"{self._target.identity} is away: the test says so")
+                raise ConnectionLostException(f"{self._target.identity} is offline: the test took it offline")
             outcome = self._genuine.call(payload, attachment)
         except SystemException as error:
             self._note(payload, None, error)

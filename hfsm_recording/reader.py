@@ -93,7 +93,9 @@ class RecordingFile:
             raise RecordingError(f"the recording {path} cannot be read: {error.strerror}") from error
         start = self.metadata.get("start", "")
         if not (start.isascii() and start.isdigit() and len(start) < 20):
-            raise RecordingError(f"{path} is no recording of a component: not an MCAP file, or a damaged one")
+            raise RecordingError(
+                f"{path} is not a recording of a component: not an MCAP file, or a damaged one"
+            )
         self.start = int(start)
         self.name = self.metadata.get("name", "?")[:200]
 

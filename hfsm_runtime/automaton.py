@@ -197,7 +197,7 @@ class Automaton:
         for state in self.states:
             required = any(given.default is REQUIRED for child in state.children for given in child.inputs)
             if required and state.arguments is None:
-                raise DefinitionError(f"the state {state.name!r} of {label} hands its automata no inputs")
+                raise DefinitionError(f"the state {state.name!r} of {label} passes no inputs to its automata")
         for transition in self.transitions:
             what = f"transition {transition.id} ({transition.name!r}) of {label}"
             if not {transition.origin, transition.destination} <= self._by_id.keys():

@@ -36,7 +36,7 @@ class ChangeKind(StrEnum):
 class DropReason(StrEnum):
     """Why an event left the queue of an automaton without firing a transition."""
 
-    UNHANDLED = "no transition out of the current state took it"
+    UNHANDLED = "no transition out of the current state used it"
     GHOST = "the automaton became a ghost before its turn"
     FINISHED = "the automaton has finished"
     OVERFLOW = f"more than {CAPACITY} events waited"
@@ -188,7 +188,7 @@ def grow(root: Automaton) -> tuple[Run, ...]:
         raise DefinitionError("two automata have one id")
     for declared in root.inputs:
         if declared.default is REQUIRED:
-            raise DefinitionError(f"nobody hands the root its input {declared.name!r}: give it a default")
+            raise DefinitionError(f"nothing sets the input of the root {declared.name!r}: give it a default")
     return runs
 
 

@@ -37,7 +37,7 @@ _OnError = Annotated[
     OnError | None,
     typer.Option(
         "--on-error",
-        help="What follows an exception in a state's or transition's code; by default as the document says.",
+        help="Reaction to an exception in the code of a state or transition. Default: the document's.",
         show_default=False,
     ),
 ]
@@ -45,8 +45,8 @@ _OnRefused = Annotated[
     OnRefused | None,
     typer.Option(
         "--on-refused",
-        help="What follows when the robot refuses a command, as after an emergency stop; by default as the "
-        "document says.",
+        help="Reaction when the robot refuses a command, as after an emergency stop. Default: the "
+        "document's.",
         show_default=False,
     ),
 ]
@@ -57,7 +57,7 @@ _Seconds = Annotated[
         min=0.0,
         callback=cli.finite,
         metavar="SECONDS",
-        help="End after so long, by the component's clock.",
+        help="Stop after this time, by the component's clock.",
     ),
 ]
 _BeginAt = Annotated[
@@ -65,7 +65,7 @@ _BeginAt = Annotated[
     typer.Option(
         "--begin-at",
         metavar="AUTOMATON.STATE",
-        help="Begin in this state, and above it in those that lead to it: ids of the document, such as 4.2.",
+        help="Start in this state, and in the states above that lead to it; ids of the document, as 4.2.",
     ),
 ]
 _Breakpoints = Annotated[
@@ -97,7 +97,7 @@ _RecordImages = Annotated[
     bool,
     typer.Option(
         "--record-images",
-        help="Record images, too: some MB a second. Code that looks at images cannot be replayed without.",
+        help="Record images, too: some MB per second. Code that reads images needs them for a replay.",
     ),
 ]
 

@@ -91,7 +91,7 @@ def describe(error: BaseException) -> str:
     try:
         text = str(error)
     except Exception:  # noqa: BLE001
-        text = "its text cannot be had"
+        text = "its message is not available"
     return f"{type(error).__name__}: {text}"[:_LONGEST]
 
 

@@ -151,7 +151,7 @@ class Supervision(Observer):
             self._wait(self._without_server, run, location, message, "waiting for the server")
             raise CycleEnded from error
         if isinstance(error, CommandRefusedException) and self._on_refused is OnRefused.PAUSE:
-            self._wait(self._refused, run, location, message, "pauses until commands are taken again")
+            self._wait(self._refused, run, location, message, "pauses until commands are accepted again")
             self._pause(Refusal(f"{_place(run)}: {message}", error.holder, time.monotonic()))
             raise CycleEnded from error
         self._record(run, location, message)
@@ -174,7 +174,7 @@ class Supervision(Observer):
             with self._lock:
                 seconds = self._refused.recovered(run)
                 if seconds is not None:
-                    self._log.warning("commands are taken again: goes on after %.1f s", seconds)
+                    self._log.warning("commands are accepted again: continuing after %.1f s", seconds)
         if self._without_server and self._servers_present():
             with self._lock:
                 seconds = self._without_server.recovered(run)

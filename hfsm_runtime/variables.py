@@ -77,7 +77,7 @@ def assign(automaton: Automaton, name: str, value: object) -> None:
         )
     try:
         if callable(cell.cell_contents) or isinstance(cell.cell_contents, ModuleType):
-            raise UnknownElementError(f"{name} is no variable of automaton {automaton.id}: it is code")
+            raise UnknownElementError(f"{name} is not a variable of automaton {automaton.id}: it is code")
     except ValueError:  # nothing has been assigned
         pass
     for declared in automaton.inputs:

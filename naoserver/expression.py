@@ -123,7 +123,7 @@ class TimedVoice:
             now = self._now()
             self._go_on(now)
             if len(self._agenda) > MOST_WAITING:
-                raise InvalidCommand("text", f"{MOST_WAITING} texts wait to be said already")
+                raise InvalidCommand("text", f"{MOST_WAITING} texts are already waiting to be said")
             start = self._agenda[-1][1] if self._agenda else now
             self._agenda.append((text, start + speaking_time(text)))
 

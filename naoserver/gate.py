@@ -57,7 +57,7 @@ class Gate:
         holder = ""
         with self._lock:
             if self._out_of_reach:
-                why, what = f"out of reach: {self._out_of_reach}", "wait until it is found again"
+                why, what = f"unreachable: {self._out_of_reach}", "wait until it is found again"
             elif self._stop_reason is not None:
                 why, what = f"stopped: {self._stop_reason}", "reset the emergency stop first"
             elif holder := self._other_holder(client):
@@ -130,7 +130,7 @@ class Gate:
             if lease is None or lease.client != client:
                 return False
             self._lease = None
-        self.events.add(Severity.Info, _SOURCE, f"{lease.holder} holds the robot no longer", "lease")
+        self.events.add(Severity.Info, _SOURCE, f"{lease.holder} no longer holds the robot", "lease")
         return True
 
     def state(self) -> SafetyState:

@@ -54,7 +54,7 @@ class Claims:
             try:
                 stop()
             except Exception:  # the others and the joints themselves are to be stopped all the same
-                _logger.exception("what moves %s could not be stopped", ", ".join(sorted(claimed)))
+                _logger.exception("cannot stop what moves %s", ", ".join(sorted(claimed)))
         with self._lock:
             return wanted & frozenset().union(*(joints for joints, _ in self._claims.values()))
 

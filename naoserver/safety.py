@@ -107,7 +107,9 @@ class JointRules:
         cap = self.facts[joint].max_velocity if full else self.speed_cap(joint)
         safe = clamp(speed, -cap, cap)
         if abs(safe - speed) > _ROUNDING:
-            outcome.limitations.append(Limitation(joint, f"speed {speed:.4g} is too fast, taken {safe:.4g}"))
+            outcome.limitations.append(
+                Limitation(joint, f"speed {speed:.4g} is too fast, limited to {safe:.4g}")
+            )
         return safe
 
     def clamp_target(
@@ -116,7 +118,7 @@ class JointRules:
         """Return a target clamped to limits; `why` says what is wrong beyond them."""
         safe = clamp(target, *limits)
         if abs(safe - target) > _ROUNDING:
-            outcome.limitations.append(Limitation(joint, f"{target:.4g} {why}, taken {safe:.4g}"))
+            outcome.limitations.append(Limitation(joint, f"{target:.4g} {why}, limited to {safe:.4g}"))
         return safe
 
 
@@ -315,7 +317,7 @@ class JointSafety:
             way = table.over((self._setpoint(joint, reading), goal.target))
             speed = self.speed_cap(other) / table.steepest
             if speed < goal.speed and not _is_within(self._setpoint(other, reading), way):
-                reason = f"speed {goal.speed:.4g} leaves {other} no time to make way, taken {speed:.4g}"
+                reason = f"speed {goal.speed:.4g} leaves {other} no time to make way, limited to {speed:.4g}"
                 outcome.limitations.append(Limitation(joint, reason))
                 self._goals[joint] = Goal(goal.target, speed)
 

@@ -73,7 +73,7 @@ class WalkGuard:
                 highest = self._highest[kind]
                 safe = max(-highest, min(highest, velocity))
                 if safe != velocity:
-                    reason = f"{kind} velocity {velocity:.4g} is too high, taken {safe:.4g}"
+                    reason = f"{kind} velocity {velocity:.4g} is too high, limited to {safe:.4g}"
                     limitations.append((_SOURCE, reason))
                 drives.pop(kind, None)
                 if safe:
@@ -114,7 +114,7 @@ class WalkGuard:
             if not walking:
                 self._body.free(WALK)  # where the legs stand now is where they are to be
         if given_up:
-            message = "the robot ended the walk: it fell, its legs became limp, or it was put elsewhere"
+            message = "the robot ended the walk: it fell, its legs became limp, or it was moved"
             self._events.add(Severity.Error, _SOURCE, message, "ended")
         return self._options.period if walking else None
 

@@ -144,7 +144,7 @@ class NaoqiCameras:
                     camera.newest = frame.time
                     return replace(frame, time=camera.stamps.steady(frame.time, arrival))
             if time.monotonic() + _AGAIN > deadline:
-                raise HardwareFailure(f"{camera.facts.name} gives no picture")
+                raise HardwareFailure(f"{camera.facts.name} returned no image")
             time.sleep(_AGAIN)
 
     def _subscribe(self, camera: _Camera, size: tuple[int, int]) -> _Subscription:
@@ -183,7 +183,7 @@ def frame_of(image: Any, camera: str, size: tuple[int, int]) -> Frame:  # noqa: 
         stamp = float(image[4]) + float(image[5]) / 1e6
         array = np.frombuffer(pixels, dtype=np.uint8).reshape(height, width, 3)
     except (IndexError, TypeError, ValueError) as error:
-        raise HardwareFailure(f"{camera}: what came is no picture: {error}") from None
+        raise HardwareFailure(f"{camera}: the reply is not an image: {error}") from None
     if (width, height) != size or layers != 3:
         message = f"{camera}: a picture of {width}x{height} with {layers} layers came"
         raise HardwareFailure(f"{message}, not {size[0]}x{size[1]} with 3")

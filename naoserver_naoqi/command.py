@@ -12,7 +12,7 @@ from naoserver.options import ServerOptions
 from naoserver.server import serve
 from naoserver_naoqi.libqi import connect
 from naoserver_naoqi.link import AddressError, RobotAddress
-from naoserver_naoqi.robot import End, Life, NaoqiRobot, Start, Wishes
+from naoserver_naoqi.robot import End, Life, LifecycleOptions, NaoqiRobot, Start
 from zenoh_ice import initialize
 from zenoh_ice.settings import DEFAULT_ENDPOINT, Settings
 
@@ -38,19 +38,19 @@ def naoserver_naoqi(
             metavar="URL", help="Where NAOqi listens: tcp://HOST[:9559], or tcps://HOST[:9503] with a login."
         ),
     ],
-    user: Annotated[str, typer.Option(help="Who logs in, at tcps://.")] = "nao",
+    user: Annotated[str, typer.Option(help="User name for the login at tcps://.")] = "nao",
     password: Annotated[
         str,
-        typer.Option(envvar="NAOQI_PASSWORD", help="The password; others see what stands on a command line."),
+        typer.Option(envvar="NAOQI_PASSWORD", help="Password; others can see a command line."),
     ] = "",
     start: Annotated[
-        Start, typer.Option(help="What the robot does first: nothing, hold its joints, or stand up.")
+        Start, typer.Option(help="At the start: do nothing, hold the joints, or stand up.")
     ] = Start.LEAVE,
     end: Annotated[
-        End, typer.Option(help="What it does at the end: nothing, crouch and go limp, or go limp at once.")
+        End, typer.Option(help="At the end: do nothing, crouch and go limp, or go limp at once.")
     ] = End.LEAVE,
     life: Annotated[
-        Life, typer.Option(help="What becomes of Autonomous Life; suspend brings it back at the end.")
+        Life, typer.Option(help="Autonomous Life: leave it on, disable it, or suspend it until the end.")
     ] = Life.DISABLE,
 ) -> None:
     """Serve a Nao over NAOqi: the same servants as of the simulated robot.
@@ -58,7 +58,7 @@ def naoserver_naoqi(
     Prints a line that begins with 'ready' once it can be called. Ctrl-C ends it.
     """
     address = parse_address(robot, user, password)
-    nao = NaoqiRobot(lambda timeout: connect(address, timeout), Wishes(start, end, life))
+    nao = NaoqiRobot(lambda timeout: connect(address, timeout), LifecycleOptions(start, end, life))
     with stop_on_signals() as stop, initialize(settings) as communicator, closing(nao):
         nao.start()
         adapter = communicator.createObjectAdapter("NaoServer")

@@ -165,8 +165,8 @@ class Connection:
             except CallFailed as error:
                 self._reporter.report_once("tick", str(error))
             except Exception as error:
-                _logger.exception("looking at the robot failed")
-                return f"looking at it failed: {error}"
+                _logger.exception("checking the robot failed")
+                return f"checking it failed: {error}"
             if link.lost.is_set():
                 return "the connection broke"
             now = self._clock.now()
@@ -200,7 +200,7 @@ class Connection:
             try:
                 listener()
             except Exception:
-                _logger.exception("a part failed when it heard that the robot was lost or found")
+                _logger.exception("a part failed to handle the loss or return of the robot")
 
 
 def join(thread: threading.Thread, seconds: float) -> None:

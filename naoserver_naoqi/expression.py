@@ -11,8 +11,8 @@ from naoserver.capabilities import Color, Utterance
 from naoserver.errors import CommandRefused, HardwareFailure, InvalidCommand
 from naoserver.expression import MOST_WAITING, SINGLE_COLORED, FadingLights
 from naoserver.naoqi_names import LIGHT_GROUPS
+from naoserver_naoqi.background_calls import BackgroundCalls
 from naoserver_naoqi.connection import Connection, Reporter
-from naoserver_naoqi.errands import Errands
 from naoserver_naoqi.link import Link, LinkLost, Reply
 
 
@@ -22,9 +22,9 @@ class NaoqiLights(FadingLights):
     NAOqi does not report what they show: that is what they were last commanded here.
     """
 
-    def __init__(self, errands: Errands, now: Callable[[], float]) -> None:
+    def __init__(self, calls: BackgroundCalls, now: Callable[[], float]) -> None:
         super().__init__(now)
-        self._errands = errands
+        self._calls = calls
 
     def set(self, name: str, color: Color, seconds: float) -> None:
         """Let a group fade to a color in some seconds. Raises CommandRefused while the robot is lost."""
@@ -42,7 +42,7 @@ class NaoqiLights(FadingLights):
 
     def _run(self, operation: str, *arguments: object) -> None:
         try:
-            self._errands.run(operation, *arguments)
+            self._calls.run(operation, *arguments)
         except HardwareFailure as error:
             raise CommandRefused(str(error)) from error
 
@@ -50,9 +50,9 @@ class NaoqiLights(FadingLights):
 class NaoqiVoice:
     """The voice of a robot. Implements Voice; a text begins at the cycle after the end of the one before."""
 
-    def __init__(self, connection: Connection, errands: Errands, reporter: Reporter) -> None:
+    def __init__(self, connection: Connection, calls: BackgroundCalls, reporter: Reporter) -> None:
         self._connection = connection
-        self._errands = errands
+        self._calls = calls
         self._reporter = reporter
         self._lock = threading.Lock()
         self._waiting: deque[str] = deque()
@@ -69,7 +69,7 @@ class NaoqiVoice:
             if link is None:
                 raise CommandRefused("the robot is not connected: it says nothing")
             if len(self._waiting) >= MOST_WAITING:
-                raise InvalidCommand("text", f"{MOST_WAITING} texts wait to be said already")
+                raise InvalidCommand("text", f"{MOST_WAITING} texts are already waiting to be said")
             self._waiting.append(text)
             self._go_on(link)
 
@@ -80,7 +80,7 @@ class NaoqiVoice:
             if self._saying is None:
                 return
         try:
-            self._errands.run("ALTextToSpeech.stopAll")
+            self._calls.run("ALTextToSpeech.stopAll")
         except LinkLost:
             self.forget()
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Final
 
 from naoserver.body import H25
+from naoserver_naoqi.background_calls import BackgroundCalls, CoalescingQueue
 from naoserver_naoqi.connection import Connection, Reporter
-from naoserver_naoqi.errands import Errands, Lane
 from naoserver_naoqi.link import Link, Reply
 from naoserver_naoqi.state import NaoqiState
 
@@ -34,13 +34,15 @@ class NaoqiJoints:
     """Command the joints of a robot, without blocking; a robot that is lost gets no commands."""
 
     def __init__(
-        self, connection: Connection, state: NaoqiState, errands: Errands, reporter: Reporter
+        self, connection: Connection, state: NaoqiState, calls: BackgroundCalls, reporter: Reporter
     ) -> None:
         self._state = state
-        self._errands = errands
-        self.orders: Final[Lane[str, Order]] = Lane("joints", connection, reporter, self._send_orders)
+        self._calls = calls
+        self.orders: Final[CoalescingQueue[str, Order]] = CoalescingQueue(
+            "joints", connection, reporter, self._send_orders
+        )
         """What joints are to do."""
-        self._stiffnesses: Lane[str, tuple[float, float]] = Lane(
+        self._stiffnesses: CoalescingQueue[str, tuple[float, float]] = CoalescingQueue(
             "stiffness", connection, reporter, self._send_stiffnesses
         )
 
@@ -93,7 +95,7 @@ class NaoqiJoints:
         slowly = {joint: change for joint, change in wanted.items() if change[1] > 0.0}
         if slowly:  # it answers when the last motor is there: the next change does not wait for that
             columns = ([[part] for part in column] for column in zip(*slowly.values(), strict=True))
-            self._errands.run("ALMotion.stiffnessInterpolation", list(slowly), *columns)
+            self._calls.run("ALMotion.stiffnessInterpolation", list(slowly), *columns)
         if not at_once:
             return []
         return [link.begin("ALMotion.setStiffnesses", list(at_once), list(at_once.values()))]

@@ -35,7 +35,7 @@ def connect(address: RobotAddress, timeout: float) -> LibqiLink:
         future.cancel()
         why = f"no answer within {timeout:g} s"
     else:
-        why = str(future.error()) if future.hasError() else "it was broken off"
+        why = str(future.error()) if future.hasError() else "it was cancelled"
     session.close()
     raise LinkLost(f"cannot connect to {address}: {why}; is the robot on, and the address right?")
 
@@ -136,7 +136,7 @@ class _Login:
 
 
 def _failure(operation: str, message: str) -> CallFailed | LinkLost:
-    message = message.strip().partition("\n")[0] or "it failed and says nothing"
+    message = message.strip().partition("\n")[0] or "it failed without a message"
     if any(part in message.lower() for part in _GONE):
         return LinkLost(message)
     told = message.startswith(operation.replace(".", "::"))

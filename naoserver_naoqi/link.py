@@ -90,13 +90,15 @@ class RobotAddress:
         try:
             parts = urlsplit(text if "://" in text else f"tcp://{text}")
         except ValueError as error:
-            raise AddressError(f"{text!r} is no address: {error}") from None
+            raise AddressError(f"{text!r} is not an address: {error}") from None
         if parts.scheme not in _PORTS:
-            raise AddressError(f"{text!r} begins neither with tcp:// nor with tcps://")
+            raise AddressError(f"{text!r} must begin with tcp:// or tcps://")
         if parts.username or parts.password:
-            raise AddressError("an address holds no login: give --user, and the password by the environment")
+            raise AddressError(
+                "an address must not contain a login: give --user, and the password by the environment"
+            )
         if parts.path.strip("/") or parts.query or parts.fragment:
-            raise AddressError(f"{text!r} has something behind the port")
+            raise AddressError(f"{text!r} has text after the port")
         try:
             port = parts.port
         except ValueError:
@@ -104,7 +106,7 @@ class RobotAddress:
         if not parts.hostname or port == 0:
             raise AddressError(f"{text!r} names no {'port' if parts.hostname else 'host'}")
         if parts.scheme == "tcps" and not (user and password):
-            raise AddressError("a robot at tcps:// wants a login: give --user, and its password")
+            raise AddressError("a robot at tcps:// requires a login: give --user, and its password")
         return cls(parts.scheme, parts.hostname, port or _PORTS[parts.scheme], user, password)
 
     @property

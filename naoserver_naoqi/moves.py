@@ -10,8 +10,8 @@ from typing import Any, Final
 from naoserver.body import H25
 from naoserver.capabilities import Odometry, PostureProgress, WalkVelocity
 from naoserver.errors import CommandRefused, HardwareFailure, InvalidCommand
+from naoserver_naoqi.background_calls import BackgroundCalls, CoalescingQueue, Poll
 from naoserver_naoqi.connection import PERIOD, Connection, Reporter
-from naoserver_naoqi.errands import Errands, Lane, Question
 from naoserver_naoqi.link import CallFailed, Link, LinkLost, Reply, call
 from naoserver_naoqi.state import NaoqiState
 from zenoh_ice import Clock
@@ -45,7 +45,9 @@ class NaoqiWalker:
         self._state = state
         self._clock = clock
         self._lock = threading.Lock()
-        self._lane: Lane[str, WalkVelocity] = Lane("walk", connection, reporter, _send)
+        self._velocities: CoalescingQueue[str, WalkVelocity] = CoalescingQueue(
+            "walk", connection, reporter, _send
+        )
         self.limits = limits_of(_USUAL)
         """The highest velocity of each kind, as NAOqi is configured."""
         self._commanded = _STILL
@@ -55,8 +57,8 @@ class NaoqiWalker:
         self._still_since: float | None = None
         self._odometry = Odometry(clock.now(), 0.0, 0.0, 0.0)
         self.questions: Final = (
-            Question(reporter, clock.now, self._period, self._take_position, _POSITION, True),
-            Question(reporter, clock.now, self._period, self._take_active, "ALMotion.moveIsActive"),
+            Poll(reporter, clock.now, self._period, self._take_position, _POSITION, True),
+            Poll(reporter, clock.now, self._period, self._take_active, "ALMotion.moveIsActive"),
         )
         """What is to be asked at every cycle."""
 
@@ -74,7 +76,7 @@ class NaoqiWalker:
         """End the walk, and the thread."""
         if self.walking or self._commanded != _STILL:
             self.command(_STILL)
-        self._lane.close()
+        self._velocities.close()
 
     def command(self, velocity: WalkVelocity) -> None:
         """Walk at a velocity until the next command; all 0 ends the walk."""
@@ -88,7 +90,7 @@ class NaoqiWalker:
             self._commanded = velocity
             self._sent, self._still_since = self._clock.now(), None
             self.walking = self.walking or velocity != _STILL
-            self._lane.post({"velocity": velocity})
+            self._velocities.post({"velocity": velocity})
 
     def commanded(self) -> WalkVelocity:
         """Return the newest command; all 0 once it has ended, also by a fall."""
@@ -101,12 +103,12 @@ class NaoqiWalker:
     def forget(self) -> None:
         """Take the walk for ended: the robot is lost, and stopped when it is found again."""
         with self._lock:
-            self._lane.forget()
+            self._velocities.forget()
             self._commanded, self.walking = _STILL, False
 
     def _check(self) -> None:
         if self._state.body().fallen:
-            raise InvalidCommand("velocity", "the robot has fallen: let it stand up first")
+            raise InvalidCommand("velocity", "the robot has fallen: make it stand up first")
         stiffnesses = dict(zip(H25.joint_names, self._state.joints().stiffnesses, strict=True))
         limp = [joint for joint in _LEGS if stiffnesses[joint] < _LIMP]
         if limp:
@@ -120,14 +122,14 @@ class NaoqiWalker:
         try:
             x, y, heading = (float(value) for value in answer)
         except (TypeError, ValueError):
-            raise HardwareFailure(f"{_POSITION}: {str(answer)[:60]!r} is no place") from None
+            raise HardwareFailure(f"{_POSITION}: {str(answer)[:60]!r} is not a place") from None
         self._odometry = Odometry(asked, x, y, heading)
 
     def _take_active(self, answer: Any, asked: float) -> None:  # noqa: ANN401
         with self._lock:
             if answer:
                 self.walking, self._still_since = True, None
-            elif self.walking and asked > self._sent and self._lane.idle:
+            elif self.walking and asked > self._sent and self._velocities.idle:
                 if self._still_since is None:
                     self._still_since = asked
                 elif asked - self._still_since >= _ENDED:
@@ -158,10 +160,10 @@ class NaoqiPostures:
     """The postures of a robot. Implements OwnPostures."""
 
     def __init__(
-        self, connection: Connection, errands: Errands, reporter: Reporter, now: Callable[[], float]
+        self, connection: Connection, calls: BackgroundCalls, reporter: Reporter, now: Callable[[], float]
     ) -> None:
         self._connection = connection
-        self._errands = errands
+        self._calls = calls
         self._lock = threading.Lock()
         self.names: tuple[str, ...] = ()
         """The postures that the robot knows."""
@@ -169,7 +171,7 @@ class NaoqiPostures:
         self._going: Reply | None = None
         self._stopped = False
         self._progress = PostureProgress()
-        self.question: Final = Question(
+        self.question: Final = Poll(
             reporter, now, lambda: _POSTURE_PERIOD, self._take, "ALRobotPosture.getPosture"
         )
         """What is to be asked at every cycle."""
@@ -195,7 +197,7 @@ class NaoqiPostures:
                 return
             self._stopped = True
         try:
-            self._errands.run("ALRobotPosture.stopMove")
+            self._calls.run("ALRobotPosture.stopMove")
         except LinkLost:
             self.forget()
 
@@ -213,7 +215,7 @@ class NaoqiPostures:
             if self._going is None or not self._going.done:
                 return
             going, self._going = self._going, None
-            why = "it was stopped" if self._stopped else "the robot did not come there"
+            why = "it was stopped" if self._stopped else "the robot did not reach its goal"
             try:
                 reached = bool(going.result(0.0))
             except HardwareFailure as error:

@@ -14,9 +14,9 @@ from naoserver.assembly import Assembly
 from naoserver.body import H25
 from naoserver.errors import HardwareFailure
 from naoserver.robot import BodyState, CameraFacts, Frame, JointReading
+from naoserver_naoqi.background_calls import BackgroundCalls
 from naoserver_naoqi.cameras import NaoqiCameras
 from naoserver_naoqi.connection import Connection, Reporter
-from naoserver_naoqi.errands import Errands
 from naoserver_naoqi.expression import NaoqiLights, NaoqiVoice
 from naoserver_naoqi.joints import NaoqiJoints
 from naoserver_naoqi.link import CallFailed, Link, call
@@ -67,19 +67,19 @@ class Life(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Wishes:
-    """What the operator wants to happen to the robot."""
+class LifecycleOptions:
+    """What happens to the robot at the start and at the end."""
 
     start: Start = Start.LEAVE
     end: End = End.LEAVE
     life: Life = Life.DISABLE
 
 
-class Care:
-    """Do to the robot what the operator wishes."""
+class Lifecycle:
+    """Bring the robot into its state at the start and at the end, as the options say."""
 
-    def __init__(self, wishes: Wishes, connection: Connection, reporter: Reporter) -> None:
-        self._wishes = wishes
+    def __init__(self, options: LifecycleOptions, connection: Connection, reporter: Reporter) -> None:
+        self._options = options
         self._connection = connection
         self._reporter = reporter
         self._life_before = ""
@@ -87,7 +87,7 @@ class Care:
 
     def open(self, link: Link) -> None:
         """Switch Autonomous Life off, each time the robot is found: it wakes up when the robot was off."""
-        if self._wishes.life is Life.LEAVE:
+        if self._options.life is Life.LEAVE:
             return
         try:
             state = str(call(link, "ALAutonomousLife.getState"))
@@ -102,27 +102,27 @@ class Care:
     def begin(self) -> None:
         """Bring the robot into the state in which it is to be served. Raises HardwareFailure."""
         self._begun = True
-        if self._wishes.start is Start.STAND:
+        if self._options.start is Start.STAND:
             call(self._connection.require(), "ALMotion.wakeUp", timeout=_LONG)
-        elif self._wishes.start is Start.STIFFEN:
+        elif self._options.start is Start.STIFFEN:
             _stiffen(self._connection.require(), 1.0)
 
     def end(self) -> None:
-        """Leave the robot as the operator wishes; what fails is reported, and the rest is done."""
+        """Leave the robot as the options say; what fails is reported, and the rest is done."""
         link = self._connection.link
         if link is None:
-            if self._begun and self._wishes.end is not End.LEAVE:
+            if self._begun and self._options.end is not End.LEAVE:
                 self._reporter.report(Severity.Error, "the robot is lost: it stays as it is")
             return
         try:
-            if self._wishes.end is End.REST:
+            if self._options.end is End.REST:
                 call(link, "ALMotion.rest", timeout=_LONG)
-            elif self._wishes.end is End.LIMP:
+            elif self._options.end is End.LIMP:
                 _stiffen(link, 0.0)
-            if self._wishes.life is Life.SUSPEND and self._life_before:
+            if self._options.life is Life.SUSPEND and self._life_before:
                 call(link, "ALAutonomousLife.setState", self._life_before, timeout=_LONG)
         except HardwareFailure as error:
-            self._reporter.report(Severity.Error, f"the robot was not left as wished: {error}")
+            self._reporter.report(Severity.Error, f"the robot was not left as requested: {error}")
 
 
 def _stiffen(link: Link, stiffness: float) -> None:
@@ -137,7 +137,10 @@ class NaoqiRobot:
     """
 
     def __init__(
-        self, connect: Callable[[float], Link], wishes: Wishes | None = None, clock: Clock | None = None
+        self,
+        connect: Callable[[float], Link],
+        options: LifecycleOptions | None = None,
+        clock: Clock | None = None,
     ) -> None:
         self.name: Final = "Nao"
         self.joints: Final = H25.joints
@@ -148,15 +151,15 @@ class NaoqiRobot:
         reporter = self._reporter = Reporter()
         connection = self._connection = Connection(connect, self.clock, reporter)
         self._state = NaoqiState(self.clock)
-        self._errands = Errands(connection, reporter)
-        self._care = Care(wishes or Wishes(), connection, reporter)
-        self._commands = NaoqiJoints(connection, self._state, self._errands, reporter)
+        self._calls = BackgroundCalls(connection, reporter)
+        self._lifecycle = Lifecycle(options or LifecycleOptions(), connection, reporter)
+        self._commands = NaoqiJoints(connection, self._state, self._calls, reporter)
         self.walker: Final = NaoqiWalker(connection, self._state, self.clock, reporter)
         self._cameras = NaoqiCameras(connection, now)
         self.senses: Final = NaoqiSenses(self._state)
-        self.lights: Final = NaoqiLights(self._errands, now)
-        self.voice: Final = NaoqiVoice(connection, self._errands, reporter)
-        self.postures: Final = NaoqiPostures(connection, self._errands, reporter, now)
+        self.lights: Final = NaoqiLights(self._calls, now)
+        self.voice: Final = NaoqiVoice(connection, self._calls, reporter)
+        self.postures: Final = NaoqiPostures(connection, self._calls, reporter, now)
         self._closed = False
         self._wire()
 
@@ -201,10 +204,10 @@ class NaoqiRobot:
     def start(self) -> None:
         """Connect, and bring the robot into the state in which it is to be served. Raises RobotError."""
         self._connection.start()
-        self._care.begin()
+        self._lifecycle.begin()
 
     def close(self) -> None:
-        """Stop all motion, leave the robot as the operator wishes, release what it gave, and hang up."""
+        """Stop all motion, leave the robot as the options say, release what it gave, and hang up."""
         if self._closed:
             return
         self._closed = True
@@ -213,7 +216,7 @@ class NaoqiRobot:
             steps.callback(self._connection.close)
             steps.callback(lambda: self.senses.close(self._connection.link))
             steps.callback(self._cameras.close)
-            steps.callback(self._care.end)
+            steps.callback(self._lifecycle.end)
             steps.callback(self._commands.close)
             steps.callback(self.walker.close)
             steps.callback(self.voice.stop)
@@ -222,14 +225,22 @@ class NaoqiRobot:
         """Let the connection tell each part what it has to do."""
         connection = self._connection
         questions = (*self.walker.questions, self.postures.question)
-        parts = (self._state, self.walker, self._care, self._cameras, self.senses, self.postures, *questions)
+        parts = (
+            self._state,
+            self.walker,
+            self._lifecycle,
+            self._cameras,
+            self.senses,
+            self.postures,
+            *questions,
+        )
         connection.on_open.extend(part.open for part in parts)
         connection.on_tick.append(self._state.tick)
         connection.on_tick.extend(question.tick for question in questions)
-        connection.on_tick.extend((self.postures.tick, self.voice.tick, self._errands.tick))
+        connection.on_tick.extend((self.postures.tick, self.voice.tick, self._calls.tick))
         connection.on_lost.append(lambda _why: self._forget())
 
     def _forget(self) -> None:
         self._state.freeze()
-        for part in (self._commands, self.voice, self.postures, self._errands, self.walker):
+        for part in (self._commands, self.voice, self.postures, self._calls, self.walker):
             part.forget()

@@ -20,11 +20,12 @@ python -m naoserver_qi --qi tcp://127.0.0.1:9560 --faults --speed 5"""
 def serve_fake(
     *,
     qi: Annotated[
-        str, typer.Option(metavar="URL", help="Where to listen; port 0 lets the system pick.")
+        str, typer.Option(metavar="URL", help="Address to listen on; port 0 picks a free port.")
     ] = "tcp://127.0.0.1:9559",
-    speed: Annotated[float, typer.Option(min=0.1, max=100.0, help="Robot seconds in a wall second.")] = 1.0,
+    speed: Annotated[float, typer.Option(min=0.1, max=100.0, help="Robot seconds per wall second.")] = 1.0,
     faults: Annotated[
-        bool, typer.Option("--faults", help="Serve also Faults, which makes calls late or fail, for tests.")
+        bool,
+        typer.Option("--faults", help="Also serve Faults, which delays calls or makes them fail, for tests."),
     ] = False,
 ) -> None:
     """Serve a robot without physics as NAOqi.

@@ -216,9 +216,9 @@ class Calls:
 
         with self._lock:
             if self._closed:
-                return _failed(f"{name}: the robot is about to end")
+                return _failed(f"{name}: the robot is shutting down")
             if len(self._running) >= MOST_WAITING:
-                return _failed(f"{name}: {MOST_WAITING} calls go on already")
+                return _failed(f"{name}: {MOST_WAITING} calls are already running")
             self._running.add(call)
             self._executor.submit(run)
         return promise.future()

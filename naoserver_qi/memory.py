@@ -136,7 +136,7 @@ class ALMemory:
         with self._lock:
             if name not in self._subscribers:
                 if len(self._subscribers) >= MOST:
-                    raise InvalidCommand("event", f"{MOST} keys are listened to already")
+                    raise InvalidCommand("event", f"{MOST} keys already have listeners")
                 if name in self._looks:
                     self._seen[name] = self._look(name, _Moment(self._access))[1]
                 self._subscribers[name] = Subscriber()

@@ -58,7 +58,7 @@ def naoserver_sim(
     *,
     settings: Settings,
     speed: Annotated[
-        str, typer.Option(metavar="FACTOR|max", help="Robot seconds in a wall second, such as 1, 5 or 20.")
+        str, typer.Option(metavar="FACTOR|max", help="Robot seconds per wall second, such as 1, 5 or 20.")
     ] = "1",
     viewer: Annotated[
         bool, typer.Option("--viewer/--headless", help="Open MuJoCo's window, or run without a display.")
@@ -67,7 +67,7 @@ def naoserver_sim(
         str,
         typer.Option(
             metavar="NAME|FILE",
-            help=f"What surrounds the robot: {', '.join(bundled_worlds())}, "
+            help=f"World around the robot: {', '.join(bundled_worlds())}, "
             "or a TOML file (docs/how-to/worlds.md).",
         ),
     ] = DEFAULT_WORLD,
@@ -76,14 +76,14 @@ def naoserver_sim(
         typer.Option(
             min=1,
             max=MOST_ROBOTS,
-            help="Simulate several robots: each in a process, a world and a realm of its own.",
+            help="Simulate several robots, each in its own process, world and realm.",
         ),
     ] = 1,
     skin: Annotated[
         bool, typer.Option("--skin/--no-skin", help="Show the robot's shell, or its bare blocks.")
     ] = True,
     noise: Annotated[
-        bool, typer.Option("--noise/--no-noise", help="Let the senses be as imperfect as a real robot's.")
+        bool, typer.Option("--noise/--no-noise", help="Make the sensors as imperfect as a real robot's.")
     ] = False,
     seed: Annotated[
         int | None,
@@ -155,7 +155,7 @@ def parse_speed(text: str) -> float:
     except ValueError:
         factor = math.nan
     if not (factor > 0 and math.isfinite(factor)):
-        message = f"{text!r} is no speed: give a factor above 0, such as 5, or 'max'"
+        message = f"{text!r} is not a speed: give a factor above 0, such as 5, or 'max'"
         raise typer.BadParameter(message, param_hint="--speed")
     return factor
 
@@ -167,7 +167,7 @@ def parse_cameras(texts: Sequence[str]) -> dict[str, CameraOptions]:
         match = _CAMERA_OPTION.fullmatch(text)
         if match is None:
             message = (
-                f"{text!r} is no camera setting: write NAME=WIDTHxHEIGHT@RATE, such as Camera=640x480@15"
+                f"{text!r} is not a camera setting: write NAME=WIDTHxHEIGHT@RATE, such as Camera=640x480@15"
             )
             raise typer.BadParameter(message, param_hint="--camera")
         given = CameraOptions(width=int(match["width"]), height=int(match["height"]))

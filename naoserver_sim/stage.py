@@ -138,7 +138,7 @@ class SimulatedStage:
         _require(-_STRONGEST, _STRONGEST, "N", **dict(zip(("x", "y", "z"), force, strict=True)))
         _require(0.0, _LONGEST, "s", seconds=seconds)
         if len(self._pushes) >= _MOST_PUSHES:
-            raise InvalidCommand("seconds", f"{_MOST_PUSHES} pushes go on already: wait until one ends")
+            raise InvalidCommand("seconds", f"{_MOST_PUSHES} pushes are already active: wait until one ends")
         push = _Push(np.array(force), seconds)
 
         def begin() -> None:
@@ -224,7 +224,7 @@ class SimulatedStage:
             touching = {int(mj.geom_bodyid[contact.geom1]), int(mj.geom_bodyid[contact.geom2])}
             if contact.dist < -_SHALLOW and touching & bodies and not touching <= bodies:
                 (other,) = touching - bodies or (0,)
-                raise InvalidCommand(field, f"there is no room: {self._name(other)} is there")
+                raise InvalidCommand(field, f"there is no room: {self._name(other)} is in the way")
 
     def _name(self, body: int) -> str:
         mj = self._model.mj

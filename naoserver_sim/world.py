@@ -174,7 +174,7 @@ def parse_world(text: str, source: str) -> World:
     names = world.names
     for name in names:
         if names.count(name) > 1:
-            raise RobotError(f"{source}: {name} stands there {names.count(name)} times; give each its own")
+            raise RobotError(f"{source}: {name} appears {names.count(name)} times; use each name once")
     if len(names) + len(world.walls) > _MOST_THINGS:
         raise RobotError(f"{source}: there are more than {_MOST_THINGS} things")
     return world

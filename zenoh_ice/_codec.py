@@ -28,7 +28,7 @@ DECODE_ERRORS: Final = (TypeError, ValueError, OverflowError, RecursionError, Me
 """What msgspec raises for payloads, and TypeError for types of a servant's schema, that it cannot decode."""
 
 ENCODE_ERRORS: Final = (TypeError, ValueError, OverflowError, RecursionError, BufferError)
-"""What `to_msgpack` raises for values that cannot travel; `not_encoded` explains it."""
+"""What `to_msgpack` raises for values that cannot be encoded; `not_encoded` explains it."""
 _LONGEST: Final = (1 << 32) - 1  # of a byte sequence in MessagePack
 _HEADER_SIZE: Final = 5  # of a large byte sequence there: a type byte and the length
 _EMPTY: Final = b"\xc4\x00"  # a byte sequence of none
@@ -141,14 +141,14 @@ def _encode_foreign(value: object) -> object:
             return view.cast("B") if view.c_contiguous else view.tobytes()
     if hasattr(value, "tolist"):
         return value.tolist()
-    raise TypeError(f"a {type(value).__name__} cannot travel")
+    raise TypeError(f"a {type(value).__name__} cannot be encoded")
 
 
 to_msgpack: Final = msgspec.msgpack.Encoder(enc_hook=_encode_foreign).encode
 
 
 def encode(value: object, what: str) -> bytes:
-    """Return a value as MessagePack; raises MarshalException, beginning with `what`, if it cannot travel."""
+    """Return a value as MessagePack; raises MarshalException that begins with `what` if it cannot."""
     try:
         return to_msgpack(value)
     except ENCODE_ERRORS as error:
@@ -157,7 +157,7 @@ def encode(value: object, what: str) -> bytes:
 
 def not_encoded(error: BaseException, what: str) -> MarshalException:
     """Return what reports one of ENCODE_ERRORS."""
-    endless = "nested too deeply, or in a cycle: a value that holds itself cannot travel"
+    endless = "nested too deeply, or in a cycle: a value that holds itself cannot be encoded"
     return MarshalException(f"{what}: {endless if isinstance(error, RecursionError) else error}")
 
 
@@ -191,7 +191,7 @@ class Codec(Generic[S]):
 
     def _make_by_name(self, *values: object, **named: object) -> S:
         if len(values) > len(self.fields):
-            raise TypeError(f"{len(values)} values where {len(self.fields)} are wanted")
+            raise TypeError(f"{len(values)} values; {len(self.fields)} are expected")
         return self.struct(**dict(zip(self.fields, values, strict=False)), **named)
 
     def gather_result(self, value: object, what: str) -> bytes | Pieces:

@@ -238,7 +238,7 @@ class Presence:
         if self._lost_with_its_process(target):
             way = f" (connecting to {', '.join(self._endpoints)})" if self._endpoints else ""
             return ConnectionLostException(
-                f"the server of {target} went away{way}; calls go on as soon as it is back"
+                f"the server of {target} is offline{way}; calls continue when it is back"
             )
         if self._endpoints and not self._linked:
             return ConnectFailedException(self._transport.explain_unreachable())
@@ -274,12 +274,12 @@ class Presence:
         elif timeout is not None:
             return TimeoutException(f"{what} did not answer within {timeout:g} s")
         elif self._came.get(target, -math.inf) >= started:
-            reason = ": its servant came during the call, and missed it"
+            reason = ": its servant started during the call, and missed it"
         elif not served:
             reason = " got no answer, and its process does not answer either"
         else:
             return AccessDeniedException(
-                f"{what} was not executed: {target} is there, and access control does not let this component "
+                f"{what} was not executed: {target} exists, but access control does not let this component "
                 "call it; `security` in its settings, and in those of the router, says who may"
             )
         return ConnectionLostException(what + reason)

@@ -122,7 +122,7 @@ class Pool:
             # The first job of each line runs.
             waiting, most = (len(jobs) - 1, _MOST_QUEUED) if jobs else (len(self.lines), _MOST_LINES)
             if waiting >= most:
-                raise BusyException(f"{line}: {waiting} calls wait already; this one was not executed")
+                raise BusyException(f"{line}: {waiting} calls are already waiting; this one was not executed")
             jobs.append(job)
             if len(jobs) == 1:
                 self.lines[line] = jobs
@@ -295,7 +295,7 @@ class Coroutines:
                 try:
                     runner.get_loop().run_forever()
                 except BaseException:  # one that exits must not end all the others
-                    _logger.exception("a coroutine tried to end %s", self._name)
+                    _logger.exception("a coroutine tried to stop %s", self._name)
 
 
 class Pulse:

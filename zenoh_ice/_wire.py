@@ -117,7 +117,7 @@ def encode_sample_attachment(
 def decode_attachment(data: bytes) -> Attachment:
     """Return the attachment that arrived; raises MarshalException for a malformed one."""
     if len(data) > ATTACHMENT_LIMIT:
-        raise MarshalException(f"attachment: {len(data)} bytes where at most {ATTACHMENT_LIMIT} are taken")
+        raise MarshalException(f"attachment: {len(data)} bytes; at most {ATTACHMENT_LIMIT} are accepted")
     try:
         return read_attachment(data)
     except (ValueError, RecursionError, OverflowError) as error:
@@ -162,7 +162,7 @@ def encode_error(error: ZenohIceError) -> bytes:
         try:
             members = msgspec.Raw(encode(error.ice_members(), type_id))
         except Exception as problem:  # noqa: BLE001 - its members are the user's own code
-            return encode_error(UnknownException(f"{type_id} could not travel: {problem}"))
+            return encode_error(UnknownException(f"{type_id} could not be encoded: {problem}"))
         return msgspec.msgpack.encode(_WireError(type_id, bases, members))
     type_id = _PREFIX + type(error).__name__
     if type_id not in _REMOTE:
@@ -182,7 +182,7 @@ def decode_error(
     other side are cut, and made printable unless they are members of a declared exception.
     """
     if len(payload) > _LIMIT:  # before it is so much as copied
-        return MarshalException(f"{what}: an error of {len(payload)} bytes where at most {_LIMIT} are taken")
+        return MarshalException(f"{what}: an error of {len(payload)} bytes; at most {_LIMIT} are accepted")
     try:
         wire = _decoder.decode(bytes(payload))
     except (ValueError, RecursionError, OverflowError) as problem:

@@ -131,7 +131,7 @@ class RobotClock:
             if silence > _SILENCE and not self._silence_logged and not self._closed:
                 self._silence_logged = True
                 _logger.warning(
-                    "nothing heard of the robot's clock for %.1f s; going on at its last rate, %g",
+                    "no sample of the robot's clock for %.1f s; continuing at its last rate, %g",
                     silence,
                     self.rate,
                 )
@@ -167,7 +167,7 @@ class RobotClock:
                 self._nonsense_logged = True
                 return
             if self._silence_logged:
-                _logger.warning("the robot's clock is heard again")
+                _logger.warning("samples of the robot's clock arrive again")
             self._silence_logged = self._nonsense_logged = False
             if time_ < self._sample - _RESTART:
                 _logger.info("the robot's clock restarted: from %.3f s back to %.3f s", self._newest, time_)

@@ -151,7 +151,7 @@ class Communicator:
         match = _PROXY.match(" ".join(text.split()).replace(" @ ", "@"))
         if match is None:
             raise ConfigurationException(
-                f"{text!r} is no proxy: write NAME[ -t|-o][@REALM], each of letters, digits, '_', '-' and "
+                f"{text!r} is not a proxy: write NAME[ -t|-o][@REALM], each of letters, digits, '_', '-' and "
                 "'.' alone; endpoints are settings, such as --connect"
             )
         identity, mode, realm = match.groups()
@@ -351,7 +351,7 @@ class Communicator:
             self._reports += [now] * len(new)
             self._rivals = (self._rivals & found) | set(new)
         for server in ended:
-            _logger.warning("what this process serves is no longer served by session %s, too", server)
+            _logger.warning("session %s no longer serves the same identities as this process", server)
         for server in new:
             self.pool.submit(partial(self._report_rival, server))  # it may take a while
 
@@ -409,7 +409,7 @@ def _choose_clock(communicator: Communicator) -> Clock:
     except (ObjectNotExistException, ConnectionLostException, TimeoutException, MarshalException) as error:
         if choice == "sim":
             raise
-        _logger.info("going by the wall's clock: %s", error)
+        _logger.info("using the wall clock: %s", error)
     return WallClock()
 
 

@@ -344,7 +344,7 @@ class Call(Generic[P, V]):
         """Raise why a request is not sent: after a fork, say, the session must not be touched."""
         self._communicator.check()
         raise MarshalException(
-            f"{self._what}: a request of {len(payload)} bytes where at most {self._limit} are sent"
+            f"{self._what}: a request of {len(payload)} bytes; at most {self._limit} are sent"
         )
 
     def _result(self, ok: bool, answer: bytes | Parted) -> object:

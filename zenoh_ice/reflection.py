@@ -166,7 +166,7 @@ def describe_package(package: str) -> dict[str, Definition]:
         return msgspec.json.decode(definitions, type=dict[_TypeId, Definition])
     except (OSError, ImportError, TypeError, ValueError, KeyError) as error:
         raise ConfigurationException(
-            f"{package or 'what stands in no package'} has no readable {_SCHEMA_FILE}:"
+            f"{package or 'code outside a package'} has no readable {_SCHEMA_FILE}:"
             f" generate it with codegen ({error})"
         ) from error
 
@@ -238,7 +238,7 @@ def parse_schema(text: str) -> Schema:
     schema, and for a schema that names what it does not describe, or has types that hold themselves.
     """
     if len(text) > _LARGEST_SCHEMA:
-        raise _malformed(f"it has {len(text)} characters where at most {_LARGEST_SCHEMA} are read")
+        raise _malformed(f"it has {len(text)} characters; at most {_LARGEST_SCHEMA} are accepted")
     try:
         schema = msgspec.json.decode(text, type=Schema)
     except DECODE_ERRORS as error:

@@ -126,7 +126,7 @@ def check_security(settings: Settings) -> list[str]:
                     raise ConfigurationException(f"{setting}: line {number} is not NAME:PASSWORD")
             if not content.strip():
                 raise ConfigurationException(
-                    f"{setting} lists nobody, so everybody would be let in: write lines NAME:PASSWORD"
+                    f"{setting} lists nobody, so everybody would be accepted: write lines NAME:PASSWORD"
                 )
     if security.authority:
         _check_tls(security)
@@ -147,7 +147,7 @@ def exposure(settings: Settings) -> list[str]:
         elif not security.mutual and not security.passwords:
             why = f"with security.mutual = false and without passwords: {anyone}"
         elif not security.roles:
-            why = "without security.roles: everybody who is let in may do everything"
+            why = "without security.roles: every accepted user may do everything"
         if why:
             dangers.append(f"listening on {endpoint} {why}")
     return dangers
@@ -164,9 +164,9 @@ def _faults(settings: Settings) -> Iterator[str]:
         yield "security.user and security.password belong together: give both"
     if not security.authority:
         if security.certificate:
-            yield "security.certificate without security.authority: name the file of who vouches for others"
+            yield "security.certificate without security.authority: name the file of the authority"
         for endpoint in (*filter(uses_tls, settings.connect), *listen):
-            yield f"{endpoint} needs security.authority: the certificate of who vouches for the other side"
+            yield f"{endpoint} needs security.authority: the certificate of the authority of the other side"
     if listen and not security.certificate:
         yield f"to listen on {listen[0]} needs security.certificate and security.key: name both files"
     if security.roles and client:

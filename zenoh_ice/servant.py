@@ -267,12 +267,12 @@ class ServedObject:
             size = 0 if payload is None else len(payload)
             if size > method.limit:  # before it is so much as copied
                 raise MarshalException(
-                    f"{method.what}: a request of {size} bytes where at most {method.limit} are taken"
+                    f"{method.what}: a request of {size} bytes; at most {method.limit} are accepted"
                 )
             data = _NO_ARGUMENTS if payload is None else bytes(payload)
             if attachment is not None:
                 if len(attachment) > ATTACHMENT_LIMIT:
-                    raise MarshalException(f"attachment: {len(attachment)} bytes where few are taken")
+                    raise MarshalException(f"attachment: {len(attachment)} bytes; fewer are accepted")
                 about = read_attachment(bytes(attachment))
             call = _Call(self, method, data, about, reply, time.monotonic())
             with turn.changed:
@@ -355,7 +355,8 @@ class ServedObject:
         too_large = turn.waiting_bytes + size > self._most_bytes
         if len(turn.waiting) >= most or (turn.waiting and too_large):
             raise BusyException(
-                f"{call.method.what}: {len(turn.waiting)} calls wait already; this one was not executed"
+                f"{call.method.what}: {len(turn.waiting)} calls are already waiting; "
+                "this one was not executed"
             )
         turn.waiting.append(call)
         turn.waiting_bytes += size
@@ -385,7 +386,7 @@ class ServedObject:
                 stage = _Stage.RETURNED
                 call.reply(True, call.method.operation.result.gather_result(result, call.method.what))
             except CancelledError:
-                text = f"{call.method.what}: its server gave it up without an answer"
+                text = f"{call.method.what}: its server dropped it without an answer"
                 call.reply(False, encode_error(ConnectionLostException(text)))
             except BaseException as error:  # noqa: BLE001 - answered
                 call.reply(*self._failure(error, call, stage))
@@ -653,7 +654,7 @@ class ObjectAdapter:
         if communicator.presence.servers(target):
             raise AlreadyRegisteredException(
                 f"another process of realm {target.realm!r} serves {target.identity!r} already, and two "
-                "would share what is meant for one: stop one, or give it another --realm"
+                "would share its calls: stop one, or give it another --realm"
             )
         served = ServedObject(communicator, target, servant)
         if communicator.served.setdefault(target, served) is not served:

@@ -63,7 +63,7 @@ def open_session(settings: Settings) -> zenoh.Session:
 
 
 def close_session(session: zenoh.Session) -> None:
-    """Close a session; one that takes long, since its peer takes nothing any more, goes on by itself."""
+    """Close a session; one that takes long, since its peer accepts nothing any more, goes on by itself."""
 
     def close() -> None:
         try:
@@ -76,7 +76,9 @@ def close_session(session: zenoh.Session) -> None:
     thread.start()
     thread.join(_CLOSE_LIMIT)
     if thread.is_alive():
-        _logger.warning("the session has not ended after %g s: its peer takes nothing any more", _CLOSE_LIMIT)
+        _logger.warning(
+            "the session has not ended after %g s: its peer accepts nothing any more", _CLOSE_LIMIT
+        )
 
 
 def session_config(settings: Settings) -> dict[str, Any]:
@@ -176,7 +178,7 @@ def _explain_endpoint(endpoint: str, security: Security) -> str:
         return absent
     why = "it listens, but makes no link with us: does it hang, or ask for a user, a password or TLS?"
     if security.user:
-        why = f"it does not let {security.user!r} in: are security.user and the password right?"
+        why = f"it does not accept {security.user!r}: are security.user and the password right?"
     try:
         with socket.create_connection(place, _STEP_LIMIT) as connection:
             if uses_tls(endpoint):

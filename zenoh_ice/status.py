@@ -69,7 +69,7 @@ def encode_status(since: float, *, shared_memory: bool, servants: Mapping[str, S
 def decode_status(data: Buffer, process: str) -> ProcessStatus:
     """Return the status that arrived; raises MarshalException, which names the process, for what is none."""
     if len(data) > _LIMIT:  # before it is so much as copied
-        raise MarshalException(f"status of {process}: {len(data)} bytes where at most {_LIMIT} are taken")
+        raise MarshalException(f"status of {process}: {len(data)} bytes; at most {_LIMIT} are accepted")
     try:
         return msgspec.msgpack.decode(bytes(data), type=ProcessStatus)
     except (ValueError, RecursionError, OverflowError) as error:

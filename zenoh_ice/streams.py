@@ -97,7 +97,7 @@ class Publisher(Generic[V]):
         payload = self.operation.result.gather_result(value, what)
         for channel in channels:
             if len(payload) > channel.limit:
-                raise MarshalException(f"{what}: {len(payload)} bytes where at most {channel.limit} are sent")
+                raise MarshalException(f"{what}: {len(payload)} bytes; at most {channel.limit} are sent")
         with self._turn:  # they travel in the order of their numbers
             number = next(self._numbers)
             for channel in channels:
@@ -380,7 +380,7 @@ class StreamReader(_Listener[V]):
         asked = timeout >= _WORTH_ASKING and self._sample is None
         if asked and not streams.is_heard(target, self.operation.name):
             return AccessDeniedException(
-                f"{self.what}: {target} is there and knows of no listener: access control does not "
+                f"{self.what}: {target} exists but sees no listener: access control does not "
                 "let this component read it; `security` in the settings of the router says who may"
             )
         return TimeoutException(f"no new sample of {self.what} within {timeout:g} s")
@@ -459,7 +459,7 @@ class Subscription(_Listener[V]):
             sample = self._decode(inlet, raw)
         except (MarshalException, InterfaceMismatchException) as error:
             if self._readable:
-                _logger.error("%s; the next that fits goes on", error)
+                _logger.error("%s; continuing with the next valid sample", error)
             self._readable = False
             return
         if sample is None:

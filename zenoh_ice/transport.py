@@ -70,7 +70,7 @@ def check_name(name: str, what: str) -> str:
     """Return the name of a realm or an identity; raises ConfigurationException for a text that is none."""
     if not re.fullmatch(NAME, name):
         raise ConfigurationException(
-            f"{name!r} is no {what}: write at most 128 letters, digits, '_', '-' and '.'"
+            f"{name!r} is not a valid {what}: write at most 128 letters, digits, '_', '-' and '.'"
         )
     return name
 

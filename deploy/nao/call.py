@@ -126,7 +126,7 @@ def _read(proxy: DynamicProxy, parameter: Member, text: str) -> Any:  # noqa: AN
         if kind == "string" or takes_bytes or is_enumerator or kind.endswith("*"):
             return text  # written without quotes
         wanted = proxy.schema.type_text(kind, scoped=False)
-        raise NaoError(f"{name}: {cut(text, _LONGEST_SHOWN)!r} is no {wanted} as JSON") from None
+        raise NaoError(f"{name}: {cut(text, _LONGEST_SHOWN)!r} is not {wanted} as JSON") from None
     # A word such as `42` or `true` is a text where a text is wanted.
     return text if kind == "string" and not isinstance(value, str) else value
 

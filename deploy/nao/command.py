@@ -127,14 +127,15 @@ def watch(
     *,
     settings: Settings,
     stream: Annotated[str, _argument("SERVANT[.OPERATION]", _STREAM, complete_stream)],
-    count: Annotated[int, typer.Option(min=0, help="End after so many samples; 0 means never.")] = 0,
+    count: Annotated[int, typer.Option(min=0, help="Stop after this many samples; 0 means never.")] = 0,
     seconds: Annotated[
-        float, typer.Option(min=0.0, callback=finite, help="End after so many seconds; 0 means never.")
+        float, typer.Option(min=0.0, callback=finite, help="Stop after this many seconds; 0 means never.")
     ] = 0.0,
     rate: Annotated[
-        float | None, typer.Option(min=0.001, callback=finite, help="Take at most so many samples a second.")
+        float | None,
+        typer.Option(min=0.001, callback=finite, help="Receive at most this many samples per second."),
     ] = None,
-    values: Annotated[bool, typer.Option("--values/--no-values", help="Show what comes, too.")] = True,
+    values: Annotated[bool, typer.Option("--values/--no-values", help="Show the values, too.")] = True,
     json: _Json = False,
 ) -> None:
     """Watch a stream: rate, age, size, losses, and its newest value.
@@ -146,7 +147,7 @@ def watch(
     watch(settings, stream, count=count, seconds=seconds, rate=rate, with_values=values, as_json=json)
 
 
-_FILE = "Where to write it; its ending, .png, .jpg or .ppm, says the format. Default: CAMERA.png."
+_FILE = "Output file; its extension, .png, .jpg or .ppm, sets the format. Default: CAMERA.png."
 
 
 @_command(
@@ -155,7 +156,7 @@ _FILE = "Where to write it; its ending, .png, .jpg or .ppm, says the format. Def
 def save_image(
     *,
     settings: Settings,
-    camera: Annotated[str, _argument("CAMERA", "Servant that gives images.", complete_camera)],
+    camera: Annotated[str, _argument("CAMERA", "Servant that provides images.", complete_camera)],
     file: Annotated[Path | None, _argument("FILE", _FILE)] = None,
     json: _Json = False,
 ) -> None:
@@ -170,7 +171,7 @@ def status(
     *,
     settings: Settings,
     every_servant: Annotated[
-        bool, typer.Option("--all", help="Show every servant, and not only those that were called most.")
+        bool, typer.Option("--all", help="Show all servants, not only those called most.")
     ] = False,
     json: _Json = False,
 ) -> None:
@@ -202,12 +203,12 @@ def stop(
     *,
     settings: Settings,
     reason: Annotated[
-        str, typer.Argument(metavar="REASON", help="Reason that callers get whom the robot refuses.")
+        str, typer.Argument(metavar="REASON", help="Reason that refused callers get.")
     ] = "nao stop",
     ready: Annotated[
-        bool, typer.Option("--ready", help="Hold a link open, and stop at Enter, space or Ctrl-C.")
+        bool, typer.Option("--ready", help="Keep a connection open; stop at Enter, space or Ctrl-C.")
     ] = False,
-    reset: Annotated[bool, typer.Option("--reset", help="Let the robot take commands again.")] = False,
+    reset: Annotated[bool, typer.Option("--reset", help="Let the robot accept commands again.")] = False,
 ) -> None:
     """Stop the robot; it refuses every command then.
 

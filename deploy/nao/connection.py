@@ -119,7 +119,7 @@ def find_operation(
     if streamed and not choices:
         raise NaoError(f"{proxy.identity} has no streams, it can only be called")
     if name:
-        raise NaoError(f"{proxy.identity}.{name} is no stream, it can only be called; there is {there_is}")
+        raise NaoError(f"{proxy.identity}.{name} is not a stream, it can only be called; there is {there_is}")
     if streamed and len(choices) == 1:
         return proxy, choices[0].name
     raise NaoError(f"name an operation of {proxy.identity}, such as {there_is}")
@@ -172,7 +172,7 @@ def listens(endpoint: str) -> bool | None:
 
 def _examples(proxy: DynamicProxy, operations: Sequence[OperationDescription]) -> str:
     if not operations:
-        return "ice_ping and its kin alone"
+        return "only ice_ping, ice_isA and ice_ids"
     return few([f"{proxy.identity}.{each.name}" for each in operations], 8)
 
 

@@ -121,7 +121,7 @@ _PACKAGES: Final = (
 _OTHERS: Final = ("cv2", "mcap", "msgpack", "msgspec", "mujoco", "numpy", "qi", "rich", "typer", "zenoh")
 """Names that a user's own file has easily, which then hides the library."""
 _EXTRAS: Final[Mapping[str, str]] = {
-    "": "what every command needs",
+    "": "needed by every command",
     "sim": "the simulated robot, naoserver-sim",
     "vision": "behaviors that see",
     "web": "the editor, visualhfsm edit",
@@ -137,7 +137,7 @@ def check_installation() -> Iterator[Finding]:
         lines = requires(_DISTRIBUTION) or []
     except PackageNotFoundError:
         lines = []
-        yield _note(f"{_DISTRIBUTION} is not installed; this runs from a copy of its sources")
+        yield _note(f"{_DISTRIBUTION} is not installed; running from a source tree")
     lacking: dict[str, list[str]] = {extra: [] for extra in _EXTRAS}
     for match in filter(None, map(_REQUIREMENT.match, lines)):
         name, oldest, extra = match.groups("")
@@ -154,12 +154,12 @@ def check_installation() -> Iterator[Finding]:
     yield _ok(f"Python {platform.python_version()}, {versions}")
     for extra, problems in lacking.items():
         if problems:
-            install = f"if you want it: pip install --upgrade '{_DISTRIBUTION}[{extra}]'"
+            install = f"optional: pip install --upgrade '{_DISTRIBUTION}[{extra}]'"
             yield _note(f"{_EXTRAS[extra]}: {'; '.join(problems)}", install)
     if ready := [_EXTRAS[extra] for extra, problems in lacking.items() if not problems]:
         yield _ok(f"installed: {'; '.join(ready)}")
     hiding = list(_hiding_modules())
-    yield from hiding or [_ok("no module hides one of ours")]
+    yield from hiding or [_ok("no other module hides ours")]
 
 
 def _hiding_modules() -> Iterator[Finding]:
@@ -187,7 +187,7 @@ def _hiding_modules() -> Iterator[Finding]:
         if found and folder != root:
             yield _warn(
                 f"programs that start here import the wrong modules from {folder}: {', '.join(found)}",
-                "rename those, or start elsewhere",
+                "rename them, or start in another folder",
             )
 
 
@@ -294,7 +294,7 @@ def check_network(settings: Settings) -> Iterator[Finding]:
             yield from _check_answers(communicator, found, processes)
             yield _check_clock(communicator, found)
     except EndpointInUseException as error:
-        yield _fail(str(error), "leave --listen and VISUALHFSM_LISTEN away: only servers need a fixed port")
+        yield _fail(str(error), "omit --listen and VISUALHFSM_LISTEN: only servers need a fixed port")
 
 
 def _check_endpoint(endpoint: str, state: bool | None) -> Finding:
@@ -332,7 +332,7 @@ def _nobody(communicator: Communicator) -> Finding:
         return _fail(str(reason), "start a server in this realm, or name the realm of one with --realm")
     return _fail(
         f"no link: {reason}",
-        "if the port is open, something else has it, or certificates or passwords differ: "
+        "if the port is open, another program uses it, or certificates or passwords differ: "
         "docs/how-to/security.md",
     )
 
@@ -417,7 +417,7 @@ def _check_answers(
         usual = statistics.median(times)
         name, longest = process_name(status, server), duration_text(max(times))
         text = f"{name} answers within {duration_text(usual)}, at most {longest}"
-        fix = "look at the load of the machine and at the network, WLAN above all"
+        fix = "check the load of the machine and the network, Wi-Fi first"
         yield _warn(f"{text}: slowly", fix) if usual > _SLOW else _ok(text)
 
 
@@ -425,20 +425,20 @@ def _check_clock(communicator: Communicator, found: list[ServantInfo]) -> Findin
     """Return whether the robot's time passes, and how far apart the clocks of the machines are."""
     info = next((each for each in found if "::nao::Clock" in each.interfaces), None)
     if info is None:
-        return _note("no robot's clock in this realm: behaviors go by the wall's time")
+        return _note("no robot clock in this realm: behaviors use wall time")
     try:
         stream = find_servant(communicator, info.identity).stream("getTime")
         sample = stream.wait(stream.wait(timeout=_SAMPLE_LIMIT), timeout=_SAMPLE_LIMIT)
     except (ZenohIceError, KeyError) as error:
-        return _fail(f"the robot's clock stands still: {error}", "end the robot server and start it again")
+        return _fail(f"the robot's clock does not advance: {error}", "restart the robot server")
     apart = time.time() - sample.wall_time
     rate = float(getattr(sample.value, "rate", math.nan))
     if not -_CLOCKS_APART < apart < _CLOCKS_APART:
         return _warn(
             f"the clocks of this machine and of the robot's server are {duration_text(abs(apart))} apart,"
-            " or samples come that late",
+            " or samples arrive that late",
             "let both follow a time server: sudo timedatectl set-ntp true",
         )
     if rate == 0:
-        return _note("the robot's time is paused", "resume it, if it is not meant to be")
-    return _ok(f"the robot's time passes {rate:.2f} times as fast as the wall's")
+        return _note("the robot's time is paused", "resume it, unless this is intended")
+    return _ok(f"robot time passes {rate:.2f} times as fast as wall time")

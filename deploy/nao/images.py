@@ -35,14 +35,12 @@ def save_image(settings: Settings, camera: str, file: Path | None, *, as_json: b
     path = file or Path(f"{camera.replace('/', '_')}.png")
     pixel_format = _FORMATS.get(path.suffix.lower())
     if pixel_format is None:
-        raise NaoError(f"{path}: the ending says the format: write one of {', '.join(_FORMATS)}")
+        raise NaoError(f"{path}: unknown image format: use one of {', '.join(_FORMATS)}")
     with initialize(settings) as communicator:
         proxy = find_servant(communicator, camera)
         operation = image_operation(proxy)
         if operation is None:
-            raise NaoError(
-                f"{camera} is a {proxy.type_id}, which gives no images; `nao list Camera` shows who does"
-            )
+            raise NaoError(f"{camera} is a {proxy.type_id}, which provides no images; see `nao list Camera`")
         image: Any = proxy.invoke(operation, [pixel_format])[RETURN_VALUE]
     try:
         shape, stamp = image.description, getattr(image, "timeStamp", None)
@@ -50,7 +48,7 @@ def save_image(settings: Settings, camera: str, file: Path | None, *, as_json: b
         taken = None if stamp is None else stamp.seconds + stamp.useconds * 1e-6
         data = _encode(*size, shape.format, image.pixelData, path.suffix.lower())
     except (AttributeError, TypeError) as error:
-        raise NaoError(f"{operation} gives no image that can be saved: {error}") from error
+        raise NaoError(f"{operation} returned no image that can be saved: {error}") from error
     try:
         path.write_bytes(data)
     except OSError as error:
@@ -79,7 +77,7 @@ def _encode(width: int, height: int, pixel_format: str, data: bytes, suffix: str
         return data
     if pixel_format != "RGB8" or width <= 0 or height <= 0 or len(data) != 3 * width * height:
         raise NaoError(
-            f"the camera gave {len(data)} bytes of {pixel_format} that are no image of {width}x{height}"
+            f"the camera returned {len(data)} bytes of {pixel_format}, not an image of {width}x{height}"
         )
     return b"P6 %d %d 255\n" % (width, height) + data if suffix == ".ppm" else png(width, height, data)
 

@@ -73,7 +73,7 @@ def _safety(safety: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     if safety["stopped"]:
         yield "safety", f"[bold red]emergency stop: {_escaped(safety['reason'])}[/bold red]"
     elif safety["holder"]:
-        yield "safety", f"{_escaped(safety['holder'])} alone may command, for {safety['remaining']:.0f} s"
+        yield "safety", f"{_escaped(safety['holder'])} may command alone, for {safety['remaining']:.0f} s"
     else:
         yield "safety", "everybody may command"
 

@@ -27,7 +27,7 @@ from zenoh_ice.settings import Settings
 __all__ = ["hold", "reset", "stop"]
 
 _SAFETY: Final = "Safety"
-_STOPPED: Final = "the robot takes no command until `nao stop --reset`"
+_STOPPED: Final = "the robot refuses commands until `nao stop --reset`"
 _LOOK: Final = 0.1  # s between two looks at the link
 _AGAIN: Final = 0.2  # s until a stop that failed is sent again
 _STOP_KEYS: Final = b"\r\n "
@@ -46,7 +46,7 @@ def reset(settings: Settings) -> None:
     """Let the robot take commands again; raises what a call raises."""
     with initialize(settings) as communicator:
         find_servant(communicator, _SAFETY).invoke("resetEmergencyStop", [])
-    typer.echo("reset: the robot takes commands again")
+    typer.echo("reset: the robot accepts commands again")
 
 
 def hold(settings: Settings, reason: str) -> None:
@@ -102,7 +102,7 @@ class _StopButton:
         present = _SAFETY in self._communicator.identities()
         if self._safety is not None and not present:
             self._safety = None
-            self._say("LOST: the robot is out of reach; a stop is sent as soon as it is back")
+            self._say("LOST: the robot is unreachable; a stop will be sent when it is back")
         elif self._safety is None and (present or not self._searched):
             self._searched = True  # with nobody known only once: it takes seconds that read no key
             try:
@@ -120,7 +120,7 @@ class _StopButton:
         assert self._pressed_at is not None
         try:
             if self._safety is None:
-                raise NaoError("it is out of reach")
+                raise NaoError("the robot is unreachable")
             self._safety.invoke("emergencyStop", [self._reason])
         except ZenohIceError as error:
             self._failure = str(error)
@@ -159,5 +159,5 @@ def _read_keys(terminal: int, seconds: float) -> bytes:
     except OSError:
         keys = b""
     if not keys:
-        raise NaoError("the terminal is gone; the robot was not stopped by that")
+        raise NaoError("the terminal was closed; this did not stop the robot")
     return keys

@@ -123,12 +123,12 @@ class FromJson:
         if isinstance(value, int) and not isinstance(value, bool) and value in by_name.values():
             return enumeration(value)
         raise NaoError(
-            f"{path}: {_shown(value)} is no {unscoped(type_id)}: write one of {', '.join(by_name)}"
+            f"{path}: {_shown(value)} is not {unscoped(type_id)}: write one of {', '.join(by_name)}"
         )
 
     def _class(self, kind: str, value: object, path: str) -> object:
         if not isinstance(value, dict):
-            raise NaoError(f"{path}: {_shown(value)} is no class: write null or a JSON object")
+            raise NaoError(f"{path}: {_shown(value)} is not a class: write null or a JSON object")
         members = dict(value)
         wanted = str(members.pop(TYPE_FIELD, kind))
         try:
@@ -138,7 +138,7 @@ class FromJson:
                 f"{path}: give the type of the class under {TYPE_FIELD!r}, such as '::module::Class'"
             ) from None
         if self._schema.kind(kind) == "class" and kind not in self._schema.lineage(wanted):
-            raise NaoError(f"{path}: {wanted} is no {unscoped(kind)}")
+            raise NaoError(f"{path}: {wanted} is not {unscoped(kind)}")
         return self._filled(made, wanted, members, path)
 
     def _sequence(self, kind: str, value: Any, path: str) -> object:  # noqa: ANN401
@@ -163,7 +163,9 @@ class FromJson:
 
     def _proxy(self, value: Any, path: str) -> ObjectPrx:  # noqa: ANN401
         if not isinstance(value, str):
-            raise NaoError(f'{path}: {_shown(value)} is no proxy: write an identity such as "Head", or null')
+            raise NaoError(
+                f'{path}: {_shown(value)} is not a proxy: write an identity such as "Head", or null'
+            )
         try:
             return self._proxy_of(value)
         except ZenohIceError as error:
@@ -171,7 +173,7 @@ class FromJson:
 
     def _wrong(self, kind: str, value: object, path: str, more: str = "") -> NaoError:
         wanted = self._schema.type_text(kind, scoped=False)
-        return NaoError(f"{path}: {_shown(value)} is no {wanted}{more}")
+        return NaoError(f"{path}: {_shown(value)} is not {wanted}{more}")
 
 
 def is_bytes(schema: Schema, kind: str) -> bool:
@@ -237,7 +239,7 @@ def _bytes(value: Any, path: str) -> bytes:  # noqa: ANN401
             return bytes(value)
         return base64.b64decode(value, validate=True)
     except (TypeError, ValueError, binascii.Error) as error:
-        text = f"{path}: {_shown(value)} are no bytes: write base64, a list of numbers, or @FILE"
+        text = f"{path}: {_shown(value)} are not bytes: write base64, a list of numbers, or @FILE"
         raise NaoError(text) from error
 
 

@@ -270,9 +270,9 @@ def _view(watched: _Watched, rows: int, *, with_values: bool) -> RenderableType:
     if figures.restarts:
         parts.append(Text(f"the server was restarted ({count_text(figures.restarts, 'time')})", "yellow"))
     if not watched.proxy.is_there():
-        parts.append(Text("the server is gone; this goes on as soon as it is back", "bold red"))
+        parts.append(Text("the server is offline; waiting until it is back", "bold red"))
     elif figures.silence() > _SILENCE:
-        parts.append(Text(f"nothing came for {span_text(figures.silence())}", "yellow"))
+        parts.append(Text(f"no sample for {span_text(figures.silence())}", "yellow"))
     if with_values and watched.newest is not None:
         room = rows - len(parts) - 6
         lines = pretty(to_json(watched.value(watched.newest), shown_bytes), width()).splitlines()

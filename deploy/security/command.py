@@ -55,18 +55,18 @@ def init(
     typer.echo(f"{router}: start the router with it, on {hosts[0]}: nao router --config {router}")
     typer.echo(f"{robot}: for the robot's server: naoserver-sim --config {robot}")
     for user in users:
-        typer.echo(f"{user}: for whoever is {user.stem}: nao list --config {user}")
+        typer.echo(f"{user}: for user {user.stem}: nao list --config {user}")
     typer.echo(
         f"Give each, beside the settings, {folder / 'authority.pem'} and the .pem and .key of the same name; "
-        f"keep {folder / 'authority.key'} to yourself: whoever has it can become anybody."
+        f"keep {folder / 'authority.key'} secret: it can sign a certificate for any name."
     )
 
 
 @app.command(epilog="Examples:\n\nnao security add keys ann --role student")
 def add(
     folder: _Folder,
-    name: Annotated[str, typer.Argument(metavar="NAME", help="Who gets a certificate.")],
-    role: Annotated[str, typer.Option(metavar="ROLE", help="What the user may do.")],
+    name: Annotated[str, typer.Argument(metavar="NAME", help="User who gets a certificate.")],
+    role: Annotated[str, typer.Option(metavar="ROLE", help="Role of the user.")],
     days: _Days = 365,
 ) -> None:
     """Issue a certificate for one more user, and give it a role at the router."""
@@ -78,7 +78,7 @@ def add(
 @app.command(epilog="Examples:\n\nnao security renew keys router --days 180")
 def renew(
     folder: _Folder,
-    name: Annotated[str, typer.Argument(metavar="NAME", help="Whose certificate is replaced.")],
+    name: Annotated[str, typer.Argument(metavar="NAME", help="Name in the certificate to replace.")],
     days: _Days = 365,
 ) -> None:
     """Replace a certificate by a new one with a new key, before it expires."""
@@ -111,7 +111,7 @@ def show(file: _File) -> None:
             table.add_row(name, *cells, "yes" if role.liveliness else "no")
         Console().print(table)
     elif settings.mode != "client":
-        typer.echo("It has no roles: everybody who is let in may do everything.")
+        typer.echo("It has no roles: every accepted user may do everything.")
 
 
 @app.command(

@@ -154,7 +154,7 @@ class SecurityFolder:
         """Replace the certificate of a name by a new one with a new key."""
         if name == _AUTHORITY:
             raise SecurityFilesError(
-                f"{self.path}: an authority is not renewed: make another folder with new certificates"
+                f"{self.path}: an authority cannot be renewed: create another folder with new certificates"
             )
         old = load_certificate(self.path / f"{name}.pem")
         files = _pem(name, *self._authority().issue(common_name(old), hosts_of(old), valid))
@@ -328,7 +328,9 @@ def _builder(
 
 def _subject(name: str) -> x509.Name:
     if not _NAME.fullmatch(name):
-        raise SecurityFilesError(f"{name!r} is no name: write 1 to 64 letters, digits, '_', '-' or '.'")
+        raise SecurityFilesError(
+            f"{name!r} is not a valid name: write 1 to 64 letters, digits, '_', '-' or '.'"
+        )
     return x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, name)])
 
 

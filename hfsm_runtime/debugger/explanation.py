@@ -66,14 +66,14 @@ def _reason(run: Run, transition: Transition, found: TransitionExplanation, now:
         return "its time has come: it fires in the next cycle"
     first = _fired_before(run, found.order)
     if first is not None:
-        return f"it was not asked: {_name_of(run, first)}, which comes first, fired"
+        return f"it was not tried: {_name_of(run, first)}, which comes first, fired"
     if transition.event:
         if any(event.name == transition.event for event in run.queue):
             return f"the event {transition.event} waits in the queue for the next cycle"
         return f"no event {transition.event} has come since the state was entered"
     if transition.finished:
         return _unfinished(run)
-    return "its guard has not been asked since the state was entered"
+    return "its guard has not been evaluated since the state was entered"
 
 
 def _asked(transition: Transition, *, value: bool, ago: float) -> str:
@@ -81,7 +81,7 @@ def _asked(transition: Transition, *, value: bool, ago: float) -> str:
     if len(condition) > _LONGEST_CONDITION:
         condition = condition[: _LONGEST_CONDITION - 3] + "..."
     guard = f"its guard `{condition}`" if condition else "its guard"
-    when = f"when it was asked {ago:.2f} s ago"
+    when = f"when it was evaluated {ago:.2f} s ago"
     if transition.delay is not None:
         when = f"though its time has come, {when}"
     elif transition.event:
@@ -135,7 +135,7 @@ def _summary(run: Run, reasons: list[TransitionExplanation], *, paused: bool, no
     if run.queue:
         names = ", ".join(event.name for event in islice(run.queue, _MOST_EVENTS))
         more = ", ..." if len(run.queue) > _MOST_EVENTS else ""
-        parts.append(f"Events that wait: {len(run.queue)} ({names}{more}).")
+        parts.append(f"Waiting events: {len(run.queue)} ({names}{more}).")
     if run.last_dropped is not None:
         event, reason, at = run.last_dropped
         ago = f"{(now - at) / _SECOND:.2f} s ago"

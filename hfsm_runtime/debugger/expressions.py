@@ -70,7 +70,7 @@ class Expression:
         try:
             return _evaluate(self._tree, names)
         except RuntimeError as error:  # a container changed its size while it was searched
-            raise ExpressionError(f"what it looks at changes: {error}") from error
+            raise ExpressionError(f"its data changed meanwhile: {error}") from error
 
     def column_of(self, name: str) -> int:
         """Return the column of the first place at which a name is used, from 1; 0 when it is not."""
@@ -110,7 +110,7 @@ def _parse(text: str) -> ast.expr:
     if len(text) > _LONGEST:
         raise ExpressionError(f"the expression has {len(text)} characters: at most {_LONGEST} are allowed")
     if not text.isprintable():
-        raise ExpressionError("the expression has characters that cannot be seen")
+        raise ExpressionError("the expression has invisible characters")
     try:
         return ast.parse(text, mode="eval").body
     except SyntaxError as error:
@@ -127,7 +127,7 @@ def _check(text: str, node: ast.expr, depth: int = 0) -> None:
         case ast.Constant(value=int()):
             _bounded(node, node.value)
         case ast.Name(id=name) | ast.Attribute(attr=name) if name.startswith("_"):
-            raise _error(node, f"{name}: names that begin with an underscore are not for expressions")
+            raise _error(node, f"{name}: names that begin with an underscore are not allowed")
         case (
             ast.Constant(value=float() | str() | None)
             | ast.Name()
@@ -144,7 +144,7 @@ def _check(text: str, node: ast.expr, depth: int = 0) -> None:
             pass
         case _:
             what = ast.get_source_segment(text, node) or type(node).__name__
-            raise _error(node, f"{what} is not for expressions: nothing is executed")
+            raise _error(node, f"{what} is not allowed: expressions execute nothing")
     for child in ast.iter_child_nodes(node):
         if isinstance(child, ast.expr):
             _check(text, child, depth + 1)
@@ -222,7 +222,7 @@ def _attribute(node: ast.expr, owner: object, name: str) -> object:
         if name in getattr(type(owner), "__struct_fields__", ()) and isinstance(member, MemberDescriptorType):
             return member.__get__(owner)
         raise _error(node, f"{type(owner).__name__} has no member {name}")
-    raise _error(node, f"members of {_kind(owner)} cannot be looked at")
+    raise _error(node, f"members of {_kind(owner)} cannot be read")
 
 
 def _item(node: ast.expr, owner: object, index: object) -> object:
@@ -230,7 +230,7 @@ def _item(node: ast.expr, owner: object, index: object) -> object:
     if type(owner) is dict:
         _data(node, list(owner))  # looking a key up compares it with those that are there
     elif type(owner) not in {list, tuple, str}:
-        raise _error(node, f"elements of {_kind(owner)} cannot be looked at")
+        raise _error(node, f"elements of {_kind(owner)} cannot be read")
     try:
         return owner[key]  # type: ignore[index]
     except LookupError:
@@ -249,7 +249,7 @@ def _truth(node: ast.expr, value: object) -> bool:
 def _number(node: ast.expr, value: object) -> object:
     found = _scalar(value)
     if type(found) not in {bool, int, float}:
-        raise _error(node, f"{_kind(found)} is no number")
+        raise _error(node, f"{_kind(found)} is not a number")
     return _bounded(node, found)
 
 

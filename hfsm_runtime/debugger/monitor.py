@@ -129,12 +129,12 @@ def _read_json(text: str) -> Any:  # noqa: ANN401 - whatever JSON knows
     try:
         return plain(msgspec.json.decode(text.encode()))
     except (ValueError, RecursionError) as error:  # msgspec's own errors are ValueErrors
-        raise ValueTypeError(f"the value is not JSON that can be taken: {error}") from None
+        raise ValueTypeError(f"the value is not valid JSON: {error}") from None
 
 
 def _checked(name: str) -> str:
     if not name or len(name) > _LONGEST_NAME or not name.isprintable():
-        raise ValueTypeError(f"a name has 1 to {_LONGEST_NAME} characters that can be seen")
+        raise ValueTypeError(f"a name has 1 to {_LONGEST_NAME} visible characters")
     return name
 
 

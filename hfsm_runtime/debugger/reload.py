@@ -72,7 +72,7 @@ class Reloading:
             replacement = self._make(loaded)
             name = replacement.runs[0].automaton.name
             if name != runtime.name:
-                raise ReloadRefusedError(f"the file is that of {name} now, not of {runtime.name}")
+                raise ReloadRefusedError(f"the file now defines {name} now, not of {runtime.name}")
             apply = partial(replacement.apply, runtime.tree, self._first)
             held = runtime.replace(replacement.component, replacement.runs, apply)
         except ReloadRefusedError:
@@ -90,7 +90,7 @@ class Reloading:
             raise ReloadRefusedError(str(error)) from error
         except (Exception, SystemExit) as error:  # a document may define what makes its component
             raise ReloadRefusedError(
-                f"the component cannot be made: {type(error).__name__}: {error}"
+                f"the component cannot be created: {type(error).__name__}: {error}"
             ) from error
 
 

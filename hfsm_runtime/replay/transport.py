@@ -48,7 +48,7 @@ class ReplayTransport(ObservedTransport):
             if isinstance(vars(component).get(name), ObjectPrx):
                 continue
             if not issubclass(declared.type, ObjectPrx):
-                raise ReplayError(f"self.{name} is no proxy that can be replayed")
+                raise ReplayError(f"self.{name} is not a proxy that can be replayed")
             proxy = declared.type.uncheckedCast(self.communicator.stringToProxy(declared.identity))
             self.names.setdefault(target_of(proxy), name)
             vars(component)[name] = proxy

@@ -71,7 +71,7 @@ class PostureRoute:
             return replace(leg, end="")
         bridge = self._first_bridge(stance, wanted)
         if bridge is None:
-            raise RouteError(f"it is {stance}, and knows no way from there to {self._posture}")
+            raise RouteError(f"it is {stance}, and no motions lead from there to {self._posture}")
         if stance in _UPRIGHT and not _is_near(commands, bridge.start):
             return within_stance(bridge.start, self._motions, situation, commands, self._fraction)
         self._tries[stance] += 1

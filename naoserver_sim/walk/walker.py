@@ -169,7 +169,7 @@ class SimulatedWalker:
     def _hindrance(self, stiffnesses: NDArray[np.float64]) -> str:
         """Return why it cannot walk; empty when it can."""
         if max(abs(self._inertial.roll), abs(self._inertial.pitch)) > _TILT:
-            return "it lies, or it falls; let it stand up first"
+            return "it lies, or it falls; make it stand up first"
         if self._stage is _Stage.RESTING and sum(self._loads) < _WEIGHT:
             return "it does not stand on its feet"
         if stiffnesses[self._motors].min() < _FIRM:

@@ -80,7 +80,7 @@ def test_the_death_of_a_component_ends_the_demo_and_is_told(demo: ComponentProce
 
     assert demo.wait(LIMIT) == 1, demo.output
     assert_gone(running)
-    assert re.search(r"naoserver was ended by SIGKILL after \d+\.\d s\. The last lines of ", demo.output)
+    assert re.search(r"naoserver was terminated by SIGKILL after \d+\.\d s\. The last lines of ", demo.output)
 
 
 def test_a_demo_that_is_killed_takes_its_processes_along(demo: ComponentProcess) -> None:

@@ -130,7 +130,7 @@ def test_a_behavior_goes_on_when_a_killed_server_is_back(free_robot_endpoint: st
                 head = PoseHeadPrx.uncheckedCast(communicator.stringToProxy("Head"))
                 wait_until_turning(head)
             first.process.kill()
-        behavior.wait_for("went away.*waiting for the server")
+        behavior.wait_for("is offline.*waiting for the server")
 
         with ComponentProcess(server) as second:
             second.wait_for("ready")

@@ -134,7 +134,7 @@ class TestServerKilled:
         server.process.kill()
         with pytest.raises(ConnectionLostException):
             call.result(LIMIT)
-        with pytest.raises(ConnectionLostException, match="went away"):
+        with pytest.raises(ConnectionLostException, match="is offline"):
             calculator.count()
         follower.join(LIMIT)
         assert time.monotonic() - started < AT_ONCE

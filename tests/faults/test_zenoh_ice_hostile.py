@@ -207,7 +207,7 @@ class TestServer:
         for token in tokens:
             token.undeclare()
         until(lambda: pair.server.presence.identities("nao") == ["Calculator"])
-        until(lambda: caplog.text.count("no longer served") == caplog.text.count("has two servers of") > 0)
+        until(lambda: caplog.text.count("no longer serves") == caplog.text.count("has two servers of") > 0)
         assert caplog.text.count("has two servers of") <= 16 + (time.monotonic() - started)
         a_call_works(pair)
 

@@ -93,7 +93,7 @@ class TestTwoServers:
         until(lambda: "has two servers of Calculator" in caplog.text)
         calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
         first.destroy()
-        until(lambda: f"no longer served by session {first.client_id}" in caplog.text)
+        until(lambda: f"session {first.client_id} no longer serves" in caplog.text)
         until(lambda: [info.server for info in client.servants()] == [second.client_id])
         assert calculator.add(1.0, 2.0) == 3.0
 

@@ -386,7 +386,7 @@ def test_what_guards_of_the_former_version_said_is_forgotten(pair: Pair, version
         proxy.reload()
         assert (
             proxy.explain(1).transitions[0].reason
-            == "its guard has not been asked since the state was entered"
+            == "its guard has not been evaluated since the state was entered"
         )
         proxy.step(1)
         assert proxy.explain(1).transitions[0].askedAt > 0

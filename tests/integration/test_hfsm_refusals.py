@@ -51,7 +51,7 @@ def test_a_behavior_goes_on_after_the_reset_of_an_emergency_stop(tmp_path: Path,
             eventually(lambda: head.getPose().panSpeed > 0.03)
             operator("deploy.nao", "stop", "a hand in the way")
             component.wait_for(
-                "the robot is stopped: a hand in the way.*pauses until commands are taken again"
+                "the robot is stopped: a hand in the way.*pauses until commands are accepted again"
             )
             monitor = HfsmMonitorPrx.checkedCast(communicator.stringToProxy("Hfsm.turner"))
             first, later = monitor.getSnapshot(), monitor.getSnapshot.wait(timeout=10.0).value
@@ -63,7 +63,7 @@ def test_a_behavior_goes_on_after_the_reset_of_an_emergency_stop(tmp_path: Path,
             )
             turned = component.output.count("turning")
             operator("deploy.nao", "stop", "--reset")
-            component.wait_for("commands are taken again: goes on after")
+            component.wait_for("commands are accepted again: continuing after")
             eventually(lambda: component.output.count("turning") > turned)
             eventually(lambda: head.getPose().panSpeed > 0.03)
             assert monitor.getSnapshot().refusal == ""

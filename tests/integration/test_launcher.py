@@ -173,7 +173,7 @@ def test_the_death_of_one_process_ends_all_and_shows_its_last_words(bench):
 
 def test_a_process_killed_by_a_signal_is_told_by_its_name(bench):
     bench.add("victim", "import os, signal; os.kill(os.getpid(), signal.SIGKILL)")
-    assert "victim was ended by SIGKILL" in bench.run()[1]
+    assert "victim was terminated by SIGKILL" in bench.run()[1]
 
 
 def test_a_process_that_does_not_get_ready_ends_the_stack(bench):
@@ -290,7 +290,7 @@ def test_a_killed_foreground_process_leaves_a_usable_terminal_and_is_told(bench)
         bench.wait_for("view.pid")
         os.kill(int(bench.text("view.pid")), signal.SIGKILL)
         assert launcher.wait(LIMIT) == 128 + signal.SIGKILL
-        output = read_until(main, "view was ended by SIGKILL")
+        output = read_until(main, "view was terminated by SIGKILL")
         assert "\x1b[?1049l\x1b[?25h" in output  # out of the full screen, with a cursor
     finally:
         os.close(main)
@@ -363,7 +363,7 @@ def test_a_place_where_no_logs_can_be_written_is_named(bench):
     assert code == 1
     assert (
         output.splitlines()[-1]
-        == f"deploy: error: {bench.path('file')}/logs: logs cannot be written there: Not a directory"
+        == f"deploy: error: {bench.path('file')}/logs: cannot write logs there: Not a directory"
     )
 
 

@@ -101,7 +101,7 @@ def test_a_component_that_is_killed_is_told_as_ended_and_silent(source: Source) 
         )
         child.kill()
         end = await page.pushes.next(RunPush, lambda push: push.status == "ended")
-        assert (end.exit_code, end.message) == (-9, "it was ended by SIGKILL")
+        assert (end.exit_code, end.message) == (-9, "it was terminated by SIGKILL")
         stale = await page.pushes.until(
             lambda: next((push for push in page.pushes.of(Stale) if push.since), None)
         )

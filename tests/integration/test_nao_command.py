@@ -205,8 +205,8 @@ def test_arguments_are_read_from_files_and_standard_input(calculator: Any, tmp_p
         (["Head.setPose", "1"], "setPose needs tilt, fraction as well: HeadPose setPose(double pan, "),
         (["Head.setPose", "1", "2", "3", "4"], "'4' is one value too many: "),
         (["Head.setPose", "1", "2", "pan=3"], "pan is given twice"),
-        (["Head.setPose", "1", "left", "3"], "tilt: 'left' is no double as JSON"),
-        (["Head.setPose", "1", "true", "3"], "tilt: true is no double"),
+        (["Head.setPose", "1", "left", "3"], "tilt: 'left' is not double as JSON"),
+        (["Head.setPose", "1", "true", "3"], "tilt: true is not double"),
         (["Head.setPose", '{"pan": 1, "tlit": 2}'], "setPose has no parameter 'tlit'"),
         (["LeftHipMotors.setPose3DMotorsData", '{"titl": 1}'], "did you mean tilt?"),
         (["Camera.getImageData", "GIF"], "jderobot::ConfigurationNotExistException: Camera has no format"),
@@ -228,7 +228,7 @@ def test_a_servant_is_found_by_all_of_its_name(calculator: Any, robot: ServedRob
     ("text", "told"),
     [
         ("{", "malformed schema of an interface: "),
-        (" " * 300_000, "300000 characters where at most 262144 are read"),
+        (" " * 300_000, "300000 characters; at most 262144 are accepted"),
         ('{"interface": "::m::I", "definitions": {}}', "does not describe its interface: '::m::I'"),
     ],
 )
@@ -291,7 +291,7 @@ def test_figures_are_watched_as_lines(robot: ServedRobot) -> None:
 def test_what_is_no_stream_cannot_be_watched(robot: ServedRobot) -> None:
     assert "LeftHipMotors has no streams, it can only be called" in nao("watch", "LeftHipMotors").err
     assert (
-        "Head.stop is no stream, it can only be called; there is Head.getPose"
+        "Head.stop is not a stream, it can only be called; there is Head.getPose"
         in nao("watch", "Head.stop").err
     )
 

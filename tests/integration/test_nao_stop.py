@@ -113,7 +113,7 @@ def test_a_lost_link_is_reported_and_a_stop_is_sent_when_it_is_back(robot: Robot
         relay.cut()
         terminal.shows("LOST: ")
         terminal.press(b"\r")
-        terminal.shows("NOT STOPPED: it is out of reach")
+        terminal.shows("NOT STOPPED: the robot is unreachable")
         assert not is_stopped(robot)
         relay.resume()
         terminal.shows("ready again: ")
@@ -129,7 +129,7 @@ def test_who_leaves_after_a_stop_that_failed_is_told_so(robot: RobotClient) -> N
         terminal.press(b"\x03")
         terminal.shows("NOT STOPPED: ")
         terminal.press(b"\x03")
-        terminal.shows("the robot was NOT stopped: it is out of reach")
+        terminal.shows("the robot was NOT stopped: the robot is unreachable")
         assert terminal.process.wait(LIMIT) == 1
 
 

@@ -81,7 +81,7 @@ def test_without_gl_a_camera_call_names_the_package_and_the_rest_works(endpoint)
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (["--speed", "fast"], "'fast' is no speed"),
+        (["--speed", "fast"], "'fast' is not a speed"),
         (["--camera", "Camera=1x1"], "320x240 up to 30/s"),
         (["--camera", "Tail=320x240"], "there is no camera 'Tail'"),
         (["--viewer"], "there is no display"),

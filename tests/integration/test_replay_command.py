@@ -262,7 +262,7 @@ def test_an_mcap_file_of_something_else_is_told(tmp_path: Path) -> None:
         writer.finish()
     done = replay(path)
     assert (done.returncode, done.stderr.count("\n")) == (1, 1)
-    assert "is no recording of a component" in done.stderr
+    assert "is not a recording of a component" in done.stderr
 
 
 def test_attachments_do_not_leave_their_folder_and_names_do_not_reach_the_terminal(tmp_path: Path) -> None:

@@ -102,7 +102,7 @@ def test_a_certificate_is_issued_anew_for_the_same_names(folder: Path) -> None:
             "no role 'teacher'; there is robot, operator, student",
         ),
         (["add", "FOLDER", "student", "--role", "student"], "'student' is a user already"),
-        (["add", "FOLDER", "../ann", "--role", "student"], "'../ann' is no name"),
+        (["add", "FOLDER", "../ann", "--role", "student"], "'../ann' is not a valid name"),
         (["add", "FOLDER/absent", "ann", "--role", "student"], "router.toml: cannot be read"),
         (["init", "FOLDER"], "has an authority already: `nao security add` makes certificates of it"),
         (["init", "FOLDER/other", "--host", "a b"], "'a b' is neither the name nor the address"),

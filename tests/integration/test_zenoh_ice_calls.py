@@ -189,7 +189,7 @@ class TestExceptions:
             calculator.add(object(), 2.0)  # type: ignore[arg-type]
 
     def test_oversized_request_is_refused(self, calculator: ScientificPrx) -> None:
-        with pytest.raises(MarshalException, match="bytes where at most"):
+        with pytest.raises(MarshalException, match="bytes; at most"):
             calculator.split([0.5] * 200_000)
         assert calculator.add(1.0, 1.0) == 2.0
 
@@ -494,7 +494,9 @@ class TestTime:
         assert servant.entered.wait(LIMIT)
         calls = [remote.count.begin() for _ in range(80)]
         for call in calls[64:]:
-            with pytest.raises(BusyException, match="64 calls wait already; this one was not executed"):
+            with pytest.raises(
+                BusyException, match="64 calls are already waiting; this one was not executed"
+            ):
                 call.result(LIMIT)
         assert not any(call.done() for call in calls[:64])
         servant.leave.set()

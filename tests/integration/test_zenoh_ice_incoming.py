@@ -219,7 +219,7 @@ class TestProcessStatus:
         [
             (b"\xc1", "malformed"),
             (msgspec.msgpack.encode({"program": 1}), r"at `\$\.program`"),
-            (bytes((1 << 20) + 1), "1048577 bytes where at most 1048576 are taken"),
+            (bytes((1 << 20) + 1), "1048577 bytes; at most 1048576 are accepted"),
         ],
         ids=["no MessagePack", "no status", "too large"],
     )

@@ -176,9 +176,9 @@ def test_calls_with_many_limits_leave_few_queriers(pair: Pair, notebook: Noteboo
 
 def test_names_that_are_none_are_refused(pair: Pair) -> None:
     for ask in (pair.client.identities, pair.client.servants):
-        with pytest.raises(ConfigurationException, match=r"'nao/\*\*' is no realm"):
+        with pytest.raises(ConfigurationException, match=r"'nao/\*\*' is not a valid realm"):
             ask("nao/**")
-    with pytest.raises(ConfigurationException, match=r"'\*' is no id of a session"):
+    with pytest.raises(ConfigurationException, match=r"'\*' is not a valid id of a session"):
         pair.client.processStatus("*")
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from naoserver.body import H25
 from naoserver_naoqi.link import CallFailed, CallTimeout, LinkLost
-from naoserver_naoqi.robot import NaoqiRobot, Wishes
+from naoserver_naoqi.robot import LifecycleOptions, NaoqiRobot
 from tests.support.robot_server import eventually
 
 __all__ = ["DEVICES", "ScriptedNaoqi", "nao_memory"]
@@ -74,9 +74,9 @@ class ScriptedNaoqi:
         return self.links[-1]
 
     @contextmanager
-    def robot(self, wishes: Wishes | None = None) -> Iterator[NaoqiRobot]:
+    def robot(self, options: LifecycleOptions | None = None) -> Iterator[NaoqiRobot]:
         """Start the robot that stands on this NAOqi; close it at the end."""
-        with closing(NaoqiRobot(self.connect, wishes)) as robot:
+        with closing(NaoqiRobot(self.connect, options)) as robot:
             robot.start()
             yield robot
 

@@ -47,8 +47,8 @@ def test_lines_where_there_is_no_terminal(route: Route) -> None:
         "green: arrived, 1.2 cm off, staying 1.5 s\n"
     )
     assert errors == (
-        "green: lost the ball, waiting for its return: the server [ball] went away\n"
-        "green: the ball is back; going on\n"
+        "green: lost the ball; waiting for its server: the server [ball] went away\n"
+        "green: the ball is back; continuing\n"
     )
 
 

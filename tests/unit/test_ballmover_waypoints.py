@@ -98,8 +98,8 @@ def test_any_text_is_read_or_refused_by_our_exception(text: str) -> None:
         ("x,y,y,z\n1,2,3,4", "f:1: column 'y' appears twice"),
         ("x,y\n1,2", "f:1: column 'z' is missing"),
         ("x,,y,z\n1,,2,3", "f:1: there is no column ''"),
-        ("", "f: there is no waypoint in it"),
-        ("x,y,z\n# nothing\n", "f: there is no waypoint in it"),
+        ("", "f: it has no waypoints"),
+        ("x,y,z\n# nothing\n", "f: it has no waypoints"),
     ],
 )
 def test_bad_csv_is_refused_with_line_and_reason(text: str, message: str) -> None:

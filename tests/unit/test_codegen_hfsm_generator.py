@@ -473,7 +473,7 @@ def test_variables_can_neither_send_nor_sleep(
 def test_an_exception_whose_text_fails_is_told(tmp_path: Path) -> None:
     code = "class Odd(Exception):\n    def __str__(self): return 1 / 0\nraise Odd"
     (error,) = run(component(tmp_path, document(sub(1, 0, state(1, "a", code, initial=True)))), 0).errors
-    assert error.message == "Odd: its text cannot be had"
+    assert error.message == "Odd: its message is not available"
 
 
 def test_the_name_of_a_file_cannot_break_out_of_a_comment(tmp_path: Path) -> None:

@@ -48,7 +48,7 @@ def when(
 
 def test_a_guard_tells_its_last_value_and_when_it_was_asked() -> None:
     told = Explained(automaton(when(1, lambda: False)))
-    assert told.reasons() == ["its guard has not been asked since the state was entered"]
+    assert told.reasons() == ["its guard has not been evaluated since the state was entered"]
     told.run.advance(0.25)
     (reason,) = told.why().transitions
     assert (reason.order, reason.asked, reason.value, reason.askedAt) == (1, True, False, 0.2)
@@ -93,11 +93,11 @@ def test_events_that_wait_and_that_were_dropped_are_told() -> None:
     told = Explained(automaton(Transition(id=1, name="t1", origin=1, destination=2, event="lost")))
     told.run.send("lost")
     assert told.reasons() == ["the event lost waits in the queue for the next cycle"]
-    assert told.why().summary.endswith(" Events that wait: 1 (lost).")
+    assert told.why().summary.endswith(" Waiting events: 1 (lost).")
     told.run.send("lost")
     told.run.advance(0.15)
     assert told.why().summary.endswith(
-        " Events dropped: 1, the last one (lost) 0.05 s ago: no transition out of the current state took it."
+        " Events dropped: 1, the last one (lost) 0.05 s ago: no transition out of the current state used it."
     )
 
 

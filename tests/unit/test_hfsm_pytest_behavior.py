@@ -102,7 +102,7 @@ class TestTime:
         with pytest.raises(BehaviorFailed) as failure:
             b.run_until("resting", limit=1.0)
         told = str(failure.value)
-        assert told.startswith("resting did not come true: 1 s at 1.000 s, in walking/right")
+        assert told.startswith("resting did not happen: 1 s at 1.000 s, in walking/right")
         assert "0.900 s    walking: left -> right  by swap after 0.3 s" in told
 
     def test_the_same_happens_every_time(self, behavior: MakeBehavior) -> None:

@@ -77,8 +77,8 @@ def test_a_refusal_of_which_nobody_knows_the_end_is_tried_once_a_second_and_told
     virtual.advance(1.0)
     told = [record.getMessage() for record in caplog.records if record.levelno >= logging.WARNING]
     assert [text.split("; ")[-1].split(" after")[0] for text in told] == [
-        "pauses until commands are taken again",
-        "commands are taken again: goes on",
+        "pauses until commands are accepted again",
+        "commands are accepted again: continuing",
     ]
 
 

@@ -156,7 +156,7 @@ def test_a_dropped_event_stands_in_the_log_once_for_each_place_and_reason(
         virtual.send("go")
         virtual.advance(0.1)
     assert [record.getMessage() for record in caplog.records] == [
-        "root/a: the event 'go' is dropped: no transition out of the current state took it"
+        "root/a: the event 'go' is dropped: no transition out of the current state used it"
     ]
     assert virtual.tree.root.dropped == 5
     assert virtual.errors == ()

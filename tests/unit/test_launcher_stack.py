@@ -89,7 +89,7 @@ def test_a_change_of_an_unknown_variable_names_the_known_ones(tmp_path):
         ("stop_timeout = 9.5", "stop_timeout = nan", "stop_timeout = nan: write seconds above 0"),
         ("stop_timeout = 9.5", "stop_timeout = true", "stop_timeout = true: write seconds above 0"),
         ("ready_timeout = 5", "foreground = true", "only one process can be foreground"),
-        ('ready = "serving \\\\\\\\w+"', 'ready = "("', "ready is no regular expression"),
+        ('ready = "serving \\\\\\\\w+"', 'ready = "("', "ready is not a regular expression"),
         (
             'environment = { MODE = "x{speed}" }',
             "environment = { MODE = 1 }",

@@ -175,7 +175,7 @@ LONG = "x" * 9000
         ('{"interface": "::m::I", "definitions": {}}', "does not describe its interface: '::m::I'"),
         (text_of(I=struct()), "does not describe its interface: '::m::I'"),
         (text_of(taking("int"), S={"kind": "union"}), "Invalid enum value 'union'"),
-        (" " * (1 << 18) + text_of(), "characters where at most 262144 are read"),
+        (" " * (1 << 18) + text_of(), "characters; at most 262144 are accepted"),
         (
             json.dumps({"interface": LONG, "definitions": {}}),
             "Expected `str` of length <= 256 at $.interface",
@@ -267,16 +267,16 @@ def test_what_is_left_out_is_zero_and_told() -> None:
     ("text", "told"),
     [
         ('{"colour": "Red"}', "line: a Line has no member 'colour'; did you mean color?"),
-        ('{"color": "Blue"}', 'line.color: "Blue" is no Color: write one of'),
-        ('{"color": true}', "line.color: true is no Color"),
-        ('{"points": [{"y": 1.5}]}', "line.points[0].y: 1.5 is no int"),
+        ('{"color": "Blue"}', 'line.color: "Blue" is not Color: write one of'),
+        ('{"color": true}', "line.color: true is not Color"),
+        ('{"points": [{"y": 1.5}]}', "line.points[0].y: 1.5 is not int"),
         (
             '{"points": [{"y": 2147483648}]}',
-            "line.points[0].y: 2147483648 is no int: Expected `int` <= 2147483647",
+            "line.points[0].y: 2147483648 is not int: Expected `int` <= 2147483647",
         ),
-        ('{"points": {}}', "line.points: {} is no sequence<Point>"),
-        ('{"name": 3}', "line.name: 3 is no string"),
-        ("[]", "line: [] is no Line, a JSON object with its members"),
+        ('{"points": {}}', "line.points: {} is not sequence<Point>"),
+        ('{"name": 3}', "line.name: 3 is not string"),
+        ("[]", "line: [] is not Line, a JSON object with its members"),
     ],
 )
 def test_what_does_not_fit_is_told_with_its_path(text: str, told: str) -> None:

@@ -16,7 +16,9 @@ STATE = "ALMemory.getListData"
 @pytest.fixture
 def naoqi(monkeypatch):
     monkeypatch.setattr("naoserver_naoqi.connection._RETRY", 0.01)  # seconds between two attempts
-    monkeypatch.setattr("naoserver_naoqi.errands._PATIENCE", LIMIT)  # seconds until the next command is sent
+    monkeypatch.setattr(
+        "naoserver_naoqi.background_calls._PATIENCE", LIMIT
+    )  # seconds until the next command is sent
     return ScriptedNaoqi()
 
 

@@ -17,7 +17,9 @@ FULL = {joint.name: joint.max_velocity for joint in H25.joints}
 
 @pytest.fixture
 def naoqi(monkeypatch):
-    monkeypatch.setattr("naoserver_naoqi.errands._PATIENCE", LIMIT)  # seconds until the next command is sent
+    monkeypatch.setattr(
+        "naoserver_naoqi.background_calls._PATIENCE", LIMIT
+    )  # seconds until the next command is sent
     return ScriptedNaoqi()
 
 

@@ -241,7 +241,7 @@ class TestAttachment:
             decode_attachment(msgspec.msgpack.encode([*sound[:place], value, *sound[place + 1 :]]))
 
     def test_more_bytes_than_any_has_are_refused(self) -> None:
-        with pytest.raises(MarshalException, match="600 bytes where at most 512 are taken"):
+        with pytest.raises(MarshalException, match="600 bytes; at most 512 are accepted"):
             decode_attachment(bytes(600))
 
     @given(st.binary(max_size=600))

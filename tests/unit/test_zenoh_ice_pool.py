@@ -134,7 +134,7 @@ def test_a_full_line_refuses(pool: Pool, monkeypatch: pytest.MonkeyPatch) -> Non
     leave = threading.Event()
     for _ in range(3):
         pool.submit_in_line("servant", lambda: leave.wait(LIMIT))
-    with pytest.raises(BusyException, match="servant: 2 calls wait already"):
+    with pytest.raises(BusyException, match="servant: 2 calls are already waiting"):
         pool.submit_in_line("servant", leave.set)
     leave.set()
 
@@ -144,7 +144,7 @@ def test_too_many_lines_are_refused(pool: Pool, monkeypatch: pytest.MonkeyPatch)
     leave = threading.Event()
     for line in "ab":
         pool.submit_in_line(line, lambda: leave.wait(LIMIT))
-    with pytest.raises(BusyException, match="c: 2 calls wait already"):
+    with pytest.raises(BusyException, match="c: 2 calls are already waiting"):
         pool.submit_in_line("c", leave.set)
     leave.set()
 

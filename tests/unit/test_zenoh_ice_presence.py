@@ -92,7 +92,7 @@ def test_word_of_a_loss_that_comes_after_the_end_of_a_call_explains_it() -> None
 
     error = presence.explain_no_answer(HEAD, "Head.stop", time.monotonic(), timeout=None, is_served=is_served)
     assert isinstance(error, ConnectionLostException)
-    assert "went away" in str(error)
+    assert "is offline" in str(error)
 
 
 @pytest.fixture

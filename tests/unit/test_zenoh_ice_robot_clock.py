@@ -142,7 +142,7 @@ def test_silence_is_told_once_and_so_is_its_end(wall: Wall, caplog: pytest.LogCa
     clock.update(15.0, 2.0, simulated=True)
     assert caplog.messages == [
         "nothing heard of the robot's clock for 1.4 s; going on at its last rate, 2",
-        "the robot's clock is heard again",
+        "samples of the robot's clock arrive again",
     ]
 
 

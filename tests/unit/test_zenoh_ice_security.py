@@ -203,7 +203,7 @@ class TestExposure:
     def test_with_tls_it_depends_on_who_is_let_in(self) -> None:
         beyond = Settings(listen=("tls/0.0.0.0:7447",))
         (told,) = exposure(beyond)
-        assert "everybody who is let in may do everything" in told
+        assert "every accepted user may do everything" in told
         (told,) = exposure(beyond.override(security={"mutual": False}))
         assert "anyone on that network can see" in told
         assert exposure(beyond.override(security={"roles": ROLES})) == []

@@ -301,9 +301,9 @@ class TestForgedReferences:
     def test_more_than_the_limit_is_refused_before_it_is_copied(self, sender: SharedMemory) -> None:
         reference = place(Ring(sender), 1)
         maps_nothing = shared_memory()
-        with pytest.raises(MarshalException, match=f"at most {LARGE} are taken"):
+        with pytest.raises(MarshalException, match=f"at most {LARGE} are accepted"):
             maps_nothing.read(zenoh.ZBytes(reference), LARGE, "it")
-        with pytest.raises(MarshalException, match="at most 10 are taken"):
+        with pytest.raises(MarshalException, match="at most 10 are accepted"):
             maps_nothing.read(zenoh.ZBytes(reference), 10, "it")
         assert shared_maps() == 1  # the sender's own
 

@@ -157,8 +157,8 @@ class SharedMemory:
                 first, self.readable_space = bool(self.readable_space), ""
             if first:
                 _logger.warning(
-                    "this process may not read the memory of others, though it looks as if: large payloads "
-                    "come over the network; shared_memory = false in the settings says so from the beginning"
+                    "this process may not read the memory of others, although it seemed so: large payloads "
+                    "come over the network; shared_memory = false in the settings avoids the attempt"
                 )
                 self._on_unreadable()
             raise ConnectionLostException(
@@ -432,4 +432,4 @@ def _capacity(payload: Pieces) -> int:
 
 def _check_size(size: int, limit: int, what: str) -> None:
     if size > limit:
-        raise MarshalException(f"{what}: {size} bytes where at most {limit} are taken")
+        raise MarshalException(f"{what}: {size} bytes; at most {limit} are accepted")

@@ -1,4 +1,4 @@
-"""Calls whose answers nobody waits for: single ones, questions asked again and again, commands in order."""
+"""Calls that run in the background: single calls, polls, and queues of commands."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from naoserver_naoqi.connection import Connection, Reporter, join
 from naoserver_naoqi.link import Link, Reply
 
 MOST: Final = 200
-"""Calls that may go on at the same time; a robot that answers none gets no more."""
+"""Limit of unanswered calls; further ones are refused."""
 _AFTER_FAILURE: Final = 2.0
 _PATIENCE: Final = 1.0
-"""Seconds that the robot gets to obey, before the next command is sent all the same."""
+"""Seconds to wait for an answer before the next command is sent without it."""
 _END: Final = 2.0
 
 K = TypeVar("K", bound=Hashable)
 V = TypeVar("V")
 
 
-class Errands:
-    """Begin calls, and report those that failed."""
+class BackgroundCalls:
+    """Start calls, and report failures."""
 
     def __init__(self, connection: Connection, reporter: Reporter) -> None:
         self._connection = connection
@@ -31,15 +31,15 @@ class Errands:
         self._replies: list[tuple[str, Reply]] = []
 
     def run(self, operation: str, *arguments: object) -> None:
-        """Begin a call. Raises LinkLost while the robot is lost."""
+        """Start a call. Raises LinkLost while the robot is not connected."""
         link = self._connection.require()
         with self._lock:
             if len(self._replies) >= MOST:
-                raise HardwareFailure(f"{operation}: the robot has not answered {MOST} calls before it")
+                raise HardwareFailure(f"{operation}: the robot has not answered {MOST} earlier calls")
             self._replies.append((operation, link.begin(operation, *arguments)))
 
     def tick(self, _link: Link) -> None:
-        """Look at the answers that have come."""
+        """Collect the answers that have arrived."""
         with self._lock:
             done = [each for each in self._replies if each[1].done]
             self._replies = [each for each in self._replies if each not in done]
@@ -48,16 +48,16 @@ class Errands:
                 reply.result(0.0)
 
     def forget(self) -> None:
-        """Expect no answers any more: the robot is lost."""
+        """Drop all pending calls: the connection is lost."""
         with self._lock:
             self._replies = []
 
 
-class Question:
-    """Ask something again when its period has passed, without waiting for the answer.
+class Poll:
+    """Repeat a call with a period, without waiting for the answer.
 
-    `take` gets each answer, and the time in s at which it was asked for; it may raise HardwareFailure. A
-    question that failed is told, and asked again later.
+    `take` gets each answer and the time of its call in s; it may raise HardwareFailure. A failure is
+    reported, and the call is repeated later.
     """
 
     def __init__(
@@ -80,11 +80,11 @@ class Question:
         self._reply: Reply | None = None
 
     def open(self, _link: Link) -> None:
-        """Begin anew with a new link."""
+        """Restart on a new link."""
         self._reply, self._due = None, float("-inf")
 
     def tick(self, link: Link) -> None:
-        """Take the answer that has come, and ask again when it is time."""
+        """Take the answer if it has arrived, and call again when it is time."""
         if self._reply is not None and self._reply.done:
             reply, self._reply = self._reply, None
             self._due = self._now() + _AFTER_FAILURE
@@ -96,12 +96,12 @@ class Question:
             self._reply = link.begin(self._operation, *self._arguments)
 
 
-class Lane(Generic[K, V]):
-    """Commands of one kind, of which the newest for each key counts.
+class CoalescingQueue(Generic[K, V]):
+    """A queue of commands that keeps the newest one for each key.
 
-    NAOqi may run two calls in either order: so the next is sent when the one before has been answered. The
-    first goes out from the caller's own thread. What comes meanwhile waits, and of two commands for the same
-    key the newer one is sent: however slow the robot is, nothing piles up. `send` begins the calls.
+    NAOqi may run two calls in either order, so each is sent after the answer to the previous one. The first
+    is sent from the caller's thread. Later commands wait, and a newer command replaces an older one with the
+    same key, so the queue stays short however slow the robot is. `send` starts the calls.
     """
 
     def __init__(
@@ -128,7 +128,7 @@ class Lane(Generic[K, V]):
             return not self._replies and not self._waiting
 
     def post(self, commands: Mapping[K, V]) -> None:
-        """Send commands, now or as soon as those before have been answered; drop them while it is lost."""
+        """Send commands now, or after the previous answer; drop them without a connection."""
         with self._changed:
             link = self._connection.link
             if self._closing or link is None:
@@ -141,12 +141,12 @@ class Lane(Generic[K, V]):
                     self._thread.start()
 
     def forget(self) -> None:
-        """Drop what was not sent yet."""
+        """Drop the commands that were not sent yet."""
         with self._changed:
             self._waiting.clear()
 
     def close(self) -> None:
-        """Send what waits, and end the thread."""
+        """Send the waiting commands, and end the thread."""
         with self._changed:
             self._closing = True
             self._changed.notify_all()

@@ -1,10 +1,10 @@
-"""What happens to the robot at start and end, as the operator wishes."""
+"""What happens to the robot at start and end, as the options say."""
 
 import pytest
 
 from naoserver.errors import HardwareFailure
 from naoserver_naoqi.link import CallFailed
-from naoserver_naoqi.robot import End, Life, NaoqiRobot, Start, Wishes
+from naoserver_naoqi.robot import End, Life, LifecycleOptions, NaoqiRobot, Start
 from tests.support.scripted_naoqi import ScriptedNaoqi
 
 WAKE, REST, STIFFEN = "ALMotion.wakeUp", "ALMotion.rest", "ALMotion.stiffnessInterpolation"
@@ -27,13 +27,13 @@ def test_nothing_moves_unless_it_is_wished(naoqi):
     ("start", "call"), [(Start.STAND, (WAKE,)), (Start.STIFFEN, (STIFFEN, "Body", 1.0, 1.0))]
 )
 def test_the_start(naoqi, start, call):
-    with naoqi.robot(Wishes(start=start)):
+    with naoqi.robot(LifecycleOptions(start=start)):
         assert call in naoqi.calls
 
 
 @pytest.mark.parametrize(("end", "call"), [(End.REST, (REST,)), (End.LIMP, (STIFFEN, "Body", 0.0, 1.0))])
 def test_the_end(naoqi, end, call):
-    with naoqi.robot(Wishes(end=end)):
+    with naoqi.robot(LifecycleOptions(end=end)):
         assert call not in naoqi.calls
     assert call in naoqi.calls
 
@@ -46,13 +46,13 @@ def test_autonomous_life_is_switched_off_and_stays_off(naoqi):
 
 def test_autonomous_life_that_is_off_is_left_alone(naoqi):
     naoqi.answers["ALAutonomousLife.getState"] = "disabled"
-    with naoqi.robot(Wishes(life=Life.SUSPEND)):
+    with naoqi.robot(LifecycleOptions(life=Life.SUSPEND)):
         pass
     assert naoqi.called(LIFE) == []
 
 
 def test_autonomous_life_comes_back_as_the_last_thing(naoqi):
-    with naoqi.robot(Wishes(end=End.REST, life=Life.SUSPEND)):
+    with naoqi.robot(LifecycleOptions(end=End.REST, life=Life.SUSPEND)):
         pass
     assert naoqi.called(LIFE) == [("disabled",), ("solitary",)]
     names = [call[0] for call in naoqi.calls]
@@ -60,7 +60,7 @@ def test_autonomous_life_comes_back_as_the_last_thing(naoqi):
 
 
 def test_autonomous_life_goes_on_where_it_is_wished(naoqi):
-    with naoqi.robot(Wishes(life=Life.LEAVE)):
+    with naoqi.robot(LifecycleOptions(life=Life.LEAVE)):
         assert naoqi.called("ALAutonomousLife.getState") == []
 
 
@@ -79,7 +79,7 @@ def test_an_end_that_fails_is_told_and_the_rest_is_done(naoqi, caplog):
 
     naoqi.answers[REST] = fail
     naoqi.answers["ALVideoDevice.getImageRemote"] = "no picture, but a subscription"
-    with naoqi.robot(Wishes(end=End.REST)) as robot, pytest.raises(HardwareFailure):
+    with naoqi.robot(LifecycleOptions(end=End.REST)) as robot, pytest.raises(HardwareFailure):
         robot.capture("Camera", 320, 240)
     assert "hangs in the air" in caplog.text
     assert naoqi.called("ALVideoDevice.unsubscribe") == [("handle",)]
