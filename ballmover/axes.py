@@ -81,7 +81,7 @@ class AxisLimits:
 
     @classmethod
     def from_params(cls, params: Pose3DMotorsParams) -> AxisLimits:
-        """Return the limits that the motors of a ball tell."""
+        """Return the limits that the motors of a ball report."""
         return cls(
             min_pan=params.minPan,
             max_pan=params.maxPan,

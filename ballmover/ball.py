@@ -12,7 +12,7 @@ from .color import Color
 
 __all__ = ["Ball"]
 
-_CALL_LIMIT: Final = 800  # ms; a server that hangs shall be told within a second
+_CALL_LIMIT: Final = 800  # ms; a server that hangs is reported within a second
 
 
 class Ball:

@@ -65,7 +65,7 @@ class Reporter(Protocol):
 
 
 class _TimeRestartedError(Exception):
-    """The simulation began anew, so the ball is no longer where it was."""
+    """The simulation restarted, so the ball is not where it was."""
 
 
 class _StopRequestedError(Exception):
@@ -106,7 +106,7 @@ class Mover:
     def run(self, *, loop: bool) -> None:
         """Carry the ball to the last stop or, with `loop`, round and round, until `ending` is set.
 
-        A server that goes away is waited for; then the ball goes on to the stop that it was bound for.
+        If the server goes offline, wait for it; then move on to the same stop.
         However the run is broken off, the ball is stopped. Raises NotArrivedException, and what the servants
         raise.
         """
@@ -127,7 +127,7 @@ class Mover:
             raise
 
     def _travel(self, *, loop: bool) -> None:
-        """Go on from wherever the ball is to the next stop, and from there along the route."""
+        """Move from the present position to the next stop, then along the route."""
         self._last_tick = self._clock.now()
         stops = self._route.stops
         move: Move = Approach(self._ball.position(), stops[self._index].axes, self._route.limits)
@@ -179,7 +179,7 @@ class Mover:
             self._ball.command(stop.axes)
 
     def _hold(self, stop: Stop, seconds: float) -> None:
-        """Stay at a stop; commands go on, so that a lost server is noticed here too."""
+        """Stay at a stop; keep sending commands, to notice a lost server."""
         end = self._clock.now() + seconds
         while self._clock.now() < end:
             self._tick()

@@ -23,9 +23,9 @@ _REFRESH_PERIOD: Final = 0.1  # s of wall time
 
 
 class Progress:
-    """Tell on stdout where the ball is bound for, and on stderr when its server is lost.
+    """Print the ball's goals to stdout, and the loss of its server to stderr.
 
-    A context manager: the bar goes away at the end, and the terminal is left as it was.
+    A context manager: at the end it removes the bar and restores the terminal.
     """
 
     def __init__(
@@ -53,7 +53,7 @@ class Progress:
         self._live.stop()
 
     def departed(self, index: int, stop: Stop, lap: int) -> None:
-        """Tell that the ball sets out for a stop."""
+        """Report that the ball starts towards a stop."""
         lap_text = f"lap {lap}, " if lap > 1 else ""
         self._heading = (
             f"{self._color}: {lap_text}waypoint {index + 1} of {self._count} "
@@ -75,17 +75,17 @@ class Progress:
         self._live.update(line, refresh=True)
 
     def arrived(self, stop: Stop, error: float) -> None:
-        """Tell that the ball is at a stop."""
+        """Report that the ball is at a stop."""
         if not self._live.is_started:
             dwell = f", staying {stop.waypoint.dwell:g} s" if stop.waypoint.dwell else ""
             self._say(self._console, f"{self._color}: arrived, {error * 100:.1f} cm off{dwell}")
 
     def lost(self, reason: str) -> None:
-        """Tell that the server does not answer."""
+        """Report that the server does not answer."""
         self._warn(f"{self._color}: lost the ball; waiting for its server: {reason}")
 
     def returned(self) -> None:
-        """Tell that the server is back."""
+        """Report that the server is back."""
         self._warn(f"{self._color}: the ball is back; continuing")
 
     def _warn(self, text: str) -> None:

@@ -127,7 +127,7 @@ class Stop:
 
 @dataclass(frozen=True, slots=True)
 class Route:
-    """The stops of a ball, each of which a straight line reaches from the one before."""
+    """The stops of a ball; a straight line leads from each to the next."""
 
     stops: tuple[Stop, ...]
     limits: AxisLimits

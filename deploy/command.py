@@ -37,9 +37,9 @@ def launch(
         typer.Option("--set", metavar="NAME=VALUE", help="Change a variable of the stack; repeatable."),
     ] = None,
 ) -> None:
-    """Start the processes of a stack file and end them all together.
+    """Start the processes of a stack file and stop them all together.
 
-    Each writes a log file of its own; the foreground process, if the stack
+    Each writes its own log file; the foreground process, if the stack
     has one, gets the terminal. Ctrl-C ends everything in reverse order; a
     second Ctrl-C at once.
     """

@@ -190,7 +190,7 @@ class _StackProcess:
         place = "foreground" if foreground else "background"
         program, *arguments = self.spec.command
         tether = [sys.executable, "-I", "-S", hfsm_command.TETHER, str(os.getpid()), place]
-        # Blocked in the child too: the tether lets it through when it does not end in a traceback any longer.
+        # Also blocked in the child: the tether unblocks it once it no longer ends in a traceback.
         blocked = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:
             self._child = await asyncio.create_subprocess_exec(

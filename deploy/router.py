@@ -55,7 +55,7 @@ def serve(settings: Settings, report: Callable[[str], None]) -> None:
         session = open_session(settings)
         try:
             if not all(role.liveliness for role in security.roles.values()):
-                # Who may hold no token cannot let a robot know that it reads no memory of its machine.
+                # A client without a token cannot report that it does not share the robot's memory.
                 token = client_token(settings.realm, str(session.zid()))
                 _held = session.liveliness().declare_token(token)
             listener = Callback(_log_link, indirect=True)

@@ -164,7 +164,7 @@ def run(app: typer.Typer, *, expected: tuple[type[Exception], ...] = ()) -> NoRe
     """
     errors: tuple[type[Exception], ...] = (ZenohIceError, *expected)
     for name in ("stdout", "stderr"):
-        if getattr(sys, name) is None:  # closed by whoever started the command, as in `>&-`
+        if getattr(sys, name) is None:  # closed by the caller, as in `>&-`
             setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115 - to the end
     for number in _stop_signals():
         signal.signal(number, lambda number, _frame: os._exit(128 + number))

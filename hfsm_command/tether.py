@@ -1,8 +1,8 @@
 """Become a command that ends when the process that started it ends, however that happens.
 
-Run as a script by whoever starts it, the launcher: `python tether.py LAUNCHER_PID background|foreground
+Run as a script by the launcher: `python tether.py LAUNCHER_PID background|foreground
 COMMAND...`. The kernel's parent-death signal survives the exec, so that even a launcher killed with SIGKILL
-takes its processes along. A program of its own, because code between fork and exec inside the launcher would
+takes its processes along. A separate program, because code between fork and exec inside the launcher would
 be unsafe.
 """
 

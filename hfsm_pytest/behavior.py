@@ -228,13 +228,13 @@ class Behavior(ReloadableRun):
 
         `name` is that of the attribute or of the servant. Give a servant, or single operations, each as a
         function of its arguments, as a value that it returns, or as an exception that it raises; the other
-        operations go on as before. What is returned is validated as it would be on the wire.
+        operations work as before. Returned values are validated as on the wire.
         """
         self._stub(self.component, name, operations if servant is None else servant)
 
     @contextmanager
     def server_away(self, *servants: str) -> Iterator[None]:
-        """Let servants be away for a while, all without names: calls fail as over a cut connection."""
+        """Take servants offline for a while, all without names: calls fail as over a cut connection."""
         network = self._network
         before, network.away = network.away, network.away.union(servants or network.communicator.identities())
         self._journal.note(f"takes {', '.join(servants) or 'the server'} away")
@@ -245,7 +245,7 @@ class Behavior(ReloadableRun):
             self._journal.note("brings it back")
 
     def reload(self, document: str | Path) -> tuple[str, ...]:
-        """Go on with another version of the document, as a running component does that is reloaded.
+        """Continue with another version of the document, as a running component does after a reload.
 
         A relative path is looked for beside the present document. Returns what could not be kept. Raises
         DocumentInvalid, and then changes nothing.

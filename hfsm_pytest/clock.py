@@ -12,7 +12,7 @@ from zenoh_ice import VirtualClock
 
 _NANOSECONDS: Final = 1_000_000_000
 _POLL: Final = 10_000_000
-"""Time in ns after which who waits for an event looks again."""
+"""Interval in ns at which a wait for an event checks again."""
 
 
 class TaskClock(VirtualClock):

@@ -79,7 +79,7 @@ class VirtualNetwork:
     def serve(self, identity: str, servant: Object, polls: Polls | None = None) -> None:
         """Serve a servant, in place of one that has the identity so far.
 
-        `polls` returns the newest value of streams of which the servant publishes nothing, by operation.
+        `polls` returns the newest value of streams that the servant does not publish, by operation.
         """
         self._adapter.removeAll([identity])
         self.polls[identity] = polls or {}
@@ -112,7 +112,7 @@ class _VirtualCommunicator(Communicator):
 
 
 class _VirtualTransport(InProcessTransport):
-    """The transport within the process, with a log of calls, servants that are away, and stubs of streams."""
+    """The in-process transport, with a log of calls, offline servants, and stubs of streams."""
 
     def __init__(self, network: VirtualNetwork, pool: Pool) -> None:
         super().__init__(pool)
@@ -136,7 +136,7 @@ class _VirtualTransport(InProcessTransport):
 
 
 class _LoggedCaller:
-    """Call as another caller does, unless the servant is away, and note what came of it."""
+    """Call as another caller does, unless the servant is offline, and note the outcome."""
 
     def __init__(
         self, network: VirtualNetwork, genuine: Caller, target: Target, operation: Operation[..., Any]
@@ -275,7 +275,7 @@ def make_stub(
     }
     servant: Object = type("Stub", (Object,), {"ice_interface": interface, **methods})()
     if below is not None:
-        vars(servant)["_ice_publishers"] = vars(below).setdefault("_ice_publishers", {})  # its streams go on
+        vars(servant)["_ice_publishers"] = vars(below).setdefault("_ice_publishers", {})
     polls = {name: _poll(answers[name], operations[name]) for name in answers if operations[name].streamed}
     return servant, polls
 

@@ -39,7 +39,7 @@ class Hits(Counter[_Key]):
     def watch(self, document: Callable[[], Path | None], tree: Tree) -> None:
         """Count what automata do from now on; where they are now counts as entered.
 
-        `document` returns the file of which they are, which changes when it is reloaded.
+        `document` returns their file, which changes with a reload.
         """
         counter = _Counter(self, document)
         for run in tree.runs:

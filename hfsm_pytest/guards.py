@@ -29,7 +29,7 @@ class GuardTable:
     """The guards of a behavior, by name.
 
     The name of a guard is that of its transition behind the path of its automaton (`followBall/red/lost`);
-    any end of it will do that is unique (`red/lost`). The id tells transitions of one name apart: `lost#2`.
+    any unique suffix will do (`red/lost`). The id distinguishes transitions of one name: `lost#2`.
     """
 
     def __init__(self, tree: Tree) -> None:

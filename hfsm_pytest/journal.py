@@ -79,7 +79,7 @@ class Journal(Observer):
         self._running.append(run)
 
     def cycle_ended(self, run: Run, at: int) -> None:  # noqa: ARG002
-        """Note that its code runs no longer."""
+        """Note that its code does not run any more."""
         self._running.remove(run)
 
     def fired(self, run: Run, transition: Transition, at: int) -> None:

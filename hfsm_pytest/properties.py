@@ -47,7 +47,7 @@ def check_properties(
     Otherwise the code runs, with the `options` of the fixture `behavior` such as `robot`; its guards say what
     they say unless `guards` is set, and where the document declares events only these come from outside.
 
-    There are `examples` runs of at most so many `steps`: the same ones each time, or, with `random`, others.
+    Runs `examples` times, with at most `steps` steps: the same runs each time, or others with `random`.
     Raises BehaviorFailed with the shortest steps found that break something, or at which the code fails.
     """
     path = Path(document).resolve()

@@ -55,7 +55,7 @@ class Ball:
         *,
         speed: float = 0.5,
     ) -> None:
-        """Let it travel somewhere, each axis at `speed` in rad/s or m/s, while the time goes on."""
+        """Let it travel somewhere, each axis at `speed` in rad/s or m/s, as time passes."""
         targets = self._targets(pan, distance, height)
         self._device.command_positions(targets, dict.fromkeys(targets, speed))
 
@@ -182,7 +182,7 @@ class _VirtualJobs:
 
 
 def _simulated(clock: TaskClock, camera: CameraKind, settings: Mapping[str, Any]) -> Robot:
-    from naoserver_sim.robot import SimulatedRobot  # MuJoCo is loaded by who asks for it
+    from naoserver_sim.robot import SimulatedRobot  # load MuJoCo only when it is used
 
     robot = SimulatedRobot(clock=clock, **{"skin": camera != "drawn", **settings})
     if camera == "drawn" or (camera == "auto" and not _has_gl()):

@@ -82,7 +82,7 @@ def _seconds(document: str | Path) -> SearchStrategy[float]:
 def events(document: str | Path, *, inner: bool = True) -> SearchStrategy[Step]:
     """Return the events that the document declares, or that a transition waits for.
 
-    Without `inner` only those that it declares, if it declares any.
+    Without `inner` only the declared ones, if any are declared.
     """
     facts = _facts(document)
     return st.sampled_from([Step("send", (name,)) for name in (not inner and facts.declared) or facts.events])
@@ -107,7 +107,7 @@ def stimuli(
     """Return sequences of steps: time passes and events come.
 
     With `guards` the guards of the document become true or false; without `inner_events` only events come
-    that the document declares, if it declares any; `balls` names those that are moved.
+    that the document declares, if it declares any; `balls` names the balls to move.
     """
     facts = _facts(document)
     kinds: list[SearchStrategy[Step]] = [advances(document)]

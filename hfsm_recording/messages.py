@@ -68,7 +68,7 @@ class Firing(OfAutomaton, frozen=True):
 
 
 class Variables(OfAutomaton, frozen=True):
-    """The variables of an automaton that a cycle changed; those that have no value any more are `gone`."""
+    """The variables of an automaton that a cycle changed; `gone` are those without a value."""
 
     values: dict[str, Any]
     gone: list[str] = []

@@ -45,7 +45,7 @@ class Difference(msgspec.Struct, frozen=True):
 
 
 class Step(msgspec.Struct, frozen=True):
-    """An automaton enters a state, becomes a ghost, goes on, or finishes, at a component time in s."""
+    """An automaton enters a state, becomes a ghost, resumes, or finishes, at a component time in s."""
 
     time: float
     automaton: int

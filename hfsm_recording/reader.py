@@ -74,7 +74,7 @@ class ImageHash(msgspec.Struct):
 
 
 class RecordingFile:
-    """A recording on the disk, of which the beginning has been read. Raises RecordingError.
+    """A recording on disk; its beginning has been read. Raises RecordingError.
 
     `metadata` are those of the component, `name` is its name and `start` when it started, in ns since the
     epoch; `sources` are the files that made it, by names such as `document/follow_ball.xml`.

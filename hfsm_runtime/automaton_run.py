@@ -28,7 +28,7 @@ class ChangeKind(StrEnum):
     GHOST = "ghost"
     """An ancestor left the state above it: it remembers its own."""
     RESUMED = "resumed"
-    """It goes on in the state that it remembered."""
+    """It resumes in the state that it remembered."""
     FINISHED = "finished"
     """It is in a final state, and runs no more cycles."""
 
@@ -75,7 +75,7 @@ class Run:
     unseen: bool = True
     """Whether the observers have not been notified yet that the current state was entered."""
     cut: bool = False
-    """Whether the next cycle only goes on where the last one paused, with the same events."""
+    """Whether the next cycle only continues where the last one paused, with the same events."""
     code_first: bool = False
     """Whether that is at the code of the state."""
     waited: int = 0
@@ -140,7 +140,7 @@ class Run:
         self.owed = owes(state)
 
     def adopt(self, automaton: Automaton) -> State | None:
-        """Go on as another version of the automaton; return the state that it does not have any more.
+        """Continue as another version of the automaton; return the state that it lost.
 
         The automaton has not entered any state then.
         """

@@ -31,7 +31,7 @@ from .robot import connect as connect_proxies
 from .runtime import Runtime
 
 _LOOK: Final = 0.1  # s after which the main thread looks whether a signal came
-_RETRY: Final = 1.0  # s between two questions whether refused commands are taken again
+_RETRY: Final = 1.0  # s between two checks whether refused commands are accepted again
 
 _OnError = Annotated[
     OnError | None,
@@ -158,7 +158,7 @@ Exit codes: 0 done, 1 an error, 2 wrong usage, 130 Ctrl-C, 143 SIGTERM."""
             if record is None:
                 runtime = Runtime(made, communicator.clock, on_error, present, on_refused=on_refused)
             else:
-                from .recording.run import RecordedRuntime, recording  # only who records pays for loading it
+                from .recording.run import RecordedRuntime, recording  # loaded only for a recording
 
                 recorder = stack.enter_context(recording(made, record, with_images=record_images))
                 runtime = RecordedRuntime(
@@ -231,7 +231,7 @@ def _end(runtime: Runtime) -> None:
 
 
 def _wait(runtime: Runtime, seconds: float | None, stop: threading.Event, safety: SafetyPrx) -> None:
-    """Wait for the component's end, its time or a signal, and let it go on after refused commands."""
+    """Wait for the component's end, its time or a signal, and resume it after refused commands."""
     end = None if seconds is None else round(seconds * 1e9)
     retried = time.monotonic()
     while not (runtime.ended.is_set() or stop.is_set()):

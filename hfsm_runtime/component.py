@@ -89,7 +89,7 @@ class Component:
 
     A subclass names the document it was generated from, what follows an error (`stop` or `continue`) and a
     refused command (`pause` or `error`), and defines `automaton`. Nobody must rely on `__init__`, `clock`,
-    `log`, `sleep`, `send` and `mark`: a document may call functions of its own so.
+    `log`, `sleep`, `send` and `mark`, so that a document may define functions with these names.
     """
 
     clock = _ItsClock()
@@ -147,7 +147,7 @@ class Component:
             self._hfsm_send(name, data)
 
     def mark(self, camera: str, u: float, v: float, label: str = "") -> None:
-        """Mark a pixel of a camera's picture, such as where a ball is, for all who look at the picture.
+        """Mark a pixel of a camera's picture, such as where a ball is, for all viewers of the picture.
 
         It is `u` pixels right of the top left corner and `v` below it. The mark is shown for 0.5 s, or until
         one with the same label takes its place. Raises MarkError.

@@ -26,7 +26,7 @@ class Supervisor(Protocol):
         """Return the component time in ns."""
 
     def failed(self, run: Run, error: Exception) -> None:
-        """Take an exception of user code; raises CycleEnded when the cycle is not to go on."""
+        """Handle an exception of user code; raises CycleEnded to end the cycle."""
 
     def succeeded(self, run: Run) -> None:
         """Handle a cycle that went through to its end."""
@@ -42,7 +42,7 @@ def run_cycle(tree: Tree, run: Run, now: int, supervisor: Supervisor) -> bool:
     asked, and the first that holds fires: the automata below the old state become ghosts and end their
     running cycles, exit code, the change of state, the transition's code and entry code follow, and then the
     timers of the new state start and the automata below it wake. At last the code of the current state runs.
-    What takes no longer than the period counts as if it took no time, so that timers keep to the schedule of
+    Time up to one period counts as no time, so that timers keep to the schedule of
     the cycles.
     """
     if not tree.begin_cycle(run):
@@ -104,9 +104,9 @@ def _pauses(tree: Tree, run: Run, transition: Transition | None) -> bool:
 def _first_that_holds(tree: Tree, run: Run, now: int, supervisor: Supervisor) -> Transition | None:
     """Return the transition that is to fire, if any: the one that is forced, or the first that holds.
 
-    They are asked with the oldest event. One that fires none of them is dropped, and those that wait for an
-    event are asked with the next one. An event stays first when another transition fires before it, and when
-    the cycle is cut short in between.
+    They are tried with the oldest event. An event that fires none of them is dropped, and those that wait for
+    an event are asked with the next one. An event stays first when another transition fires before it, and
+    when the cycle is cut short in between.
     """
     forced = run.forced
     if forced is not None:
@@ -175,7 +175,7 @@ def _fire(tree: Tree, run: Run, transition: Transition, now: int, supervisor: Su
 
 
 def _enter(tree: Tree, run: Run, now: int, supervisor: Supervisor) -> None:
-    """Do what is owed at the entry into the current state; a ghost goes on owing it."""
+    """Complete the entry into the current state; a ghost completes it later."""
     state = run.current
     if not run.on_duty:
         return
@@ -196,7 +196,7 @@ def _settled(run: Run, now: int, supervisor: Supervisor) -> int:
 def _left_for_good(run: Run) -> list[tuple[Run, State]]:
     """Return the states whose exit code runs when an automaton leaves its state, in this order."""
     left: list[tuple[Run, State]] = []
-    if run.current.restart and not run.waking:  # those that have not been woken since are left already
+    if run.current.restart and not run.waking:  # those not woken since have left already
         for child in run.below:
             if child.entered is not None and not child.owed and not child.finished:
                 left += _left_for_good(child)
@@ -215,7 +215,7 @@ def _bound(run: Run, transition: Transition, code: Callable[..., object]) -> Cal
 
 
 def _call(tree: Tree, run: Run, code: Callable[[], object], supervisor: Supervisor) -> object:
-    """Return what a piece of user code returns, or None when it failed and the cycle is to go on."""
+    """Return the result of a piece of user code, or None when it failed and the cycle continues."""
     try:
         return code()
     except Exception as error:  # noqa: BLE001 - anything may come out of user code; the supervisor reports it

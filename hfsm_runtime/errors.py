@@ -74,14 +74,14 @@ class OnError(StrEnum):
     STOP = "stop"
     """The robot is stopped and the component halts."""
     CONTINUE = "continue"
-    """The piece of code that failed is left and the cycle goes on; a guard that failed does not hold."""
+    """Skip the code that failed and continue the cycle; a guard that failed does not hold."""
 
 
 class OnRefused(StrEnum):
     """What follows when the robot refuses a command."""
 
     PAUSE = "pause"
-    """The component pauses until the robot takes commands again."""
+    """The component pauses until the robot accepts commands again."""
     ERROR = "error"
     """It is an exception like any other in user code."""
 

@@ -1,4 +1,4 @@
-"""The hook of the core: who looks on while automata run, and may ask for a pause."""
+"""The hook of the core: observers of running automata, which may ask for a pause."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ class Observer:
     def entered(self, run: Run, transition: Transition | None) -> bool:  # noqa: ARG002
         """Return whether to pause: a state was entered, by a transition or as the initial one.
 
-        Its entry is complete and its code has not run. Where any observer pauses, the automaton goes on from
-        here in its next cycle.
+        Its entry is complete and its code has not run. Where any observer pauses, the automaton continues
+        from here in its next cycle.
         """
         return False
 

@@ -15,7 +15,7 @@ from .errors import ComponentError
 _STOP: Final = 1.0
 """The longest wait in wall seconds for the robot's answer to being stopped."""
 _ASK: Final = 1000.0
-"""The longest wait in wall milliseconds for who may command the robot."""
+"""Time limit in wall ms of the question who may command the robot."""
 
 _logger = logging.getLogger(__name__)
 
@@ -61,7 +61,7 @@ def servers_present(component: Component, communicator: Communicator) -> bool:
 def commands_taken(safety: SafetyPrx, holder: str) -> bool:
     """Return whether the robot may take commands again after it refused one.
 
-    `holder` is who held it then; empty when nobody did. `Safety` knows of emergency stops and leases. Where
+    `holder` held it then; empty when nobody did. `Safety` knows of emergency stops and leases. Where
     it cannot be asked, or nothing it knows is the reason, only another command can find out.
     """
     try:

@@ -137,14 +137,14 @@ class Runtime(Observer):
             self._threads.pause()
 
     def resume(self, after: Refusal | None = None) -> None:
-        """Go on after a pause, or only after the pause for one refused command."""
+        """Resume after a pause, or only after the pause for one refused command."""
         with self.tree.lock:
             if not self.ended.is_set() and (after is None or after is self.refusal):
                 self.refusal = None
                 self._threads.resume()
 
     def retry(self, commands_taken: Callable[[str], bool]) -> None:
-        """Go on after a refused command if commands are taken again; call it now and then.
+        """Resume after a refused command if commands are accepted again; call it periodically.
 
         `commands_taken` is asked with the name of whom the refusal said to hold the robot, at the earliest
         1 s after it. Commands may be refused again, and the component pauses again.
@@ -224,7 +224,7 @@ class Runtime(Observer):
         found, began = self.tree.wait_for_gap(_GAP), time.perf_counter()
         if not found:
             self.tree.held = True
-            self._threads.wake()  # those who sleep in their code
+            self._threads.wake()  # code that sleeps
             found = self.tree.wait_for_gap(_END)
             self.tree.held = self.ended.is_set() or self.timeline.paused
         if self.ended.is_set():

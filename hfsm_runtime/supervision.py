@@ -34,7 +34,7 @@ _LONGEST_MESSAGE: Final = 1000
 _QUIET: Final = 10.0
 """Wall seconds in which an error that repeats itself is logged once."""
 _HARDWARE_FAILURES: Final = 10
-"""The failure of hardware in so many cycles in a row is an error; before, a picture may just be late."""
+"""Consecutive cycles with failing hardware that make an error; before, a picture may just be late."""
 
 UNAVAILABLE: Final = (
     ConnectionLostException,
@@ -42,12 +42,12 @@ UNAVAILABLE: Final = (
     BusyException,
     TimeoutException,
 )
-"""What a proxy raises while its server is away: no fault of the user's code, and it may pass."""
+"""Exceptions of a proxy while its server is offline: not the user's fault, and possibly temporary."""
 
 
 @dataclass(frozen=True, slots=True)
 class Refusal:
-    """A command that was refused: in `message` where and why, and who holds the robot, if anybody does.
+    """A refused command: where and why (`message`), and the holder of the robot, if any.
 
     `since` is steady wall time in s.
     """
@@ -87,10 +87,10 @@ class Supervision(Observer):
     `on_error` and `on_refused` are the policies, by default those of the document. `halt` is called when they
     say so, and `refused` when a command was refused and the component is to pause.
 
-    While a server is away the cycles that need it are left, and tried again at their next time: the log says
-    once that it is gone and once that it is back. It is back when `servers_present` says so and the automata
-    that missed it get through a cycle, or have become ghosts. A refusal is logged in the same way: it is over
-    when those that were refused get through a cycle.
+    While a server is offline the cycles that need it are ended, and tried again at their next time: the log
+    says once that it is gone and once that it is back. It is back when `servers_present` says so and the
+    automata that missed it get through a cycle, or have become ghosts. A refusal is logged in the same way:
+    it is over when the refused automata complete a cycle.
     """
 
     def __init__(
@@ -124,7 +124,7 @@ class Supervision(Observer):
         self.turn_to(component)
 
     def turn_to(self, component: Component) -> None:
-        """Go on with another version of the component."""
+        """Continue with another version of the component."""
         self._log = component._hfsm_log
         on_error, on_refused = self._policies
         self._on_error = on_error or component._hfsm_on_error
@@ -142,7 +142,7 @@ class Supervision(Observer):
         return self._timeline.now()
 
     def failed(self, run: Run, error: Exception) -> None:
-        """Take an exception of user code; raises CycleEnded when the cycle is not to go on."""
+        """Handle an exception of user code; raises CycleEnded to end the cycle."""
         if isinstance(error, CommunicatorDestroyedException):
             raise CycleEnded from error  # the component has ended without this cycle
         location = locate(error, self._file)
@@ -162,7 +162,7 @@ class Supervision(Observer):
                 failures = self._hardware_failures[run] = self._hardware_failures.get(run, 0) + 1
                 if failures < _HARDWARE_FAILURES:
                     raise CycleEnded from error
-            self._log.error("the component halts; `onerror` continue would go on")
+            self._log.error("the component halts; `onerror` continue would ignore the error")
             self._halt()
             raise CycleEnded from error
 

@@ -34,7 +34,7 @@ _ALARM_ENDS: Final = 1.0
 class Threads(Observer):
     """A thread for each automaton of a tree. Start and stop it once.
 
-    `crashed` is called on the thread of an automaton that ends by anything but an exception of its own code,
+    `crashed` is called on the thread of an automaton that ends by anything but an exception of its code,
     such as `sys.exit()` there.
     """
 
@@ -88,10 +88,10 @@ class Threads(Observer):
         with self._tree.lock:
             self._tree.held = True
             self._timeline.pause()
-        self.wake()  # those who sleep in their code
+        self.wake()  # code that sleeps
 
     def resume(self) -> None:
-        """Go on after a pause."""
+        """Resume after a pause."""
         with self._tree.lock:
             self._timeline.resume()
             self._tree.held = self._stopping
@@ -225,7 +225,7 @@ class _Worker:
 
 
 class Alarm:
-    """Sets events at component times in ns, on a thread of its own. Start and stop it once.
+    """Sets events at component times in ns, on its own thread. Start and stop it once.
 
     A state that is entered may wake hundreds of automata, whose threads would all fight for the interpreter
     to find out that their first cycles are spread over the period.

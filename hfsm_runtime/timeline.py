@@ -18,7 +18,7 @@ _APART: Final = 50_000
 class Timeline:
     """Component time in integer ns: it stands still while the component is paused, and never runs backwards.
 
-    When the clock does, because a simulation was restarted, component time goes on from where it was.
+    When the clock does, because a simulation was restarted, component time continues from where it was.
     """
 
     def __init__(self, clock: Clock) -> None:
@@ -50,7 +50,7 @@ class Timeline:
                 self._paused_at = self._now()
 
     def resume(self) -> None:
-        """Let time go on."""
+        """Let time continue."""
         with self._lock:
             if self._paused_at is not None:
                 self._latest = _nanoseconds(self._clock)

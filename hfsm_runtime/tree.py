@@ -1,4 +1,4 @@
-"""Where each automaton of a component is, and how that changes: who is active, who is a ghost, who wakes.
+"""The state of each automaton of a component, and its changes: which are active, ghosts, or waking.
 
 Times are integer nanoseconds of component time.
 """
@@ -18,7 +18,7 @@ __all__ = ["ChangeKind", "DropReason", "Replaced", "Run", "Tree", "grow"]
 
 @dataclass(frozen=True, slots=True)
 class Replaced:
-    """What became of automata that others took the place of: who is `gone`, and who lost its state."""
+    """The fate of replaced automata: which are `gone`, and which lost their state."""
 
     gone: tuple[Run, ...]
     displaced: tuple[tuple[Run, State], ...]
@@ -50,7 +50,7 @@ class Tree:
         return self._by_id.get(id)
 
     def begin_at(self, automaton: int, state: int) -> None:
-        """Let `start` enter a state, and above it those that own its automaton, instead of the initial ones.
+        """Let `start` enter a state, and the owners above it, instead of the initial ones.
 
         Each begins as usual when it is entered the next time. Raises UnknownElementError.
         """
@@ -113,7 +113,7 @@ class Tree:
     def begin_cycle(self, run: Run) -> bool:
         """Claim an automaton for a cycle; false for a ghost, and for all while the tree is held.
 
-        The events that have arrived become due, except in a cycle that only goes on with the last one.
+        The events that have arrived become due, except in a cycle that only continues the last one.
         """
         with self.lock:
             stepping, run.stepping = run.stepping, False
@@ -149,7 +149,7 @@ class Tree:
             return True
 
     def wait_for_cycles(self, run: Run, timeout: float) -> list[Run]:
-        """Wait until no automaton below the current state is in a cycle; return those that still are.
+        """Wait until no automaton below the current state is in a cycle; return the ones that still are.
 
         `timeout` is in s of wall time.
         """
@@ -175,7 +175,7 @@ class Tree:
     def enter(self, run: Run, now: int) -> None:
         """Start the timers of the current state, whose entry is complete, and wake the automata below it.
 
-        Those of a ghost start when it is one no longer.
+        Those of a ghost start when it is active again.
         """
         with self.lock:
             if run.claimed == run.activations:
@@ -192,7 +192,7 @@ class Tree:
                 self._drop_all(run, DropReason.FINISHED, now)
 
     def suspend(self, run: Run, *, code_first: bool) -> None:
-        """Let the next cycle go on where this one pauses: at the code of the state, or at the transitions."""
+        """Let the next cycle continue where this one pauses: at the state's code, or at the transitions."""
         with self.lock:
             run.cut, run.code_first = True, code_first
 
@@ -207,7 +207,7 @@ class Tree:
         """Let other automata take the place of these while no cycle runs; call it under the lock.
 
         `grown` are new ones, as `grow` returns them. Where one has the id of an automaton that is here, that
-        one goes on, in the state of the same id, or else of the same name when only one has it; one whose
+        one continues, in the state of the same id, or else of the same name when only one has it; one whose
         state is gone restarts. The values of guards are forgotten.
         """
         before = self._by_id

@@ -148,7 +148,7 @@ class _BoundedRepr(reprlib.Repr):
         self._left = _LONGEST + 1
 
     def repr1(self, x: object, level: int) -> str:
-        """Return the repr of an element; each takes a character, so that after so many none shows."""
+        """Return the repr of an element; each takes a character, so that at some depth none shows."""
         self._left -= 1
         return super().repr1(x, level) if self._left >= 0 else "..."
 

@@ -52,7 +52,7 @@ class VirtualRun:
     cycles that fall due in the meantime run after it. When the root has finished nothing runs any more.
     `on_halt` is called once when an error has ended it, before the time moves on.
     While `refusal` is set a refused command pauses the component: `time` stands still, and after each second
-    of the clock the automata try again if `commands_taken` agrees, which gets who the refusal said to hold
+    of the clock the automata try again if `commands_taken` agrees; it gets the reported holder of
     the robot.
     """
 
@@ -121,7 +121,7 @@ class VirtualRun:
     def advance(self, seconds: float) -> None:
         """Run all cycles that fall due in the next `seconds`, the end included; none once it has ended.
 
-        The seconds are those of the clock, which goes on while a refused command pauses the component.
+        The seconds are those of the clock, which runs while a refused command pauses the component.
         """
         end = self._timeline.now() + round(seconds * _SECOND)
         was_halted = self.halted
@@ -149,7 +149,7 @@ class VirtualRun:
         self.tree.send(make_event(name, data), self._timeline.now())
 
     def replace(self, component: Component, apply: Callable[[int], object]) -> None:
-        """Go on in another version of the component; `apply` puts its automata into the tree at a time."""
+        """Continue in another version of the component; `apply` puts its automata into the tree at a time."""
         now = self._timeline.now()
         with self.tree.lock:
             apply(now)

@@ -2,7 +2,7 @@
 
 A robot offers each as an attribute of `Robot`, or None where it has none; the server adds the servants of
 what is there. The contract of `naoserver.robot` holds here too: methods may be called from any thread, those
-that read return the newest immutable snapshot without blocking, those that command return at once. SI units
+that read return the newest immutable snapshot without blocking, commands return at once. SI units
 and radians; x forward, y left, z up.
 """
 
@@ -181,7 +181,7 @@ class Voice(Protocol):
     """The voice of a robot."""
 
     def say(self, text: str) -> None:
-        """Say a text after those that were asked for before."""
+        """Say a text after the earlier ones."""
 
     def stop(self) -> None:
         """Fall silent, and forget what was not said yet."""
@@ -233,7 +233,7 @@ class Stage(Protocol):
         """Return where everything is."""
 
     def reset(self) -> None:
-        """Put the robot and everything else back to where they began; time goes on."""
+        """Put the robot and everything else back to their start; time continues."""
 
     def place_object(self, name: str, position: Vector) -> None:
         """Put an object somewhere, at rest. Raises InvalidCommand when it cannot be there."""

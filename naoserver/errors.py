@@ -20,7 +20,7 @@ class CommandRefused(RobotError):
     def __init__(self, message: str, holder: str = "") -> None:
         super().__init__(message)
         self.holder = holder
-        """Who holds the robot; empty when it is stopped."""
+        """The holder of the robot; empty when it is stopped."""
 
 
 class InvalidCommand(RobotError):

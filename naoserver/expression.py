@@ -110,12 +110,12 @@ class TimedVoice:
     def __init__(self, now: Callable[[], float]) -> None:
         self._now = now
         self._lock = threading.Lock()
-        self._agenda: deque[tuple[str, float]] = deque()  # what is said now and then, and until when
+        self._agenda: deque[tuple[str, float]] = deque()  # what is spoken when, and until when
         self._newest = ""
         self._begun = 0
 
     def say(self, text: str) -> None:
-        """Say a text after those that were asked for before.
+        """Say a text after the earlier ones.
 
         Raises InvalidCommand when too many wait already.
         """

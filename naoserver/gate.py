@@ -52,7 +52,7 @@ class Gate:
     def require(self, client: str = "") -> None:
         """Raise CommandRefused unless a client may command the robot now.
 
-        Without a client it is asked for somebody who cannot hold a lease.
+        Without a client: for a caller that cannot hold a lease.
         """
         holder = ""
         with self._lock:
@@ -147,7 +147,7 @@ class Gate:
             )
 
     def _other_holder(self, client: str) -> str:
-        """Return who holds the robot and is not the client; empty when nobody else does."""
+        """Return the holder of the robot if it is not the client; empty otherwise."""
         self._drop_ended()
         return self._lease.holder if self._lease is not None and self._lease.client != client else ""
 

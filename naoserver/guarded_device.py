@@ -1,4 +1,4 @@
-"""A device behind its safety layer: the one way by which servants command joints, and who claims them."""
+"""A device behind its safety layer: the only way for servants to command and claim joints."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class Claims:
         for claimed, stop in claims:
             try:
                 stop()
-            except Exception:  # the others and the joints themselves are to be stopped all the same
+            except Exception:  # stop the others and the joints anyway
                 _logger.exception("cannot stop what moves %s", ", ".join(sorted(claimed)))
         with self._lock:
             return wanted & frozenset().union(*(joints for joints, _ in self._claims.values()))
@@ -68,8 +68,8 @@ class Claims:
 class GuardedDevice:
     """Pass commands through `safety` to `device`, one at a time, and log as events what was changed.
 
-    `gate` lets each command through or refuses it with CommandRefused, but nobody is refused to hold. Who
-    commands is the calling client, as the gate knows it; without one it is somebody who holds no lease.
+    `gate` accepts each command or refuses it with CommandRefused; a hold is never refused. The
+    commander is the calling client, as the gate knows it; without one it holds no lease.
     `look_within` is called after a command with the wall seconds in which `watch` is due.
     """
 
@@ -122,7 +122,7 @@ class GuardedDevice:
     ) -> Outcome:
         """Send joints to targets. Raises InvalidCommand or CommandRefused, and then commands nothing.
 
-        `owner` is who commands joints that it has claimed; it may move them at full speed.
+        `owner` may command joints that it has claimed, at full speed.
         """
 
         def command(reading: JointReading) -> Outcome:

@@ -176,7 +176,7 @@ class Watchdog:
 class JobThreads:
     """Do jobs in threads, one for each name that they give, from `start` or a `with` block on until `close`.
 
-    A job that fails is logged and tried again after a second; the others of its thread go on.
+    A job that fails is logged and tried again after a second; the others of its thread continue.
     """
 
     def __init__(self, jobs: Iterable[Job]) -> None:

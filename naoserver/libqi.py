@@ -12,7 +12,7 @@ _lock = threading.Lock()
 def start_libqi() -> None:
     """Start libqi's threads, unless it has been done; they end with the process.
 
-    Without its `Application`, a process that used libqi now and then aborts when it ends.
+    Without its `Application`, a process that used libqi sometimes aborts when it ends.
     """
     with _lock:
         qi.logging.setLevel(qi.logging.ERROR)  # its messages go to standard output

@@ -11,7 +11,7 @@ Contract of every implementation
 - **Setpoints.** A joint follows a setpoint, which `JointReading.commands` reports. A position command moves
   the setpoint from where it is to the target at no more than the given speed; a velocity command moves it
   at that velocity until the next command. Velocity 0 holds the setpoint where it is. The newest command of
-  a joint replaces the one before, of either kind; joints that a command does not name go on with theirs.
+  a joint replaces the one before, of either kind; joints that a command does not name keep theirs.
   Commands take effect at the next control tick. The setpoint of a motor that is limp goes along with its
   joint, so that nothing jumps when it becomes stiff again.
 - **Safety.** Commands have been made safe by the layer above (finite, in range, limited in speed). An
@@ -94,7 +94,7 @@ class Frame:
     width: int
     height: int
     pixels: NDArray[np.uint8]
-    """RGB, shape (height, width, 3), C-contiguous, row 0 on top. Never written to after it was given away."""
+    """RGB, shape (height, width, 3), C-contiguous, row 0 on top. Never written to after it was returned."""
 
 
 FALLEN_TILT: Final = math.radians(60)

@@ -256,7 +256,7 @@ class JointSafety:
         return wanted
 
     def with_coupled(self, joints: Iterable[str]) -> tuple[str, ...]:
-        """Return joints and those that share a motor with one of them."""
+        """Return joints and all that share a motor with them."""
         wanted = dict.fromkeys(joints, 0.0)
         self._rules.couple(wanted, Outcome())
         return tuple(wanted)
@@ -277,7 +277,7 @@ class JointSafety:
         return outcome
 
     def watch(self, reading: JointReading, now: float) -> Outcome:
-        """Look at the moving joints: stop what was not renewed, go on with ramps, keep clear of limits."""
+        """Check the moving joints: stop what was not renewed, continue ramps, keep clear of limits."""
         outcome = Outcome()
         self._stop(
             (joint for joint, drive in self._drives.items() if now >= drive.deadline), reading, outcome

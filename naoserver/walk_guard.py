@@ -24,7 +24,7 @@ _LEGS: Final = [side + joint for side in "LR" for joint in _LEG]
 
 @dataclass(frozen=True, slots=True)
 class _Drive:
-    """A velocity of one kind, who wants it, and until when in steady wall time."""
+    """A velocity of one kind, its client, and its end in steady wall time."""
 
     value: float
     client: str

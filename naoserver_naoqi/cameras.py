@@ -39,7 +39,7 @@ _FAREWELL: Final = 1.0
 class Stamps:
     """Turn the robot's time stamps into this machine's steady time.
 
-    The clocks tell different times; the picture that came fastest of the last ones tells by how much. So a
+    The clocks differ; the fastest of the last pictures shows by how much. So a
     time errs by what that picture took on its way.
     """
 

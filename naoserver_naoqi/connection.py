@@ -73,7 +73,7 @@ class Reporter:
 PERIOD: Final = 0.02
 """Seconds between two looks at the robot: NAOqi's own cycle."""
 SILENCE: Final = 0.7
-"""Seconds without an answer after which the robot counts as lost: it is told within 1 s."""
+"""Seconds without an answer after which the robot counts as lost, so that it is reported within 1 s."""
 _CONNECTING: Final = 2.0
 _FIRST_CONNECTING: Final = 5.0
 _RETRY: Final = 0.5
@@ -85,7 +85,7 @@ class Connection:
 
     `connect` makes a link within some seconds, or raises LinkLost. Each of `on_open` prepares a new link, and
     may refuse it by a RobotError; each of `on_tick` looks at the robot every PERIOD; each of `on_found` and
-    `on_lost` is told when there is a link and when there is none any more. `start` calls the first two before
+    `on_lost` is called when a link is made or lost. `start` calls the first two before
     it returns. Everything else runs on one thread, so that they never overlap.
     """
 
@@ -204,7 +204,7 @@ class Connection:
 
 
 def join(thread: threading.Thread, seconds: float) -> None:
-    """Wait for the end of a thread, if it was ever started; log that it goes on."""
+    """Wait for the end of a thread, if it was ever started; log if it still runs."""
     if thread.ident is not None:
         thread.join(seconds)
         if thread.is_alive():

@@ -60,7 +60,7 @@ class NaoqiVoice:
         self._utterance = Utterance()
 
     def say(self, text: str) -> None:
-        """Say a text after those that were asked for before.
+        """Say a text after the earlier ones.
 
         Raises InvalidCommand when too many wait, CommandRefused while the robot is lost.
         """

@@ -16,7 +16,7 @@ from naoserver_naoqi.state import NaoqiState
 _SLOWEST: Final = 0.002
 """Least fraction of a joint's full speed that is asked for."""
 _FEW: Final = 4
-"""Speeds that are sent as they are; more are rounded to steps, since each takes a call of its own."""
+"""Speeds that are sent as they are; more are rounded to steps, since each takes its own call."""
 _STEP: Final = math.log(1.1)
 _HOLD: Final = 0.1
 _JOINTS: Final = {joint.name: joint for joint in H25.joints}

@@ -11,7 +11,7 @@ from naoserver.libqi import start_libqi
 from naoserver_naoqi.link import CallFailed, CallTimeout, LinkLost, Reply, RobotAddress
 
 _FINDING: Final = 2.0
-"""Seconds that the robot gets to tell where a service is."""
+"""Time limit in s for the robot to find a service."""
 _GONE: Final = (
     "socket is not connected",
     "session is not connected",
@@ -54,7 +54,7 @@ class LibqiLink:
             self.lost.set()
 
     def begin(self, operation: str, *arguments: object) -> Reply:
-        """Begin a call; whatever goes wrong is told by the reply."""
+        """Start a call; the reply reports every failure."""
         service, _, method = operation.partition(".")
         try:
             return _FutureReply(operation, getattr(self._service(service), method)(*arguments, _async=True))
@@ -75,7 +75,7 @@ class LibqiLink:
             session.disconnected.disconnect(self._watch)
             session.close()
 
-    def _service(self, name: str) -> Any:  # noqa: ANN401 - libqi tells no types
+    def _service(self, name: str) -> Any:  # noqa: ANN401 - libqi has no types
         service = self._services.get(name)
         if service is not None:
             return service
@@ -123,7 +123,7 @@ class _Failure:
 
 
 class _Login:
-    """Tells libqi who logs in, by the methods that it calls."""
+    """Gives libqi the login, by the methods that it calls."""
 
     def __init__(self, user: str, password: str) -> None:
         self._data = {"user": user, "token": password}
@@ -139,5 +139,5 @@ def _failure(operation: str, message: str) -> CallFailed | LinkLost:
     message = message.strip().partition("\n")[0] or "it failed without a message"
     if any(part in message.lower() for part in _GONE):
         return LinkLost(message)
-    told = message.startswith(operation.replace(".", "::"))
-    return CallFailed(message if told else f"{operation}: {message}")
+    named = message.startswith(operation.replace(".", "::"))
+    return CallFailed(message if named else f"{operation}: {message}")

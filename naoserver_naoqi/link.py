@@ -49,12 +49,12 @@ class Link(Protocol):
     def begin(self, operation: str, *arguments: object) -> Reply:
         """Begin a call such as `ALMotion.setAngles` without waiting for the answer.
 
-        Whatever goes wrong is told by the reply.
+        The reply reports every failure.
         """
         ...
 
     def close(self) -> None:
-        """Hang up; every call that goes on ends with LinkLost. Does nothing the second time."""
+        """Close the link; running calls end with LinkLost. Does nothing the second time."""
         ...
 
 
@@ -72,7 +72,7 @@ class AddressError(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class RobotAddress:
-    """Scheme, host and port of a NAOqi, and who logs in there."""
+    """Scheme, host and port of a NAOqi, and the login."""
 
     scheme: str
     """`tcp`, or `tcps` of NAOqi 2.9 and later, which wants a login."""

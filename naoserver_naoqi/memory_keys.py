@@ -24,7 +24,7 @@ FARTHEST: Final = 2.55
 """In m: what the sonar reports beyond it means that nothing is near, as does 0, before the first echo."""
 _EDGES: Final = ("FrontLeft", "FrontRight", "RearLeft", "RearRight")
 _COMFORTABLE: Final = 25.0
-"""Degrees Celsius of a motor that tells none."""
+"""Degrees Celsius of a motor that reports none."""
 _PRESSED: Final = 0.5
 
 
@@ -83,7 +83,7 @@ class MemoryLayout:
             return otherwise if math.isnan(value) else value
 
         def vector(places: Sequence[int | None], signs: Vector, rest: float = 0.0) -> Vector:
-            """Return three values, each with its sign; those that are missing are 0, and `rest` along z."""
+            """Return three values, each with its sign; missing ones are 0, and `rest` along z."""
             entries = zip(places, signs, (0.0, 0.0, rest), strict=True)
             x, y, z = (sign * at(place, sign * otherwise) for place, sign, otherwise in entries)
             return x, y, z
@@ -151,7 +151,7 @@ class MemoryLayout:
 _ACC: Final = ("Accelerometer", "Acc")
 _GYR: Final = ("Gyroscope", "Gyr")
 
-# What makes specific force and turning rate, x forward, y left, z up, of what the robot tells: it tells -9.8
+# Converts the robot's values to specific force and turning rate, x forward, y left, z up: it reports -9.8
 # along z where it stands. So has it every team's code for the RoboCup that ran on both, such as the providers
 # of Nao Devils; the sample of a NAO6's values in the tests of ros-sports/nao_lola, which leans backwards by
 # 0.36 rad, agrees.

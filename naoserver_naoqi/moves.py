@@ -36,7 +36,7 @@ _POSITION: Final = "ALMotion.getRobotPosition"
 class NaoqiWalker:
     """The walk of a robot. Implements Walker.
 
-    NAOqi walks on until it is told to stop, also when this process is gone: the connection's loss ends the
+    NAOqi walks on until it is stopped, also when this process is gone: the connection's loss ends the
     walk only when the robot is found again.
     """
 
@@ -63,7 +63,7 @@ class NaoqiWalker:
         """What is to be asked at every cycle."""
 
     def open(self, link: Link) -> None:
-        """End a walk that goes on since before, and find out how fast the robot walks."""
+        """End an earlier walk, and find out how fast the robot walks."""
         call(link, "ALMotion.stopMove")
         try:
             answer = call(link, "ALMotion.getMoveConfig", "Default")

@@ -63,7 +63,7 @@ class Life(StrEnum):
     SUSPEND = "suspend"
     """Switch it off, and back to what it was at the end."""
     LEAVE = "leave"
-    """Let it go on; it moves the head against whoever else does."""
+    """Leave it on; it moves the head against other commands."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,7 +133,7 @@ class NaoqiRobot:
     """A Nao H25 with NAOqi. Implements Robot.
 
     `connect` makes a link to it within some seconds. While the robot is lost, readings stay what they were
-    and commands do nothing; `report_to` lets a server tell its clients.
+    and commands do nothing; `report_to` lets a server notify its clients.
     """
 
     def __init__(
@@ -196,7 +196,7 @@ class NaoqiRobot:
         return self._cameras.capture(camera, width, height)
 
     def report_to(self, assembly: Assembly) -> None:
-        """Tell clients what happens to the robot, at once when it is lost; then no command gets through."""
+        """Notify clients of what happens to the robot, at once of its loss; then every command is refused."""
         self._reporter.report_to(assembly.events, assembly.health.report_now)
         self._connection.on_lost.append(assembly.gate.lose)
         self._connection.on_found.append(assembly.gate.find)
@@ -222,7 +222,7 @@ class NaoqiRobot:
             steps.callback(self.voice.stop)
 
     def _wire(self) -> None:
-        """Let the connection tell each part what it has to do."""
+        """Register the parts at the connection."""
         connection = self._connection
         questions = (*self.walker.questions, self.postures.question)
         parts = (

@@ -22,9 +22,9 @@ from zenoh_ice import Clock
 _logger = logging.getLogger(__name__)
 
 _WINDOW: Final = 4
-"""Measurements over which a velocity is taken that the robot does not tell: its cycle and ours drift."""
+"""Measurements over which a velocity is taken that the robot does not report: its cycle and ours drift."""
 _LISTING: Final = 5.0
-"""Seconds that the robot gets to list its keys, of which there are some thousand."""
+"""Seconds that the robot gets to list its keys, some thousands."""
 _REPORT: Final = 0.2
 """Seconds after which NAOqi's report shows what was commanded."""
 _SLACK: Final = 0.05
@@ -54,7 +54,7 @@ class _Way:
 class Setpoints:
     """The setpoint of each joint, as it follows from the commands, corrected by what NAOqi reports.
 
-    A report is some hundredths of a second old, which is too much for who plans the next step from where a
+    A report is some hundredths of a second old, too old to plan the next step from where a
     setpoint is. While a joint is on a commanded way the model is believed, unless the report shows that
     something else moves it; otherwise the report is. Callers serialise the calls.
     """

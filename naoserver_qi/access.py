@@ -108,8 +108,8 @@ class Access:
 class Walking:
     """Walk through the guard, and renew what was commanded until something ends it.
 
-    The guard stops what is not renewed. libqi does not report when a client is gone, so a walk goes on as it
-    does on the real robot, until stopMove, another client, a fall, the emergency stop or the end of the
+    The guard stops what is not renewed. libqi does not report when a client is gone, so a walk continues as
+    it does on the real robot, until stopMove, another client, a fall, the emergency stop or the end of the
     service.
     """
 
@@ -204,7 +204,7 @@ class Walking:
 
 
 def _limited(left: tuple[float, float, float], highest: WalkVelocity) -> WalkVelocity:
-    """Return the velocity that takes away what is left in m and rad, straight, within the highest of each."""
+    """Return the velocity for the rest of a way in m and rad, straight, within the highest of each."""
     wanted = [_GAIN * part for part in left]
     shares = (abs(part) / limit for part, limit in zip(wanted, astuple(highest), strict=True))
     scale = max(1.0, *shares)

@@ -121,7 +121,7 @@ _JOINTS: Final = H25.joint_names
 
 
 def _limbs(*parts: str) -> list[tuple[str, ...]]:
-    """Return the joints of the left limb, and of the right one, by how their names go on after the side."""
+    """Return the joints of the left limb, and of the right one, by the part of their names after the side."""
     return [
         tuple(name for name in _JOINTS if name[0] == side and name[1:].startswith(parts)) for side in "LR"
     ]

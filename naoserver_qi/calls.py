@@ -28,9 +28,9 @@ from zenoh_ice import Clock
 _logger = logging.getLogger(__name__)
 
 MOST: Final = 64
-"""Long calls that go on at the same time; further ones wait."""
+"""Long calls that run at the same time; further ones wait."""
 MOST_WAITING: Final = 1000
-"""Long calls that go on or wait; further ones are refused."""
+"""Long calls that run or wait; further ones are refused."""
 
 
 class Call:

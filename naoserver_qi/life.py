@@ -30,7 +30,7 @@ class ALAutonomousLife:
 
 
 class ALBattery:
-    """Tell how full the battery is."""
+    """Report the charge of the battery."""
 
     def __init__(self, senses: Senses | None) -> None:
         self._senses = senses
@@ -43,7 +43,7 @@ class ALBattery:
 
 
 class ALSystem:
-    """Tell what robot this is."""
+    """Describe the robot."""
 
     def __init__(self, name: str) -> None:
         self._name = name

@@ -39,7 +39,7 @@ class ALTextToSpeech:
         return self._found
 
     def say(self, call: Call, stringToSay: object, language: object = None) -> None:
-        """Say a text after those that were asked for before; returns when it was said."""
+        """Say a text after the earlier ones; return when it was said."""
         if language is not None:
             chosen(language, "language", _LANGUAGES)
         words = _TAG.sub(" ", text(stringToSay, "text")).strip()

@@ -139,7 +139,7 @@ class JointTasks:
             return list(self._tasks)
 
     def take(self, joints: Iterable[str]) -> None:
-        """Take joints away from the tasks that move them, which go on with the others."""
+        """Remove joints from the tasks that move them, which continue with the others."""
         with self._changed:
             for joint in joints:
                 self._taken.pop(joint, None)
@@ -152,7 +152,7 @@ class JointTasks:
             self._tasks.append(task)
             while not call.stopped.is_set() and not self._taken.keys().isdisjoint(task.joints):
                 self._changed.wait(_POLL)
-            if not call.stopped.is_set():  # who gave up waiting takes nothing away
+            if not call.stopped.is_set():  # a caller that stopped waiting takes no joints
                 self._taken.update(dict.fromkeys(task.joints, task.number))
         try:
             yield task
@@ -186,7 +186,7 @@ class JointTasks:
             task.call.wait(PERIOD)
 
     def _own(self, task: Task, joints: Iterable[str]) -> list[str]:
-        """Return those of some joints that no other command has taken away from a task."""
+        """Return the joints that no other command has taken from a task."""
         with self._changed:
             return [joint for joint in joints if self._taken.get(joint) == task.number]
 

@@ -37,7 +37,7 @@ Pixels = NDArray[np.uint8]
 
 
 def _yuv(rgb: Pixels) -> bytes:
-    """Return Y U V of each pixel, of which two beside each other share both chromas."""
+    """Return Y U V of each pixel; two neighbors share both chromas."""
     height, width = rgb.shape[:2]
     pairs = np.frombuffer(PIXEL_FORMATS["YUV422"](rgb), np.uint8).reshape(height, width // 2, 4)
     yuv = np.empty((height, width, 3), np.uint8)
@@ -250,5 +250,5 @@ class ALVideoDevice:
 
 
 def _slot(time: float, rate: float) -> float:
-    """Return in which period a time falls. Who asks often gets every picture, however long one takes."""
+    """Return the period that contains a time. Frequent requests get every picture, however long one takes."""
     return math.floor(time * rate) if math.isfinite(time) else time

@@ -124,7 +124,7 @@ def naoserver_sim(
         closing(SimulatedRobot(speed=factor, world=surroundings, skin=skin, noise=noise, seed=seed)) as robot,
     ):
         check_cameras(requested, robot.cameras)
-        robot.start()  # first: whoever finds the server looks for its servants, and not for long
+        robot.start()  # first: clients that find the server look for its servants, and not for long
         with initialize(settings) as communicator:
             adapter = communicator.createObjectAdapter("NaoServer")
             with serve(robot, adapter, ServerOptions(cameras=requested)) as assembly, ExitStack() as also:

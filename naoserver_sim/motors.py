@@ -96,14 +96,14 @@ class Motors:
         self._derated = False
 
     def stiffen(self, motors: NDArray[np.intp], stiffnesses: Array, seconds: float) -> None:
-        """Let some motors come to hold as strongly as told, within some seconds, from now on."""
+        """Let some motors change to a stiffness within some seconds, from now on."""
         self._wanted[motors] = stiffnesses
         change = np.abs(self._wanted[motors] - self.stiffnesses[motors])
         self._rates[motors] = change / seconds if seconds > 0.0 else np.inf
         self._changing = True
 
     def tick(self, seconds: float, torques: Array) -> None:
-        """Go on for some seconds in which the motors gave some torques in N m."""
+        """Advance by some seconds in which the motors gave some torques in N m."""
         warmer = AMBIENT + self._heating * torques * torques - self.temperatures
         self.temperatures += warmer * (seconds / _TIME_CONSTANT)
         if self._changing:

@@ -12,7 +12,7 @@ from typing import NamedTuple
 _log = logging.getLogger(__name__)
 
 WINDOW = 1.0
-"""Wall seconds over which the real-time factor and the lag are told."""
+"""Wall seconds over which the real-time factor and the lag are measured."""
 SAMPLE_INTERVAL = 0.05
 MAX_LAG = 0.25
 """Wall seconds of lag after which the schedule is moved: what is lost is not caught up in a burst."""

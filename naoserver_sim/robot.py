@@ -101,8 +101,8 @@ class SimulatedRobot(SimulatedDevice):
     """A Nao in MuJoCo, standing in StandInit in a world; without one in the default world, with two balls.
 
     `speed` is in simulated seconds a wall second, `math.inf` as fast as the processor goes. With `clock`, a
-    virtual one, nothing runs by itself: the robot follows that clock, in the thread of whoever reads or
-    commands it, and the same commands at the same times with the same seed give the same trace bit by bit.
+    virtual one, nothing runs by itself: the robot follows that clock, in the thread of the caller that reads
+    or commands it, and the same commands at the same times with the same seed give the same trace bit by bit.
 
     `seed` scatters the balls' starting places within the head's reach; without it they start in view. With
     `noise` the senses are as imperfect and late as those of a real robot, by the seed's random numbers.
@@ -157,7 +157,7 @@ class SimulatedRobot(SimulatedDevice):
         )
 
     def read(self) -> JointReading:
-        """Return the newest snapshot of the joints; with noise, the angles that encoders tell apart."""
+        """Return the newest snapshot of the joints; with noise, at the resolution of encoders."""
         reading = super().read()
         return replace(reading, positions=encoded(reading.positions)) if self._noise else reading
 

@@ -56,7 +56,7 @@ class Simulator:
     """Step a model control tick by control tick.
 
     `advance` steps it in the caller's thread: two simulators of the same model that get the same orders
-    before the same ticks go through the same states, bit by bit. Who makes time pass is up to the subclasses.
+    before the same ticks go through the same states, bit by bit. Subclasses decide how time passes.
     All attributes belong to the thread of the physics; other threads read `newest` and give orders.
     """
 

@@ -1,4 +1,4 @@
-"""The scene around the simulated robot: told as it is, and changed between two ticks of the physics."""
+"""The scene around the simulated robot: read, and changed between two ticks of the physics."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _FARTHEST: Final = 50.0
 _STRONGEST: Final = 1000.0
 """N with which the robot is pushed at most: a hundred times what it withstands."""
 _MOST_PUSHES: Final = 16
-"""Pushes that go on at the same time."""
+"""Pushes that act at the same time."""
 _LONGEST: Final = 60.0
 """Seconds for which it is pushed or pressed at most."""
 _SHALLOW: Final = 0.005
@@ -39,11 +39,11 @@ _IDENTITY: Final = (1.0, 0.0, 0.0, 0.0)
 class _Push:
     force: Array
     left: float
-    """Seconds for which it goes on."""
+    """Its duration in s."""
 
 
 class SimulatedStage:
-    """Tell where everything is, put it somewhere, push the robot.
+    """Report where everything is, move it, push the robot.
 
     Implements `naoserver.capabilities.Stage`. Its methods may be called from any thread; what they change is
     changed at the next control tick, by the thread of the physics. `press` presses touch sensors; `moved` is
@@ -92,7 +92,7 @@ class SimulatedStage:
         return Truth(snapshot.time, torso, _vector(velocity), _vector(turning), objects)
 
     def reset(self) -> None:
-        """Put the robot and everything else back to where they began, its motors stiff; time goes on."""
+        """Put the robot and everything else back to their start, its motors stiff; time continues."""
         self._simulator.order(lambda: self._restore(self._start_qpos))
 
     def place_object(self, name: str, position: Vector) -> None:
@@ -142,7 +142,7 @@ class SimulatedStage:
         push = _Push(np.array(force), seconds)
 
         def begin() -> None:
-            if len(self._pushes) < _MOST_PUSHES:  # of those that came since the last tick, too
+            if len(self._pushes) < _MOST_PUSHES:  # including pushes since the last tick
                 self._pushes.append(push)
 
         self._simulator.order(begin)

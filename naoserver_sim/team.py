@@ -1,4 +1,4 @@
-"""Several robots at once: each a process, with a realm and an endpoint of its own."""
+"""Several robots at once: each a process with its own realm and endpoint."""
 
 from __future__ import annotations
 
@@ -95,5 +95,5 @@ def _without(options: Sequence[str], names: Sequence[str]) -> list[str]:
 
 
 def _later_port(endpoint: str, number: int) -> str:
-    """Return an endpoint with the port so many after its own; port 0, which the system picks, stays."""
+    """Return an endpoint with its port increased by a number; port 0, which the system picks, stays."""
     return _PORT.sub(lambda found: f":{int(found[1]) + number if int(found[1]) else 0}", endpoint)

@@ -153,7 +153,7 @@ def bundled_worlds() -> tuple[str, ...]:
 
 
 def load_world(name: str) -> World:
-    """Return a world by its name, if it is one of those that come along, or else from the file so named.
+    """Return a world by its name, if it is bundled, or else from the file of that name.
 
     Raises RobotError that names the file, the line and what is wrong.
     """

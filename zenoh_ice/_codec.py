@@ -22,7 +22,7 @@ from ._values import PROXY_TEXT, TYPE_FIELD, Reference, Resolve, Value, WireType
 from .exceptions import MarshalException
 from .text import printable
 
-LARGE: Final = 1 << 16  # bytes from which a byte sequence is worth a piece of its own
+LARGE: Final = 1 << 16  # size in bytes from which a byte sequence becomes a separate piece
 
 DECODE_ERRORS: Final = (TypeError, ValueError, OverflowError, RecursionError, MemoryError)
 """What msgspec raises for payloads, and TypeError for types of a servant's schema, that it cannot decode."""
@@ -33,7 +33,7 @@ _LONGEST: Final = (1 << 32) - 1  # of a byte sequence in MessagePack
 _HEADER_SIZE: Final = 5  # of a large byte sequence there: a type byte and the length
 _EMPTY: Final = b"\xc4\x00"  # a byte sequence of none
 
-# Stands in the encoding for bytes that were taken out. Nobody else knows it, so it is nowhere else in there.
+# Replaces bytes that were taken out of the encoding. It is secret, so it occurs nowhere else in there.
 _MARK: Final = os.urandom(16)
 _ENCODED_MARK: Final = msgspec.msgpack.encode(_MARK)
 
@@ -47,7 +47,7 @@ _resolve: ContextVar[Resolve | None] = ContextVar("_resolve")  # makes proxies o
 
 
 class Buffer(Protocol):
-    """Bytes that arrived, of which the size is known before they are copied."""
+    """Bytes that arrived; their size is known before they are copied."""
 
     def __len__(self) -> int: ...
 

@@ -1,4 +1,4 @@
-"""Who is there: servants and clients by their liveliness tokens, links, and why a call failed."""
+"""Presence: servants and clients by their liveliness tokens, links, and why a call failed."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ _GRACE_SHARE: Final = 0.1  # of the limit, where that is more: a long one means 
 # s between the end of a link and the end of the tokens that came over it, or the other way round.
 _SAME_MOMENT: Final = 0.5
 _LINK_NOTICE: Final = 0.1  # s in which the end of a link follows that of its tokens; measured 1 ms
-_LOSS_NOTICE: Final = 0.25  # s in which the token of a servant that died goes away; measured 2-3 ms
+_LOSS_NOTICE: Final = 0.25  # s in which the token of a servant that died disappears; measured 2-3 ms
 
 _NEVER: Final = (-math.inf, "")
 
@@ -64,8 +64,8 @@ class ServantToken(NamedTuple):
 def servant_token(target: Target, type_id: str, fingerprint: str, server: str, since: float) -> str:
     """Return the key of the token that a servant holds for one of its interfaces."""
     # A dash for an interface without a fingerprint: an empty chunk is no key.
-    who = f"{target.realm}/{target.identity}"
-    return f"@servant/{who}/{type_id}/{fingerprint or '-'}/{server}/{round(since * 1000)}"
+    name = f"{target.realm}/{target.identity}"
+    return f"@servant/{name}/{type_id}/{fingerprint or '-'}/{server}/{round(since * 1000)}"
 
 
 def parse_servant_token(key: str) -> ServantToken | None:
@@ -163,7 +163,7 @@ class Presence:
         return [info for identity in self.identities(realm) for info in self.servers(Target(realm, identity))]
 
     def servers(self, target: Target) -> list[ServantInfo]:
-        """Return who serves an identity, the first to do so in front."""
+        """Return the servers of an identity, the earliest first."""
         found: dict[str, ServantInfo] = {}
         with self._changed:
             for token in self._tokens.get(target, {}).values():
@@ -172,11 +172,11 @@ class Presence:
         return sorted(found.values(), key=lambda info: (info.since, info.server))
 
     def is_lost(self, target: Target) -> bool:
-        """Return whether a servant was there and is no longer."""
+        """Return whether a servant was present and is not any more."""
         return target in self._lost and target not in self.present
 
     def lost_since(self, target: Target, moment: float) -> bool:
-        """Return whether a servant, or one of several, went away after a moment of the monotonic clock."""
+        """Return whether a servant, or one of several, was lost after a moment of the monotonic clock."""
         return self._lost.get(target, _NEVER)[0] >= moment
 
     def linked(self) -> bool:
@@ -190,7 +190,7 @@ class Presence:
     ) -> bool:
         """Wait until a servant, with a certain interface if one is given, is there; return whether it is.
 
-        It waits for at most `timeout` s, and less when those that could know of the servant have reported
+        Waits for at most `timeout` s, and less when all that could know the servant have reported
         all, for which they have half a second from the moment of the monotonic clock `since`, now by default,
         two seconds while the realm is empty, and more if `timeout` is long.
         """
@@ -221,7 +221,7 @@ class Presence:
         return self._wait_until(lambda: target in self.present, timeout)
 
     def wait_until_gone(self, target: Target, timeout: float, server: str) -> bool:
-        """Wait for at most `timeout` s until a server no longer serves an identity; return whether so."""
+        """Wait for at most `timeout` s until a server stops serving an identity; return whether it did."""
         return self._wait_until(lambda: not _serves(server, self._tokens.get(target, {})), timeout)
 
     def _wait_until(self, condition: Callable[[], bool], timeout: float) -> bool:
@@ -259,7 +259,7 @@ class Presence:
         `is_served` finds that the servant is well, it did not get there: access control dropped it.
         """
         served = False
-        # Nothing more will come about one that was away before the call.
+        # No further news will come of a servant that was offline before the call.
         unexplained = timeout is None and target in self.present and not self.lost_since(target, started)
         if unexplained and not (served := is_served()):
             self._wait_until(lambda: self.lost_since(target, started), _LOSS_NOTICE)
@@ -285,7 +285,7 @@ class Presence:
         return ConnectionLostException(what + reason)
 
     def _lost_with_its_process(self, target: Target) -> bool:
-        """Return whether a servant went away because its process did, or the way to it."""
+        """Return whether a servant was lost because its process ended or its link broke."""
         lost, server = self._lost.get(target, _NEVER)
 
         def gone() -> bool:
@@ -314,7 +314,7 @@ class Presence:
         self._listeners.append(listener)
 
     def close(self) -> None:
-        """Follow nobody any longer; those who wait wake up."""
+        """Stop following; wake up all waiting threads."""
         with self._changed:
             self._closed = True
             self._changed.notify_all()
@@ -387,7 +387,7 @@ def _serves(server: str, tokens: Mapping[str, ServantToken]) -> bool:
 
 
 class ClientWatch:
-    """Call a function with the id of each client of a realm that goes away, one after the other.
+    """Call a function with the id of each client of a realm that is lost, one after the other.
 
     `close` ends that. A client is what it first appeared as: only the end
     of that very token is its end. Others may declare tokens with its id, and end them, which changes nothing.
@@ -403,13 +403,13 @@ class ClientWatch:
         self._callback: Final = callback
         self._submit: Final = submit
         self._lock: Final = threading.Lock()
-        self._first_tokens: Final[dict[str, str]] = {}  # of those that are there
+        self._first_tokens: Final[dict[str, str]] = {}  # of the present clients
         self._lost: Final[deque[str]] = deque()  # the first is being reported
         self._closed = False
         self._following: Final = transport.watch(any_client(realm), self._on_token)
 
     def close(self) -> None:
-        """Begin no call any more; one that runs goes on."""
+        """Begin no more calls; a running one continues."""
         self._closed = True
         self._following.close()
 

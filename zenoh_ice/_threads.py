@@ -40,7 +40,7 @@ _CAUTION: Final = 1000  # jobs that are taken to be long after one that was
 _STANDSTILL: Final = 0.5  # s without a beat: more than a busy machine makes of the period
 _AFTERMATH: Final = 1.0  # s until all that waited has been read
 
-# The clock that goes on while the machine is suspended, where the system has one.
+# The clock that runs while the machine is suspended, where the system has one.
 _CLOCK: Final = getattr(time, "CLOCK_BOOTTIME", time.CLOCK_MONOTONIC)
 
 _logger = logging.getLogger(__name__)
@@ -74,7 +74,7 @@ class Pool:
 
     A pool of no threads, for tests in virtual time, runs each job at once on the thread that submits it.
 
-    `jobs.put` takes a job; a transport may put other objects there, too, of which `place` makes jobs: the
+    `jobs.put` takes a job; a transport may also put other objects there, which `place` turns into jobs: the
     `put` of the queue is C code, the cheapest that Zenoh's receiving thread can run.
     """
 
@@ -88,13 +88,13 @@ class Pool:
         self._lock: Final = threading.Lock()
         self._lead: Final = threading.Lock()  # of the thread that takes jobs
         self._leader = 0  # its identifier; 0: nobody leads, or a thread is about to
-        self._began = 0.0  # the moment at which it began the job that it runs; 0: it waits for one
+        self._began = 0.0  # the start of the job that it runs; 0: it waits for one
         self._idle = 0
         self._threads: Final[set[threading.Thread]] = set()
         self._serials: Final = itertools.count(1)
         self._closed = False
         self.lines: Final[dict[object, deque[Callable[[], object]]]] = {}
-        """Lines of which jobs wait or run: later ones must not overtake them."""
+        """Lines with waiting or running jobs: later ones must not overtake them."""
         self._stop_watch: Callable[[], object] | None = None
         self._grow()
 
@@ -113,7 +113,7 @@ class Pool:
             run()
 
     def submit_in_line(self, line: object, job: Callable[[], object]) -> None:
-        """Run a job after those that were submitted in the same line; raises BusyException for too many."""
+        """Run a job after the earlier ones of the same line; raises BusyException for too many."""
         if not self.has_threads:
             job()
             return
@@ -137,7 +137,7 @@ class Pool:
 
     @contextmanager
     def blocked(self) -> Iterator[None]:
-        """Let the pool have one thread more while one of its own waits for another."""
+        """Give the pool one more thread while one of its threads waits for another."""
         if threading.current_thread() not in self._threads:
             yield
             return

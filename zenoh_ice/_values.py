@@ -29,7 +29,7 @@ PROXY_TEXT: Final = rf"\A({NAME})(?: -([to]))?(?:@({NAME}))?\Z"
 TYPE_FIELD: Final = "@type"
 """The key, which no member can have, under which a value of a class has the type id of its class."""
 
-_WIRE_MODULE: Final = ""  # no module has this name: what was loaded is told from what was made here by it
+_WIRE_MODULE: Final = ""  # no module has this name: it distinguishes what was loaded from what was made here
 
 # Beside the classes that a union is made of, as msgspec asks for the type field only where there are several.
 # It never arrives: no text is longer than 0 and shorter than 1.
@@ -42,12 +42,12 @@ NULL: Final[Any] = object()
 
 
 def slice_name(name: str) -> str:
-    """Return the name in Slice of what has a name in Python: those that Python needs begin with `_` there."""
+    """Return the Slice name for a Python name: names that Python reserves begin with `_` there."""
     return name[1:] if name[:1] == "_" else name
 
 
 class StructType(msgspec.StructMeta):
-    """Makes structs of which constructors alone use the default values, unless that is None.
+    """Makes structs whose constructors alone use the default values, unless that is None.
 
     msgspec sees members without a default value, and so requires them in payloads.
     """
@@ -73,7 +73,7 @@ class StructType(msgspec.StructMeta):
             if member in namespace and not members[member]:
                 value = namespace.pop(member)
                 defaults[member] = None if value is NULL else value
-        if list(members.values()) != sorted(members.values()):  # msgspec wants those that may be absent last
+        if list(members.values()) != sorted(members.values()):  # msgspec wants optional members last
             options["kw_only"] = True
         made: StructType = super().__new__(cls, name, bases, namespace, **options)
         made.ice_defaults, made.ice_members = defaults, members
@@ -138,7 +138,7 @@ Resolve = Callable[[str], Reference]
 def derived_classes(cls: type[Value], known: object) -> dict[str, type[Value]]:  # noqa: ARG001
     """Return a class and every one that extends it, near or far, by type id.
 
-    `known` is another value whenever there may be other classes. Those without a type id of their own, made
+    `known` is another value whenever there may be other classes. Those without their own type id, made
     by hand, do not count; nor do those of modules that were unloaded, or loaded again since.
     """
     found = {type_id_of(cls): cls}

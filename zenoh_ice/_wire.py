@@ -41,7 +41,7 @@ _Number = Annotated[int, Meta(ge=0)]
 _Name = Annotated[str, Meta(max_length=128)]
 
 ERROR_ENCODING: Final = "application/msgpack;zenoh_ice.error"
-"""Tells our errors from those that Zenoh itself makes, such as its timeout."""
+"""Distinguishes our errors from Zenoh's own, such as its timeout."""
 
 _PREFIX: Final = "::zenoh_ice::"
 _LONGEST_NAME: Final = 256  # of a type id or a fingerprint in a text
@@ -68,7 +68,7 @@ class Attachment(msgspec.Struct, array_like=True, frozen=True):
     """The attachment of a call or a stream sample, on the wire an array."""
 
     fingerprint: _Name = ""
-    """Fingerprint of the interface that the sender was generated from; empty when it knows none."""
+    """Fingerprint of the interface that the sender was generated from; empty if there is none."""
     sequence: _Number = 0
     """Number of the call in its session, or of the sample in its stream."""
     robot_time: float = math.nan
@@ -78,7 +78,7 @@ class Attachment(msgspec.Struct, array_like=True, frozen=True):
     call_id: _Name = ""
     """`{session id}/{number}` of a call; of a sample the id of its stream, another after each restart."""
     timeout: _Timeout = 0.0
-    """Seconds after which the caller gives up; 0 in a sample, and where nobody waits."""
+    """Time limit of the caller in s; 0 in a sample, and where nobody waits."""
 
     @property
     def stream(self) -> str:
@@ -146,7 +146,7 @@ _codecs: Final[WeakKeyDictionary[type[UserException], Codec[Any]]] = WeakKeyDict
 
 
 def unknown_exception(error: BaseException) -> UnknownException:
-    """Return what a client is told of an exception that the operation does not declare."""
+    """Return the reply for an exception that the operation does not declare."""
     try:
         text = str(error)
     except Exception as problem:  # noqa: BLE001 - __str__ is the user's own code, too

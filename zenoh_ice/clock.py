@@ -28,7 +28,7 @@ _logger = logging.getLogger(__name__)
 
 @runtime_checkable
 class Clock(Protocol):
-    """Tell the time and wait by it."""
+    """A source of time, and waits by it."""
 
     @property
     def rate(self) -> float:

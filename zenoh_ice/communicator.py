@@ -1,4 +1,4 @@
-"""The communicator: a process's door to the servants of its realm, and to the clients of its own servants."""
+"""The communicator: the connection of a process to the servants and clients of its realm."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ from .transport import NoAnswer, Target, Transport, check_name
 __all__ = ["Communicator", "initialize"]
 
 _PROXY: Final = re.compile(PROXY_TEXT)
-_DESTROY_LIMIT: Final = 2.0  # s for which threads may go on with what they do
+_DESTROY_LIMIT: Final = 2.0  # s for which threads may still run
 _STATUS_LIMIT: Final = 0.5  # s for which a process that seems to be there is asked how its servants are
 _ON_ITS_WAY: Final = 0.05  # s in which word of a subscription comes to the servant
 _MOST_RIVALS: Final = 16  # processes that serve what we do, reported in as many seconds
@@ -53,7 +53,7 @@ _logger = logging.getLogger(__name__)
 _live: Final[set[Communicator]] = set()
 
 _zenoh_processes: Final[set[int]] = set()
-"""Those that opened a session, this one or one that it was forked from: Zenoh does not run in a fork."""
+"""Processes that opened a session, this one or one that it was forked from: Zenoh does not run in a fork."""
 
 
 def initialize(settings: Settings | None = None, **overrides: object) -> Communicator:
@@ -91,7 +91,7 @@ class Communicator:
         """Join a realm: over Zenoh unless another transport is given, which is made for a pool of threads.
 
         `clock` is the component's where the settings do not choose it. With a pool of no threads, streams
-        that nobody asks for are closed by who calls `streams.close_unwanted`.
+        that nobody asks for are closed by `streams.close_unwanted`.
         """
         self.settings: Final = settings
         self.realm: Final = settings.realm
@@ -122,7 +122,8 @@ class Communicator:
             self.transport: Final = transport(self.pool)
             end.callback(self.transport.close)
             self.client_id: Final = self.transport.id
-            # Who listens and was given nothing to connect to is linked when others come, and they may go.
+            # A listener without endpoints to connect to gets its links when others connect, and they may
+            # leave.
             named = "connect" in settings.origins or settings.connect != Settings().connect
             self.presence: Final = Presence(
                 self.transport, self.pool.submit, needs_links=named or not settings.listen
@@ -259,7 +260,7 @@ class Communicator:
             raise CommunicatorDestroyedException("the communicator was destroyed, or inherited by a fork")
 
     def shutdown(self) -> None:
-        """Withdraw all servants and let `waitForShutdown` return; proxies go on working."""
+        """Withdraw all servants and let `waitForShutdown` return; proxies still work."""
         self._shutdown.set()
         for adapter in tuple(self._adapters):
             adapter.deactivate()
@@ -271,9 +272,9 @@ class Communicator:
     def destroy(self) -> None:
         """End everything: servants, streams, calls that wait, threads, the session.
 
-        Any thread may call it, a servant's included, and more than once. Those who wait for a call or a
-        sample get CommunicatorDestroyedException; those who wait for room on a link that takes nothing, after
-        the limit of calls. What runs may go on for some seconds.
+        Any thread may call it, a servant's included, and more than once. Threads that wait for a call or a
+        sample get CommunicatorDestroyedException; threads that wait for room on a blocked link, after
+        the limit of calls. Running calls may continue for some seconds.
         """
         with self._lock:
             first, self.destroyed = not self.destroyed, True
@@ -283,7 +284,7 @@ class Communicator:
             return
         self._shutdown.set()
         with self._end:
-            self.presence.close()  # before what waits for servants, or for their end
+            self.presence.close()  # before waits for servants, or for their end
 
     def __enter__(self) -> Self:
         return self
@@ -324,7 +325,7 @@ class Communicator:
         return None
 
     def _is_heard(self, target: Target, stream: str) -> bool:
-        """Return whether a servant knows of a listener to a stream, or that cannot be known."""
+        """Return whether a servant sees a listener to a stream, or cannot report it."""
         for delay in (0.0, _ON_ITS_WAY):
             time.sleep(delay)
             status = self._ask(target, _STATUS_LIMIT)

@@ -49,7 +49,7 @@ class TimeoutException(SystemException):
 
 
 class ConnectionLostException(SystemException):
-    """The server of a servant went away, or nothing leads to it."""
+    """The server of a servant is offline or unreachable."""
 
 
 class ConnectFailedException(ConnectionLostException):

@@ -33,7 +33,7 @@ from .transport import (
 
 __all__ = ["InProcessTransport", "Pool"]
 
-_MOST_TOKENS: Final = 1 << 15  # that are remembered; no robot has so many: somebody floods the realm
+_MOST_TOKENS: Final = 1 << 15  # that are remembered; more than any robot has: somebody floods the realm
 
 _numbers: Final = itertools.count(1)
 
@@ -55,9 +55,9 @@ class InProcessTransport:
         self.receivers: Final[dict[str, Receiver]] = {}
         """By the prefix of their target."""
         self.pending: Final[set[SimpleQueue[Answer | None]]] = set()
-        """Where the answers come that somebody waits for; None at the end."""
+        """The answers to pending calls; None at the end."""
         self._lock: Final = threading.RLock()
-        self._streams: Final = defaultdict[str, list[_Inlet]](list)  # by key, those that listen
+        self._streams: Final = defaultdict[str, list[_Inlet]](list)  # listeners by key
         self._tokens: Final[dict[str, None]] = {}
         self._watchers: Final[list[tuple[str, Callable[[str, bool], object]]]] = []
         self._status: Final[dict[tuple[str, str], Callable[[], bytes]]] = {}  # by realm and process
@@ -89,7 +89,7 @@ class InProcessTransport:
         return Served(partial(self.notify, token, came=False))
 
     def watch(self, pattern: str, changed: Callable[[str, bool], object]) -> Served:
-        # Patterns are told apart by what stands before their first asterisk.
+        # Patterns are distinguished by the text before their first asterisk.
         watcher = prefix, _ = pattern.partition("*")[0], changed
         with self._lock:
             self._watchers.append(watcher)
@@ -98,7 +98,7 @@ class InProcessTransport:
         return Served(partial(self._watchers.remove, watcher))
 
     def notify(self, token: str, *, came: bool) -> None:
-        """Report a token that came or went to those who watch."""
+        """Report a token that appeared or disappeared to the watchers."""
         with self._lock:
             if not came:
                 self._tokens.pop(token, None)
@@ -224,7 +224,7 @@ class _Inlet:
     def put(self, sample: Arrived) -> None:
         with self._turn:
             (self._callback or self._samples.append)(sample)
-        if (changed := self._waiting) is not None:  # without our lock, which who polls takes
+        if (changed := self._waiting) is not None:  # without our lock, which a poll takes
             with changed:
                 changed.notify_all()
 

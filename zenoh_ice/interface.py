@@ -130,7 +130,7 @@ class Operation(Generic[P, V]):
         return proxy.ice_call(self)(*args, **kwargs)
 
     def prepare(self) -> None:
-        """Derive what travels, unless that was done: the first call takes no longer than others then."""
+        """Derive the codecs in advance, so that the first call is as fast as the others."""
         for codec in (self.arguments, self.result):
             codec.holds_bytes  # noqa: B018 - it is computed once
 

@@ -90,7 +90,7 @@ class ObjectPrx(Reference):
         """Return a proxy of this type after making sure that its servant is there and has the interface.
 
         Raises ObjectNotExistException when the realm has no such servant, ConnectFailedException when nothing
-        answers at the endpoints, ConnectionLostException when the server went away, and
+        answers at the endpoints, ConnectionLostException when the server is lost, and
         InterfaceMismatchException when the servant has another interface or another version of it.
         """
         cast = cls.uncheckedCast(proxy)
@@ -177,7 +177,7 @@ class ObjectPrx(Reference):
         return self.ice_invoke(ICE_IDS)
 
     def ice_describe(self) -> Schema:
-        """Return the servant's own interface, those that it extends, and every type that they use.
+        """Return the servant's own interface, its base interfaces, and every type that they use.
 
         Raises MarshalException when what the servant says is no such description.
         """
@@ -253,7 +253,7 @@ class Call(Generic[P, V]):
         """
         caller, communicator = self._caller, self._communicator
         if caller is None:
-            if self._proxy._line in communicator.pool.lines:  # not before those that wait for the servant
+            if self._proxy._line in communicator.pool.lines:  # not before calls that wait for the servant
                 return self.begin(*args, **kwargs).result()
             caller = self._find(time.monotonic())
         arguments = self._make(*args, **kwargs) if kwargs else self._make(*args)
@@ -455,7 +455,7 @@ class StreamedCall(Call[P, V]):
     def wait(self, after: Sample[V] | None = None, timeout: float | None = None) -> Sample[V]:
         """Return the next sample newer than `after`, or the newest at once without `after`.
 
-        It waits for at most `timeout` s, by default the proxy's limit for calls. Raises TimeoutException;
+        Waits for at most `timeout` s, by default the proxy's limit for calls. Raises TimeoutException;
         ConnectionLostException or ObjectNotExistException when the servant is gone; otherwise as `latest`.
         """
         return (self._reader or self._open()).wait(after, self._patience(timeout))
@@ -463,7 +463,7 @@ class StreamedCall(Call[P, V]):
     def samples(self, timeout: float | None = None, *, rate: float | None = None) -> Samples[V]:
         """Return what yields sample after sample, always the newest, in `for` and in `async for`.
 
-        With a rate, at most so many a second. Each is waited for for at most `timeout` s, by default the
+        With a rate, at most that many per second. Waits for each for at most `timeout` s, by default the
         proxy's limit for calls; raises as `wait` does.
         """
         return Samples(self._reader or self._open(), self._patience(timeout), rate)
@@ -477,11 +477,11 @@ class StreamedCall(Call[P, V]):
     ) -> Subscription[V]:
         """Call a function with sample after sample, on its own thread.
 
-        While it runs, `queue` samples wait for it, and those that come beyond push the oldest out: with 1 it
+        While it runs, at most `queue` samples wait for it, and further ones replace the oldest: with 1 it
         always gets the newest, and one that must miss none needs as many as come while it may be busy. `rate`
         is how many it gets a second at most.
 
-        It goes on by itself after a restart of the server. An exception of the function is logged.
+        It continues by itself after a restart of the server. An exception of the function is logged.
         """
         return (self._reader or self._open()).subscribe(callback, rate, queue)
 

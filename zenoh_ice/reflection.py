@@ -130,7 +130,7 @@ class Schema(msgspec.Struct, frozen=True):
         ]
 
     def operations(self) -> Iterator[tuple[str, OperationDescription]]:
-        """Yield the operations of the interface and of those that it extends, each with its interface."""
+        """Yield the operations of the interface and of its bases, each with its interface."""
         for type_id in self.lineage(self.interface):
             for operation in self.definitions[type_id].operations:
                 yield type_id, operation
@@ -232,7 +232,7 @@ def _exceptions(definition: Definition) -> list[str]:
 
 
 def parse_schema(text: str) -> Schema:
-    """Return the schema that another process sent, checked, so that it can be used without further care.
+    """Return the schema that another process sent, after all checks.
 
     Raises MarshalException, with the name or the path of what is wrong, for a text that is too large or no
     schema, and for a schema that names what it does not describe, or has types that hold themselves.
@@ -273,7 +273,7 @@ def _check_references(schema: Schema) -> None:
 
 
 def _weigh(schema: Schema, name: str, weights: dict[str, int], around: int = 0) -> int:
-    """Return how deep types lie within a type, those of dictionaries added: so many write its name at most.
+    """Return how deep types lie within a type, adding those of dictionaries: at most so many write its name.
 
     Raises MarshalException when they are too many.
     """
@@ -326,7 +326,7 @@ def first_difference(expected: Schema, found: Schema) -> str:
 
 
 def canonical_lines(schema: Schema) -> dict[str, str]:
-    """Return the lines of which codegen takes the fingerprint, by what they are about: `::nao::Pose::x`."""
+    """Return the lines that codegen hashes for the fingerprint, by their subjects: `::nao::Pose::x`."""
     rests: dict[str, str] = {}
     for type_id, definition in schema.definitions.items():
         if definition.kind in {"sequence", "dictionary", "constant"}:

@@ -15,7 +15,7 @@ def access_control(security: Security, realm: str) -> dict[str, Any]:
     """Return the section `access_control` of Zenoh's configuration: what no role grants is denied.
 
     A user has the role by a certificate, if these are asked for, and by a password, if those are; the role of
-    EVERYBODY is granted to all who are let in.
+    EVERYBODY is granted to every accepted user.
     """
     rules: list[dict[str, Any]] = []
     policies: list[dict[str, Any]] = []
@@ -44,7 +44,9 @@ def access_control(security: Security, realm: str) -> dict[str, Any]:
         ]
         rules += granted
         subjects += own
-        policies.append({"rules": [rule["id"] for rule in granted], "subjects": [who["id"] for who in own]})
+        policies.append(
+            {"rules": [rule["id"] for rule in granted], "subjects": [subject["id"] for subject in own]}
+        )
     return {
         "enabled": True,
         "default_permission": "deny",
@@ -66,7 +68,7 @@ def _rules(role: Role, patterns: Sequence[str]) -> list[tuple[str, str, list[str
     realms = [_glob(pattern) for pattern in patterns]
     called = keys(role.call)
     readable = [*called, *keys(role.read)]
-    # These describe a servant and change nothing: who may do anything with it may ask them.
+    # These describe a servant and change nothing: any access to it includes them.
     about = [f"{key if key.endswith('/**') else key.rpartition('/')[0]}/ice_$*" for key in readable]
     identities = [f"{realm}/{_glob(pattern)}" for realm in realms for pattern in role.serve]
     served = [key if key.endswith("/**") else f"{key}/*" for key in identities]
@@ -74,7 +76,7 @@ def _rules(role: Role, patterns: Sequence[str]) -> list[tuple[str, str, list[str
     clients = [f"@client/{realm}/*/*" for realm in realms]
     presence = [*(f"@servant/{realm}/**" for realm in realms), *clients]
     return [
-        # Everybody may know who is there and how it is: error messages are made of that.
+        # Everybody may see presence and status: error messages need them.
         ("liveliness_query declare_liveliness_subscriber", "ingress egress", presence),
         ("liveliness_token", "egress", presence),
         ("liveliness_token", "ingress", clients if role.liveliness else []),
@@ -174,7 +176,7 @@ def _faults(settings: Settings) -> Iterator[str]:
     if security.roles and not security.passwords and not (security.authority and security.mutual):
         yield "security.roles without security.authority or security.passwords, by which users are known"
     if mute and settings.mode == "peer" and settings.shared_memory:
-        # Who holds no token cannot let this component know that it reads no memory of this machine.
+        # A client without a token cannot report that it does not share this machine's memory.
         yield f"security.roles.{mute[0]}.liveliness = false needs shared_memory = false"
 
 
@@ -189,7 +191,7 @@ def _check_tls(security: Security) -> None:
             why = (
                 f"security.certificate = {security.certificate!r}: not in PEM, or security.key is not its key"
             )
-            # Without a password for the key: who runs unattended cannot be asked for one.
+            # Without a password for the key: an unattended process cannot be asked for one.
             context.load_cert_chain(security.certificate, security.key, password="")
     except ssl.SSLError as error:
         raise ConfigurationException(f"{why} ({error.reason})") from error

@@ -178,7 +178,7 @@ _here: Final = _Here()
 
 
 class _Turn:
-    """Whose call of a servant runs, under any identity: so many at a time, the others wait in order."""
+    """The running calls of a servant, under any identity: a limited number, the others wait in order."""
 
     def __init__(self, width: int) -> None:
         self.width: Final = width
@@ -256,7 +256,7 @@ class ServedObject:
     # The way of a call.
 
     def admit(self, name: str, payload: Buffer | None, attachment: Buffer | None, reply: Reply) -> Job | None:
-        """Give a call its turn, and return what executes or refuses it; None where it waits."""
+        """Give a call its turn, and return the function that executes or refuses it; None if it waits."""
         about, turn = NO_ATTACHMENT, self._turn
         try:
             method = self._methods.get(name)
@@ -475,7 +475,7 @@ class ServedObject:
         return self._turn in _here.turns
 
     def open(self) -> None:
-        """Take calls from now on; nobody knows of it before `announce`."""
+        """Accept calls from now on; clients see it after `announce`."""
         communicator, later = self._communicator, self._undo.callback
         for operation in self._interface.all_operations.values():
             if operation.streamed:
@@ -509,7 +509,7 @@ class ServedObject:
     def drain(self, timeout: float) -> bool:
         """Wait for at most `timeout` s for the calls that run, except one of the current thread.
 
-        Return whether they ended, those that are answered later included. Calls that still wait for their
+        Return whether they ended, including those answered later. Calls that still wait for their
         turn then are not executed.
         """
         turn = self._turn
@@ -548,7 +548,7 @@ class ServedObject:
 
 
 def _check_patience(call: _Call) -> None:
-    """Refuse a call whose caller gave up while it waited: what it commands is no longer wanted.
+    """Refuse a call whose caller stopped waiting for it: its command is obsolete.
 
     How long it was on its way is not known, nor when it came if the process stood still meanwhile. Only where
     that may have been too long, the caller's wall clock is believed, which may be wrong on another machine.
@@ -564,7 +564,7 @@ class ObjectAdapter:
 
     Life cycle: `add` and `activate` in any order, `deactivate` and `activate` again at will. Servants that
     are added to an active adapter are served at once. A servant that is withdrawn gets no more calls; those
-    that run, and those that it answers later, may go on for a second.
+    that run, and those that it answers later, may continue for a second.
     """
 
     def __init__(self, communicator: Communicator, name: str) -> None:
@@ -581,7 +581,7 @@ class ObjectAdapter:
     def add(self, servant: Object, identity: str) -> ObjectPrx:
         """Serve a servant under an identity; return a proxy to it.
 
-        Raises AlreadyRegisteredException when this process or, as far as it knows, another one of the realm
+        Raises AlreadyRegisteredException when this process or, as far as it can see, another one of the realm
         serves the identity, ConfigurationException when it is no valid identity.
         """
         check_name(identity, "identity")
@@ -594,9 +594,9 @@ class ObjectAdapter:
         return self._communicator.stringToProxy(identity)
 
     def removeAll(self, identities: Iterable[str] | None = None) -> dict[str, Object]:
-        """Withdraw several servants at once, all by default, and return those that there were by identity.
+        """Withdraw several servants at once, all by default, and return them by identity.
 
-        Calls of them that run may go on for a second altogether.
+        Their running calls may continue for a second altogether.
         """
         with self._lock:
             names = list(self._servants) if identities is None else list(identities)
@@ -620,7 +620,7 @@ class ObjectAdapter:
                 self._active = self._open(self._servants)
 
     def deactivate(self) -> None:
-        """Withdraw the servants; calls that run may go on for a second. Does nothing when not active."""
+        """Withdraw the servants; running calls may continue for a second. Does nothing when not active."""
         with self._lock:
             active, self._active = self._active or {}, None
         self._withdraw(list(active.values()))
@@ -666,8 +666,8 @@ class ObjectAdapter:
     def _withdraw(self, withdrawn: list[ServedObject]) -> None:
         communicator = self._communicator
         deadline = time.monotonic() + _DRAIN_LIMIT
-        # Run from the last to the first, each whatever the others raise: first nobody is called any longer,
-        # then those that run are waited for, all at once.
+        # Run from the last to the first, each whatever the others raise: first calls are refused,
+        # then all running calls are awaited at once.
         with ExitStack() as steps:
             for served in withdrawn:
                 steps.callback(self._wait_for, served, deadline)

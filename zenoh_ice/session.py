@@ -63,7 +63,7 @@ def open_session(settings: Settings) -> zenoh.Session:
 
 
 def close_session(session: zenoh.Session) -> None:
-    """Close a session; one that takes long, since its peer accepts nothing any more, goes on by itself."""
+    """Close a session; continue in the background if its peer accepts nothing and it takes long."""
 
     def close() -> None:
         try:
@@ -86,7 +86,7 @@ def session_config(settings: Settings) -> dict[str, Any]:
     security, client = settings.security, settings.mode == "client"
     connect, listen = connect_endpoints(settings), [] if client else list(settings.listen)
     lease = round(settings.lease * 1000)
-    # For so many us may sending wait for its peer, before the link is closed. Zenoh counts to the last
+    # us for which sending may wait for its peer before the link is closed. Zenoh counts to the last
     # fragment: a large message on a slow network must not cost everybody the link.
     congestion = {"block": {"wait_before_close": round(settings.timeout * 1e6)}}
     link: dict[str, Any] = {
@@ -114,7 +114,7 @@ def session_config(settings: Settings) -> dict[str, Any]:
             # Only endpoints that were named: a robot must never hear the commands for another one.
             "multicast": {"enabled": False},
             # Peers do not relay: two clients of one server reach each other by the links that gossip makes.
-            # Where there are roles nobody is to find a way past those who grant them.
+            # With roles, no path may bypass the router that grants them.
             "gossip": {"enabled": not security.roles},
             "delay": 100,  # ms that opening waits for the endpoints; a call waits longer for its servant
         },
@@ -199,7 +199,7 @@ def _explain_tls(connection: socket.socket, host: str, security: Security) -> st
         context.load_cert_chain(security.certificate, security.key)
     try:
         with context.wrap_socket(connection, server_hostname=host) as secured:
-            # In TLS 1.3 the other side judges our certificate after the handshake; if it likes it, it waits
+            # In TLS 1.3 the other side judges our certificate after the handshake; if it accepts it, it waits
             # for us to speak.
             secured.settimeout(_STEP_LIMIT / 4)
             secured.recv(1)

@@ -17,11 +17,11 @@ from .exceptions import ConfigurationException
 from .toml_file import convert, parse_toml, read_text, shown
 
 DEFAULT_ENDPOINT: Final = "tcp/127.0.0.1:7447"
-"""Where a robot server listens and where everybody else connects to, unless told otherwise."""
+"""Default endpoint: robot servers listen on it, all others connect to it."""
 
 ENVIRONMENT_PREFIX: Final = "VISUALHFSM_"  # `VISUALHFSM_REALM` sets `realm`, and so on
 CONFIG_VARIABLE: Final = "VISUALHFSM_CONFIG"  # names the TOML file when no flag does
-EVERYBODY: Final = "*"  # the user that stands for everybody who is let in at all
+EVERYBODY: Final = "*"  # stands for every accepted user
 PATHS: Final = ("authority", "certificate", "key", "passwords")  # settings of `[security]` that name files
 PROTOCOLS: Final = ("tcp", "tls", "udp", "quic", "ws", "unixsock-stream")  # with host and port, but the last
 
@@ -64,7 +64,7 @@ _Most = Meta(max_length=256)
 
 
 class Role(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """What those who have the role may do; each list holds patterns.
+    """What users of a role may do; each list holds patterns.
 
     `*` stands for any characters of an identity or an operation; `**` alone for everything.
     """
@@ -74,7 +74,7 @@ class Role(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     serve: Annotated[tuple[IdentityPattern, ...], _Most] = ()  # identities to serve
     realms: Annotated[tuple[RealmPattern, ...], _Most] = ()  # else that of the component that grants it
     # Whether its processes may hold a liveliness token, by whose end robots notice that they are gone.
-    # Thousands delay everybody, and Zenoh has no limit to their number: false for who moves nothing.
+    # Thousands delay everybody, and Zenoh does not limit them: false for users that move nothing.
     liveliness: bool = True
 
 
@@ -84,10 +84,10 @@ class Security(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     authority: Text = ""  # file (PEM) of the certificate of the authority that vouches for everybody else
     certificate: Text = ""  # file (PEM) of the component's own, which it shows to others
     key: Text = ""
-    user: Text = ""  # name under which the component logs in, where whoever listens asks for one
+    user: Text = ""  # name of the login, if the listener asks for one
     password: str = ""
     passwords: Text = ""  # file of the users who may connect: a line `NAME:PASSWORD` for each
-    mutual: bool = True  # whether those that connect by TLS must show a certificate of the authority
+    mutual: bool = True  # whether clients over TLS must show a certificate of the authority
     roles: dict[Name, Role] = {}  # what may be done through this component; without any, everything
     users: dict[Name, str] = {}  # the role of each common name of a certificate, and of each user
 
@@ -209,7 +209,7 @@ def load_settings(
 def _overlay(
     settings: Settings, values: Mapping[str, Any], origin: str, *, text: str = "", strict: bool = True
 ) -> Settings:
-    """Return settings of which some are changed; raises ConfigurationException that names `origin`.
+    """Return settings with some values changed; raises ConfigurationException that names `origin`.
 
     If that is a file, its `text` is given: errors name the line, and paths in it are relative to its folder.
     """

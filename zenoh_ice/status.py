@@ -1,4 +1,4 @@
-"""The status of a process that serves, for anybody who asks: its versions, and how busy its servants are."""
+"""The status of a serving process: its versions, and how busy its servants are."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ class ServantStatus(msgspec.Struct, frozen=True):
     """What a servant does, and how many calls it had since it is served."""
 
     type_id: _Text
-    calls: _Count  # executed, those that run included
-    failed: _Count  # of them, those that raised what is not declared, or returned what does not fit
+    calls: _Count  # executed, including the running ones
+    failed: _Count  # of them, with an undeclared exception or an invalid result
     refused: _Count  # not executed: malformed, of another interface, too late, or too many
-    running: _Count  # executed now, those that will be answered later included
+    running: _Count  # executed now, including those to be answered later
     waiting: _Count  # for their turn
     listened: tuple[_Text, ...]  # its streams to which somebody listens
 

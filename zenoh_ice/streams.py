@@ -37,13 +37,13 @@ __all__ = ["Channel", "Publisher", "Sample", "Samples", "StreamReader", "Streams
 V = TypeVar("V")
 
 LINGER: Final = 10.0
-"""Seconds after which a stream that nobody asks for is no longer listened to."""
+"""Seconds after which an unused stream is closed."""
 
 # s after which a coroutine looks anyway: it is not woken when its servant goes.
 _LOOK_AGAIN: Final = 0.1
 _LOOKS: Final = 4  # for readers that nobody wants, in the time that they linger
 _JOIN_LIMIT: Final = 2.0  # s
-_WORTH_ASKING: Final = 0.1  # s of silence after which the servant is asked whether it knows of a listener
+_WORTH_ASKING: Final = 0.1  # s of silence after which the servant is asked whether it sees a listener
 _LONGEST_QUEUE: Final = 10_000
 _LOWEST_RATE: Final = 1e-6  # samples a second: one every eleven days
 
@@ -63,7 +63,7 @@ class Channel(NamedTuple):
 
 
 class Publisher(Generic[V]):
-    """Publish the values of a streamed operation to those who listen.
+    """Publish the values of a streamed operation to its listeners.
 
     It may be used from any thread. Samples are dropped rather than queued when the network is slower than
     the servant: a listener wants the newest.
@@ -110,7 +110,7 @@ class Publisher(Generic[V]):
             self._channels += (channel,)
 
     def detach(self, channel: Channel) -> None:
-        """Publish on a channel no longer."""
+        """Stop publishing on a channel."""
         with self._lock:
             self._channels = tuple(other for other in self._channels if other is not channel)
 
@@ -165,7 +165,7 @@ class Sample(Generic[V]):
 class Streams:
     """The streams that a communicator reads: shared by its proxies, and closed when nobody wants them.
 
-    `resolve` makes proxies of texts; `is_heard` returns whether a servant knows of a listener to one of its
+    `resolve` makes proxies of texts; `is_heard` returns whether a servant sees a listener to one of its
     streams. With `threads`, one of them calls `close_unwanted` from time to time.
     """
 
@@ -252,7 +252,7 @@ class _Listener(Generic[V]):
         self._accepted = ""  # fingerprint
         self._last: Attachment | None = None  # of the sample before
         self.lost = 0
-        """How many samples did not come: see `Sample.lost`. Those that a rate left out count, too."""
+        """Number of samples that did not arrive: see `Sample.lost`. Those dropped for a rate count, too."""
         streams.presence.watch(target.realm)
 
     def close(self) -> None:
@@ -267,7 +267,7 @@ class _Listener(Generic[V]):
         """
         try:
             arrived = inlet.open(raw)
-        except ConnectionLostException as error:  # the next counts it among those that were lost
+        except ConnectionLostException as error:  # the next counts it as lost
             _logger.debug("%s", error)
             return None
         about = NO_ATTACHMENT if arrived.attachment is None else decode_attachment(arrived.attachment)
@@ -303,7 +303,7 @@ class StreamReader(_Listener[V]):
     """Keep the newest sample of one stream, and listen to it only while somebody wants it.
 
     Asking for a sample makes it listen. When nobody has asked for `LINGER` s it stops, so that the servant
-    need not publish any longer, and forgets the sample, which would be stale when somebody asks again.
+    need not publish any more, and forgets the sample, which would be stale at the next request.
 
     Samples stay in the transport, undecoded, until somebody asks.
     """
@@ -333,7 +333,7 @@ class StreamReader(_Listener[V]):
     def wait(self, after: Sample[V] | None, timeout: float) -> Sample[V]:
         """Return the newest sample as soon as there is one newer than `after`.
 
-        Raises ConnectionLostException, or its like, when the servant goes away meanwhile or is absent at the
+        Raises ConnectionLostException, or its like, when the servant is lost meanwhile or is absent at the
         end; TimeoutException when it is there and sends nothing; AccessDeniedException when it hears of no
         listener; MarshalException as `latest` does.
         """
@@ -365,7 +365,7 @@ class StreamReader(_Listener[V]):
         return Subscription(self, callback, rate, queue)
 
     def lost_since(self, moment: float) -> bool:
-        """Return whether the servant went away after a moment of the monotonic clock, and is away."""
+        """Return whether the servant was lost after a moment of the monotonic clock, and is offline."""
         presence = self.streams.presence
         return presence.lost_since(self.target, moment) and presence.is_lost(self.target)
 
@@ -376,7 +376,7 @@ class StreamReader(_Listener[V]):
             return CommunicatorDestroyedException(f"{self.what}: the communicator was destroyed")
         if not streams.presence.interfaces(target):
             return streams.presence.explain_absence(target)
-        # A stream may be denied without a word; the servant knows whether it has heard of a listener.
+        # A stream may be denied silently; the servant knows whether it sees a listener.
         asked = timeout >= _WORTH_ASKING and self._sample is None
         if asked and not streams.is_heard(target, self.operation.name):
             return AccessDeniedException(
@@ -386,7 +386,7 @@ class StreamReader(_Listener[V]):
         return TimeoutException(f"no new sample of {self.what} within {timeout:g} s")
 
     def close_if_unwanted(self) -> None:
-        """Stop listening if nobody waits, or has asked for `LINGER` s."""
+        """Stop listening if nobody waits, or has used it for `LINGER` s."""
         with self._lock:
             self._looks += 1
             if self._waiting == 0 and self._looks > _LOOKS:
@@ -398,7 +398,7 @@ class StreamReader(_Listener[V]):
             self._sample = self._last = None
 
     def close(self) -> None:
-        """Stop listening; those who wait look again."""
+        """Stop listening; wake up the waiting threads."""
         with self._lock:
             inlet = self.inlet
             self._stop_listening()
@@ -407,7 +407,7 @@ class StreamReader(_Listener[V]):
             inlet.close(_JOIN_LIMIT)  # without the lock, which its thread takes
 
     def wake(self) -> None:
-        """Let those who wait look again."""
+        """Wake up the waiting threads."""
         with self._lock:
             self._changed.notify_all()
 
@@ -439,7 +439,7 @@ class Subscription(_Listener[V]):
         inlet.deliver(partial(self._deliver, inlet), rate)
 
     def close(self) -> None:
-        """End the calls; waits for one that runs, for at most 2 s, unless called from within it."""
+        """Stop calling; wait for a running call, for at most 2 s, unless called from within it."""
         self._closed = True
         self.streams.listening.discard(self)
         if self.inlet is not None and not self.inlet.close(_JOIN_LIMIT):

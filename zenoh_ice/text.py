@@ -26,7 +26,7 @@ def printable(text: str, longest: int = LONGEST_TEXT) -> str:
 
 
 def without_source(error: Exception) -> str:
-    """Return the text of an error of Zenoh's without the places in its sources, which tell a user nothing."""
+    """Return the text of a Zenoh error without the places in its sources, which do not help a user."""
     return re.sub(r" at /\S+\.rs:\d+\.?", "", str(error))
 
 

@@ -2,7 +2,7 @@
 
 Four transports implement it: over Zenoh (`zenoh_ice._zenoh`), within the process (`zenoh_ice.in_process`),
 one that records what another carries, and one that replays a recording (both in `hfsm_runtime`). Nothing else
-knows Zenoh.
+uses Zenoh.
 """
 
 from __future__ import annotations
@@ -102,7 +102,7 @@ class Receiver(Protocol):
         """Whether the current thread runs a call of the servant: it must not wait for another one's end."""
 
     def admit(self, name: str, payload: Buffer | None, attachment: Buffer | None, reply: Reply) -> Job | None:
-        """Take a call of an operation; return what executes or refuses it, None where it waits for its turn.
+        """Take a call of an operation; return the function that runs or refuses it; None if it waits.
 
         Calls are executed in the order in which they are admitted; other calls wait meanwhile, so it takes
         microseconds. What it returns raises nothing: it gives `reply` the answer, whatever happens.
@@ -166,7 +166,7 @@ class Pacer:
 
 
 class Served:
-    """Something that goes on until it is closed: calls or samples are taken, or a token is shown."""
+    """A registration until it is closed: calls or samples are received, or a token is shown."""
 
     def __init__(self, close: Callable[[], object]) -> None:
         self._close: Callable[[], object] | None = close
@@ -207,7 +207,7 @@ class Inlet(Protocol):
     def deliver(self, callback: Callable[[Any], object], rate: float | None = None) -> None:
         """Call a function with each sample as it came, one after the other, until `close`.
 
-        With a rate, with so many a second at most, the newest. Nothing is left to poll then.
+        With a rate, with the newest, at most that many per second. Nothing is left to poll then.
         """
 
     def open(self, sample: Any) -> Arrived:  # noqa: ANN401 - what `poll` and `deliver` give
@@ -256,7 +256,7 @@ class Transport(Protocol):
         """Show a token to everybody until it is closed, or until this process is gone."""
 
     def watch(self, pattern: str, changed: Callable[[str, bool], object]) -> Served:
-        """Call a function with each token that comes (True) or goes (False), those that are there first.
+        """Call a function with each token that appears (True) or disappears (False), the present ones first.
 
         It must not wait: it may run on a thread that receives for all.
         """
@@ -267,7 +267,7 @@ class Transport(Protocol):
     # Status.
 
     def serve_status(self, realm: str, status: Callable[[], bytes]) -> Served:
-        """Answer those who ask for the status of this process, also while all servants are busy."""
+        """Answer requests for the status of this process, also while all servants are busy."""
 
     def ask_status(self, realm: str, process: str, timeout: float) -> Buffer:
         """Return the status of a process by its id; raises ConnectionLostException without one in time."""

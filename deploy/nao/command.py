@@ -63,7 +63,7 @@ def list_(
     pattern: Annotated[str, _argument("PATTERN", _PATTERN, complete_servant)] = "",
     json: _Json = False,
 ) -> None:
-    """List who is alive: interfaces, who serves them, and for how long."""
+    """List what is online: servants, their interfaces and uptimes."""
     from deploy.nao.listing import list_servants
 
     list_servants(settings, pattern, as_json=json)
@@ -213,8 +213,8 @@ def stop(
     """Stop the robot; it refuses every command then.
 
     It holds its joints, ends its walk and its motions, and takes no command from anybody until --reset. With
-    --ready nothing happens before a key: the link is made beforehand, so that the stop has nothing to wait
-    for. Components run on: `visualhfsm stop` ends one.
+    --ready nothing happens before a key: the connection is made in advance, so that the stop has nothing to
+    wait for. Components run on: `visualhfsm stop` ends one.
     """
     from deploy.nao import stop as commands
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 __all__ = ["complete_call", "complete_camera", "complete_servant", "complete_stream", "join_words"]
 
-_CALL_LIMIT: Final = 0.5  # s for which one servant may let a person wait who pressed the tab key
+_CALL_LIMIT: Final = 0.5  # s that one servant may delay a completion
 _BREAK: Final = re.compile("[:=]+")
 
 

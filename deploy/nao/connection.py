@@ -34,7 +34,7 @@ __all__ = [
 
 _QUIET: Final = 0.1  # s without news after which all servants of a link are known; it comes within ms
 _LONGEST_QUIET: Final = 0.5  # s after which a link without any news has no servants
-_LONGEST: Final = 1.0  # s after which a link is not waited for any longer
+_LONGEST: Final = 1.0  # s to wait for a connection
 _LOOK: Final = 0.02  # s
 _ANSWER: Final = 1.0  # s within which a process reports its status; one that does not hangs
 _AT_ONCE: Final = 16

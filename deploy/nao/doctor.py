@@ -119,7 +119,7 @@ _PACKAGES: Final = (
 )  # fmt: skip
 """The packages of the distribution; most of their names are common words."""
 _OTHERS: Final = ("cv2", "mcap", "msgpack", "msgspec", "mujoco", "numpy", "qi", "rich", "typer", "zenoh")
-"""Names that a user's own file has easily, which then hides the library."""
+"""Names that a user's file may easily have; it then hides the library."""
 _EXTRAS: Final[Mapping[str, str]] = {
     "": "needed by every command",
     "sim": "the simulated robot, naoserver-sim",
@@ -132,7 +132,7 @@ _REQUIREMENT: Final = re.compile(r"([\w.-]+)[^;>]*(?:>=([\d.]+))?[^;]*(?:;.*extr
 
 
 def check_installation() -> Iterator[Finding]:
-    """Yield what is found about the installation: versions, extras, and modules that hide others."""
+    """Yield findings about the installation: versions, extras, and modules that hide others."""
     try:
         lines = requires(_DISTRIBUTION) or []
     except PackageNotFoundError:
@@ -163,7 +163,7 @@ def check_installation() -> Iterator[Finding]:
 
 
 def _hiding_modules() -> Iterator[Finding]:
-    """Yield modules that are imported, or would be, in place of those that are meant."""
+    """Yield modules that are or would be imported in place of ours."""
     root = Path(__file__).resolve().parents[2]
     places: dict[Path | None, list[str]] = {}
     for name in _PACKAGES:
@@ -219,7 +219,7 @@ from OpenGL import GL
 print(os.environ.get("MUJOCO_GL", ""), GL.glGetString(GL.GL_RENDERER).decode(), sep="; ")
 context.free()
 """
-"""Renders in a process of its own: a broken driver may end the process that loads it."""
+"""Renders in a separate process: a broken driver may crash the process that loads it."""
 _GL_PACKAGES: Final = "sudo apt-get install libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri libopengl0"
 _SOFTWARE_GL: Final = "render in software: MUJOCO_GL=osmesa, after sudo apt-get install libosmesa6"
 _FEW_FILES: Final = 1024
@@ -227,7 +227,7 @@ _OLDEST_TIME: Final = 1_704_067_200.0  # 2024-01-01: a clock before that was nev
 
 
 def check_machine() -> Iterator[Finding]:
-    """Yield what is found about the machine: rendering, the limit of open files, and its clock."""
+    """Yield findings about the machine: rendering, the limit of open files, and its clock."""
     yield _check_rendering()
     files, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
     if 0 <= files < _FEW_FILES:
@@ -270,7 +270,7 @@ _Processes = dict[str, ProcessStatus | ZenohIceError]
 
 
 def check_network(settings: Settings) -> Iterator[Finding]:
-    """Yield what is found about the endpoints, and about those who serve in the realm."""
+    """Yield findings about the endpoints and the servers of the realm."""
     states = {endpoint: listens(endpoint) for endpoint in settings.connect}
     for endpoint, state in states.items():
         yield _check_endpoint(endpoint, state)
@@ -379,7 +379,7 @@ def _check_identities(found: list[ServantInfo], processes: _Processes) -> Iterat
 
 
 def _check_interfaces(found: list[ServantInfo]) -> Iterator[Finding]:
-    """Yield servants whose interfaces are of another version than those that are installed here."""
+    """Yield servants whose interfaces have another version than the installed ones."""
     installed: dict[str, str] = {}
     spec = importlib.util.find_spec("interfaces")
     for place in (spec.submodule_search_locations or ()) if spec else ():
@@ -397,7 +397,7 @@ def _check_interfaces(found: list[ServantInfo]) -> Iterator[Finding]:
             "install the same version on both sides; after a change of the IDL run codegen, and start again",
         )
     if not differing:
-        yield _ok("the interfaces are those that are installed here")
+        yield _ok("the interfaces match the installed ones")
 
 
 def _check_answers(

@@ -94,7 +94,7 @@ class Types:
         return kind | None if optional else kind
 
     def operation(self, description: OperationDescription) -> Operation[..., Any]:
-        """Return what calls an operation; raises MarshalException when no types can be made of its own."""
+        """Return a function that calls an operation; raises MarshalException for unusable types."""
         name = description.name
         try:
             kind = StreamedOperation if description.streamed else Operation

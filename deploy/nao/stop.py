@@ -1,8 +1,8 @@
 """Stop the robot: at once, or at a key from a terminal that holds its link open.
 
 A new process has to make a link before it can stop anything, which is what fails first on a network that is
-busy or under attack. The emergency stop of a person who looks on is therefore a terminal that made its link
-beforehand.
+busy or under attack. The emergency stop of a person who watches is therefore a terminal that connected
+in advance.
 """
 
 from __future__ import annotations

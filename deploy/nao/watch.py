@@ -47,7 +47,7 @@ __all__ = ["StreamStatistics", "watch"]
 _REDRAW: Final = 0.1  # s between two pictures of the view
 _LINE: Final = 1.0  # s between two lines, where the output is no terminal
 _MOST_WAITING: Final = 1024  # samples that were received and not yet looked at
-_FEW_WAITING: Final = 4  # of those that may be images
+_FEW_WAITING: Final = 4  # of samples that may be images
 _LOOK: Final = 0.1  # s after which it is looked whether the end has come
 _WINDOW: Final = 5.0  # s over which rates, intervals and ages are taken
 _SILENCE: Final = 2.0  # s after which the view says that nothing comes
@@ -87,7 +87,7 @@ class StreamStatistics:
     def __init__(self) -> None:
         self.received = 0
         self.lost = 0
-        """Samples that were sent and did not come; those that a rate left out, too."""
+        """Samples that were sent and did not arrive, including those dropped for a rate."""
         self.restarts = 0
         """How often the numbers began again: the server was restarted."""
         self._last = time.monotonic()
@@ -169,7 +169,7 @@ class _Watched:
                     return
 
         most_waiting = 1  # with a rate, the newest in its turn
-        if not self.rate:  # images are large, and those who look at them want the newest
+        if not self.rate:  # images are large, and viewers want the newest
             bulk = self.proxy.operation(self.name).result.holds_bytes
             most_waiting = _FEW_WAITING if bulk else _MOST_WAITING
         due = time.monotonic() + period

@@ -88,7 +88,7 @@ def renew(
 
 @app.command(epilog="Examples:\n\nnao security show keys/router.toml\n\nnao security show keys/student.toml")
 def show(file: _File) -> None:
-    """Show as whom a component is known and until when, and, if it decides that, who may do what."""
+    """Show the identity of a component, its expiry, and the roles that a router grants."""
     from rich.console import Console
     from rich.table import Table
 

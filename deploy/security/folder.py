@@ -1,6 +1,6 @@
 """A folder with an authority, its certificates for mutual TLS, and the settings that go with them.
 
-The authority is one for a laboratory or a class: its key lies in a file beside the certificates. Whoever has
+The authority serves a laboratory or a class: its key is a file beside the certificates. Anybody with
 that key can become anybody, so it belongs on no robot and on no router.
 """
 
@@ -55,7 +55,7 @@ key = "router.key"
 #   call   operations to call, and to read where they are streams, as IDENTITY.OPERATION
 #   read   streams to read, without calling anything
 #   serve  identities to serve
-#   liveliness = false   robots are not told when its programs end, and it cannot flood them with tokens
+#   liveliness = false   robots do not notice when its programs end, and it cannot flood them with tokens
 # `*` stands for any characters of a name; `**` alone is everything.
 
 [security.roles.robot]
@@ -70,7 +70,7 @@ call = ["*.get*", "Safety.emergencyStop"]
 read = ["**"]
 liveliness = false
 
-# The role of each certificate, by its common name; "*" is everybody who is let in.
+# The role of each certificate, by its common name; "*" is every accepted user.
 [security.users]
 {users}"""
 
@@ -127,7 +127,7 @@ class SecurityFolder:
     def add(self, name: str, role: str, *, valid: timedelta) -> list[Path]:
         """Issue a certificate for another user, and let the router know the user's role; return the files.
 
-        The files are those that the user needs. Raises SecurityFilesError for a role that the router does not
+        Returns the files that the user needs. Raises SecurityFilesError for a role that the router does not
         know, and for a name that is taken.
         """
         router_file = self.path / "router.toml"
@@ -217,7 +217,7 @@ def _with_user(file: Path, name: str, role: str) -> str:
 
 @dataclass(frozen=True, slots=True)
 class _Authority:
-    """Who vouches for certificates: its own certificate, and the key that signs."""
+    """An authority: its certificate, and the key that signs."""
 
     certificate: x509.Certificate
     key: ec.EllipticCurvePrivateKey
@@ -265,7 +265,7 @@ class _Authority:
         """Return a certificate and its key.
 
         `name` is the common name, by which access is granted. With `hosts`, the names and addresses under
-        which others reach it, the certificate serves whoever listens too; without, only who connects.
+        which others reach it, the certificate is also valid for a listener; without, only for a client.
         Raises SecurityFilesError for a name or a host that is none.
         """
         key = ec.generate_private_key(ec.SECP256R1())
@@ -297,13 +297,13 @@ def load_certificate(path: Path) -> x509.Certificate:
 
 
 def common_name(certificate: x509.Certificate) -> str:
-    """Return the name by which access is granted to who shows a certificate; empty if it has none."""
+    """Return the name that a certificate grants access to; empty if it has none."""
     names = certificate.subject.get_attributes_for_oid(NameOID.COMMON_NAME)
     return printable(str(names[0].value)) if names else ""
 
 
 def hosts_of(certificate: x509.Certificate) -> list[str]:
-    """Return the names and addresses for which a certificate serves whoever listens."""
+    """Return the names and addresses at which a certificate is valid for a listener."""
     try:
         names = certificate.extensions.get_extension_for_class(x509.SubjectAlternativeName).value
     except x509.ExtensionNotFound:

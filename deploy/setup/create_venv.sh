@@ -12,7 +12,7 @@ if ! "$python" -c 'import sys; sys.exit(sys.version_info < (3, 11))'; then
   echo "error: $("$python" --version) is too old; VisualHFSM needs Python 3.11 or newer: make PYTHON=python3.11" >&2
   exit 1
 fi
-# Debian keeps ensurepip in a package of its own.
+# Debian keeps ensurepip in a separate package.
 if ! "$python" -c 'import ensurepip' >/dev/null 2>&1; then
   if [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null 2>&1; then
     apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -qq -y python3-venv >/dev/null

@@ -88,7 +88,7 @@ class Breakpoints(Observer):
         return bool(hits)
 
     def leave(self, runs: Iterable[Run]) -> None:
-        """Forget where automata stand that go on."""
+        """Forget the positions of automata that continue."""
         with self._lock:
             for run in runs:
                 self._stopped_at.pop(run.automaton.id, None)

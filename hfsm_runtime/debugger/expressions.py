@@ -228,7 +228,7 @@ def _attribute(node: ast.expr, owner: object, name: str) -> object:
 def _item(node: ast.expr, owner: object, index: object) -> object:
     key = _scalar(index)
     if type(owner) is dict:
-        _data(node, list(owner))  # looking a key up compares it with those that are there
+        _data(node, list(owner))  # looking up a key compares it with the others
     elif type(owner) not in {list, tuple, str}:
         raise _error(node, f"elements of {_kind(owner)} cannot be read")
     try:

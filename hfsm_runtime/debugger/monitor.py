@@ -1,4 +1,4 @@
-"""Serve `HfsmMonitor`: show what a component does to those who watch, and let them steer it."""
+"""Serve `HfsmMonitor`: publish what a component does, and let clients steer it."""
 
 from __future__ import annotations
 

@@ -51,7 +51,7 @@ class Reloading:
         self._first = first_values_of(runtime.tree.runs)
 
     def reload(self) -> ReloadReport:
-        """Go on in what the component's file holds now, with all states, timers and variables it still has.
+        """Continue with the present file of the component; keep the states, timers and variables it has.
 
         Raises ReloadRefusedError; the component then runs on as it was.
         """
@@ -95,14 +95,14 @@ class Reloading:
 
 
 class ReloadableRun(VirtualRun):
-    """A component in virtual time that can go on in another version of itself."""
+    """A component in virtual time that can continue in another version of itself."""
 
     def __init__(self, component: Component, **options: Any) -> None:  # noqa: ANN401 - those of VirtualRun
         super().__init__(component, **options)
         self._first = first_values_of(self.tree.runs)
 
     def exchange(self, component: Component) -> tuple[str, ...]:
-        """Go on in another version, as a reload of a running component does; return what is not kept."""
+        """Continue in another version, as a reload of a running component does; return what is not kept."""
         replacement = Replacement(self.component, component)
         self.replace(component, partial(replacement.apply, self.tree, self._first))
         self._first = replacement.first
@@ -203,7 +203,7 @@ def _carry_variables(old: Automaton, new: Automaton, first: FirstValues) -> list
 
 
 def _share_attributes(old: Component, new: Component) -> None:
-    """Make the attributes of both versions one and the same: threads of old code go on assigning them."""
+    """Make the attributes of both versions one and the same: threads of old code still assign them."""
     shared = vars(old)
     kept, _ = _kept(old, type(new))
     for name in [name for name in shared if name not in kept]:

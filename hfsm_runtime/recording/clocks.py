@@ -77,7 +77,7 @@ def intercepted_time(component: type, ask: Ask) -> Iterator[None]:
     """Intercept what user code reads of the module `time`, in a `with` block.
 
     Its functions are replaced in the modules of the component and of its extension, where these have imported
-    them, and in imports within their functions where a module has builtins of its own.
+    them, and in imports within their functions where a module has its own builtins.
     """
     made = {name: _intercepted(name, getattr(time, name), ask) for name in _TIME_FUNCTIONS}
     stand_in = ModuleType("time", time.__doc__)

@@ -38,7 +38,7 @@ class CodeLock:
     for a time, or for the automata below. What it does in between happens at once as far as the others can
     see, so that the order of the holders is all that a replay needs to know of threads.
 
-    A thread that waits for longer than `patience` wall seconds takes the lock away from its holder, whose
+    A thread that waits for more than `patience` wall seconds takes the lock from its holder, whose
     code blocks unseen; both run side by side then, and `overlap` is called with the two contexts.
     """
 
@@ -103,7 +103,7 @@ class Recorder(Observer):
     """What everything that records goes through: the order of things, their time, and their context.
 
     `write` takes a message and never waits, and `start` is the wall time of the start in ns. `context` says
-    whose code this thread runs, by default who holds the lock.
+    whose code this thread runs, by default the holder of the lock.
     """
 
     def __init__(

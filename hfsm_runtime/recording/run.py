@@ -194,7 +194,7 @@ class RecordedRuntime(Runtime):
             super().pause()
 
     def resume(self, after: Refusal | None = None) -> None:
-        """Go on after a pause, or only after the pause for one refused command."""
+        """Resume after a pause, or only after the pause for one refused command."""
         with self.action("resume"):
             super().resume(after)
 
@@ -295,7 +295,7 @@ def _sources(component: Component) -> dict[str, str]:
     found |= {f"{imported}/{name}": file.parent / name for name in names}
     texts: dict[str, str] = {}
     for name, path in found.items():
-        with contextlib.suppress(OSError):  # it ran all the same, and replay says what it misses
+        with contextlib.suppress(OSError):  # it ran anyway, and replay reports what is missing
             if path.stat().st_size <= _LARGEST_SOURCE:
                 texts[name] = path.read_bytes().decode("utf-8", "surrogateescape")
     return texts

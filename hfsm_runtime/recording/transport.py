@@ -1,7 +1,7 @@
 """The transport of a component that is recorded: what goes through it is written down.
 
 It calls and listens through the communicator that the component was connected by, and payloads pass as they
-are. Who is there, why a call failed and whether it is tried again is decided below it: what is recorded is
+are. Presence, the reasons of failures and retries are decided below it: what is recorded is
 the outcome, and a replay decides nothing again.
 """
 
@@ -61,7 +61,7 @@ class ObservedTransport(InProcessTransport):
         raise NotImplementedError
 
     def wait_for_future(self, future: Future[Any], timeout: float | None) -> None:
-        """Wait until a future is settled, for so many s."""
+        """Wait until a future is done, for at most this many s."""
         raise NotImplementedError
 
     def forget(self, target: Target, operation: Operation[..., Any]) -> None:
@@ -139,7 +139,7 @@ def released(lock: threading.Condition) -> Iterator[None]:
 
 @contextmanager
 def recorded_proxies(component: Component, recorder: Recorder) -> Iterator[None]:
-    """Give a component, in a `with` block, recorded proxies in place of those that it is connected by."""
+    """Replace the proxies of a component by recorded ones, in a `with` block."""
     declared = {name: vars(component).get(name) for name in proxies_of(component)}
     proxies = {name: proxy for name, proxy in declared.items() if isinstance(proxy, ObjectPrx)}
     if not proxies:

@@ -104,7 +104,7 @@ class RecordingWriter:
 
     @property
     def crowded(self) -> bool:
-        """Whether so much waits that large things should stay away."""
+        """Whether the queue is too long for large messages."""
         return self._bytes > _MOST_BYTES // 2
 
     def close(self) -> None:

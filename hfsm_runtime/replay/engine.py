@@ -167,7 +167,7 @@ class Replay:
             self._script.advance()
 
     def _drive(self, record: Record, context: str) -> None:
-        """Let the code of a context go on with what belongs to it, or leave that behind."""
+        """Resume the code of a context with its own state, or leave that state."""
         thread = self._threads[context]
         automaton = context.startswith("automaton ")
         if automaton and context not in self._begun:

@@ -40,7 +40,7 @@ _POLL: Final = 1000
 
 
 class ReplayError(ComponentError):
-    """A replay cannot go on."""
+    """A replay cannot continue."""
 
 
 class NothingRecordedError(ReplayError):

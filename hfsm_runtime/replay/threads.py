@@ -143,7 +143,7 @@ class Answers:
         """What is to be called when something arrives in a context."""
         self.own_time: int | None = None
         self.fatal: ReplayError | None = None
-        """Why the replay cannot go on."""
+        """Why the replay cannot continue."""
         self.guesses_in_cycle = 0
         self._script = script
         self._threads = threads

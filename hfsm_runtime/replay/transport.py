@@ -62,7 +62,7 @@ class ReplayTransport(ObservedTransport):
         return _ReplayedInlet(self, target, operation)
 
     def find(self, target: Target, type_id: str, timeout: float) -> NoReturn:  # noqa: ARG002
-        """Raise ReplayError: who was there is not recorded."""
+        """Raise ReplayError: presence is not recorded."""
         raise ReplayError(f"whether {target} is a {type_id} was not recorded: cast its proxy unchecked")
 
     def wait_for_future(self, future: Future[Any], timeout: float | None) -> None:  # noqa: ARG002
@@ -231,7 +231,7 @@ class _ReplayedInlet(_Replayed):
             self._answers.expected[self._context] = callback
 
     def open(self, record: Record) -> Arrived:
-        """Return what a sample holds; its ages are those that were recorded."""
+        """Return the value of a sample, with its recorded ages."""
         message = result_in(record)
         payload = self._payload(message, self._want(message.kind))
         return encoded_sample(

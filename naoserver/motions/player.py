@@ -62,7 +62,7 @@ class MotionPlayer:
     """Move the joints of `body` along routes; `tick` is due every PERIOD of robot time while one is `busy`.
 
     `situation` returns how the body is; `on_begin` is called when an action begins to move. While one moves,
-    its joints are claimed: other commands to them are refused. Who stops one of them stops the action. Safe
+    its joints are claimed: other commands to them are refused. Stopping one of them stops the action. Safe
     to use from any thread.
     """
 
@@ -127,7 +127,7 @@ class MotionPlayer:
         self._body.hold(_joints(action.leg))
 
     def tick(self) -> None:
-        """Command the joints for the robot's present time, and go on to the next leg when one is done."""
+        """Command the joints for the robot's present time; continue with the next leg when one is done."""
         with self._lock:
             action = self._action
             if action is None:
@@ -147,7 +147,7 @@ class MotionPlayer:
         return None
 
     def drop_client(self, client: str) -> None:
-        """Do nothing: a motion that a client began goes on to its end, as a position command does."""
+        """Do nothing: a motion that a client began runs to its end, as a position command does."""
 
     def close(self) -> None:
         """Stop, and begin nothing any more."""
@@ -224,7 +224,7 @@ class MotionPlayer:
 
 
 def _joints(leg: Motion | None) -> frozenset[str]:
-    """Return the joints that a leg moves, also those that go along because they share a motor."""
+    """Return the joints that a leg moves, including those that share a motor."""
     joints = set(leg.keys) if leg else set()
     for pair in H25.couplings:
         if {pair.leader, pair.follower} & joints:

@@ -78,7 +78,7 @@ STANCES: Final[Mapping[str, Stance]] = {name: of for name, (_, of) in _NAMES.ite
 """The stance of each posture."""
 
 _NEAR: Final = 0.35
-"""Most that a joint may be away from its angle in a posture, in rad, for the body to be in it."""
+"""Largest distance of a joint from its angle in a posture, in rad, for the body to be in it."""
 _LEG: Final = ("HipPitch", "KneePitch", "AnklePitch")
 _FREE: Final = ("Head", "Wrist", "Hand")
 """Joints that do not count: the body is in its posture however it looks around."""

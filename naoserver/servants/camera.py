@@ -1,4 +1,4 @@
-"""Servant of a camera: images for who asks, and a stream for who listens."""
+"""Servant of a camera: images on request, and a stream."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ class CameraI(Camera):
         self._streaming: set[str] = set()
         """The clients that have started streaming. One operation on it at a time, so it needs no lock."""
         self._newest: Frame | None = None
-        self._taking = threading.Lock()  # held while an image is taken: who waits gets that image
+        self._taking = threading.Lock()  # held while an image is taken: a waiting caller gets that image
         self._meter = RateMeter(robot.clock.now)
 
     # -- operations --------------------------------------------------------------------------------------

@@ -67,7 +67,7 @@ class SpeechI(Speech):
         )
 
     def say(self, text: str, current: Current) -> None:
-        """Say a text after those that were asked for before. Raises InvalidValueException."""
+        """Say a text after the earlier ones. Raises InvalidValueException."""
         if not text.strip():
             raise InvalidValueException("text is empty: there is nothing to say", "text")
         if len(text) > LONGEST_TEXT:

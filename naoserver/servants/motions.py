@@ -137,7 +137,7 @@ class KeyFramePosturesI(PosturesI):
 class OwnPosturesI(PosturesI):
     """Pass postures on to a robot that knows the way itself, through the gate in front of its `body`.
 
-    On the way all joints belong to it: who stops one of them ends it. It is to be watched, so that they are
+    On the way it claims all joints: stopping one of them ends it. It must be watched, so that they are
     free at its end.
     """
 
@@ -201,7 +201,7 @@ class OwnPosturesI(PosturesI):
         return _PERIOD if self._look().moving else None
 
     def drop_client(self, client: str) -> None:
-        """Do nothing: the way that a client began goes on to its end, as a position command does."""
+        """Do nothing: the way that a client began runs to its end, as a position command does."""
 
     def close(self) -> None:
         """Stop on the way, and refuse further ones."""

@@ -47,7 +47,7 @@ class SafetyI(Safety):
         return self._gate.state()
 
     def publish(self) -> None:
-        """Send who may command the robot to the listeners."""
+        """Publish who may command the robot."""
         if self.getSafetyStatePublisher.listening:
             state = self._gate.state()
             self.getSafetyStatePublisher.publish(state, time=state.time)

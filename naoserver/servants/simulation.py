@@ -15,7 +15,7 @@ from zenoh_ice import Current
 class SceneI(Scene):
     """Set the scene of a simulation: no command of the robot, so that no lease and no stop holds it.
 
-    `end_motion` ends what the robot does: a robot that is put elsewhere does not go on with it there.
+    `end_motion` ends what the robot does, so that a robot that is moved does not continue there.
     """
 
     def __init__(self, stage: Stage, end_motion: Callable[[], None]) -> None:

@@ -4,7 +4,7 @@ Importing this package registers them: `gymnasium.make("naoserver_sim.learning:N
 
 Module         What it holds
 `environment`  what all have in common: a robot on a virtual clock, the same episode for the same seed
-`walk`         Nao/Walk-v0: step with the legs at a velocity that is told
+`walk`         Nao/Walk-v0: step with the legs at a given velocity
 `reach`        Nao/Reach-v0: bring the left hand to a place
 `stand_up`     Nao/StandUp-v0: get up from the floor
 """

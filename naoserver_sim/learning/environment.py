@@ -49,7 +49,7 @@ class Options(TypedDict, total=False):
 class NaoEnvironment(gymnasium.Env[Array, Array]):
     """A robot that does what each action says for PERIOD of simulated time.
 
-    An episode is a robot of its own: after `reset(seed=n)` the same actions lead to the same observations and
+    Each episode has its own robot: after `reset(seed=n)` the same actions lead to the same observations and
     rewards, bit by bit, whatever was before. Actions move the joints `moved`; observations are their angles
     and speeds, and `more` numbers.
     """
@@ -84,7 +84,7 @@ class NaoEnvironment(gymnasium.Env[Array, Array]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Array, dict[str, Any]]:
-        """Begin an episode; return its first observation, and what `step` tells beside."""
+        """Begin an episode; return its first observation, and the same info as `step`."""
         super().reset(seed=seed, options=options)
         self.close()
         self._clock = VirtualClock()

@@ -1,4 +1,4 @@
-"""Nao/Walk-v0: step with the legs at a velocity that is told."""
+"""Nao/Walk-v0: step with the legs at a given velocity."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ __all__ = ["WalkEnvironment"]
 _REACH: Final = 0.6
 """Radians by which an action moves a joint from the stance at most."""
 _STRIDE: Final = 0.5
-"""Seconds of two steps, of which the observation tells the phase: a clock to step by."""
+"""Duration of two steps in s; the observation contains the phase: a clock to step by."""
 _FASTEST: Final = WalkVelocity(forward=0.25, left=0.1, turn=0.6)
 """The highest velocity of each kind that is drawn."""
 _TOLERANCE: Final = 0.1

@@ -1,4 +1,4 @@
-"""What the sensors told at the last control ticks, with their errors, kept raw until it is asked for."""
+"""The sensor readings of the last control ticks, with their errors, kept raw until they are read."""
 
 from __future__ import annotations
 
@@ -45,13 +45,13 @@ class SenseNoise:
     """Error of the gain of each of a foot's sensors; assumed, after the documentation, which says that their
     sum is not accurate enough to have a meaning."""
     most_pressure: float = 25.0
-    """The most that a foot's sensor tells in N: the end of its range."""
+    """The largest reading of a foot's sensor in N: the end of its range."""
     sonar_near: float = 0.01
     """White noise of the sonar in m up to 0.8 m: the best resolution that the documentation gives."""
     sonar_far: float = 0.04
     """White noise of the sonar in m beyond: its worst."""
     delay: int = 1
-    """Control ticks by which all is told late: one cycle of the bus between the boards of the body."""
+    """Delay of all readings in control ticks: one cycle of the bus between the boards of the body."""
 
 
 class Errors:
@@ -135,7 +135,7 @@ STEP: Final = math.tau / 4096
 
 
 def encoded(angles: Sequence[float]) -> tuple[float, ...]:
-    """Return angles in rad as encoders tell them: the nearest that they tell apart."""
+    """Return angles in rad at the resolution of encoders."""
     return tuple(round(angle / STEP) * STEP for angle in angles)
 
 
@@ -215,12 +215,12 @@ class SensorRecord:
         return tuple(float(sample.values[bumper]) for bumper in self._bumpers)
 
     def feet(self, sample: Sample | None = None) -> tuple[FootReading, FootReading]:
-        """Return what the sensors of the left and of the right sole tell."""
+        """Return the readings of the sensors of the left and of the right sole."""
         sample = sample or self.newest
         return self._foot(sample, 0), self._foot(sample, 1)
 
     def loads(self) -> tuple[float, float]:
-        """Return what the left and the right sole carry in N: the sums of what their sensors tell."""
+        """Return the loads of the left and of the right sole in N: the sums of their sensors."""
         sample = self.newest
         if sample.errors is None:
             return load(self._wrench(sample, 0)), load(self._wrench(sample, 1))
@@ -245,10 +245,10 @@ class SensorRecord:
         first = 4 * foot
         most = self._noise.most_pressure
         errors = sample.errors[8 + first : 12 + first].tolist()
-        told = [
+        readings = [
             min(max(gain * pressure + error, 0.0), most) if pressure > 0.0 else 0.0
             for gain, pressure, error in zip(
                 self._errors.gains[first : first + 4], pressures, errors, strict=True
             )
         ]
-        return FootReading(*told)
+        return FootReading(*readings)

@@ -61,7 +61,7 @@ class Battery:
         """The newest reading."""
 
     def draw(self, seconds: float, torques: Array, velocities: Array) -> None:
-        """Go on for some seconds, by the torques of the motors and the velocities of the joints."""
+        """Advance by some seconds, by the torques of the motors and the velocities of the joints."""
         torque = torques[self._motors]
         power = torque * velocities[self._dofs] + self._losses * torque * torque
         watts = ELECTRONICS + float(np.maximum(power, 0.0).sum())
@@ -75,7 +75,7 @@ class Battery:
 _log = logging.getLogger(__name__)
 
 FALLING_TILT: Final = math.radians(35)
-"""Tilt of the torso from which on there is no way back when it goes on tilting."""
+"""Tilt of the torso beyond which a fall cannot be stopped."""
 FALLING_RATE: Final = 0.8
 """Rate in rad/s at which a tilt grows in a fall, not in a motion that bends or lies down."""
 LIMP_WITHIN: Final = 0.1
@@ -123,13 +123,13 @@ class FallManager:
             self._let_go(LIMP_WITHIN)
 
 
-_LONGEST_NAME: Final = 64  # characters of a client's text that are told back
+_LONGEST_NAME: Final = 64  # characters of a client's text that are quoted
 _SWITCHES_AT: Final = 1.0
 """Force in N that presses a bumper."""
 
 
 class Touch:
-    """Tell what is pressed at a time. Safe to use from any thread."""
+    """Report what is pressed at a time. Safe to use from any thread."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -151,7 +151,7 @@ class Touch:
             self._presses = {**self._presses, sensor: press}
 
     def touched(self, time: float, bumps: tuple[float, ...]) -> frozenset[str]:
-        """Return what is pressed, by the forces on the bumpers in N and by who presses."""
+        """Return what is pressed, by the forces on the bumpers in N and by calls of `press`."""
         names = {sensor for sensor, (begin, end) in self._presses.items() if begin <= time < end}
         names.update(name for name, force in zip(BUMPERS, bumps, strict=True) if force >= _SWITCHES_AT)
         return frozenset(names)
@@ -185,7 +185,7 @@ class SimulatedSenses:
         self._noise = noise
         self._random = random
         self.record: Final = SensorRecord(model.mj, self._data, noise, random)
-        """What the sensors told at the last ticks: what a controller asks at every tick."""
+        """The readings of the last ticks, which a controller needs at every tick."""
         self._battery = Battery(model.robot)
         self._sonar = Sonar(model.mj)
         self.sonar_cone: Final = self._sonar.cone

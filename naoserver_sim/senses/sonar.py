@@ -1,6 +1,6 @@
 """The sonar: rays in two cones, cast against what surrounds the robot.
 
-Sound that meets the floor at a flat angle is thrown away from the robot, so that it hears no echo of it; the
+Sound that meets the floor at a flat angle is reflected away from the robot, so it hears no echo of it; the
 robot's own body is not seen either.
 """
 
@@ -21,7 +21,7 @@ from naoserver_sim.body import TORSO
 Array = NDArray[np.float64]
 
 RANGE: Final = (0.25, 2.55)
-"""Nearest and farthest distance in m that is told: those of NAOqi's driver for ROS and of the documentation
+"""Smallest and largest reported distance in m: those of NAOqi's driver for ROS and of the documentation
 up to V4. That of V5 and V6 promises no more than 0.2 m to 0.8 m, and calls what is beyond an estimation."""
 PERIOD: Final = 0.1
 """Seconds between two measurements."""
@@ -33,7 +33,7 @@ _NARROW: Final = math.radians(6)
 _SURROUNDINGS: Final = np.array([1, 0, 0, 0, 0, 0], dtype=np.uint8)
 """The groups of geoms that give an echo: not those of the robot."""
 _GRAZING: Final = math.cos(math.radians(45))
-"""Cosine of the angle against its normal from which on a plane throws the sound away."""
+"""Cosine of the angle to its normal from which on a plane reflects the sound away."""
 
 
 class Sonar:

@@ -2,7 +2,7 @@
 
 The gait is of the family of rUNSWift's Walk2014 (Hengst, "rUNSWift Walk2014 Report", UNSW 2014): the centre
 of mass is not planned, the body rocks from foot to foot by the rhythm in which the feet are lifted, and the
-moment at which a foot comes down decides when the next step begins. Feet are told in the torso's frame, so
+moment at which a foot comes down decides when the next step begins. Feet are given in the torso's frame, so
 that the foot that carries moves backwards under the body as the body moves on.
 """
 
@@ -81,7 +81,7 @@ class Gait:
         return 1 - self.swing
 
     def tick(self, seconds: float, velocity: WalkVelocity, loads: tuple[float, float]) -> bool:
-        """Go on for some seconds towards a velocity; `loads` are those of the soles in N.
+        """Advance by some seconds towards a velocity; `loads` are those of the soles in N.
 
         Returns whether a step ended.
         """

@@ -2,7 +2,7 @@
 
 The soles that carry stand still on the floor, so that the torso moves by as much as they move below it, the
 other way; each sole counts by the load on it. The heading is the turning rate added up, for soles slip when
-they turn; what a gyrometer tells while the robot stands still is its offset.
+they turn; the reading of a gyrometer while the robot stands still is its offset.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _RIGHT: Final = -1.0
 _STILL: Final = 0.1
 """Turning rate in rad/s about any axis below which a robot that rests stands still."""
 _LATE: Final = 5
-"""Ticks by which what the sensors tell is late at most."""
+"""Largest delay of the sensors in ticks."""
 _LONGEST: Final = 500
 """Ticks of standing still over which the offset of the gyrometer is the mean."""
 
@@ -46,7 +46,7 @@ class Odometer:
         self.pose = FloorPose()
 
     def lose_footing(self) -> None:
-        """Count no movement of the soles until the sensors tell of where they were put."""
+        """Count no movement of the soles until the sensors show their new places."""
         self._unsure = _LATE
 
     def tick(
@@ -58,7 +58,7 @@ class Odometer:
         *,
         resting: bool = False,
     ) -> None:
-        """Go on for some seconds after which the sensors tell this.
+        """Advance by some seconds, at the end of which the sensors have these readings.
 
         `joints` are the angles of `LEG_JOINTS` in rad, `loads` those of the soles in N, left and right.
         `resting` says that the legs have no part in a walk.

@@ -23,7 +23,7 @@ _LEGS: Final = ("Hip", "Knee", "Ankle")
 
 
 class Trim:
-    """Tell by how much arms and head move the center of mass, in the torso's frame."""
+    """Report how far arms and head move the center of mass, in the torso's frame."""
 
     def __init__(self, mj: mujoco.MjModel, data: mujoco.MjData) -> None:
         self._data = data
@@ -50,7 +50,7 @@ class Trim:
         self.tick(_SMOOTHING)
 
     def tick(self, seconds: float) -> None:
-        """Go on for some seconds after which arms and head are where they are."""
+        """Advance by some seconds, at the end of which arms and head are where they are."""
         x, y = self._measure(self._data)
         part = min(seconds / _SMOOTHING, 1.0)
         self._x += (x - self._usual[0] - self._x) * part

@@ -30,7 +30,7 @@ _SLOWEST: Final = 1e-3
 """Velocity in m/s and rad/s below which there is nothing to walk for."""
 
 # What a commanded velocity is multiplied by: the feet follow late and slip, so that the robot walks a little
-# slower than they are told to. Measured by benchmarks/bench_walk.py.
+# slower than commanded. Measured by benchmarks/bench_walk.py.
 _FORWARD_GAIN: Final = 1.16
 _LEFT_GAIN: Final = 1.17
 _TURN_GAIN: Final = 1.14
@@ -93,7 +93,7 @@ class SimulatedWalker:
         self._start = np.zeros(len(LEG_MOTORS))
         self._rising = 0.0
         self._newest = self._commanded = _STILL
-        self._velocity = _STILL  # what the feet are told
+        self._velocity = _STILL  # the commanded velocity
         self._inertial = sensors.newest.inertial
         self._loads = sensors.loads()
 
@@ -183,8 +183,8 @@ class SimulatedWalker:
     def _rise(self) -> None:
         self._start = self._setpoints.setpoints[self._motors]
         self._trim.begin()
-        away = float(np.abs(self._stance() - self._start).max())
-        self._rising = away / _PACE if away > _CLOSE else 0.0
+        distance = float(np.abs(self._stance() - self._start).max())
+        self._rising = distance / _PACE if distance > _CLOSE else 0.0
         self._controller.reset()
         self._arms.begin()
         self._enter(_Stage.RISING)

@@ -3,7 +3,7 @@
 What is sent then is a reference: the rest of the payload, and where the byte sequences stand in memory of
 the sender. docs/decisions/0009-shared-memory.md compares this with Zenoh's own shared memory, and argues the
 memory barriers. The memory is files of eight slots without a name in any folder, which the system takes back
-with the last process that has them open. They are sealed, so that no reader's memory can be taken away.
+with the last process that has them open. They are sealed, so that no reader loses memory.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ _LOOK_AGAIN: Final = 0.002  # s
 _LARGEST: Final = 32 << 20  # bytes of a slot; what is larger goes over the network
 _MOST_PARTS: Final = 256  # large byte sequences in one payload
 _MOST_MAPS: Final = 256  # at a time; a robot's cameras and servants are some ten
-_MOST_CLIENTS: Final = 1 << 14  # no robot has so many
+_MOST_CLIENTS: Final = 1 << 14  # more than any robot has
 _WORD_COMES: Final = 0.5  # s until all tokens that are there are known
 
 _Number = Annotated[int, Meta(ge=0, lt=1 << 62)]
@@ -92,7 +92,7 @@ class SharedMemory:
         self._far: Final[set[str]] = set()
 
     def lend(self, payload: Pieces, client: str) -> bytes | None:
-        """Write what is large in a payload, for one reader, who gives the memory back.
+        """Write the large parts of a payload for one reader, which gives the memory back.
 
         Return the reference to send; None where the client cannot read it, or where there is no room.
         """
@@ -176,7 +176,7 @@ class SharedMemory:
     def close(self) -> None:
         """Let go of everything; what is sent goes over the network from now on.
 
-        Waits for at most half a second for those who have not read yet what was lent to them.
+        Waits for at most half a second for readers that have not read yet what was lent to them.
         """
         with self._lock:
             self._may_make = False
@@ -313,7 +313,7 @@ class MemoryFile:
         return bool(given_back == self._generations[slot])
 
     def close(self) -> None:
-        """Let go of the memory; who has it mapped goes on reading."""
+        """Release the memory; readers that mapped it can still read."""
         self._memory.close()
         os.close(self.file)
 
@@ -326,7 +326,7 @@ class MemoryReference(msgspec.Struct, array_like=True, frozen=True):
     token: Annotated[str, Meta(pattern="^[0-9a-f]{32}$")]  # part of its name, which nobody can guess
     slot: Annotated[int, Meta(ge=0, lt=SLOTS)]
     generation: Annotated[int, Meta(ge=1, lt=1 << 62)]  # the slot's, until something else is written there
-    lent: bool  # whether it is for one reader, who gives it back
+    lent: bool  # whether it is for one reader, which gives it back
     places: Annotated[tuple[_Number, ...], Meta(max_length=_MOST_PARTS)]
     sizes: Annotated[tuple[_Number, ...], Meta(max_length=_MOST_PARTS)]
     rest: bytes
@@ -347,7 +347,7 @@ def memory_space() -> str:
     """Return what is the same for all processes that can read each other's memory; empty where none can.
 
     Those of one user and group with the same capabilities, on one machine, and in one container if in any, as
-    ptrace(2) tells under "Ptrace access mode checking".
+    ptrace(2) describes under "Ptrace access mode checking".
     """
     own = Path("/proc/self")
     try:
@@ -411,7 +411,7 @@ def _map(reference: MemoryReference) -> tuple[Path, mmap.mmap]:
         os.close(handle)
     try:
         if fcntl.fcntl(file, fcntl.F_GET_SEALS) & _SEALS != _SEALS:
-            raise PermissionError("it is not sealed")  # its maker could take it away under our eyes
+            raise PermissionError("it is not sealed")  # its owner could shrink it while we read
         return path, mmap.mmap(file, 0, access=mmap.ACCESS_WRITE if reference.lent else mmap.ACCESS_READ)
     finally:
         os.close(file)

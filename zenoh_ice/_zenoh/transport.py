@@ -52,7 +52,7 @@ _THREADS: Final = (
     "tx: (worker_threads: 1), acc: (handover: tx), app: (handover: tx))"
 )
 
-# Memory that one of Zenoh's threads takes and another one gives back scatters over glibc's arenas, of which
+# Memory that one of Zenoh's threads allocates and another one frees scatters over glibc's arenas, of which
 # there are eight for each processor: a client that calls grew by 0.8 MB a minute, and not at all with two.
 _M_ARENA_MAX: Final = -8
 _ARENAS: Final = 2
@@ -194,7 +194,7 @@ class ZenohTransport:
     def watch(self, pattern: str, changed: Callable[[str, bool], object]) -> Served:
         watch = self.local.watch(pattern, changed)
         with self._lock:
-            if pattern not in self._followed:  # one follower for all who watch
+            if pattern not in self._followed:  # one follower for all watchers
                 self._followed[pattern] = self.session.liveliness().declare_subscriber(
                     pattern, Callback(self._on_token, indirect=False), history=True
                 )
@@ -221,7 +221,7 @@ class ZenohTransport:
         with self._lock:
             space = self.shared_memory.readable_space
             for realm in realms or {realm for realm, _ in self._tokens}:
-                # A second one stands beside the first, the end of which would be the end of this client.
+                # A second token, since the end of the first would be the end of this client.
                 if (realm, space) not in self._tokens and not self._closed:
                     token = client_token(realm, self.id, space)
                     self._tokens[realm, space] = self.session.liveliness().declare_token(token)
@@ -322,7 +322,7 @@ class _Caller:
             done(outcome_of(lambda: self._interpret(replies.pop() if replies else None)))
 
         cancellation = zenoh.CancellationToken()
-        # C code alone on Zenoh's thread: it keeps the reply, and at the end tells the pool.
+        # C code alone on Zenoh's thread: it keeps the reply, and notifies the pool at the end.
         pool = self._transport.pool
         if self._kind is None:
             self._kind = pool.kind()
