@@ -52,9 +52,9 @@ def test_a_guard_tells_its_last_value_and_when_it_was_asked() -> None:
     told.run.advance(0.25)
     (reason,) = told.why().transitions
     assert (reason.order, reason.asked, reason.value, reason.askedAt) == (1, True, False, 0.2)
-    assert reason.reason == "its guard `ready` was false when it was asked 0.05 s ago"
+    assert reason.reason == "its guard `ready` was false when it was evaluated 0.05 s ago"
     assert told.why().summary == (
-        "walker has been in a for 0.25 s. 1. t1: its guard `ready` was false when it was asked 0.05 s ago."
+        "walker has been in a for 0.25 s. 1. t1: its guard `ready` was false when it was evaluated 0.05 s ago."
     )
 
 
@@ -63,7 +63,7 @@ def test_a_guard_tells_what_its_names_stand_for_now() -> None:
     asked = replace(when(1, lambda: count > 5 and path), condition="count > 5 and len(path) < self.limit")
     told = Explained(automaton(asked))
     told.run.advance(0.25)
-    assert told.reasons()[0].endswith("was false when it was asked 0.05 s ago; now count is 3, path is [1]")
+    assert told.reasons()[0].endswith("was false when it was evaluated 0.05 s ago; now count is 3, path is [1]")
 
 
 def test_a_timer_tells_what_is_left_and_then_its_guard() -> None:
@@ -73,7 +73,7 @@ def test_a_timer_tells_what_is_left_and_then_its_guard() -> None:
     assert (reason.remaining, reason.reason) == (0.7, "its time comes after 0.70 s more in the state")
     told.run.advance(1.0)
     assert told.reasons() == [
-        "its guard `ready` was false though its time has come, when it was asked 0.00 s ago"
+        "its guard `ready` was false though its time has come, when it was evaluated 0.00 s ago"
     ]
     assert told.why().transitions[0].remaining == 0
 
@@ -104,7 +104,7 @@ def test_events_that_wait_and_that_were_dropped_are_told() -> None:
 def test_the_transition_that_comes_first_is_named() -> None:
     told = Explained(automaton(when(1, lambda: True, destination=1), when(2, lambda: True)))
     told.run.advance(0.3)
-    assert told.reasons()[1] == "it was not asked: t1, which comes first, fired"
+    assert told.reasons()[1] == "it was not tried: t1, which comes first, fired"
     assert told.why().enteredBy == 1
     assert "entered by t1" in told.why().summary
 
@@ -169,7 +169,7 @@ def test_automata_that_have_not_finished_are_named() -> None:
     told = Explained(family(final=True))
     assert told.reasons()[0] == "not all automata of the state have finished: child is in x"
     told.run.advance(0.8)
-    assert told.reasons()[0] == "its guard `ready` was false when it was asked 0.00 s ago"
+    assert told.reasons()[0] == "its guard `ready` was false when it was evaluated 0.00 s ago"
     told.run.advance(1.5)
     assert told.reasons() == ["the state owns no automaton that could finish: it never fires"]
 

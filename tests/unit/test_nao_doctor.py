@@ -104,4 +104,4 @@ def test_a_port_that_speaks_something_else_is_told() -> None:
         finally:
             process.kill()
     assert text.startswith("no link: ")
-    assert "something else has it" in text
+    assert "another program uses it" in text

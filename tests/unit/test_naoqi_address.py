@@ -40,9 +40,9 @@ def test_nobody_reads_the_password_in_a_log():
         ("tcp://nao:0", "no port"),
         ("tcp://nao:99999", "no valid port"),
         ("tcp://nao:x", "no valid port"),
-        ("tcp://nao/path", "behind the port"),
-        ("tcp://nao:secret@host", "no login"),
-        ("tcps://nao.local", "wants a login"),
+        ("tcp://nao/path", "after the port"),
+        ("tcp://nao:secret@host", "must not contain a login"),
+        ("tcps://nao.local", "requires a login"),
     ],
 )
 def test_what_is_no_address_is_refused_with_a_reason(text, reason):

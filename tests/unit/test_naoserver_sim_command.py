@@ -14,7 +14,7 @@ def test_speed(text, factor):
 
 @pytest.mark.parametrize("text", ["0", "-1", "nan", "inf", "fast", ""])
 def test_speed_that_is_none(text):
-    with pytest.raises(typer.BadParameter, match="no speed"):
+    with pytest.raises(typer.BadParameter, match="not a speed"):
         parse_speed(text)
 
 

@@ -180,7 +180,7 @@ def test_there_is_an_end_to_how_many_push_and_how_strongly(scene):
     for _ in range(100):  # that come within one tick
         scene.stage.push((0.0, 0.0, 1000.0), 60.0)
     scene.after(0.02)
-    with pytest.raises(InvalidCommand, match="16 pushes go on already"):
+    with pytest.raises(InvalidCommand, match="16 pushes are already active"):
         scene.stage.push((0.0, 0.0, 1000.0), 60.0)
     before = scene.stage.truth().velocity[2]
     gained = scene.after(0.01).velocity[2] - before

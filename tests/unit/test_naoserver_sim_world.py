@@ -43,7 +43,7 @@ def test_world_is_read_from_a_file(tmp_path):
         ('[[balls]]\nname = "A"\nposition = [nan, 0.0]', r"balls\[0\]\.position"),
         ('[[balls]]\nname = "A"\nposition = [0.0, 0.0]\nradius = -1.0', r"balls\[0\]\.radius"),
         ('[[boxes]]\nname = "A"\nposition = [0.0, 0.0]', r"w.toml:1: boxes\[0\]: size is missing"),
-        ('[[balls]]\nname = "A"\nposition = [0.0, 0.0]\n' * 2, "A stands there 2 times"),
+        ('[[balls]]\nname = "A"\nposition = [0.0, 0.0]\n' * 2, "A appears 2 times"),
         ("[[walls]]\nbegin = [1.0, 1.0]\nend = [1.0, 1.0]", r"walls\[0\]: the wall is shorter"),
         ('[[carried_balls]]\nname = "BallX"\ncolor = [1, 1, 1]\nstart = [0, 9, 1]', "start of BallX: 9"),
         ("[[walls]]\nbegin = [0, 0]\nend = [1, 1]\n" * 101, "more than 100"),

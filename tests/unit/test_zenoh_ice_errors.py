@@ -48,10 +48,10 @@ def test_members_of_the_wrong_type_are_refused() -> None:
     assert error.path == "$.what"
 
 
-def test_members_that_cannot_travel_make_it_unknown() -> None:
+def test_members_that_cannot_be_encoded_make_it_unknown() -> None:
     error = decode_error(encode_error(CalculatorError(object())), (CalculatorError,), "call")  # type: ignore[arg-type]
     assert isinstance(error, UnknownException)
-    assert "::test::CalculatorError could not travel" in str(error)
+    assert "::test::CalculatorError could not be encoded" in str(error)
 
 
 @pytest.mark.parametrize(

@@ -141,7 +141,7 @@ def test_silence_is_told_once_and_so_is_its_end(wall: Wall, caplog: pytest.LogCa
     assert clock.now() == pytest.approx(10.0 + 2.0 * 2.4)
     clock.update(15.0, 2.0, simulated=True)
     assert caplog.messages == [
-        "nothing heard of the robot's clock for 1.4 s; going on at its last rate, 2",
+        "no sample of the robot's clock for 1.4 s; continuing at its last rate, 2",
         "samples of the robot's clock arrive again",
     ]
 

@@ -137,8 +137,8 @@ class TestTogether:
     @pytest.mark.parametrize(
         ("content", "message"),
         [
-            ("", "lists nobody, so everybody would be let in"),
-            ("\n \n", "lists nobody, so everybody would be let in"),
+            ("", "lists nobody, so everybody would be accepted"),
+            ("\n \n", "lists nobody, so everybody would be accepted"),
             ("ann:secret\n\nbob hidden\n", "line 3 is not NAME:PASSWORD"),
             ("ann:\n", "line 1 is not NAME:PASSWORD"),
             (":hidden\n", "line 1 is not NAME:PASSWORD"),
