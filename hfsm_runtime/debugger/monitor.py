@@ -129,7 +129,7 @@ def _read_json(text: str) -> Any:  # noqa: ANN401 - whatever JSON knows
     try:
         return plain(msgspec.json.decode(text.encode()))
     except (ValueError, RecursionError) as error:  # msgspec's own errors are ValueErrors
-        raise ValueTypeError(f"the value is not valid JSON: {error}") from None
+        raise ValueTypeError(f"the value is not JSON, or not accepted: {error}") from None
 
 
 def _checked(name: str) -> str:

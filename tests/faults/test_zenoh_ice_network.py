@@ -73,7 +73,7 @@ def test_a_cut_is_told_at_once_and_calls_go_on_after_it(line: Line) -> None:
     line.relay.cut()
     with pytest.raises(ConnectionLostException, match="is offline"):
         pending.result(LIMIT)
-    with pytest.raises(ConnectionLostException, match="calls go on as soon as it is back"):
+    with pytest.raises(ConnectionLostException, match="calls continue when it is back"):
         patient(line.calculator).count()
     line.servant.leave.set()
     line.relay.resume()

@@ -72,7 +72,7 @@ def test_the_robot_is_stopped_with_a_reason_and_reset(robot: RobotClient) -> Non
     with at(robot.endpoint, robot.realm):
         assert "stopped: the robot takes no command" in nao("stop", "stairs ahead").out
         assert safety.getSafetyState().reason == "stairs ahead"
-        assert "reset: the robot takes commands" in nao("stop", "--reset").out
+        assert "reset: the robot accepts commands" in nao("stop", "--reset").out
     assert not is_stopped(robot)
 
 

@@ -108,7 +108,7 @@ def test_a_certificate_is_issued_anew_for_the_same_names(folder: Path) -> None:
         (["init", "FOLDER/other", "--host", "a b"], "'a b' is neither the name nor the address"),
         (["init", "FOLDER/other", "--host", "robot.lab", "--host", "a b"], "'a b' is neither the name"),
         (["init", "FOLDER/other", "--realm", "a/b"], "a realm is"),
-        (["renew", "FOLDER", "authority"], "an authority is not renewed"),
+        (["renew", "FOLDER", "authority"], "an authority cannot be renewed"),
         (["renew", "FOLDER", "bob"], "bob.pem: cannot be read"),
         (["show", "FOLDER/absent.toml"], "absent.toml: cannot be read"),
         (["zenohd", "FOLDER/student.toml"], "student.toml: mode = 'client': not the settings of a router"),
