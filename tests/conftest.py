@@ -43,7 +43,7 @@ DECISIVE = frozenset(
 
 @pytest.fixture(scope="session", autouse=True)
 def surroundings() -> Iterator[None]:
-    """Take away what the environment of whoever runs the tests would change in them, and let calls take longer."""
+    """Remove environment variables that would change the tests, and let calls take longer."""
     with pytest.MonkeyPatch.context() as patch:
         for name in list(os.environ):
             if name in DECISIVE or name.startswith("VISUALHFSM_"):

@@ -28,7 +28,9 @@ def test_without_a_server_it_says_where_it_looked_and_how_to_start_one(endpoint:
         assert "naoserver-sim" in mover.output
 
 
-def test_a_killed_server_is_told_and_the_ball_goes_on_when_it_is_back(endpoint: str, tmp_path: Path) -> None:
+def test_a_killed_server_is_reported_and_the_ball_goes_on_when_it_is_back(
+    endpoint: str, tmp_path: Path
+) -> None:
     file = tmp_path / "path.csv"
     file.write_text("0.9,0.2,0.5\n0.9,-0.5,0.5\n")
     with serve(endpoint) as server:
@@ -49,7 +51,7 @@ def test_a_killed_server_is_told_and_the_ball_goes_on_when_it_is_back(endpoint: 
                 assert data.x * math.sin(data.pan) == pytest.approx(-0.5, abs=0.03)
 
 
-def test_a_server_that_hangs_is_told_and_waited_for(endpoint: str) -> None:
+def test_a_server_that_hangs_is_reported_and_waited_for(endpoint: str) -> None:
     with serve(endpoint) as server:
         server.wait_for("ready")
         with ComponentProcess(module("ballmover", "green", "--connect", endpoint)) as mover:

@@ -40,7 +40,7 @@ def nao(address):
 
 @contextmanager
 def reported(robot):
-    """Serve a robot that tells the server's clients what happens to it."""
+    """Serve a robot that notifies the server's clients of what happens to it."""
     with served_to_client(robot) as nao:
         robot.report_to(nao.assembly)
         yield nao
@@ -61,8 +61,8 @@ def frozen(process):
         process.process.send_signal(signal.SIGCONT)
 
 
-def told(nao, text):
-    """Wait until the health report tells of something; return the event."""
+def wait_for_event(nao, text):
+    """Wait until the health report contains a text; return the event."""
     health = nao.proxy(HealthPrx, "Health")
 
     def find(report):
@@ -71,7 +71,7 @@ def told(nao, text):
     return find(wait_for(health.getHealth, find))[-1]
 
 
-def test_a_robot_that_hangs_is_told_as_lost_and_refuses_commands_until_it_is_found(process, address):
+def test_a_robot_that_hangs_is_reported_as_lost_and_refuses_commands_until_it_is_found(process, address):
     with reported(NaoqiRobot(lambda timeout: connect(address, timeout))) as nao:
         head = nao.proxy(PoseHeadPrx, "Head")
 
@@ -83,22 +83,22 @@ def test_a_robot_that_hangs_is_told_as_lost_and_refuses_commands_until_it_is_fou
             return False
 
         with frozen(process):
-            event = told(nao, "lost the robot")
+            event = wait_for_event(nao, "lost the robot")
             assert event.level == Severity.Error
             eventually(out_of_reach)
             body = nao.proxy(JointsPrx, "Body")
             assert len(body.getJointState().positions) == 26, "what was measured last"
-        told(nao, "found the robot again")
+        wait_for_event(nao, "found the robot again")
         eventually(lambda: not out_of_reach())
         wait_for(head.getPose, lambda pose: abs(pose.pan - 0.2) < 0.02)
 
 
-def test_a_connection_that_breaks_is_told_and_made_again(nao, address):
+def test_a_connection_that_breaks_is_reported_and_made_again(nao, address):
     camera = nao.proxy(CameraPrx, "Camera")
     camera.getImageData("RGB8")
     faults(address, "disconnect", 0.3)
-    told(nao, "lost the robot")
-    told(nao, "found the robot again")
+    wait_for_event(nao, "lost the robot")
+    wait_for_event(nao, "found the robot again")
     camera.getImageData("RGB8")
     head = nao.proxy(PoseHeadPrx, "Head")
     head.setPose(-0.2, 0.0, 1.0)
@@ -115,10 +115,10 @@ def test_a_slow_robot_delays_neither_calls_nor_streams(nao, address):
     wait_for(head.getPose, lambda pose: abs(pose.pan - 0.199) < 0.01)
 
 
-def test_a_command_that_the_robot_refuses_is_told(nao, address):
+def test_a_command_that_the_robot_refuses_is_reported(nao, address):
     faults(address, "fail", "ALMotion::setAngles", "the motors are too hot")
     nao.proxy(PoseHeadPrx, "Head").setPose(0.3, 0.0, 0.5)
-    assert told(nao, "the motors are too hot").level == Severity.Warning
+    assert wait_for_event(nao, "the motors are too hot").level == Severity.Warning
     faults(address, "clear")
     head = nao.proxy(PoseHeadPrx, "Head")
     head.setPose(0.31, 0.0, 1.0)
@@ -136,9 +136,9 @@ def test_a_camera_without_pictures_is_a_failure_and_the_rest_goes_on(nao, addres
     eventually(lambda: len(camera.getImageData("RGB8").pixelData) > 0)
 
 
-def test_memory_that_fails_is_told_and_keeps_the_newest_state(nao, address):
+def test_memory_that_fails_is_reported_and_keeps_the_newest_state(nao, address):
     faults(address, "fail", "ALMemory::getListData", "out of memory")
-    told(nao, "out of memory")
+    wait_for_event(nao, "out of memory")
     assert len(nao.proxy(JointsPrx, "Body").getJointState().positions) == 26
     faults(address, "clear")
     state = nao.proxy(JointsPrx, "Body").getJointState

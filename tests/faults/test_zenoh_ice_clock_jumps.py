@@ -22,7 +22,7 @@ HOUR = 3600.0  # s
 
 @dataclass
 class Date:
-    """The machine's date, as far as Python tells it."""
+    """The machine's date as Python sees it."""
 
     set_by: float = 0.0
 

@@ -348,7 +348,7 @@ class TestLinkThatStandsStill:
 
 
 class TestClients:
-    def test_server_is_told_of_a_killed_client(
+    def test_server_is_notified_of_a_killed_client(
         self, endpoint: str, server: ComponentProcess, client: Communicator
     ) -> None:
         other = ComponentProcess(module(SERVER, "--connect", endpoint, "--identity", "Other"))
@@ -358,7 +358,7 @@ class TestClients:
             other.process.kill()
             server.wait_for(f"^lost {client_id}")
 
-    def test_server_is_told_of_a_frozen_client(
+    def test_server_is_notified_of_a_frozen_client(
         self, endpoint: str, server: ComponentProcess, client: Communicator
     ) -> None:
         command = module(SERVER, "--connect", endpoint, "--identity", "Other")
@@ -371,7 +371,7 @@ class TestClients:
             finally:
                 other.process.send_signal(signal.SIGCONT)
 
-    def test_server_is_told_of_a_client_that_ends(
+    def test_server_is_notified_of_a_client_that_ends(
         self, pair: Pair, make_communicator: MakeCommunicator
     ) -> None:
         lost: list[str] = []
@@ -388,18 +388,18 @@ class TestClients:
         until(lambda: who in lost)
         assert names[0].startswith("zenoh_ice")
 
-    def test_closed_watch_is_told_of_nobody(self, pair: Pair) -> None:
+    def test_closed_watch_reports_nobody(self, pair: Pair) -> None:
         pair.adapter.add(CalculatorI(), "Calculator")
         who = CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator")).who()
-        told: dict[str, list[str]] = {"closed": [], "open": []}
+        reported: dict[str, list[str]] = {"closed": [], "open": []}
         with (
-            closing(pair.server.onClientLost(told["closed"].append)) as watch,
-            closing(pair.server.onClientLost(told["open"].append)),
+            closing(pair.server.onClientLost(reported["closed"].append)) as watch,
+            closing(pair.server.onClientLost(reported["open"].append)),
         ):
             watch.close()
             pair.client.destroy()
-            until(lambda: who in told["open"])
-            assert told["closed"] == []
+            until(lambda: who in reported["open"])
+            assert reported["closed"] == []
 
     def test_clients_of_one_server_reach_each_other_without_a_router(
         self, endpoint: str, server: ComponentProcess, make_communicator: MakeCommunicator

@@ -187,9 +187,9 @@ class TestServer:
         assert 5 < len(servant.moved) < INPUTS * 0.6
         assert all(isinstance(position, float) for position in servant.moved)
         assert servant.texts == 0
-        told = [record for record in caplog.records if "were dropped" in record.getMessage()]
-        assert 1 <= len(told) <= 2 + time.monotonic() - started
-        assert all(record.getMessage().isprintable() for record in told)
+        reported = [record for record in caplog.records if "were dropped" in record.getMessage()]
+        assert 1 <= len(reported) <= 2 + time.monotonic() - started
+        assert all(record.getMessage().isprintable() for record in reported)
         assert repr(gripper.positions()) == repr(servant.moved)  # some of which are no number
 
     def test_those_who_claim_to_serve_the_same_do_not_flood_the_log(

@@ -45,14 +45,14 @@ class TestTwoServers:
         endpoints = [server.settings.listen[0] for server in servers]
         make_communicator(connect=endpoints)  # gossip makes them known to each other
 
-        def told() -> list[str]:
+        def reported() -> list[str]:
             errors = [record for record in caplog.records if record.levelno == logging.ERROR]
             return [record.getMessage() for record in errors]
 
-        until(lambda: len(told()) >= 2)
-        assert len(told()) == 2
+        until(lambda: len(reported()) >= 2)
+        assert len(reported()) == 2
         for server in servers:
-            (message,) = (text for text in told() if server.client_id in text)
+            (message,) = (text for text in reported() if server.client_id in text)
             assert message.startswith("realm nao has two servers of Calculator: this process, and ")
             assert "(process " in message  # with its number, and the host
             assert "stop one" in message
@@ -68,7 +68,7 @@ class TestTwoServers:
             adapter.activate()
         make_communicator(connect=[server.settings.listen[0] for server in servers])
 
-        def told() -> int:
+        def reported() -> int:
             """Return how many identities the errors speak of."""
             errors = [
                 re.fullmatch(r"realm nao has two servers of (.+?)(?: and (\d+) more)?: .*", text)
@@ -79,7 +79,7 @@ class TestTwoServers:
         def messages() -> list[str]:
             return [record.getMessage() for record in caplog.records if record.levelno == logging.ERROR]
 
-        until(lambda: told() == 80)
+        until(lambda: reported() == 80)
         assert len(messages()) <= 2 * 16
 
     def test_once_one_is_stopped_the_other_says_so_and_serves_on(

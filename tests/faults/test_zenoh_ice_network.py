@@ -67,7 +67,7 @@ def patient(calculator: CalculatorPrx) -> CalculatorPrx:
     return calculator.ice_invocationTimeout(LIMIT * 1000)
 
 
-def test_a_cut_is_told_at_once_and_calls_go_on_after_it(line: Line) -> None:
+def test_a_cut_is_reported_at_once_and_calls_go_on_after_it(line: Line) -> None:
     pending = patient(line.calculator).sleep.begin(LIMIT)
     assert line.servant.entered.wait(LIMIT)
     line.relay.cut()
@@ -94,7 +94,7 @@ def test_a_stream_goes_on_after_a_cut(line: Line) -> None:
                 TimeoutException
             ):  # before the loss is noticed; after it, it waits for the next server
                 line.calculator.getReading.wait(after=sample, timeout=0.1)
-    assert line.calculator.getReading.latest() is sample  # its age tells that it is old
+    assert line.calculator.getReading.latest() is sample  # its age shows that it is old
     line.relay.resume()
 
     def goes_on() -> bool:

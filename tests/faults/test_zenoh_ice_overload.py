@@ -102,13 +102,13 @@ class TestSharedMemory:
             calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
             data = bytes(MEGABYTE)
 
-            def told() -> int:
+            def reported() -> int:
                 return server.output.count("large payloads go over the network")
 
-            until(lambda: calculator.echo(data) == data and told())
+            until(lambda: calculator.echo(data) == data and reported())
             for _ in range(3):
                 assert calculator.echo(data) == data
-            assert told() == 1
+            assert reported() == 1
 
     def test_what_finds_no_room_travels_over_the_network(
         self, pair: Pair, monkeypatch: pytest.MonkeyPatch

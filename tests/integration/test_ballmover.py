@@ -125,14 +125,14 @@ def test_an_unreachable_waypoint_is_refused_by_line_and_reason(robot: str, tmp_p
     assert result.stderr.count("\n") == 1
 
 
-def test_a_ball_that_does_not_arrive_is_told(robot: str, tmp_path: Path) -> None:
+def test_a_ball_that_does_not_arrive_is_reported(robot: str, tmp_path: Path) -> None:
     file = write(tmp_path / "path.csv", "0.9,0,0.5", "0.9,0.1,0.5")
     result = run("green", file, "--connect", robot, "--tolerance", "0.0001", "--limit", "0", "--speed", "0.9")
     assert result.returncode == 1
     assert "after 0 s the ball is still" in result.stderr
 
 
-def test_wrong_usage_is_told(tmp_path: Path) -> None:
+def test_wrong_usage_is_reported(tmp_path: Path) -> None:
     result = run("blue")
     assert result.returncode == 2
     assert "'green', 'red'" in result.stderr

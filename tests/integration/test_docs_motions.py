@@ -1,4 +1,4 @@
-"""docs/how-to/motions.md: its program runs, its file is a motion, its table tells every motion."""
+"""docs/how-to/motions.md: its program runs, its file is a motion, its table lists every motion."""
 
 from __future__ import annotations
 
@@ -36,22 +36,22 @@ def test_the_program_does_what_the_page_says():
     assert (done.stdout, done.returncode) == (blocks("text")[0], 0), done.stderr
 
 
-def test_the_file_is_a_motion_and_what_is_wrong_is_told_as_the_page_says():
+def test_the_file_is_a_motion_and_what_is_wrong_is_reported_as_the_page_says():
     (text,) = blocks("toml")
     assert parse_motion(text, "nod", "nod.toml").duration == 1.0
-    with pytest.raises(MotionError) as told:
+    with pytest.raises(MotionError) as reported:
         parse_motion(text.replace("HeadPitch = 0.3", "HeadPitch = 0.9"), "nod", "nod.toml")
-    assert f"{told.value}\n" == blocks("text")[1]
+    assert f"{reported.value}\n" == blocks("text")[1]
 
 
-def test_the_table_tells_every_motion():
+def test_the_table_reports_every_motion():
     rows = re.findall(r"^\| (`.*?`) \| (.*?) \| (.*?) \| ([\d.]+) \|$", PAGE, re.MULTILINE)
-    told: dict[str, object] = {
+    reported: dict[str, object] = {
         name: (begin, end, float(seconds))
         for names, begin, end, seconds in rows
         for name in re.findall(r"`(\w+)`", names)
     }
-    assert told == {
+    assert reported == {
         name: (of.start or "any posture", of.end or "as it began", pytest.approx(of.duration, abs=0.06))
         for name, of in MOTIONS.items()
     }

@@ -1,4 +1,4 @@
-"""The pages about robots tell what the servers are: the table is current, the example is run."""
+"""The pages about robots describe the servers: the table is current, the example is run."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from tests.support.robots_page import PAGE, robots_page
 def test_the_table_of_robots_is_current() -> None:
     pytest.importorskip("mujoco", reason="the simulated robot needs MuJoCo: pip install 'visualhfsm[sim]'")
     pytest.importorskip("qi", reason="the real robot needs libqi: pip install 'visualhfsm[naoqi]'")
-    assert PAGE.read_text() == robots_page(), "write it anew: python -m tests.support.robots_page"
+    assert PAGE.read_text() == robots_page(), "write it again: python -m tests.support.robots_page"
 
 
 @pytest.mark.parametrize("page", ["explanation/robot-safety.md", "how-to/senses.md"])

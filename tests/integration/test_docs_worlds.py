@@ -1,4 +1,4 @@
-"""docs/how-to/worlds.md: its world loads and tells every key with its default, its program runs."""
+"""docs/how-to/worlds.md: its world loads and lists every key with its default, its program runs."""
 
 import re
 import tomllib

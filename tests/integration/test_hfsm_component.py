@@ -69,7 +69,7 @@ def test_a_servant_that_is_not_there_is_named(tmp_path: Path, endpoint: str) -> 
             assert "Traceback" not in component.output
 
 
-def test_a_library_that_is_not_installed_is_told_in_one_line(tmp_path: Path, endpoint: str) -> None:
+def test_a_library_that_is_not_installed_is_reported_in_one_line(tmp_path: Path, endpoint: str) -> None:
     text = document(sub(1, 0, state(1, "a", initial=True)), libraries=("no_such_thing",))
     with start(compile_to(tmp_path, text, "seer"), endpoint) as component:
         assert component.wait(LIMIT) == 1
@@ -93,7 +93,7 @@ def test_a_document_of_a_foreign_name_can_be_watched(tmp_path: Path, endpoint: s
                 assert monitor.getStructure().name == "senal"
 
 
-def test_a_realm_without_servants_is_told_once(tmp_path: Path, endpoint: str) -> None:
+def test_a_realm_without_servants_is_reported_once(tmp_path: Path, endpoint: str) -> None:
     config = HEAD + HEAD.replace(">head<", ">other<")
     file = compile_to(tmp_path, document(sub(1, 0, state(1, "a", initial=True)), config=config), "turner")
     with serve(endpoint) as server:
@@ -157,7 +157,7 @@ def test_on_error_continue_goes_on(tmp_path: Path, endpoint: str) -> None:
             assert frames == [str(file)], "of the code that runs it nothing is shown"
 
 
-def test_a_killed_server_is_told_once_and_it_goes_on_when_the_server_is_back(
+def test_a_killed_server_is_reported_once_and_it_goes_on_when_the_server_is_back(
     tmp_path: Path, endpoint: str
 ) -> None:
     with serve(endpoint) as server:
@@ -189,7 +189,7 @@ def test_a_component_without_proxies_needs_no_server(tmp_path: Path, endpoint: s
         assert component.wait(LIMIT) == 0
 
 
-def test_it_begins_in_the_state_that_is_told(tmp_path: Path, endpoint: str) -> None:
+def test_it_begins_in_the_given_state(tmp_path: Path, endpoint: str) -> None:
     below = sub(
         2,
         1,
@@ -217,10 +217,14 @@ def test_it_pauses_at_a_breakpoint_that_was_set_before_its_first_cycle(tmp_path:
                     break
         assert sample.value.status is ComponentStatus.Paused
         assert sample.value.automata[0].variables == {"count": "7"}
-    for wrong, told in (("1.9", "has no state 9"), ("1.1:x +", "the condition"), ("1", "AUTOMATON.STATE")):
+    for wrong, reported in (
+        ("1.9", "has no state 9"),
+        ("1.1:x +", "the condition"),
+        ("1", "AUTOMATON.STATE"),
+    ):
         with start(file, endpoint, "--breakpoint", wrong) as component:
             assert component.wait(LIMIT) in (1, 2)
-            assert told in component.output
+            assert reported in component.output
 
 
 def test_help_shows_the_description_and_examples(tmp_path: Path, endpoint: str) -> None:

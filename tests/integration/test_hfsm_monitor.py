@@ -90,7 +90,7 @@ def tree() -> Automaton:
     )
 
 
-def test_the_structure_is_told(pair: Pair) -> None:
+def test_the_structure_is_reported(pair: Pair) -> None:
     with monitored(pair, tree()) as (_, proxy):
         structure = proxy.getStructure()
     assert structure.name == "walker"
@@ -115,7 +115,7 @@ def test_what_a_component_marks_is_in_its_snapshots(pair: Pair) -> None:
     assert seen.marks == [Mark("Camera", 12.5, 7.0, "ball")]
 
 
-def test_snapshots_tell_states_timers_guards_variables_and_cycles(pair: Pair) -> None:
+def test_snapshots_report_states_timers_guards_variables_and_cycles(pair: Pair) -> None:
     with monitored(pair, tree()) as (_, proxy):
         snapshot = until(proxy, lambda snapshot: snapshot.automata[1].cycles >= 3)
     assert snapshot.status is ComponentStatus.Running
@@ -451,7 +451,7 @@ def test_events_that_make_no_sense_are_refused(pair: Pair, name: str, data: str,
         proxy.sendEvent(name, data)
 
 
-def test_why_not_tells_guards_timers_and_events(pair: Pair) -> None:
+def test_why_not_reports_guards_timers_and_events(pair: Pair) -> None:
     with monitored(pair, counter()) as (_, proxy):
         until(proxy, lambda snapshot: snapshot.automata[0].cycles > 3)
         first = proxy.explain(1)

@@ -65,7 +65,7 @@ def walker(
 
 
 class Version:
-    """A component in a file that can be written anew."""
+    """A component in a file that can be rewritten."""
 
     def __init__(self, directory: Path) -> None:
         self.directory = directory
@@ -174,9 +174,9 @@ def test_breakpoints_stay_where_their_elements_do(pair: Pair, version: Version) 
         version.write(walker().replace("seen", "found"))
         report = proxy.reload()
         assert proxy.getBreakpoints() == [kept]
-        (told,) = [text for text in report.notKept if "breakpoint" in text]
-        assert told.startswith("a breakpoint is dropped: ")
-        assert told.endswith("the code of automaton 2 (b) uses no variable seen: there are found")
+        (reported,) = [text for text in report.notKept if "breakpoint" in text]
+        assert reported.startswith("a breakpoint is dropped: ")
+        assert reported.endswith("the code of automaton 2 (b) uses no variable seen: there are found")
 
 
 def test_a_component_that_stands_at_a_breakpoint_goes_on_from_there(pair: Pair, version: Version) -> None:
@@ -193,7 +193,7 @@ def test_a_component_that_stands_at_a_breakpoint_goes_on_from_there(pair: Pair, 
         assert count(proxy.getSnapshot()) == count(before) + 1000
 
 
-def test_what_is_gone_is_told(pair: Pair, version: Version) -> None:
+def test_what_is_gone_is_reported(pair: Pair, version: Version) -> None:
     with running(pair, version) as (_, proxy):
         in_b(proxy)
         gone = document(
@@ -202,8 +202,8 @@ def test_what_is_gone_is_told(pair: Pair, version: Version) -> None:
             )
         )
         version.write(gone)
-        told = proxy.reload().notKept
-        assert told == [
+        reported = proxy.reload().notKept
+        assert reported == [
             "variables of automaton 1 (walker) are gone: count",
             "automaton 2 (b) is gone, which was in red",
             "automaton 1 (walker) was in the state b, which is gone, and restarts in a",

@@ -485,7 +485,7 @@ def test_an_edited_document_takes_over_at_a_moment_and_keeps_states_and_variable
     assert float(taken[1]) >= 3.0
 
 
-def test_a_gap_in_the_recording_is_told_and_ends_the_replay(
+def test_a_gap_in_the_recording_is_reported_and_ends_the_replay(
     tmp_path: Path, world: World, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = tmp_path / "run.mcap"

@@ -16,7 +16,7 @@ from tests.support.robot_server import eventually, served_to_client
 from zenoh_ice import initialize
 
 
-def test_what_safety_tells_decides_whether_commands_are_taken_again() -> None:
+def test_what_safety_reports_decides_whether_commands_are_accepted_again() -> None:
     with served_to_client(FakeRobot()) as nao, nao.client() as other:
         safety = nao.proxy(SafetyPrx, "Safety")
         safety.emergencyStop("a hand in the way")

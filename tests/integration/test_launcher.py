@@ -18,7 +18,7 @@ from tests.support.terminal import read_until
 
 TETHER = str(Path(__file__).resolve().parents[2] / "hfsm_command" / "tether.py")
 
-# A process that tells its pid, says that it is ready, and notes how it is asked to end.
+# A process that prints its pid, says that it is ready, and notes how it is asked to end.
 SERVICE = """
 import os, pathlib, signal, sys, time
 name, directory = sys.argv[1], pathlib.Path(sys.argv[2])
@@ -171,7 +171,7 @@ def test_the_death_of_one_process_ends_all_and_shows_its_last_words(bench):
     assert bench.alive() == []
 
 
-def test_a_process_killed_by_a_signal_is_told_by_its_name(bench):
+def test_a_process_killed_by_a_signal_is_reported_by_its_name(bench):
     bench.add("victim", "import os, signal; os.kill(os.getpid(), signal.SIGKILL)")
     assert "victim was terminated by SIGKILL" in bench.run()[1]
 
@@ -282,7 +282,7 @@ def test_ctrl_c_reaches_the_foreground_process_alone_and_the_terminal_comes_back
         os.close(terminal)
 
 
-def test_a_killed_foreground_process_leaves_a_usable_terminal_and_is_told(bench):
+def test_a_killed_foreground_process_leaves_a_usable_terminal_and_is_reported(bench):
     bench.add("view", SERVICE, foreground=True)
     main, terminal = os.openpty()
     try:
@@ -326,7 +326,7 @@ def test_closing_the_terminal_ends_everything(bench):
     assert bench.alive() == []
 
 
-def test_a_taken_endpoint_is_replaced_and_told(bench):
+def test_a_taken_endpoint_is_replaced_and_reported(bench):
     with socket.create_server(("127.0.0.1", 0)) as server:
         taken = f"tcp/127.0.0.1:{server.getsockname()[1]}"
         bench._stack += f'endpoint = "{taken}"\n'

@@ -1,4 +1,4 @@
-"""The check that tests leave nothing running: it finds what is left, and tells it from what is older."""
+"""The check that tests leave nothing running: it finds what is left, and ignores what is older."""
 
 from __future__ import annotations
 
@@ -84,8 +84,8 @@ def errors(tmp_path: Path) -> Run:
     return run
 
 
-def test_whatever_a_test_leaves_is_told(errors: Run) -> None:
-    told = errors("""
+def test_everything_a_test_leaves_is_reported(errors: Run) -> None:
+    reported = errors("""
 def test_thread():
     start_thread()
 
@@ -100,15 +100,15 @@ def test_process():
 def test_communicator():
     start_communicator()
 """)
-    assert list(told) == ["test_thread", "test_thread_of_a_thread", "test_process", "test_communicator"]
+    assert list(reported) == ["test_thread", "test_thread_of_a_thread", "test_process", "test_communicator"]
     for name, kind in zip(
-        told, ("thread 'idler'", "thread 'idler'", "process '", "Zenoh session "), strict=True
+        reported, ("thread 'idler'", "thread 'idler'", "process '", "Zenoh session "), strict=True
     ):
-        assert re.fullmatch(f"the test left behind the {kind}.* of test_it.py::{name}", told[name])
-    assert "the thread 'zenoh_ice nao-1' of" in told["test_communicator"]
+        assert re.fullmatch(f"the test left behind the {kind}.* of test_it.py::{name}", reported[name])
+    assert "the thread 'zenoh_ice nao-1' of" in reported["test_communicator"]
 
 
-def test_what_ends_with_its_test_or_with_what_is_older_is_not_told(errors: Run) -> None:
+def test_what_ends_with_its_test_or_with_what_is_older_is_not_reported(errors: Run) -> None:
     assert not errors(
         """
 def test_clean():
@@ -143,8 +143,8 @@ def test_shared_starts(shared, starting):
     )
 
 
-def test_what_older_things_start_and_do_not_end_is_told_when_they_have_ended(errors: Run) -> None:
-    told = errors("""
+def test_what_older_things_start_and_do_not_end_is_reported_when_they_have_ended(errors: Run) -> None:
+    reported = errors("""
 def test_thread(shared):
     run_on(shared, start_thread)
 
@@ -157,17 +157,17 @@ def test_communicator(shared):
 def test_last():
     pass
 """)
-    assert told.keys() == {"test_last"}
+    assert reported.keys() == {"test_last"}
     for kind, name in (
         ("thread 'idler'", "thread"),
         ("process '.*'", "process"),
         ("Zenoh session .*", "communicator"),
     ):
-        assert re.search(f"the {kind} of test_it.py::test_{name}", told["test_last"])
+        assert re.search(f"the {kind} of test_it.py::test_{name}", reported["test_last"])
 
 
-def test_what_a_test_leaves_is_told_beside_older_things(errors: Run) -> None:
-    told = errors("""
+def test_what_a_test_leaves_is_reported_beside_older_things(errors: Run) -> None:
+    reported = errors("""
 def test_process(shared):
     start_process()
 
@@ -180,12 +180,12 @@ def test_thread(shared):
 def test_last():
     pass
 """)
-    assert list(told) == ["test_process", "test_communicator", "test_last"]
-    assert "test_it.py left behind the thread 'idler' of test_it.py::test_thread" in told["test_last"]
+    assert list(reported) == ["test_process", "test_communicator", "test_last"]
+    assert "test_it.py left behind the thread 'idler' of test_it.py::test_thread" in reported["test_last"]
 
 
-def test_what_shared_fixtures_leave_is_told(errors: Run) -> None:
-    told = errors("""
+def test_what_shared_fixtures_leave_is_reported(errors: Run) -> None:
+    reported = errors("""
 @pytest.fixture(scope="module")
 def forgetful():
     start_thread()
@@ -193,4 +193,4 @@ def forgetful():
 def test_it(forgetful):
     pass
 """)
-    assert told == {"test_it": "test_it.py left behind the thread 'idler' of test_it.py::test_it"}
+    assert reported == {"test_it": "test_it.py left behind the thread 'idler' of test_it.py::test_it"}

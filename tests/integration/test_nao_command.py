@@ -133,7 +133,7 @@ def test_servants_are_listed_with_interface_and_server(robot: ServedRobot) -> No
     assert str(os.getpid()) in row
 
 
-def test_a_servants_own_interface_is_told_not_one_that_it_extends(robot: ServedRobot) -> None:
+def test_a_servants_own_interface_is_reported_not_one_that_it_extends(robot: ServedRobot) -> None:
     (camera,) = json.loads(nao("list", "Camera", "--json").out)[:1]
     assert camera["interface"] == "::jderobot::Camera"
     assert set(camera["interfaces"]) == {"::jderobot::Camera", "::jderobot::ImageProvider"}
@@ -198,7 +198,7 @@ def test_arguments_are_read_from_files_and_standard_input(calculator: Any, tmp_p
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("words", "message"),
     [
         (["Head.getpose"], "did you mean Head.getPose?"),
         (["Head"], "name an operation of Head, such as Head."),
@@ -212,9 +212,9 @@ def test_arguments_are_read_from_files_and_standard_input(calculator: Any, tmp_p
         (["Camera.getImageData", "GIF"], "jderobot::ConfigurationNotExistException: Camera has no format"),
     ],
 )
-def test_what_is_wrong_with_a_call_is_told(robot: ServedRobot, words: list[str], told: str) -> None:
+def test_what_is_wrong_with_a_call_is_reported(robot: ServedRobot, words: list[str], message: str) -> None:
     outcome = nao("call", *words)
-    assert told in outcome.err
+    assert message in outcome.err
     assert (outcome.code, outcome.out) == (1, "")
 
 
@@ -225,7 +225,7 @@ def test_a_servant_is_found_by_all_of_its_name(calculator: Any, robot: ServedRob
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "message"),
     [
         ("{", "malformed schema of an interface: "),
         (" " * 300_000, "300000 characters; at most 262144 are accepted"),
@@ -233,8 +233,8 @@ def test_a_servant_is_found_by_all_of_its_name(calculator: Any, robot: ServedRob
     ],
 )
 @pytest.mark.parametrize("words", [("describe", "Liar"), ("call", "Liar.f"), ("watch", "Liar")])
-def test_a_servant_that_describes_nonsense_is_told(
-    robot: ServedRobot, words: tuple[str, ...], text: str, told: str
+def test_a_servant_that_describes_nonsense_is_reported(
+    robot: ServedRobot, words: tuple[str, ...], text: str, message: str
 ) -> None:
     class Liar(Object):
         def ice_describe(self, current: Current) -> str:
@@ -245,7 +245,7 @@ def test_a_servant_that_describes_nonsense_is_told(
         adapter.add(Liar(), "Liar")
         adapter.activate()
         outcome = nao(*words)
-    assert told in outcome.err
+    assert message in outcome.err
     assert (outcome.code, outcome.out) == (1, "")
 
 
@@ -254,15 +254,15 @@ def test_a_servant_without_a_schema_says_what_is_missing(robot: ServedRobot) -> 
         adapter = communicator.createObjectAdapter("Grippers")
         adapter.add(GripperI(), "Gripper")
         adapter.activate()
-        told = nao("describe", "Gripper").err
-    assert "has no readable schema.json: generate it with codegen" in told
+        message = nao("describe", "Gripper").err
+    assert "has no readable schema.json: generate it with codegen" in message
 
 
 def test_an_unknown_option_is_no_argument(robot: ServedRobot) -> None:
     assert nao("call", "Head.getPose", "--jsn").code == 2
 
 
-def test_description_tells_operations_and_types(robot: ServedRobot) -> None:
+def test_description_reports_operations_and_types(robot: ServedRobot) -> None:
     text = nao("describe", "Body").out
     assert "dictionary<string, double> setJointPositions(dictionary<string, double> targets, " in text
     assert "JointState getJointState()  [stream, idempotent]" in text
@@ -307,11 +307,11 @@ def test_images_are_saved_by_the_ending_of_the_file(robot: ServedRobot, tmp_path
     assert "cannot write" in nao("save-image", "Camera", "/no/such/folder/a.png").err
 
 
-def test_status_tells_of_robot_and_processes(robot: ServedRobot) -> None:
+def test_status_reports_robot_and_processes(robot: ServedRobot) -> None:
     nao("call", "Speech.ice_ping")
-    told = json.loads(nao("status", "--json").out)
-    assert told["robot"]["Clock"]["simulated"] in {True, False}
-    (process,) = told["processes"]
+    message = json.loads(nao("status", "--json").out)
+    assert message["robot"]["Clock"]["simulated"] in {True, False}
+    (process,) = message["processes"]
     assert process["pid"] == os.getpid()
     speech = next(each for name, each in process["servants"].items() if name.startswith("Speech"))
     assert speech["calls"] >= 1
@@ -349,11 +349,11 @@ def test_doctor_finds_a_process_that_shares_no_memory(tools: Any) -> None:
     assert any(f" {os.getpid()} on " in text and "shares no memory" in text for text in found)
 
 
-def test_a_realm_without_servants_tells_of_those_that_have_some(robot: ServedRobot) -> None:
+def test_a_realm_without_servants_names_those_that_have_some(robot: ServedRobot) -> None:
     assert nao("list", "--realm", "empty").err.endswith(f"has no servants; there is --realm {robot.realm}\n")
 
 
-def test_nobody_at_the_endpoint_is_told_with_what_to_do() -> None:
+def test_nobody_at_the_endpoint_is_reported_with_what_to_do() -> None:
     outcome = nao("list", "--connect", "tcp/127.0.0.1:9")
     assert (outcome.code, "nothing answers at tcp/127.0.0.1:9" in outcome.err) == (1, True)
 

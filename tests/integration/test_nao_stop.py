@@ -121,7 +121,7 @@ def test_a_lost_link_is_reported_and_a_stop_is_sent_when_it_is_back(robot: Robot
         assert is_stopped(robot)
 
 
-def test_who_leaves_after_a_stop_that_failed_is_told_so(robot: RobotClient) -> None:
+def test_who_leaves_after_a_stop_that_failed_is_informed(robot: RobotClient) -> None:
     with Relay(robot.endpoint) as relay, ready(relay.endpoint, robot.realm, "--mode", "client") as terminal:
         terminal.shows(READY)
         relay.cut()

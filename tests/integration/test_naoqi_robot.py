@@ -49,7 +49,7 @@ def look(robot, yaw):
     eventually(lambda: abs(robot.read().positions[YAW] - yaw) < 0.01)
 
 
-def test_joints_go_where_they_are_sent_and_the_robot_tells(robot, link):
+def test_joints_go_where_they_are_sent_and_the_robot_reports(robot, link):
     robot.command_positions({"HeadYaw": 0.4, "LElbowRoll": -0.9}, {"HeadYaw": 4.0, "LElbowRoll": 3.0})
     eventually(lambda: abs(robot.read().positions[YAW] - 0.4) < 0.01)
     assert call(link, "ALMotion.getAngles", ["HeadYaw"], False) == [pytest.approx(0.4)]
@@ -65,7 +65,7 @@ def test_a_joint_turns_at_its_velocity_until_it_is_held(robot):
     assert -2.0 < robot.read().positions[YAW] < 1.0
 
 
-def test_stiffness_is_commanded_and_told(robot):
+def test_stiffness_is_commanded_and_reported(robot):
     robot.command_stiffnesses({"RHand": 0.3}, 0.0)
     eventually(lambda: robot.read().stiffnesses[-1] == pytest.approx(0.3))
     robot.command_stiffnesses({"RHand": 1.0}, 0.2)

@@ -34,7 +34,7 @@ def speech(nao):
     return speech
 
 
-def test_lights_are_named_set_and_told(leds):
+def test_lights_are_named_set_and_reported(leds):
     assert leds.getLedNames() == list(START)
     leds.setLed("LeftEye", RED, 0.0)
     assert leds.getLeds().colors["LeftEye"] == RED
@@ -67,7 +67,7 @@ def test_the_lights_stream_shows_a_fade_to_its_end(leds):
     wait_for(leds.getLeds, lambda state: state.colors["Chest"] == RED)
 
 
-def test_a_listener_that_comes_late_is_told_what_does_not_change(nao, leds):
+def test_a_listener_that_comes_late_gets_what_does_not_change(nao, leds):
     leds.setLed("Chest", RED, 0.0)
     with nao.client() as first, nao.client() as second:
         for client in (first, second):
@@ -75,7 +75,7 @@ def test_a_listener_that_comes_late_is_told_what_does_not_change(nao, leds):
             assert sample.value.colors["Chest"] == RED
 
 
-def test_a_text_is_said_and_told_and_silenced(speech):
+def test_a_text_is_said_and_reported_and_silenced(speech):
     speech.say("A text that takes quite some time to be said, even by somebody in a great hurry. " * 10)
     said = wait_for(speech.getSpeech, lambda state: state.speaking)
     assert said.text.startswith("A text")

@@ -150,13 +150,13 @@ def test_who_declares_and_ends_tokens_of_another_client_ends_neither_its_lease_n
         walk.setV(0.1)  # it is still Ann's
 
 
-def test_what_no_lease_can_be_is_told(nao):
+def test_what_no_lease_can_be_is_reported(nao):
     with pytest.raises(InvalidValueException) as refusal:
         nao.proxy(SafetyPrx, "Safety").acquireLease("Ann", 61.0)
     assert refusal.value.field == "seconds"
 
 
-def test_the_stream_tells_each_change(nao):
+def test_the_stream_reports_each_change(nao):
     safety = nao.proxy(SafetyPrx, "Safety")
     wait_for(safety.getSafetyState, lambda state: not state.stopped)
     safety.emergencyStop("enough")

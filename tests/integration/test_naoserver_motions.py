@@ -15,12 +15,12 @@ def nao():
         yield nao
 
 
-def test_a_motion_is_played_told_and_stopped(nao):
+def test_a_motion_is_played_reported_and_stopped(nao):
     motions, body = nao.proxy(MotionsPrx, "Motions"), nao.proxy(JointsPrx, "Body")
-    told = {facts.name: facts for facts in motions.getMotions()}
-    assert told.keys() == MOTIONS.keys()
-    assert told["kick"].start == "StandInit"
-    assert told["wave"].duration == pytest.approx(MOTIONS["wave"].duration)
+    reported = {facts.name: facts for facts in motions.getMotions()}
+    assert reported.keys() == MOTIONS.keys()
+    assert reported["kick"].start == "StandInit"
+    assert reported["wave"].duration == pytest.approx(MOTIONS["wave"].duration)
     assert motions.getMotionState().status is ActionStatus.Idle
 
     motions.play("wave", 1.0)
@@ -35,7 +35,7 @@ def test_a_motion_is_played_told_and_stopped(nao):
     body.setJointPositions({"RElbowRoll": 0.5}, 0.2)
 
 
-def test_a_posture_is_gone_to_and_told(nao):
+def test_a_posture_is_gone_to_and_reported(nao):
     postures = nao.proxy(PosturesPrx, "Postures")
     assert postures.getPosture() == "StandInit"
     postures.goToPosture("Stand", 1.0)

@@ -30,7 +30,7 @@ def truth(nao):
     return nao.proxy(GroundTruthPrx, "GroundTruth")
 
 
-def test_what_is_placed_is_where_the_truth_tells_it(scene, truth):
+def test_what_is_placed_is_where_the_truth_has_it(scene, truth):
     assert scene.getObjects() == ["Ball"]
     scene.placeObject("Ball", Vector3(x=1.0, y=0.5, z=0.05))
     scene.placeRobot(-1.0, -0.5, 0.0)

@@ -57,7 +57,7 @@ def test_camera_streams_the_size_of_the_option(endpoint):
             assert len(image.pixelData) == 640 * 480 * 3
 
 
-def test_clock_tells_that_it_is_simulated_and_how_fast(endpoint):
+def test_clock_reports_that_it_is_simulated_and_how_fast(endpoint):
     with server(endpoint, "--speed", "0.2") as process:
         process.wait_for("^ready")
         with initialize(connect=[endpoint], listen=["tcp/127.0.0.1:0"]) as communicator:

@@ -26,7 +26,7 @@ def test_robots_live_in_realms_of_their_own_and_end_together():
         assert process.wait() == 130
 
 
-def test_a_wrong_world_is_told_in_one_line(tmp_path):
+def test_a_wrong_world_is_reported_in_one_line(tmp_path):
     file = tmp_path / "mine.toml"
     file.write_text("[robot]\nheading = 'north'\n")
     with ComponentProcess(module("naoserver_sim", "--world", str(file))) as process:

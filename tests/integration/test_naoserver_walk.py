@@ -43,7 +43,7 @@ def test_what_is_not_finite_is_refused_by_name(nao, operation):
     assert refusal.value.field == operation[-1].lower()
 
 
-def test_the_odometry_tells_where_it_has_got_to_in_calls_and_as_a_stream(nao):
+def test_the_odometry_reports_where_it_has_got_to_in_calls_and_as_a_stream(nao):
     motors, encoders = nao.proxy(MotorsPrx, "Motors"), nao.proxy(EncodersPrx, "Encoders")
     assert encoders.getEncodersData().robotx == 0.0
     motors.setV(0.3)
@@ -85,7 +85,7 @@ def test_to_stop_the_body_stops_the_walk(nao):
     assert motors.getV() == 0.0
 
 
-def test_a_velocity_that_is_not_renewed_stops_and_is_told():
+def test_a_velocity_that_is_not_renewed_stops_and_is_reported():
     with served_to_client(FakeRobot()) as nao:
         motors = nao.proxy(MotorsPrx, "Motors")
         motors.setV(0.1)

@@ -58,7 +58,7 @@ def angle(motion):
     return motion.getAngles("HeadYaw", True)[0]
 
 
-def test_the_head_turns_and_memory_tells_it(session, motion):
+def test_the_head_turns_and_memory_reports_it(session, motion):
     motion.setAngles("HeadYaw", 0.5, 1.0)
     memory = session.service("ALMemory")
     eventually_near(lambda: memory.getData(HEAD_YAW), 0.5, 0.01)
@@ -110,7 +110,7 @@ def test_a_call_can_be_cancelled(motion):
         (lambda motion: motion.setAngles("HeadYaw"), "Arguments types did not match for setAngles"),
     ],
 )
-def test_an_error_tells_what_is_wrong_and_nothing_of_the_code(motion, call, message):
+def test_an_error_reports_what_is_wrong_and_nothing_of_the_code(motion, call, message):
     with pytest.raises(RuntimeError) as caught:
         call(motion)
     assert message in str(caught.value)
@@ -164,7 +164,7 @@ def test_events_reach_other_clients(session, url):
     assert heard.future().value(MILLISECONDS) == ["a", 1]
 
 
-def test_a_touch_is_told_when_it_is_felt(session):
+def test_a_touch_is_reported_when_it_is_felt(session):
     heard = qi.Promise()
     subscriber = session.service("ALMemory").subscriber("FrontTactilTouched")
     subscriber.signal.connect(heard.setValue)

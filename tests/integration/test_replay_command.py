@@ -105,7 +105,7 @@ def test_its_document_replays_identically_without_the_code_in_the_recording(reco
     assert done.stderr == ""
 
 
-def test_an_edited_document_is_told_with_the_first_difference_and_both_timelines(
+def test_an_edited_document_is_reported_with_the_first_difference_and_both_timelines(
     recorded: Path, tmp_path: Path
 ) -> None:
     done = replay(recorded, edited(tmp_path, "&gt; 0.15", "&gt; 0.05"))
@@ -143,7 +143,7 @@ def test_a_part_can_be_replayed_and_the_edited_document_take_over_within(
     assert any("took over at 1." in note for note in later["notes"])
 
 
-def test_a_document_with_errors_is_told_and_nothing_runs(recorded: Path, tmp_path: Path) -> None:
+def test_a_document_with_errors_is_reported_and_nothing_runs(recorded: Path, tmp_path: Path) -> None:
     done = replay(recorded, edited(tmp_path, "looks += 1", "looks +="))
     assert done.returncode == 1
     assert "turner.xml:" in done.stderr
@@ -235,7 +235,7 @@ def harmful(path: Path, *, attachments: dict[str, str], messages: list[bytes], s
 
 
 @pytest.mark.parametrize(
-    ("content", "told"),
+    ("content", "reported"),
     [
         (b"", "not an MCAP file"),
         (b"PK\x03\x04 something else", "not an MCAP file"),
@@ -244,17 +244,19 @@ def harmful(path: Path, *, attachments: dict[str, str], messages: list[bytes], s
         (bytes.fromhex("894d434150300d0a") + b"\x06" + (1 << 62).to_bytes(8, "little") + b"x", "not an MCAP"),
     ],
 )
-def test_a_file_that_is_no_recording_is_told_in_one_line(tmp_path: Path, content: bytes, told: str) -> None:
+def test_a_file_that_is_no_recording_is_reported_in_one_line(
+    tmp_path: Path, content: bytes, reported: str
+) -> None:
     path = tmp_path / "run.mcap"
     path.write_bytes(content)
     done = replay(path)
     assert done.returncode == 1
-    assert told in done.stderr
+    assert reported in done.stderr
     assert done.stderr.count("\n") == 1
     assert "Traceback" not in done.stderr
 
 
-def test_an_mcap_file_of_something_else_is_told(tmp_path: Path) -> None:
+def test_an_mcap_file_of_something_else_is_reported(tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
     with path.open("wb") as file:
         writer = Writer(file)
@@ -279,7 +281,7 @@ def test_attachments_do_not_leave_their_folder_and_names_do_not_reach_the_termin
     assert not target.exists()
 
 
-def test_a_malformed_message_is_told(tmp_path: Path) -> None:
+def test_a_malformed_message_is_reported(tmp_path: Path) -> None:
     component = compile_to(tmp_path, document(sub(1, 0, state(1, "a", initial=True))), "idle").read_text()
     path = harmful(
         tmp_path / "run.mcap", attachments={"component/idle.py": component}, messages=[b'{"context": 5}']
@@ -309,7 +311,7 @@ def test_a_chunk_that_unpacks_to_more_than_it_says_is_not_unpacked(tmp_path: Pat
         tracemalloc.stop()
 
 
-def test_the_metadata_tell_versions_hashes_and_the_random_state(recorded: Path) -> None:
+def test_the_metadata_report_versions_hashes_and_the_random_state(recorded: Path) -> None:
     with recorded.open("rb") as file:
         (metadata,) = make_reader(file).iter_metadata()
     found = metadata.metadata

@@ -127,7 +127,7 @@ def test_every_hinge_is_served_with_the_limits_of_its_joints(nao):
         nao.proxy(Pose3DEncodersPrx, f"{hinge.name}Encoders").getPose3DEncodersData()
 
 
-def test_a_hinge_goes_where_it_is_sent_and_its_encoders_tell(nao):
+def test_a_hinge_goes_where_it_is_sent_and_its_encoders_report(nao):
     elbow = nao.proxy(Pose3DMotorsPrx, "LeftElbowMotors")
     assert elbow.setPose3DMotorsData(motors(pan=-0.9, roll=-0.6, panSpeed=1.0, tiltSpeed=1.0)) == 0
     command = elbow.getPose3DMotorsData()
@@ -205,7 +205,7 @@ def test_the_head_turns_at_a_speed_while_it_is_renewed_and_then_stops(nao, head)
     assert nao.proxy(HealthPrx, "Health").getHealth().velocityTimeouts > timeouts
 
 
-def test_the_speed_of_the_head_is_limited_and_told(head):
+def test_the_speed_of_the_head_is_limited_and_reported(head):
     accepted = head.setSpeed(100.0, 0.0)
     head.stop()
     assert accepted.panSpeed == head.getLimits().maxPanSpeed
@@ -319,7 +319,7 @@ def test_the_clock_streams_a_time_that_goes_on(nao):
     assert second.value.simulated == nao.robot.clock.simulated
 
 
-def test_health_tells_that_it_stands(nao):
+def test_health_reports_that_it_stands(nao):
     report = nao.proxy(HealthPrx, "Health").getHealth.wait(timeout=LIMIT).value
     assert not report.fallen
     assert report.torsoTilt < 0.2
@@ -327,7 +327,7 @@ def test_health_tells_that_it_stands(nao):
     assert report.uptime > 0
 
 
-def test_what_was_limited_is_counted_and_told_as_an_event(nao, body):
+def test_what_was_limited_is_counted_and_reported_as_an_event(nao, body):
     health = nao.proxy(HealthPrx, "Health")
     before = health.getHealth().limitedCommands
     body.setJointPositions({"LWristYaw": 50.0}, 0.1)

@@ -120,7 +120,7 @@ def test_velocities_are_in_si_units_both_ways_and_limited(walking):
     assert (motors.setV(0.0), motors.setW(0.0), motors.setL(0.0)) == (0, 0, 0)
 
 
-def test_it_walks_as_fast_as_it_is_told_and_straight(walking):
+def test_it_walks_as_fast_as_commanded_and_straight(walking):
     motors, encoders = walking.proxy(MotorsPrx, "Motors"), walking.proxy(EncodersPrx, "Encoders")
     start = encoders.getEncodersData()
     seen: deque[tuple[float, float]] = deque()
@@ -224,7 +224,7 @@ def test_the_feet_carry_the_weight_between_them(nao):
         assert abs(foot.centerY) < 0.06
 
 
-def test_the_sonar_tells_distances_within_its_limits_or_none(nao):
+def test_the_sonar_reports_distances_within_its_limits_or_none(nao):
     sonar = nao.proxy(SonarPrx, "Sonar")
     limits = sonar.getSonarLimits()
     assert 0.0 < limits.nearest < limits.farthest < 10.0
@@ -240,7 +240,7 @@ def test_nothing_touches_it_and_the_sensors_have_names(nao):
     wait_for(touch.getTouchReading, lambda reading: reading.touched == [])
 
 
-def test_the_battery_is_told(nao):
+def test_the_battery_is_reported(nao):
     reading = nao.proxy(BatteryPrx, "Battery").getBatteryReading.wait(timeout=LIMIT).value
     assert 0.0 <= reading.charge <= 1.0
     assert -20.0 < reading.current < 20.0
@@ -288,7 +288,7 @@ def test_a_light_that_is_not_there_is_refused_by_name(nao):
     assert refusal.value.field == "name"
 
 
-def test_a_text_is_begun_told_and_ended(nao):
+def test_a_text_is_begun_reported_and_ended(nao):
     speech = nao.proxy(SpeechPrx, "Speech")
     count = speech.getSpeech().count
     speech.say("Hello.")
@@ -307,7 +307,7 @@ def test_a_text_is_begun_told_and_ended(nao):
 # -- postures and motions ------------------------------------------------------------------------------------
 
 
-def test_it_goes_into_a_posture_and_tells_so(nao, body):
+def test_it_goes_into_a_posture_and_reports_it(nao, body):
     postures = nao.proxy(PosturesPrx, "Postures")
     assert set(postures.getPostures()) >= POSTURES.keys()
     assert postures.getPosture() == "StandInit"
@@ -431,7 +431,7 @@ def test_ground_truth_and_scene_are_there_in_a_simulation_and_nowhere_else(nao):
 
 
 def test_streams_go_on_in_time(nao):
-    """Each stream tells the robot's time, which goes on, and no older state after a newer one."""
+    """Each stream has the robot's time, which advances, and no older state after a newer one."""
     for interface, identity, operation in (
         (JointsPrx, "Body", "getJointState"),
         (EncodersPrx, "Encoders", "getEncodersData"),

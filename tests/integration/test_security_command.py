@@ -83,7 +83,7 @@ def test_one_more_user(folder: Path) -> None:
     assert check_security(load_settings(folder / "ann.toml", environment={})) == []
 
 
-def test_a_certificate_is_issued_anew_for_the_same_names(folder: Path) -> None:
+def test_a_certificate_is_issued_again_for_the_same_names(folder: Path) -> None:
     before = x509.load_pem_x509_certificate((folder / "router.pem").read_bytes())
     security("renew", folder, "router", "--days", 3)
     after = x509.load_pem_x509_certificate((folder / "router.pem").read_bytes())
@@ -139,7 +139,7 @@ def test_a_user_is_added_to_no_other_table(folder: Path) -> None:
     assert {file: file.read_bytes() for file in folder.iterdir()} == before
 
 
-def test_show_tells_who_may_do_what(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_show_reports_who_may_do_what(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "120")
     output = security("show", folder / "router.toml")
     assert all(word in output for word in ("operator", "student", "*.get*", "Hfsm.*"))

@@ -102,7 +102,7 @@ class TestValues:
         proxy = CalculatorPrx.uncheckedCast(pair.client.stringToProxy("Calculator"))
         assert proxy.add.begin(1.0, 2.0).result(LIMIT) == 3.0
 
-    def test_servant_is_told_who_calls(self, calculator: ScientificPrx) -> None:
+    def test_servant_knows_the_caller(self, calculator: ScientificPrx) -> None:
         assert calculator.who() == calculator.ice_getCommunicator().client_id
 
     def test_built_in_operations_answer(self, calculator: ScientificPrx) -> None:
@@ -144,10 +144,10 @@ class TestExceptions:
         with caplog.at_level(logging.ERROR, "zenoh_ice"), pytest.raises(UnknownException) as caught:
             calculator.fail("the gripper is stuck")
         assert str(caught.value) == "RuntimeError: the gripper is stuck"
-        assert "Traceback" in caplog.text  # the server's log has what the client is not told
+        assert "Traceback" in caplog.text  # the server's log has what the client does not get
 
     @pytest.mark.parametrize(
-        ("how", "told"),
+        ("how", "reported"),
         [
             ("exit", "SystemExit: 3"),
             ("cancelled", "CancelledError"),
@@ -156,11 +156,11 @@ class TestExceptions:
         ],
     )
     def test_nothing_that_a_servant_raises_ends_its_thread(
-        self, calculator: ScientificPrx, how: str, told: str
+        self, calculator: ScientificPrx, how: str, reported: str
     ) -> None:
         with pytest.raises(UnknownException) as caught:
             calculator.fail(how)
-        assert str(caught.value) == told
+        assert str(caught.value) == reported
         assert calculator.add(1.0, 1.0) == 2.0
 
     def test_future_has_the_exception(self, calculator: ScientificPrx) -> None:
@@ -193,7 +193,7 @@ class TestExceptions:
             calculator.split([0.5] * 200_000)
         assert calculator.add(1.0, 1.0) == 2.0
 
-    def test_result_that_does_not_fit_is_told(self, pair: Pair) -> None:
+    def test_result_that_does_not_fit_is_reported(self, pair: Pair) -> None:
         class Careless(CalculatorI):
             def divide(self, a, b, current):
                 return a / b
@@ -245,12 +245,12 @@ class TestHostileTokens:
 
     def test_client_of_an_impossible_id_is_not_lost(self, pair: Pair) -> None:
         lost: list[str] = []
-        told = threading.Event()
+        reported = threading.Event()
 
         def callback(client: str) -> None:
             lost.append(client)
             if client == "c0ffee":
-                told.set()
+                reported.set()
 
         pair.server.onClientLost(callback)
         pair.adapter.add(CalculatorI(), "Calculator")
@@ -258,7 +258,7 @@ class TestHostileTokens:
         for client in ("\x1b[2J", "c0ffee"):
             with session_of(pair.client).liveliness().declare_token(client_token("nao", client)):
                 session_of(pair.client).liveliness().get(client_token("nao", client))
-        assert told.wait(LIMIT)
+        assert reported.wait(LIMIT)
         assert lost == ["c0ffee"]
 
 
@@ -405,7 +405,7 @@ class TestPresence:
     def test_proxy_is_the_same_as_text(self, pair: Pair, text: str) -> None:
         assert pair.client.stringToProxy(text).ice_toString() == text
 
-    def test_proxy_text_with_an_endpoint_is_told_where_that_belongs(self, pair: Pair) -> None:
+    def test_proxy_text_with_an_endpoint_gets_a_hint_where_it_belongs(self, pair: Pair) -> None:
         with pytest.raises(ConfigurationException, match="endpoints are settings"):
             pair.client.stringToProxy("Head:default -h localhost -p 9999")
 
@@ -489,7 +489,7 @@ class TestTime:
         wait(calls, LIMIT)
         assert servant.most_running == 2
 
-    def test_overload_is_told_and_not_executed(self, remote: ScientificPrx, servant: CalculatorI) -> None:
+    def test_overload_is_reported_and_not_executed(self, remote: ScientificPrx, servant: CalculatorI) -> None:
         busy = remote.sleep.begin(LIMIT)
         assert servant.entered.wait(LIMIT)
         calls = [remote.count.begin() for _ in range(80)]

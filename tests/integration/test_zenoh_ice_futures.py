@@ -27,7 +27,7 @@ def servant(pair: Pair) -> CalculatorI:
 def calculator(request: pytest.FixtureRequest, pair: Pair, servant: CalculatorI) -> CalculatorPrx:
     communicator = pair.client if request.param == "remote" else pair.server
     proxy = CalculatorPrx.checkedCast(communicator.stringToProxy("Calculator"))
-    proxy.add(0.0, 0.0)  # whoever calls for the first time waits until the servant was found
+    proxy.add(0.0, 0.0)  # the first call waits until the servant was found
     return proxy
 
 
@@ -113,12 +113,12 @@ class TestWaiting:
             future.result(limit)
         servant.leave.set()
 
-    def test_callback_is_told_of_an_outcome_that_is_known(self, calculator: CalculatorPrx) -> None:
+    def test_callback_is_called_for_an_outcome_that_is_known(self, calculator: CalculatorPrx) -> None:
         future = calculator.add.begin(1.0, 2.0)
         future.result()
-        told: list[float] = []
-        future.add_done_callback(lambda done: told.append(done.result()))
-        assert told == [3.0]
+        reported: list[float] = []
+        future.add_done_callback(lambda done: reported.append(done.result()))
+        assert reported == [3.0]
 
 
 class TestCancelling:
@@ -134,11 +134,11 @@ class TestCancelling:
 
         waiting = threading.Thread(target=look)
         waiting.start()
-        told = threading.Event()
-        future.add_done_callback(lambda _: told.set())
+        reported = threading.Event()
+        future.add_done_callback(lambda _: reported.set())
         assert future.cancel()
         assert ended.wait(AT_ONCE)
-        assert told.wait(AT_ONCE)
+        assert reported.wait(AT_ONCE)
         assert future.cancelled()
         assert future.cancel()
         assert not wait([future], LIMIT).not_done
@@ -199,16 +199,16 @@ class TestTheEnd:
         proxy = CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
         futures = [proxy.sleep.begin(LIMIT) for _ in range(8)]
         assert servant.entered.wait(LIMIT)
-        told = threading.Semaphore(0)
+        reported = threading.Semaphore(0)
         if watched:
             for future in futures:
-                future.add_done_callback(lambda _: told.release())
+                future.add_done_callback(lambda _: reported.release())
         pair.client.destroy()
         for future in futures:
             with pytest.raises(CommunicatorDestroyedException):
                 future.result(AT_ONCE)
             if watched:
-                assert told.acquire(timeout=AT_ONCE)
+                assert reported.acquire(timeout=AT_ONCE)
         servant.leave.set()
 
     def test_call_that_nobody_waits_for_has_its_outcome(self, calculator: CalculatorPrx) -> None:

@@ -104,7 +104,7 @@ class TestOneway:
         assert servant.moved == [1.0, 2.0]
 
     @pytest.mark.parametrize(
-        ("call", "told"),
+        ("call", "reported"),
         [
             pytest.param(("far",), "Gripper.move", id="wrong type"),
             pytest.param(
@@ -121,17 +121,17 @@ class TestOneway:
         servant: GripperI,
         caplog: pytest.LogCaptureFixture,
         call: tuple[Any, ...],
-        told: str,
+        reported: str,
     ) -> None:
         with caplog.at_level(logging.WARNING, "zenoh_ice"):
             send(pair, *call)
             send(pair, 7.0)
             until(lambda: servant.moved)
         assert servant.moved == [7.0]
-        assert told in caplog.text
+        assert reported in caplog.text
         assert status(pair).refused == 1
 
-    def test_calls_beyond_those_that_may_wait_are_dropped_counted_and_told(
+    def test_calls_beyond_those_that_may_wait_are_dropped_counted_and_reported(
         self, pair: Pair, servant: GripperI, caplog: pytest.LogCaptureFixture
     ) -> None:
         servant.leave.clear()
@@ -179,13 +179,13 @@ class TestOneway:
 
 
 class TestProcessStatus:
-    def test_process_tells_what_it_is(self, pair: Pair, servant: GripperI) -> None:
-        told = pair.client.processStatus(pair.server.client_id)
-        assert told.pid == os.getpid()
-        assert told.servants.keys() == {"Gripper@nao"}
-        assert told.servants["Gripper@nao"].type_id == "::test::Gripper"
-        assert told.zenoh
-        assert 0 <= time.time() - told.since < LIMIT
+    def test_process_reports_what_it_is(self, pair: Pair, servant: GripperI) -> None:
+        reported = pair.client.processStatus(pair.server.client_id)
+        assert reported.pid == os.getpid()
+        assert reported.servants.keys() == {"Gripper@nao"}
+        assert reported.servants["Gripper@nao"].type_id == "::test::Gripper"
+        assert reported.zenoh
+        assert 0 <= time.time() - reported.since < LIMIT
 
     def test_calls_are_counted(self, pair: Pair, servant: GripperI) -> None:
         for _ in range(3):
@@ -210,7 +210,7 @@ class TestProcessStatus:
         until(lambda: status(pair).running == 0)
         assert (status(pair).waiting, status(pair).calls) == (0, 65)
 
-    def test_process_that_is_not_there_tells_nothing(self, pair: Pair) -> None:
+    def test_process_that_is_not_there_reports_nothing(self, pair: Pair) -> None:
         with pytest.raises(ConnectionLostException, match="c0ffee"):
             pair.client.processStatus("c0ffee")
 
@@ -234,7 +234,7 @@ class TestProcessStatus:
         ):
             _ask_until_answered(pair)
 
-    def test_process_without_servants_tells_nothing(self, pair: Pair) -> None:
+    def test_process_without_servants_reports_nothing(self, pair: Pair) -> None:
         with pytest.raises(ConnectionLostException):
             pair.server.processStatus(pair.client.client_id)
 

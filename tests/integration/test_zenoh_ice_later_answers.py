@@ -104,7 +104,7 @@ class TestFutures:
 
         assert serve(pair, AtOnce(), caller).close(3.0) == 3.0
 
-    def test_cancelled_future_is_told(self, pair: Pair, caller: Communicator) -> None:
+    def test_cancelled_future_is_reported(self, pair: Pair, caller: Communicator) -> None:
         servant = Later()
         call = serve(pair, servant, caller).close.begin(1.0)
         assert servant.begun.acquire(timeout=LIMIT)
@@ -112,7 +112,7 @@ class TestFutures:
         with pytest.raises(ConnectionLostException, match=r"Gripper\.close: its server gave it up"):
             call.result(LIMIT)
 
-    def test_result_that_does_not_fit_is_told(self, pair: Pair, caller: Communicator) -> None:
+    def test_result_that_does_not_fit_is_reported(self, pair: Pair, caller: Communicator) -> None:
         servant = Later()
         call = serve(pair, servant, caller).close.begin(1.0)
         assert servant.begun.acquire(timeout=LIMIT)
@@ -173,7 +173,7 @@ class TestCoroutines:
         assert caught.value.force == -2.0
         assert servant.threads == {"zenoh_ice nao coroutines"}
 
-    def test_failure_is_told_and_logged(
+    def test_failure_is_reported_and_logged(
         self, pair: Pair, caller: Communicator, caplog: pytest.LogCaptureFixture
     ) -> None:
         proxy = serve(pair, Coroutine(), caller)

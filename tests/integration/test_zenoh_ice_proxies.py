@@ -123,7 +123,7 @@ class TestOneway:
     def test_ping_may_be_oneway(self, proxy: NotebookPrx) -> None:
         proxy.ice_oneway().ice_ping()
 
-    def test_oneway_call_of_nobody_is_told(self, pair: Pair, remote: NotebookPrx) -> None:
+    def test_oneway_call_of_nobody_is_reported(self, pair: Pair, remote: NotebookPrx) -> None:
         oneway = remote.ice_oneway()
         oneway.note("sent")
         remove(pair)
@@ -132,7 +132,7 @@ class TestOneway:
         with pytest.raises(ObjectNotExistException):
             remote.ice_oneway().note.begin("lost").result(LIMIT)
 
-    def test_wrong_argument_is_told(self, remote: NotebookPrx) -> None:
+    def test_wrong_argument_is_reported(self, remote: NotebookPrx) -> None:
         with pytest.raises(MarshalException):
             remote.ice_oneway().note(object())  # type: ignore[arg-type]
 
@@ -182,7 +182,7 @@ def test_names_that_are_none_are_refused(pair: Pair) -> None:
         pair.client.processStatus("*")
 
 
-def test_who_is_there_is_not_told_after_the_end(pair: Pair) -> None:
+def test_who_is_there_is_not_reported_after_the_end(pair: Pair) -> None:
     pair.client.destroy()
     with pytest.raises(CommunicatorDestroyedException):
         pair.client.servants()

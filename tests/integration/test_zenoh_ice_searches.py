@@ -131,7 +131,7 @@ def test_short_limit_does_not_wait_for_a_long_one(make_communicator: Callable[..
     assert not patient.done()
 
 
-def test_calls_of_nobody_are_told_together(pair: Pair) -> None:
+def test_calls_of_nobody_are_reported_together(pair: Pair) -> None:
     """Each waits for half a second from when it was made, not after the one before it."""
     absent = NotebookPrx.uncheckedCast(pair.client.stringToProxy("Absent"))
     futures = [absent.note.begin("lost") for _ in range(40)]

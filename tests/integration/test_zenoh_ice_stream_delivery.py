@@ -263,11 +263,11 @@ class TestAsyncio:
         with publishing(servant):
             assert asyncio.run(read()) >= 9 / 50.0
 
-    def test_silence_is_told(self, calculator: CalculatorPrx, servant: CalculatorI) -> None:
+    def test_silence_is_reported(self, calculator: CalculatorPrx, servant: CalculatorI) -> None:
         with pytest.raises(TimeoutException, match=r"no new sample of Calculator.getReading within 0.05 s"):
             asyncio.run(first(calculator, 0.05))
 
-    def test_absence_is_told(self, pair: Pair) -> None:
+    def test_absence_is_reported(self, pair: Pair) -> None:
         absent = CalculatorPrx.uncheckedCast(pair.client.stringToProxy("Absent"))
         with pytest.raises(ObjectNotExistException):
             asyncio.run(first(absent, 0.05))

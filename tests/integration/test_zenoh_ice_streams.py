@@ -296,7 +296,7 @@ def test_streams_that_nobody_asks_for_are_forgotten(pair: Pair, monkeypatch: pyt
     until(forgotten)
 
 
-def test_stream_is_shared_by_proxies_that_are_made_anew(pair: Pair, servant: CalculatorI) -> None:
+def test_stream_is_shared_by_proxies_that_are_made_again(pair: Pair, servant: CalculatorI) -> None:
     def fresh() -> CalculatorPrx:
         return CalculatorPrx.uncheckedCast(pair.client.stringToProxy("Calculator"))
 
@@ -384,7 +384,7 @@ def test_servant_of_two_identities_publishes_on_both(pair: Pair, servant: Calcul
     assert latest(twin, 7)
 
 
-def test_sample_that_does_not_fit_is_told_once(
+def test_sample_that_does_not_fit_is_reported_once(
     pair: Pair, calculator: CalculatorPrx, servant: CalculatorI
 ) -> None:
     listen(calculator, servant)
@@ -425,7 +425,7 @@ def test_subscription_logs_bad_samples_once_until_a_good_one(
     assert "sample of Calculator.getReading" in caplog.text
 
 
-def test_oversized_sample_is_told(pair: Pair, calculator: CalculatorPrx, servant: CalculatorI) -> None:
+def test_oversized_sample_is_reported(pair: Pair, calculator: CalculatorPrx, servant: CalculatorI) -> None:
     listen(calculator, servant)
     session_of(pair.server).put("nao/Calculator/getReading", bytes((1 << 20) + 1))
     with pytest.raises(MarshalException, match="1048577 bytes; at most"):  # noqa: PT012

@@ -1,4 +1,4 @@
-"""A component as its monitor tells of it, for tests: root, a child for each of two states, a timer each."""
+"""A component as its monitor describes it, for tests: root, a child for each of two states, a timer each."""
 
 from __future__ import annotations
 

@@ -56,7 +56,7 @@ class Gripper(ice.Object, proxy=GripperPrx):
 
 
 class GripperI(Gripper):
-    """Remembers where it was moved, and tells under what name it was called."""
+    """Remembers where it was moved, and returns the name under which it was called."""
 
     def __init__(self, name: str = "") -> None:
         self.name = name

@@ -1,4 +1,4 @@
-"""A servant that gives gray images which tell their number."""
+"""A servant that returns gray images that contain their number."""
 
 from __future__ import annotations
 

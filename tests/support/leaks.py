@@ -99,7 +99,7 @@ class Leaks:
             if origin.thread in before:
                 return True
             origin = self._threads.get(origin.thread)
-        # Who calls a communicator starts threads for it: only those that it no longer has at its end tell.
+        # A communicator starts threads for its caller: only those left at its end count.
         return isinstance(thing, threading.Thread) and any(
             isinstance(older, Opened) for older in before - self._told
         )

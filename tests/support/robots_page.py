@@ -1,4 +1,4 @@
-"""docs/reference/robots.md, made from running servers: `python -m tests.support.robots_page` writes it anew."""
+"""docs/reference/robots.md, made from running servers by `python -m tests.support.robots_page`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A NAOqi in the test's process that answers as a test tells it: for what no healthy robot does."""
+"""A NAOqi in the test's process with scripted answers: for what no healthy robot does."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""An authority of the tests' own, made anew in each run, and components that show its certificates."""
+"""An authority for the tests, made again in each run, and components that show its certificates."""
 
 from __future__ import annotations
 

@@ -39,9 +39,15 @@ def trace(seed: int, *, period: float = _PERIOD, seconds: float = 5.0) -> str:
             clock.advance(period)
             robot.state()
         senses = robot.senses.read()
-        told = (robot.read(), sorted(senses.touched), senses.inertial, senses.left_foot, senses.right_foot)
+        reported = (
+            robot.read(),
+            sorted(senses.touched),
+            senses.inertial,
+            senses.left_foot,
+            senses.right_foot,
+        )
         rest = (senses.sonar, senses.battery, robot.stage.truth(), robot.walker.odometry())
-        digest.update(repr((told, rest)).encode())  # of a float, all its digits
+        digest.update(repr((reported, rest)).encode())  # of a float, all its digits
     robot.close()
     return digest.hexdigest()
 

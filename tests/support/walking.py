@@ -13,7 +13,7 @@ def mean_velocity(
 ) -> tuple[float, float, float]:
     """Return the mean velocity in the robot's own frame: m/s forward, m/s left, rad/s.
 
-    `place` tells x, y and heading, `go` lets time pass, which it does for `seconds` in steps of `step`.
+    `place` returns x, y and heading, `go` lets time pass, which it does for `seconds` in steps of `step`.
     """
     forward = left = turned = 0.0
     x, y, heading = place()

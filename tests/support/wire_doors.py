@@ -119,7 +119,7 @@ class Door:
 
 
 def check_error(error: Exception) -> None:
-    """Raise AssertionError for an error that tells nothing, too much, or what would steer a terminal."""
+    """Raise AssertionError for an error that says nothing, too much, or what would steer a terminal."""
     assert not isinstance(error, UserException), error
     assert 0 < len(str(error)) <= _LONGEST_ERROR
     assert str(error).isprintable(), str(error)
@@ -305,11 +305,11 @@ def _client_tokens() -> Door:
 
     def take(data: bytes) -> bool:
         key = data.decode("utf-8", "replace")
-        tell: list[Callable[[str, bool], object]] = []
-        with closing(shared_memory(tokens=tell.append)) as memory, patch(f"{_MEMORY}._WORD_COMES", 0.0):
+        watchers: list[Callable[[str, bool], object]] = []
+        with closing(shared_memory(tokens=watchers.append)) as memory, patch(f"{_MEMORY}._WORD_COMES", 0.0):
             assert memory.readable_by_all()
             for _ in range(2):
-                tell[0](key, True)
+                watchers[0](key, True)
             known = parse_client_token(key)
             near = known is not None and known[1] == here
             assert memory.readable_by_all() == (known is None or near)
@@ -320,7 +320,7 @@ def _client_tokens() -> Door:
                 assert (reference is not None) == near
                 if reference is not None:
                     memory.read(zenoh.ZBytes(reference), 2 * LARGE, "it")  # gives it back
-            tell[0](key, False)
+            watchers[0](key, False)
             assert memory.readable_by_all()
             assert known is None or memory.lend(large, known[0]) is None
         return known is not None
@@ -461,7 +461,7 @@ def _settings() -> Door:
         settings = load_settings(path, environment={})
         assert isinstance(settings, Settings)
         assert settings.describe().replace("\n", "").isprintable()
-        with suppress(zenoh.ZError):  # as opening a session tells
+        with suppress(zenoh.ZError):  # as opening a session reports
             zenoh.Config.from_json5(json.dumps(session_config(settings)))
 
     sound = [

@@ -177,7 +177,7 @@ def test_the_next_line_waits_for_the_encoders() -> None:
     assert run.log.time_of("depart 1.2") >= arrival + 1.0
 
 
-def test_a_ball_that_does_not_come_is_told_and_stopped() -> None:
+def test_a_ball_that_does_not_come_is_reported_and_stopped() -> None:
     run = Run([A, B], ball_speed=0.01, limit=3.0)
     with pytest.raises(
         NotArrivedException, match=r"^b: waypoint \(1, 0\.5, 0\.5\): after 3 s the ball is still 0\.4"
@@ -235,7 +235,7 @@ def test_a_run_ends_while_the_server_is_lost() -> None:
     assert run.log.names == ["depart 1.0"]
 
 
-def test_a_lost_server_is_told_and_the_ball_goes_on_when_it_is_back() -> None:
+def test_a_lost_server_is_reported_and_the_ball_goes_on_when_it_is_back() -> None:
     run = Run([A, B]).start()
     run.clock.advance(1.5)
     sent = len(run.ball.commands)
@@ -265,7 +265,7 @@ def test_a_lost_server_is_told_and_the_ball_goes_on_when_it_is_back() -> None:
 
 
 class RestartingClock(SteppedClock):
-    """A virtual clock that can jump back as the clock of a simulation that began anew."""
+    """A virtual clock that can jump back as the clock of a simulation that restarted."""
 
     offset = 0.0
 
@@ -273,7 +273,7 @@ class RestartingClock(SteppedClock):
         return super().now() - self.offset
 
 
-def test_a_simulation_that_begins_anew_does_not_stop_it() -> None:
+def test_a_simulation_that_restarts_does_not_stop_it() -> None:
     clock = RestartingClock(100.0)
     run = Run([A, B], clock=clock).start()
     clock.advance(1.0)

@@ -61,7 +61,7 @@ def test_a_bar_on_a_terminal_that_goes_away(route: Route) -> None:
     assert "lost the ball" in errors
 
 
-def test_what_is_told_on_the_terminal_of_the_bar_stands_above_it(route: Route) -> None:
+def test_what_is_printed_on_the_terminal_of_the_bar_stands_above_it(route: Route) -> None:
     out, errors = show(route, terminal=True, errors_there_too=True)
     assert not errors
     assert re.search(r"\x1b\[2K[^\n]*green: lost the ball", out)  # the bar is erased first

@@ -82,7 +82,7 @@ def test_it_follows_again_what_the_search_finds(b: Behavior) -> None:
     assert b.active == "follow"
     assert bearing_error(b) < 0.02
     b.robot.ball("green").hide()
-    assert b.run_until("search") - found > 2.5, "the time since the last loss has not begun anew"
+    assert b.run_until("search") - found > 2.5, "the time since the last loss has not restarted"
 
 
 def test_a_find_that_was_a_mistake_is_given_half_a_second(b: Behavior) -> None:

@@ -33,5 +33,5 @@ def test_the_example_is_generated_and_its_test_passes(tmp_path: Path) -> None:
 
 
 def test_the_table_has_every_standard_option() -> None:
-    told = set(re.findall(r"`--([a-z-]+)", PAGE))
-    assert {name.replace("_", "-") for name in STANDARD_OPTIONS} <= told
+    reported = set(re.findall(r"`--([a-z-]+)", PAGE))
+    assert {name.replace("_", "-") for name in STANDARD_OPTIONS} <= reported

@@ -1,4 +1,4 @@
-"""The page about the real robot tells what the command takes."""
+"""The page about the real robot lists what the command takes."""
 
 import pytest
 import typer

@@ -19,7 +19,7 @@ EXAMPLES = re.findall(r"^```python\n(.*?)^```", PAGE, re.M | re.S)
 def test_the_examples_pass(pytester: pytest.Pytester) -> None:
     (pytester.path / "behaviors").symlink_to((DOCS.parent / "behaviors").resolve())
     for number, example in enumerate(EXAMPLES):
-        (pytester.path / f"test_example_{number}.py").write_text(example, encoding="utf-8")
+        (pytester.path / f"test_example__{number}.py").write_text(example, encoding="utf-8")
     result = pytester.runpytest("-p", "no:cacheprovider")
     result.assert_outcomes(passed=len(re.findall(r"^def test_", "".join(EXAMPLES), re.M)))
 

@@ -55,7 +55,7 @@ def test_options_become_settings_and_logs_go_to_stderr() -> None:
     assert "INFO     robot.arm: reached 3" in err
 
 
-def test_show_config_tells_values_and_origins(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_show_config_reports_values_and_origins(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("VISUALHFSM_TIMEOUT")
     file = tmp_path / "robot.toml"
     file.write_text("timeout = 1.5")

@@ -22,7 +22,7 @@ def value(text: str, **names: object) -> object:
 
 
 class Trap:
-    """An object that notices whoever asks it anything."""
+    """An object that notices every access."""
 
     touched: ClassVar[list[str]] = []
 
@@ -192,7 +192,7 @@ def test_keys_that_are_other_objects_are_not_compared():
         value("table[1]", table={Key(): 2})
 
 
-def test_other_objects_can_be_told_from_none():
+def test_other_objects_can_be_distinguished_from_none():
     assert Expression("trap is not None and trap != None").holds({"trap": Trap()})
 
 

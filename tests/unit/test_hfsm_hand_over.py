@@ -105,7 +105,7 @@ def test_neither_the_transition_nor_the_new_state_runs_before_the_childs_cycle_h
     assert runtime.errors == ()
 
 
-def test_a_childs_cycle_that_does_not_end_is_told_as_an_error_after_a_second(
+def test_a_childs_cycle_that_does_not_end_is_reported_as_an_error_after_a_second(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr("hfsm_runtime.cycle.HAND_OVER", 1.0)
@@ -238,7 +238,7 @@ def test_the_exit_code_of_children_that_restart_waits_for_their_running_cycles()
     ]  # fmt: skip
 
 
-def test_a_cycle_that_outlives_the_hand_over_changes_nothing_in_an_automaton_that_began_anew(
+def test_a_cycle_that_outlives_the_hand_over_changes_nothing_in_an_automaton_that_restarted(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr("hfsm_runtime.cycle.HAND_OVER", 0.02)
@@ -265,7 +265,7 @@ def test_a_cycle_that_outlives_the_hand_over_changes_nothing_in_an_automaton_tha
         runtime.pause()
         runtime.step(1)  # to b, and the child is late
         assert (next(runtime.tree.root.paths()), late.in_cycle) == ("b", True)
-        runtime.step(1)  # back to a, where the child begins anew
+        runtime.step(1)  # back to a, where the child restarts
         assert next(runtime.tree.root.paths()) == "a/x"
         release.set()
         eventually(lambda: not late.in_cycle)

@@ -42,7 +42,7 @@ class Notes(Observer):
         self.lines.append(f"failed {error}")
 
 
-def test_an_observer_is_told_all_that_happens_in_its_order() -> None:
+def test_an_observer_is_notified_of_all_that_happens_in_its_order() -> None:
     notes = Notes()
     child = automaton(2, "child", [State(id=1, name="x", final=True)], period=60)
     states = [
@@ -74,7 +74,7 @@ def test_an_observer_is_told_all_that_happens_in_its_order() -> None:
     ]
 
 
-def test_an_observer_is_told_of_ghosts_and_of_those_that_have_finished() -> None:
+def test_an_observer_is_notified_of_ghosts_and_of_those_that_have_finished() -> None:
     notes = Notes()
     child = automaton(2, "child", [State(id=1, name="x", final=True)])
     states = [State(id=1, name="a", children=(child,)), State(id=2, name="b")]

@@ -101,9 +101,9 @@ class TestTime:
     def test_what_never_comes_true_shows_the_timeline(self, b: Behavior) -> None:
         with pytest.raises(BehaviorFailed) as failure:
             b.run_until("resting", limit=1.0)
-        told = str(failure.value)
-        assert told.startswith("resting did not happen: 1 s at 1.000 s, in walking/right")
-        assert "0.900 s    walking: left -> right  by swap after 0.3 s" in told
+        reported = str(failure.value)
+        assert reported.startswith("resting did not happen: 1 s at 1.000 s, in walking/right")
+        assert "0.900 s    walking: left -> right  by swap after 0.3 s" in reported
 
     def test_the_same_happens_every_time(self, behavior: MakeBehavior) -> None:
         def run() -> tuple[object, ...]:
@@ -218,7 +218,7 @@ class TestLooking:
         with pytest.raises(UnknownName, match="no automaton 'flying'; there are walk, walking, resting"):
             b.state("flying")
 
-    def test_automata_of_one_name_are_told_apart_by_their_paths(
+    def test_automata_of_one_name_are_distinguished_by_their_paths(
         self, behavior: MakeBehavior, tmp_path: Path
     ) -> None:
         path = write(
@@ -242,7 +242,7 @@ class TestLooking:
         ]
         assert [change.kind for change in b.trace if change.automaton == "walking"][-1] == "ghost"
 
-    def test_the_timeline_tells_what_happened_and_what_the_test_did(self, b: Behavior) -> None:
+    def test_the_timeline_reports_what_happened_and_what_the_test_did(self, b: Behavior) -> None:
         b.set("walk", steps=7)
         b.advance(2.0)
         b.send("bell", 3)

@@ -119,7 +119,7 @@ def test_a_timeline_is_shown_once(lamp: pytest.Pytester) -> None:
     assert "- behavior -" not in result.stdout.str()
 
 
-def test_the_table_tells_what_is_missing_and_where(lamp: pytest.Pytester) -> None:
+def test_the_table_reports_what_is_missing_and_where(lamp: pytest.Pytester) -> None:
     result = lamp.runpytest(COVERAGE, "-k", "test_lit")
     result.stdout.fnmatch_lines(
         [
@@ -164,8 +164,8 @@ def test_the_workers_of_xdist_count_together(lamp: pytest.Pytester) -> None:
 def test_too_little_coverage_fails_the_run(lamp: pytest.Pytester, least: float, code: int) -> None:
     result = lamp.runpytest(COVERAGE, f"--hfsm-cov-fail-under={least}")
     assert result.ret == code
-    told = "FAIL: 90.0 % of the automata is covered, less than the required 90.1 %" in result.stdout.str()
-    assert told == bool(code)
+    reported = "FAIL: 90.0 % of the automata is covered, less than the required 90.1 %" in result.stdout.str()
+    assert reported == bool(code)
 
 
 @pytest.mark.parametrize(
@@ -175,7 +175,7 @@ def test_too_little_coverage_fails_the_run(lamp: pytest.Pytester, least: float, 
         (["--hfsm-cov=bad.xml"], "*bad.xml*cannot be read*"),
     ],
 )
-def test_wrong_options_are_told(lamp: pytest.Pytester, options: list[str], problem: str) -> None:
+def test_wrong_options_are_reported(lamp: pytest.Pytester, options: list[str], problem: str) -> None:
     (lamp.path / "bad.xml").write_text("<VisualHFSM>", encoding="utf-8")
     result = lamp.runpytest(*options)
     assert result.ret == pytest.ExitCode.USAGE_ERROR
@@ -200,7 +200,7 @@ def test_a_component_may_be_given_instead_of_its_document(behavior: MakeBehavior
     assert b.document == Path("behaviors/dance.xml").resolve()
 
 
-def test_automata_of_one_name_are_told_apart_in_what_is_missing(pytester: pytest.Pytester) -> None:
+def test_automata_of_one_name_are_distinguished_in_what_is_missing(pytester: pytest.Pytester) -> None:
     part = document(sub(1, 0, state(1, "x", initial=True), state(2, "y"), transition(1, 1, 2, "False")))
     (pytester.path / "part.xml").write_text(part, encoding="utf-8")
     imported = '<SubAutomata id="{}" idFather="1"><import>part.xml</import></SubAutomata>'
@@ -225,7 +225,9 @@ def test_other_files_beside_the_documents_do_not_count(lamp: pytest.Pytester) ->
 @pytest.mark.parametrize(
     "wrong", ['b.run_until("brek", limit=1)', 'b.state("lmp")', 'behavior("lamp.xml", parameters={"x": 1})']
 )
-def test_what_is_wrong_with_a_test_is_told_without_our_own_code(lamp: pytest.Pytester, wrong: str) -> None:
+def test_what_is_wrong_with_a_test_is_reported_without_our_own_code(
+    lamp: pytest.Pytester, wrong: str
+) -> None:
     lamp.makepyfile(f"def test_wrong(behavior):\n    b = behavior('lamp.xml')\n    {wrong}")
     result = lamp.runpytest()
     result.assert_outcomes(failed=1)

@@ -1,4 +1,4 @@
-"""Random runs find what a behavior must not do, and tell the shortest way there."""
+"""Random runs find what a behavior must not do, and report the shortest way there."""
 
 from __future__ import annotations
 
@@ -133,7 +133,7 @@ class TestCheckProperties:
         assert sorted(step.strip() for step in steps)[-1] == "b.guard('push', True)"
         assert len(steps) <= 4
 
-    def test_an_assertion_tells_more(self, door: Path) -> None:
+    def test_an_assertion_reports_more(self, door: Path) -> None:
         def shut(b: Behavior) -> None:
             assert b.active == "closed", "somebody opened it"
 

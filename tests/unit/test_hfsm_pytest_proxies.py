@@ -161,7 +161,7 @@ def test_a_stream_without_samples_times_out(b) -> None:
         b.component.Camera.getImageData.wait(timeout=0.05)
 
 
-def test_a_stream_that_nobody_asks_for_ends_and_begins_anew(b) -> None:
+def test_a_stream_that_nobody_asks_for_ends_and_restarts(b) -> None:
     b.component.Head.getPose.latest()
     b.advance(20.0)
     assert b.component.Head.getPose.latest() is None, "a sample from long ago is worse than none"
@@ -214,7 +214,7 @@ class TestStubs:
         with pytest.raises(ConfigurationNotExistException, match="no such format"):
             b.component.Camera.getImageData("RGB8")
 
-    def test_what_does_not_fit_the_interface_is_told(self, b) -> None:
+    def test_what_does_not_fit_the_interface_is_reported(self, b) -> None:
         b.stub("Head", getPose="to the left")
         with pytest.raises(MarshalException):
             b.component.Head.getPose()

@@ -26,7 +26,7 @@ def b(behavior: MakeBehavior):
     return behavior(Whole, robot="fake")
 
 
-def test_a_posture_is_reached_and_told(b) -> None:
+def test_a_posture_is_reached_and_reported(b) -> None:
     b.component.Postures.getPostureState.latest()
     b.component.Postures.goToPosture("Crouch", 1.0)
     b.advance(0.2)
@@ -48,7 +48,7 @@ def test_it_walks_for_as_long_as_that_is_renewed(b) -> None:
     assert b.component.Odometry.getEncodersData().robotx == stopped
 
 
-def test_an_emergency_stop_ends_all_of_it_and_is_told(b) -> None:
+def test_an_emergency_stop_ends_all_of_it_and_is_reported(b) -> None:
     b.component.Safety.getSafetyState.latest()
     b.component.Health.getHealth.latest()
     b.component.Postures.goToPosture("Crouch", 0.2)

@@ -144,17 +144,19 @@ def test_a_file_that_exists_is_not_overwritten(tmp_path: Path) -> None:
     assert path.read_text() == "the only record"
 
 
-def test_a_file_that_cannot_be_written_is_told(tmp_path: Path) -> None:
+def test_a_file_that_cannot_be_written_is_reported(tmp_path: Path) -> None:
     with pytest.raises(RecordingFailedError, match="No such file"):
         RecordingWriter(tmp_path / "no" / "run.mcap", STATE, {}, 0)
 
 
-def test_a_disk_that_is_full_from_the_start_is_told() -> None:
+def test_a_disk_that_is_full_from_the_start_is_reported() -> None:
     with pytest.raises(RecordingFailedError, match="/dev/full cannot be written: No space left"):
         RecordingWriter(Path("/dev/full"), STATE, {"document/a.xml": "<a/>"}, 0)
 
 
-def test_a_disk_that_fills_up_is_told_in_one_line(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+def test_a_disk_that_fills_up_is_reported_in_one_line(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
     path = tmp_path / "run.mcap"
     path.symlink_to("/dev/null")
     writer = RecordingWriter(path, STATE, {}, 1000)
@@ -170,7 +172,7 @@ def test_a_disk_that_fills_up_is_told_in_one_line(tmp_path: Path, caplog: pytest
     assert record.exc_info is None
 
 
-def test_messages_that_come_too_fast_leave_a_gap_that_is_told(
+def test_messages_that_come_too_fast_leave_a_gap_that_is_reported(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     monkeypatch.setattr(writing, "_MOST_WAITING", 10)
@@ -306,7 +308,7 @@ def acquire_and_release(lock: CodeLock, context: str) -> None:
 # Variables.
 
 
-def test_only_variables_that_changed_are_told() -> None:
+def test_only_variables_that_changed_are_reported() -> None:
     count, same, unset = 0, [1.0, math.nan], None
     del unset
 

@@ -211,8 +211,8 @@ def reference(plan: Plan, outside: Outside) -> list[Line]:
     def settle(node: Node) -> None:
         node.settled, node.active_time = True, 0
         for child in node.children:
-            anew = not child.begun or child.finished or node.now_in.restart
-            if child.owner == node.state and anew and not node.now_in.final:
+            restarts = not child.begun or child.finished or node.now_in.restart
+            if child.owner == node.state and restarts and not node.now_in.final:
                 child.begun, child.finished = True, False
                 enter(child, 0)
                 if not owes(child):

@@ -63,7 +63,7 @@ def test_a_refused_command_pauses_the_component_and_the_state_runs_again_after_t
     assert virtual.changes("root")[-1] == (pytest.approx(0.5), "b"), "its timer stood still during the pause"
 
 
-def test_a_refusal_of_which_nobody_knows_the_end_is_tried_once_a_second_and_told_once(
+def test_a_refusal_of_which_nobody_knows_the_end_is_tried_once_a_second_and_reported_once(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
     gate = Gate()
@@ -75,8 +75,8 @@ def test_a_refusal_of_which_nobody_knows_the_end_is_tried_once_a_second_and_told
     assert len(virtual.errors) == 1
     gate.stopped = False
     virtual.advance(1.0)
-    told = [record.getMessage() for record in caplog.records if record.levelno >= logging.WARNING]
-    assert [text.split("; ")[-1].split(" after")[0] for text in told] == [
+    reported = [record.getMessage() for record in caplog.records if record.levelno >= logging.WARNING]
+    assert [text.split("; ")[-1].split(" after")[0] for text in reported] == [
         "pauses until commands are accepted again",
         "commands are accepted again: continuing",
     ]

@@ -104,14 +104,14 @@ def test_states_are_found_by_id_and_then_by_their_name() -> None:
     assert run.active == "rest"
 
 
-def test_an_automaton_whose_state_is_gone_begins_anew_and_it_is_told() -> None:
+def test_an_automaton_whose_state_is_gone_restarts_and_it_is_reported() -> None:
     entered: list[str] = []
     left = {"exit": lambda: entered.append("left")}
     run = running(timed("follow", "dance", "rest", dance=left), 16.0)
     new = timed("start", "follow", start={"entry": lambda: entered.append("start")})
     new = Automaton(id=1, name="walker", states=(new.states[0], State(id=9, name="follow")))
-    (told,) = reload(run, new)
-    assert told == (
+    (reported,) = reload(run, new)
+    assert reported == (
         "automaton 1 (walker) was in the state dance, which is gone, and restarts in start; "
         "its exit code did not run"
     )
@@ -120,7 +120,7 @@ def test_an_automaton_whose_state_is_gone_begins_anew_and_it_is_told() -> None:
     assert entered == ["start"]
 
 
-def test_the_timers_of_an_automaton_that_begins_anew_count_from_then_on() -> None:
+def test_the_timers_of_an_automaton_that_restarts_count_from_then_on() -> None:
     run = running(timed("follow", "dance"), 16.0)
     rest = State(id=7, name="rest", initial=True, children=(timed("x", "y", id=2, name="rest", seconds=1.0),))
     new = Automaton(
@@ -138,8 +138,8 @@ def test_the_timers_of_an_automaton_that_begins_anew_count_from_then_on() -> Non
 def test_two_states_of_one_name_are_not_mistaken_for_each_other() -> None:
     run = running(timed("follow", "dance"), 16.0)
     states = (State(id=5, name="rest", initial=True), State(id=6, name="dance"), State(id=7, name="dance"))
-    (told,) = reload(run, Automaton(id=1, name="walker", states=states))
-    assert "restarts in rest" in told
+    (reported,) = reload(run, Automaton(id=1, name="walker", states=states))
+    assert "restarts in rest" in reported
 
 
 def test_ghosts_keep_their_state_and_their_timers() -> None:
@@ -168,10 +168,10 @@ def test_automata_that_are_new_run_and_those_that_are_gone_do_not() -> None:
     assert set(ran) == {"old"}
     ran.clear()
     old = run.tree.runs[1]
-    (told,) = reload(run, timed("follow", "dance", children={"follow": child(3, "new")}))
+    (reported,) = reload(run, timed("follow", "dance", children={"follow": child(3, "new")}))
     assert not run.tree.begin_cycle(old)  # as its thread may ask at this very moment
     run.advance(1.0)
-    assert told == "automaton 2 (old) is gone, which was in a"
+    assert reported == "automaton 2 (old) is gone, which was in a"
     assert ran == ["new"] * 10
     assert [run.automaton.id for run in run.tree.runs] == [1, 3]
     assert run.tree.run(2) is None
@@ -283,11 +283,11 @@ def test_a_list_that_was_changed_in_place_is_kept() -> None:
     assert user(run).found == [1, 3, 3]
 
 
-def test_variables_that_are_gone_are_told() -> None:
+def test_variables_that_are_gone_are_reported() -> None:
     run = ReloadableRun(component(counting))
     run.advance(0.1)
-    (told,) = reload(run, timed("follow", "dance"))
-    assert told == "variables of automaton 1 (walker) are gone: count, late, table"
+    (reported,) = reload(run, timed("follow", "dance"))
+    assert reported == "variables of automaton 1 (walker) are gone: count, late, table"
 
 
 def test_attributes_of_self_are_one_and_the_same_for_both_versions() -> None:
@@ -398,7 +398,7 @@ def test_entry_code_does_not_run_again_for_a_state_that_is_kept() -> None:
     assert entered == [1]
 
 
-def test_the_changes_tell_only_of_what_changed() -> None:
+def test_the_changes_report_only_what_changed() -> None:
     run = running(timed("follow", "dance"), 2.0)
     seen = len(run.trace)
     reload(run, timed("follow", "dance", children={"dance": timed("a", "b", id=2, name="x")}))

@@ -170,7 +170,7 @@ def test_a_timer_counts_from_the_entry_and_leaving_by_another_way_resets_it() ->
     assert virtual.changes("root") == [(0, "a"), (0.9, "b"), (1.2, "a"), (2.2, "b")]
 
 
-def test_a_transition_to_the_same_state_starts_its_timers_anew() -> None:
+def test_a_transition_to_the_same_state_restarts_its_timers() -> None:
     virtual: VirtualRun
     root = two_states(when(lambda: virtual.time == 0.5, 1, 1), after(1, 1, 2))
     virtual = VirtualRun(component(root))
@@ -334,10 +334,10 @@ def test_a_lost_server_leaves_the_cycle_and_is_tried_again(
     virtual.advance(0.8)
     assert ran == [0, 0.1, 0.6, 0.7, 0.8]
     assert not virtual.halted
-    told = [record.getMessage() for record in caplog.records if record.name == "written"]
-    assert [message.split(";")[-1].strip() for message in told[:1]] == ["waiting for the server"]
-    assert len(told) == 2
-    assert told[1].startswith("the server is back")
+    reported = [record.getMessage() for record in caplog.records if record.name == "written"]
+    assert [message.split(";")[-1].strip() for message in reported[:1]] == ["waiting for the server"]
+    assert len(reported) == 2
+    assert reported[1].startswith("the server is back")
 
 
 def test_a_guard_that_loses_its_server_keeps_the_state_from_running() -> None:

@@ -274,7 +274,7 @@ def test_the_root_that_finishes_ends_the_component(log: Log) -> None:
     assert log.lines == ["x", "x"]
 
 
-def test_a_finish_is_told_as_a_change() -> None:
+def test_a_finish_is_reported_as_a_change() -> None:
     virtual = run(
         component(automaton(1, "root", [State(id=1, name="a"), final(2, "end")], [after(0.1, 1, 2)])), 1
     )
@@ -298,7 +298,7 @@ def test_children_of_a_final_state_never_wake_and_are_handed_nothing(log: Log) -
 
 
 @pytest.mark.parametrize("restart", [False, True])
-def test_a_finished_child_begins_anew_whenever_its_state_is_entered_again(log: Log, restart: bool) -> None:
+def test_a_finished_child_restarts_whenever_its_state_is_entered_again(log: Log, restart: bool) -> None:
     virtual = run(
         component(by_turns(lambda i, n, c: State(id=i, name=n, children=c, restart=restart), ends(2, log))),
         1.4,
@@ -317,7 +317,7 @@ def test_a_finished_child_stays_finished_when_the_state_above_it_is_resumed_and_
 # Restart.
 
 
-def test_children_resume_by_default_and_begin_anew_with_restart() -> None:
+def test_children_resume_by_default_and_restart_with_restart() -> None:
     def changes(*, restart: bool) -> list[tuple[float, str]]:
         states = [State(id=1, name="x"), State(id=2, name="y")]
         child = automaton(2, "child", states, [after(0.3, 1, 2)])

@@ -311,7 +311,7 @@ def test_the_order_of_transitions_decides_between_events_and_other_transitions()
         ("go", float("nan"), "is nan, which JSON cannot represent"),
     ],
 )
-def test_an_event_that_json_cannot_tell_is_refused(name: str, data: object, words: str) -> None:
+def test_an_event_that_json_cannot_represent_is_refused(name: str, data: object, words: str) -> None:
     with pytest.raises(EventError, match=words):
         listener().send(name, data)
 

@@ -368,22 +368,22 @@ def test_an_automaton_that_wakes_after_a_pause_is_not_kept_waiting(monkeypatch: 
         eventually(lambda: runtime.run(2).cycles > before)
 
 
-def test_a_thread_that_is_just_about_to_rest_is_told_of_the_end(
+def test_a_thread_that_is_just_about_to_rest_is_notified_of_the_end(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    armed, reached, told = threading.Event(), threading.Event(), threading.Event()
+    armed, reached, reported = threading.Event(), threading.Event(), threading.Event()
 
     class Wake(threading.Event):
         def clear(self) -> None:
             if armed.is_set() and threading.current_thread() is not threading.main_thread():
                 reached.set()
-                told.wait(LIMIT)
+                reported.wait(LIMIT)
             super().clear()
 
         def set(self) -> None:
             super().set()
             if reached.is_set():
-                told.set()
+                reported.set()
 
     class Threading:
         Event = Wake

@@ -9,7 +9,7 @@ from zenoh_ice import VirtualClock
 
 
 class SettableClock(VirtualClock):
-    """A clock that a test may put back, as a simulation does that is started anew."""
+    """A clock that a test may put back, as a simulation does that is restarted."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -44,7 +44,7 @@ def test_time_stands_still_while_paused_and_steps() -> None:
     assert timeline.now() == 2_500_000_000
 
 
-def test_time_goes_on_when_the_simulation_is_started_anew() -> None:
+def test_time_goes_on_when_the_simulation_is_restarted() -> None:
     clock = SettableClock()
     timeline = Timeline(clock)
     clock.time = 160.0
@@ -55,7 +55,7 @@ def test_time_goes_on_when_the_simulation_is_started_anew() -> None:
     assert timeline.now() == 62_000_000_000
 
 
-def test_time_goes_on_when_the_simulation_is_started_anew_during_a_pause() -> None:
+def test_time_goes_on_when_the_simulation_is_restarted_during_a_pause() -> None:
     clock = SettableClock()
     timeline = Timeline(clock)
     clock.time = 160.0

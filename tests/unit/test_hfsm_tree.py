@@ -55,7 +55,7 @@ def test_two_automata_of_one_id_are_refused() -> None:
 
 
 def nested() -> Tree:
-    """Root with two states; `there` owns an automaton with two states, and is begun anew each time."""
+    """Root with two states; `there` owns an automaton with two states, and restarts each time."""
     child = automaton(2, "child", [State(id=1, name="a"), State(id=2, name="b")], [after(1.0, 2, 1)])
     states = [State(id=1, name="here"), State(id=2, name="there", children=(child,), restart=True)]
     return Tree(automaton(1, "root", states, [after(1.0, 2, 1), after(1.0, 1, 2)]))
@@ -83,9 +83,11 @@ def test_what_was_begun_at_is_the_first_one_once() -> None:
     assert next(tree.root.paths()) == "there/a"
 
 
-@pytest.mark.parametrize(("number", "state", "told"), [(7, 1, "there are 1, 2"), (2, 9, r"1 \(a\), 2 \(b\)")])
-def test_what_is_not_there_cannot_be_begun_at(number: int, state: int, told: str) -> None:
+@pytest.mark.parametrize(
+    ("number", "state", "reported"), [(7, 1, "there are 1, 2"), (2, 9, r"1 \(a\), 2 \(b\)")]
+)
+def test_what_is_not_there_cannot_be_begun_at(number: int, state: int, reported: str) -> None:
     tree = nested()
-    with pytest.raises(UnknownElementError, match=told):
+    with pytest.raises(UnknownElementError, match=reported):
         tree.begin_at(number, state)
     assert next(tree.root.paths()) == "here"

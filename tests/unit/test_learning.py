@@ -41,12 +41,12 @@ def still(environment):
 def episode(environment, seed, steps):
     """Return observations and rewards of an episode of random actions."""
     rng = np.random.default_rng(7)
-    told = [environment.reset(seed=seed)[0].tobytes()]
+    reported = [environment.reset(seed=seed)[0].tobytes()]
     for _ in range(steps):
         action = rng.uniform(-0.2, 0.2, environment.action_space.shape).astype(np.float32)
         observation, reward, *_ = environment.step(action)
-        told += [observation.tobytes(), reward]
-    return told
+        reported += [observation.tobytes(), reward]
+    return reported
 
 
 @pytest.mark.parametrize("name", ["Walk", "Reach", "StandUp"])
@@ -122,11 +122,11 @@ def test_a_fall_costs_and_ends_the_episode(make):
     forwards = still(environment)
     forwards[4] = forwards[9] = -1.0  # both ankles let the shins fall forwards
     for _ in range(150):
-        _, reward, ended, _, told = environment.step(forwards)
+        _, reward, ended, _, reported = environment.step(forwards)
         if ended:
             break
     assert (ended, reward) == (True, -10.0)
-    assert told["torso"][2] < 0.3
+    assert reported["torso"][2] < 0.3
 
 
 # -- reaching ------------------------------------------------------------------------------------------------
@@ -156,8 +156,8 @@ def test_the_hand_is_paid_for_being_where_it_is_wanted(make):
     observation, *_ = environment.step(still(environment))
     hand = tuple(observation[10:13] / 5.0)
     environment.reset(seed=1, options={"place": hand})
-    _, reward, _, _, told = environment.step(still(environment))
-    assert told["is_success"]
+    _, reward, _, _, reported = environment.step(still(environment))
+    assert reported["is_success"]
     assert reward == pytest.approx(1.0, abs=0.01)
 
 
@@ -167,9 +167,9 @@ def test_the_hand_is_paid_for_being_where_it_is_wanted(make):
 @pytest.mark.parametrize(("side", "up"), [("belly", -1.0), ("back", 1.0)])
 def test_it_lies_as_it_was_thrown(make, side, up):
     environment = make("StandUp")
-    _, told = environment.reset(seed=1, options={"side": side})
-    assert told["torso"][2] < 0.15
-    assert told["up"][0] == pytest.approx(up, abs=0.2)
+    _, reported = environment.reset(seed=1, options={"side": side})
+    assert reported["torso"][2] < 0.15
+    assert reported["up"][0] == pytest.approx(up, abs=0.2)
     assert set(environment.unwrapped.robot.read().stiffnesses) == {1.0}
 
 
@@ -183,10 +183,10 @@ def test_it_can_stand_up_by_actions(make):
         now = dict(zip(H25.joint_names, robot.read().commands, strict=True))
         goal = now | motion.at(step * PERIOD, begin)
         action = [(goal[name] - now[name]) / (0.5 * limits[name] * PERIOD) for name in MOTORS]
-        _, reward, ended, _, told = environment.step(np.array(action, np.float32))
+        _, reward, ended, _, reported = environment.step(np.array(action, np.float32))
         if ended:
             break
-    assert (told["is_success"], reward) == (True, 50.0)
+    assert (reported["is_success"], reward) == (True, 50.0)
 
 
 # -- many at once --------------------------------------------------------------------------------------------

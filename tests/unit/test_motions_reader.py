@@ -18,9 +18,9 @@ def parse(text):
 
 
 def refusal(text):
-    with pytest.raises(MotionError) as told:
+    with pytest.raises(MotionError) as reported:
         parse(text)
-    return str(told.value)
+    return str(reported.value)
 
 
 def test_a_joint_goes_from_where_it_is_from_key_to_key():
@@ -95,7 +95,7 @@ def test_a_posture_gives_every_joint_and_those_beside_it_win():
         ("description = 3\n" + FRAME, 1, ["description"]),
     ],
 )  # fmt: skip
-def test_what_is_wrong_is_told_with_file_line_and_joint(text, line, words):
+def test_what_is_wrong_is_reported_with_file_line_and_joint(text, line, words):
     message = refusal(text)
     assert message.startswith(f"nod.toml:{line}: ")
     for word in words:
@@ -114,7 +114,7 @@ def test_a_motion_without_frames_or_joints_is_refused(text, message):
     assert refusal(text) == message
 
 
-def test_what_is_no_toml_is_told_with_its_line():
+def test_what_is_no_toml_is_reported_with_its_line():
     assert "line 2" in refusal("[[frame]]\nafter = \n")
 
 
@@ -134,5 +134,5 @@ def test_a_joint_that_is_held_stays_where_it_is_up_to_that_frame():
 
 
 @pytest.mark.parametrize("hold", ['"HeadYaw"', '["Tail"]', "[1]"])
-def test_what_cannot_be_held_is_told_with_its_line(hold):
+def test_what_cannot_be_held_is_reported_with_its_line(hold):
     assert refusal(FRAME + f"hold = {hold}\n").startswith("nod.toml:3: ")

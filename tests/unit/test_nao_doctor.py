@@ -24,13 +24,13 @@ from deploy.nao.doctor import (
 from zenoh_ice.settings import load_settings
 
 
-def told(findings: Iterator[Finding], level: Level) -> list[str]:
+def reported(findings: Iterator[Finding], level: Level) -> list[str]:
     return [f"{each.text} | {each.fix}" for each in findings if each.level == level]
 
 
 def test_an_installation_in_order_has_no_failures() -> None:
     findings = list(check_installation())
-    assert told(iter(findings), Level.FAILURE) == []
+    assert reported(iter(findings), Level.FAILURE) == []
     assert any(each.text.startswith("Python ") for each in findings)
 
 
@@ -51,9 +51,9 @@ def test_files_that_are_named_like_packages_are_found(
     (tmp_path / "zenoh.py").touch()
     (tmp_path / "behaviors").mkdir()
     monkeypatch.chdir(tmp_path)
-    assert not any("behaviors" in text for text in told(check_installation(), Level.WARNING))
+    assert not any("behaviors" in text for text in reported(check_installation(), Level.WARNING))
     (tmp_path / "behaviors" / "__init__.py").touch()
-    (text,) = told(check_installation(), Level.WARNING)
+    (text,) = reported(check_installation(), Level.WARNING)
     assert "behaviors/__init__.py, zenoh.py" in text
 
 
@@ -62,17 +62,19 @@ def test_packages_that_come_from_elsewhere_are_found(tmp_path: Path, monkeypatch
     (tmp_path / "ballmover" / "__init__.py").touch()
     monkeypatch.delitem(sys.modules, "ballmover", raising=False)
     monkeypatch.syspath_prepend(tmp_path)
-    (text,) = told(check_installation(), Level.FAILURE)
+    (text,) = reported(check_installation(), Level.FAILURE)
     assert text.startswith(f"imported from {tmp_path} instead of ours: ballmover")
 
 
-def test_a_process_that_cannot_render_is_told_with_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_process_that_cannot_render_is_reported_with_what_to_install(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     monkeypatch.setenv("MUJOCO_GL", "off")
-    (text,) = told(check_machine(), Level.FAILURE)
+    (text,) = reported(check_machine(), Level.FAILURE)
     assert "rendering is switched off by MUJOCO_GL=off" in text
 
 
-def test_who_holds_a_port_is_told() -> None:
+def test_who_holds_a_port_is_reported() -> None:
     with socket.create_server(("127.0.0.1", 0)) as server:
         endpoint = f"tcp/127.0.0.1:{server.getsockname()[1]}"
         assert listens(endpoint) is True
@@ -94,13 +96,13 @@ with socket.create_server(("127.0.0.1", 0)) as server:
 """
 
 
-def test_a_port_that_speaks_something_else_is_told() -> None:
+def test_a_port_that_speaks_something_else_is_reported() -> None:
     with subprocess.Popen([sys.executable, "-c", NO_ZENOH], stdout=subprocess.PIPE, text=True) as process:
         try:
             assert process.stdout is not None
             endpoint = f"tcp/127.0.0.1:{process.stdout.readline().strip()}"
             settings = load_settings(flags={"connect": [endpoint], "clock": "wall"})
-            (text,) = told(check_network(settings), Level.FAILURE)
+            (text,) = reported(check_network(settings), Level.FAILURE)
         finally:
             process.kill()
     assert text.startswith("no link: ")

@@ -167,7 +167,7 @@ LONG = "x" * 9000
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "message"),
     [
         ("", "malformed schema of an interface: "),
         ("[]", "Expected `object`, got `array`"),
@@ -221,10 +221,10 @@ LONG = "x" * 9000
     ],
     ids=lambda text: text[:24],
 )
-def test_a_schema_that_makes_no_sense_is_refused(text: str, told: str) -> None:
+def test_a_schema_that_makes_no_sense_is_refused(text: str, message: str) -> None:
     with pytest.raises(MarshalException) as caught:
         make_all(text)
-    assert told in str(caught.value)
+    assert message in str(caught.value)
     assert len(str(caught.value)) < 600
     assert str(caught.value).isprintable()
 
@@ -257,14 +257,14 @@ def made(text: str, kind: str = "::m::Line") -> tuple[Any, list[str]]:
     return maker.make(kind, json.loads(text), "line"), maker.left_out
 
 
-def test_what_is_left_out_is_zero_and_told() -> None:
+def test_what_is_left_out_is_zero_and_reported() -> None:
     value, left_out = made('{"points": [{"x": 1}]}')
     assert to_json(value) == {"color": "Red", "name": "", "points": [{"x": 1.0, "y": 0}]}
     assert left_out == ["line.color", "line.name", "line.points[0].y"]
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "message"),
     [
         ('{"colour": "Red"}', "line: a Line has no member 'colour'; did you mean color?"),
         ('{"color": "Blue"}', 'line.color: "Blue" is not Color: write one of'),
@@ -279,8 +279,8 @@ def test_what_is_left_out_is_zero_and_told() -> None:
         ("[]", "line: [] is not Line, a JSON object with its members"),
     ],
 )
-def test_what_does_not_fit_is_told_with_its_path(text: str, told: str) -> None:
-    with pytest.raises(NaoError, match=re.escape(told)):
+def test_what_does_not_fit_is_reported_with_its_path(text: str, message: str) -> None:
+    with pytest.raises(NaoError, match=re.escape(message)):
         made(text)
 
 

@@ -88,7 +88,7 @@ def test_no_subscription_is_a_failure_that_says_what_may_be_the_reason(naoqi):
         robot.capture("Camera", *SIZE)
 
 
-def test_a_subscription_that_somebody_ended_is_made_anew(naoqi):
+def test_a_subscription_that_somebody_ended_is_made_again(naoqi):
     good = naoqi.answers[GET]
 
     def ended(_handle):
@@ -137,7 +137,7 @@ def test_what_is_no_picture_of_the_size_is_refused(image):
 
 
 @given(st.lists(st.tuples(st.floats(0.03, 0.05), st.floats(0.0, 0.5)), min_size=1, max_size=50))
-def test_pictures_are_never_told_to_be_younger_than_they_are(periods):
+def test_pictures_are_never_reported_younger_than_they_are(periods):
     """The clocks differ by 1000 s; each picture takes its own time to come."""
     stamps, taken = Stamps(), 0.0
     fastest = min(delay for _, delay in periods)

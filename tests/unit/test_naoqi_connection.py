@@ -22,7 +22,7 @@ def naoqi(monkeypatch):
     return ScriptedNaoqi()
 
 
-def test_a_robot_that_is_not_there_is_told_at_the_start(naoqi):
+def test_a_robot_that_is_not_there_is_reported_at_the_start(naoqi):
     naoqi.reachable = False
     robot = NaoqiRobot(naoqi.connect)
     with pytest.raises(RobotError, match="nobody is there"):
@@ -30,7 +30,7 @@ def test_a_robot_that_is_not_there_is_told_at_the_start(naoqi):
     robot.close()
 
 
-def test_a_lost_robot_is_told_and_found_again(naoqi, caplog):
+def test_a_lost_robot_is_reported_and_found_again(naoqi, caplog):
     caplog.set_level("INFO")
     with naoqi.robot() as robot:
         naoqi.lose()
@@ -80,7 +80,7 @@ def test_nothing_that_was_commanded_before_is_sent_after_it_was_found(naoqi):
         assert len(naoqi.called("ALMotion.stopMove")) == 2, "a walk of before the loss is ended"
 
 
-def test_a_camera_is_subscribed_anew_when_it_was_found(naoqi):
+def test_a_camera_is_subscribed_again_when_it_was_found(naoqi):
     stamps = iter(range(1, 1000))
     naoqi.answers["ALVideoDevice.getImageRemote"] = lambda _handle: (
         *(320, 240, 3, 11, next(stamps), 0),
@@ -96,7 +96,7 @@ def test_a_camera_is_subscribed_anew_when_it_was_found(naoqi):
         assert len(naoqi.called("ALVideoDevice.subscribeCamera")) == 2
 
 
-def test_what_fails_again_and_again_is_told_once(naoqi, caplog):
+def test_what_fails_again_and_again_is_reported_once(naoqi, caplog):
     def fail(_keys):
         raise CallFailed("ALMemory::getListData: out of memory")
 

@@ -81,9 +81,9 @@ def test_a_posture_that_was_stopped_says_so(naoqi):
         eventually(lambda: robot.postures.progress().message == "it was stopped")
 
 
-@pytest.mark.parametrize(("told", "posture"), [("Stand", "Stand"), ("Unknown", ""), ("Frog", "")])
-def test_the_posture_is_one_that_is_known_or_none(naoqi, told, posture):
-    naoqi.answers["ALRobotPosture.getPosture"] = told
+@pytest.mark.parametrize(("reported", "posture"), [("Stand", "Stand"), ("Unknown", ""), ("Frog", "")])
+def test_the_posture_is_one_that_is_known_or_none(naoqi, reported, posture):
+    naoqi.answers["ALRobotPosture.getPosture"] = reported
     with naoqi.robot() as robot:
         naoqi.wait_for_call("ALRobotPosture.getPosture", 2)
         assert robot.postures.current() == posture

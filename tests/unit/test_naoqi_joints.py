@@ -72,7 +72,7 @@ def test_a_velocity_goes_to_the_limit_and_zero_holds(naoqi):
         assert naoqi.wait_for_call(CHANGE) == (["HeadYaw"], [0.0], 0.1)
 
 
-def test_the_setpoint_is_known_before_the_robot_tells_it(naoqi):
+def test_the_setpoint_is_known_before_the_robot_reports_it(naoqi):
     with naoqi.robot() as robot:
         before = robot.read().commands[0]
         robot.command_velocities({"HeadYaw": 1.0})
@@ -107,7 +107,7 @@ def test_stiffness_changes_at_once_or_slowly(naoqi):
         )
 
 
-def test_a_refusal_is_told_once_and_the_next_command_goes_out(naoqi, caplog):
+def test_a_refusal_is_reported_once_and_the_next_command_goes_out(naoqi, caplog):
     def refuse(*_arguments):
         raise CallFailed("ALMotion::setAngles: the joint is hot")
 

@@ -73,7 +73,7 @@ def test_a_robot_without_autonomous_life_is_served(naoqi):
         assert robot.read().positions
 
 
-def test_an_end_that_fails_is_told_and_the_rest_is_done(naoqi, caplog):
+def test_an_end_that_fails_is_reported_and_the_rest_is_done(naoqi, caplog):
     def fail():
         raise CallFailed("ALMotion::rest: the robot hangs in the air")
 

@@ -62,10 +62,10 @@ def test_a_foot_that_hangs_presses_with_nothing():
 
 
 @pytest.mark.parametrize(
-    ("told", "distance"), [(0.0, math.inf), (0.7, 0.7), (2.55, 2.55), (5.0, math.inf), (None, math.inf)]
+    ("reported", "distance"), [(0.0, math.inf), (0.7, 0.7), (2.55, 2.55), (5.0, math.inf), (None, math.inf)]
 )
-def test_the_sonar_tells_what_is_near(told, distance):
-    assert read(nao_memory(), **{f"{DEVICES}US/Left/Sensor/Value": told}).senses.sonar.left == distance
+def test_the_sonar_reports_what_is_near(reported, distance):
+    assert read(nao_memory(), **{f"{DEVICES}US/Left/Sensor/Value": reported}).senses.sonar.left == distance
 
 
 @pytest.mark.parametrize(
@@ -96,7 +96,7 @@ def test_joints_of_one_motor_share_its_values():
     assert measured.joints.positions[H25.joint_names.index("RHipYawPitch")] == -0.3
 
 
-def test_a_robot_without_a_joint_is_told_by_its_name():
+def test_a_robot_without_a_joint_is_reported_by_its_name():
     memory = {key: value for key, value in nao_memory().items() if "/LHand/Position" not in key}
     with pytest.raises(KeyError, match="LHand"):
         MemoryLayout(memory)

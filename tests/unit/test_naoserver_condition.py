@@ -45,15 +45,15 @@ class Rig:
         self.robot = ConditionedRobot(clock)
         self.events = EventLog(clock.now, clock.now)
         self.watch = ConditionWatch(self.robot, self.events)
-        self.told = 0
+        self.reported = 0
         self.clock = clock
 
     def look(self, *, fallen=False, tilt=0.0):
         """Look, and return what was told anew."""
         self.clock.advance(2.0)
         self.watch.look(BodyState(math.radians(tilt), fallen, 1.0, 0.0))
-        events = self.events.snapshot()[0][self.told :]
-        self.told += len(events)
+        events = self.events.snapshot()[0][self.reported :]
+        self.reported += len(events)
         return [(event.level, event.source, event.message.split(":")[0]) for event in events]
 
 
@@ -62,18 +62,18 @@ def rig():
     return Rig()
 
 
-def test_a_robot_that_is_well_has_nothing_to_tell(rig):
+def test_a_robot_that_is_well_has_nothing_to_report(rig):
     assert rig.look() == rig.look() == []
 
 
-def test_a_fall_and_standing_up_are_told_once(rig):
+def test_a_fall_and_standing_up_are_reported_once(rig):
     assert rig.look(fallen=True, tilt=90) == [(Severity.Error, "Nao", "fallen")]
     assert rig.look(fallen=True, tilt=85) == []
     assert rig.look(tilt=2) == [(Severity.Info, "Nao", "upright again")]
     assert rig.look(fallen=True, tilt=90) == [(Severity.Error, "Nao", "fallen")]
 
 
-def test_motors_that_let_go_and_hold_again_are_told(rig):
+def test_motors_that_let_go_and_hold_again_are_reported(rig):
     rig.robot.stiffness = 0.0
     assert rig.look() == [(Severity.Warning, "Nao", "limp")]
     assert rig.look() == []
@@ -81,17 +81,17 @@ def test_motors_that_let_go_and_hold_again_are_told(rig):
     assert rig.look() == [(Severity.Info, "Nao", "no longer limp")]
 
 
-def test_a_hot_motor_is_told_until_it_has_cooled_down_well(rig):
-    told = []
+def test_a_hot_motor_is_reported_until_it_has_cooled_down_well(rig):
+    reported = []
     for temperature in (74.0, 76.0, 74.0, 76.0, 69.0, 76.0):
         rig.robot.temperatures = {"LKneePitch": temperature}
-        told.append(rig.look())
+        reported.append(rig.look())
     hot, cool = (Severity.Warning, "LKneePitch", "hot"), (Severity.Info, "LKneePitch", "cool again")
-    assert told == [[], [hot], [], [], [cool], [hot]]
+    assert reported == [[], [hot], [], [], [cool], [hot]]
 
 
 @pytest.mark.parametrize(
-    ("charges", "told"),
+    ("charges", "reported"),
     [
         ((0.5, 0.19, 0.21, 0.19), ["Warning"]),
         ((0.19, 0.1, 0.06, 0.05), ["Warning", "Error"]),
@@ -99,14 +99,14 @@ def test_a_hot_motor_is_told_until_it_has_cooled_down_well(rig):
         ((0.19, 0.3, 0.19), ["Warning", "Warning"]),
     ],
 )
-def test_a_battery_that_runs_low_is_told_at_each_mark(rig, charges, told):
+def test_a_battery_that_runs_low_is_reported_at_each_mark(rig, charges, reported):
     levels = []
     for charge in charges:
         rig.robot.charge(charge, -1.0, plugged=False)
         levels += [level.name for level, _, _ in rig.look()]
-    assert levels == told
+    assert levels == reported
 
 
-def test_a_battery_that_is_charged_is_not_told(rig):
+def test_a_battery_that_is_charged_is_not_reported(rig):
     rig.robot.charge(0.01, 1.0, plugged=True)
     assert rig.look() == []

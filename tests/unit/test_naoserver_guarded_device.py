@@ -65,13 +65,13 @@ def test_before_any_command_the_goal_is_where_the_joint_is(rig):
     assert (goal.target, goal.speed) == (rig.commands()["LElbowRoll"], 0.0)
 
 
-def test_a_refused_command_is_neither_counted_nor_told(rig):
+def test_a_refused_command_is_neither_counted_nor_reported(rig):
     with pytest.raises(InvalidCommand):
         rig.guarded.move({"Tail": 0.4}, {})
     assert rig.events.snapshot() == ([], 0, 0)
 
 
-def test_a_limited_command_is_counted_once_and_told_for_each_joint(rig):
+def test_a_limited_command_is_counted_once_and_reported_for_each_joint(rig):
     rig.guarded.move({"LKneePitch": 9.0, "RKneePitch": 9.0}, {})
     events, limited, timeouts = rig.events.snapshot()
     assert (limited, timeouts) == (1, 0)
@@ -129,7 +129,7 @@ def test_close_leaves_joints_to_what_still_needs_them_to_end(rig, clock):
     assert rig.commands()["LShoulderPitch"] == held
 
 
-def test_events_of_a_kind_are_told_once_a_second_with_what_was_left_out(rig):
+def test_events_of_a_kind_are_reported_once_a_second_with_what_was_left_out(rig):
     for step in range(25):
         rig.wall = step * 0.1
         rig.events.add(Severity.Warning, "HeadYaw", f"limited at {step}", "limited")
@@ -184,7 +184,7 @@ def test_the_watchdog_checks_in_time_after_a_command():
     assert woken == [0.3]
 
 
-def test_no_command_comes_after_an_emergency_stop_whoever_is_in_the_middle_of_one(rig, clock):
+def test_no_command_comes_after_an_emergency_stop_even_from_one_under_way(rig, clock):
     rig.gate.on_stop(rig.guarded.hold)
     clients = ("a", "b", "c", "d")
     obeyed = threading.Semaphore(0)

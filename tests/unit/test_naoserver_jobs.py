@@ -184,7 +184,7 @@ def test_a_rate_is_counted_over_the_window():
     assert meter.rate == 0.0
 
 
-def test_a_rate_begins_anew_with_the_simulation():
+def test_a_rate_restarts_with_the_simulation():
     meter = RateMeter(lambda: 0.1)
     meter.count(100.0)
     meter.count(0.1)

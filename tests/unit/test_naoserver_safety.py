@@ -85,7 +85,7 @@ def test_a_negative_speed_is_refused():
         Rig().move({"HeadYaw": 1.0}, {"HeadYaw": -1.0})
 
 
-def test_a_target_out_of_range_is_clamped_and_told():
+def test_a_target_out_of_range_is_clamped_and_reported():
     outcome = Rig().move({"LElbowRoll": 1.0, "LKneePitch": 0.5})
     assert outcome.accepted == {"LElbowRoll": LIMITS["LElbowRoll"].upper, "LKneePitch": 0.5}
     assert [limitation.joint for limitation in outcome.limitations] == ["LElbowRoll"]
@@ -145,7 +145,7 @@ def test_a_slow_pitch_makes_way_for_a_fast_yaw_at_full_speed():
     rig.run(1)
     for setpoints in rig.trace:
         assert setpoints["HeadPitch"] <= TABLES["HeadPitch"].at(setpoints["HeadYaw"])[1] + 0.01
-    assert rig.setpoints()["HeadPitch"] > 0.1, "once out of the way it goes on as slowly as it was told"
+    assert rig.setpoints()["HeadPitch"] > 0.1, "once out of the way it goes on as slowly as commanded"
 
 
 def test_a_joint_is_slowed_down_before_which_another_cannot_make_way_in_time():
@@ -256,7 +256,7 @@ def test_a_velocity_ends_at_the_joints_limit_and_leaves_it_again():
     assert rig.setpoints()["HeadYaw"] < LIMITS["HeadYaw"].upper - 0.5
 
 
-def test_a_velocity_above_the_cap_is_capped_and_told():
+def test_a_velocity_above_the_cap_is_capped_and_reported():
     outcome = Rig().drive({"HeadYaw": -100.0, "HeadPitch": 1.0})
     assert outcome.accepted == {"HeadYaw": -LIMITS["HeadYaw"].max_velocity, "HeadPitch": 1.0}
     assert [limitation.joint for limitation in outcome.limitations] == ["HeadYaw"]
@@ -301,7 +301,7 @@ def test_a_joint_that_stops_where_it_would_hit_is_moved_clear_not_held():
     assert outcome.positions == {"HeadPitch": pytest.approx(0.200015)}
 
 
-def test_a_limit_that_is_only_near_is_not_told():
+def test_a_limit_that_is_only_near_is_not_reported():
     rig = Rig({"HeadYaw": 2.0035})
     rig.run(0.08, renew={"HeadYaw": 1.0})
     rig.run(0.2, renew={"HeadYaw": -1.0})
@@ -346,7 +346,7 @@ def test_hold_stops_a_joint_where_it_is():
         ({"RHipYawPitch": -0.2, "LHipYawPitch": -0.3}, -0.3, ["RHipYawPitch"]),
     ],
 )
-def test_the_joints_of_one_motor_are_told_the_same_and_the_left_wins(targets, shared, limited):
+def test_the_joints_of_one_motor_are_reported_the_same_and_the_left_wins(targets, shared, limited):
     outcome = Rig().move(targets)
     assert outcome.positions == {"LHipYawPitch": shared, "RHipYawPitch": shared}
     assert [limitation.joint for limitation in outcome.limitations] == limited

@@ -1,4 +1,4 @@
-"""The robot's lamps look as its lights tell."""
+"""The robot's lamps look as its lights say."""
 
 from contextlib import closing
 

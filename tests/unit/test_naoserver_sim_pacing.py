@@ -53,7 +53,7 @@ def test_lag_is_the_longest_delay_of_the_last_second():
     assert pacer.lag == pytest.approx(0.004, abs=1e-6)
 
 
-def test_real_time_factor_tells_when_the_computer_is_too_slow():
+def test_real_time_factor_shows_when_the_computer_is_too_slow():
     wall = Wall()
     pacer = Pacer(1.0, wall)
     simulate(pacer, wall, 5.0, cost=0.02)

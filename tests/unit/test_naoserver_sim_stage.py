@@ -99,7 +99,7 @@ def test_a_reset_ends_what_was_commanded_before_it(scene):
     assert scene.robot.read().commands[yaw] == 0.5
 
 
-def test_carried_ball_is_told_where_the_physics_has_it(scene):
+def test_carried_ball_is_reported_where_the_physics_has_it(scene):
     import mujoco
 
     scene.stage.place_object("BallRed", (0.4, 0.9, 0.7))
@@ -224,7 +224,7 @@ def test_reset_ends_a_walk(scene):
     assert scene.robot.walker.commanded() == WalkVelocity()
 
 
-def test_walking_robot_moves_as_the_truth_tells(scene):
+def test_walking_robot_moves_as_the_truth_does(scene):
     begin = scene.stage.truth()
     scene.robot.walker.command(WalkVelocity(forward=0.2))
     end = scene.after(4.0)

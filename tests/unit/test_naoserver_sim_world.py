@@ -49,7 +49,7 @@ def test_world_is_read_from_a_file(tmp_path):
         ("[[walls]]\nbegin = [0, 0]\nend = [1, 1]\n" * 101, "more than 100"),
     ],
 )
-def test_mistake_is_told_with_its_place(text, message):
+def test_mistake_is_reported_with_its_place(text, message):
     with pytest.raises(RobotError, match=message):
         parse_world(text, "w.toml")
 
@@ -62,7 +62,7 @@ def test_file_that_is_no_world_is_refused(tmp_path, content):
         load_world(str(file))
 
 
-def test_file_that_is_missing_is_told_with_what_there_is():
+def test_file_that_is_missing_is_reported_with_what_there_is():
     with pytest.raises(RobotError, match=r"socer: cannot be read: No such file.*balls, empty, room, soccer"):
         load_world("socer")
 

@@ -58,7 +58,7 @@ class Rig:
         self.gate.on_stop(self.body.hold)
         self.gate.on_stop(self.walk.stop)
 
-    def told(self):
+    def reported(self):
         return [event.message for event in self.events.snapshot()[0]]
 
 
@@ -77,13 +77,13 @@ def test_velocities_are_commanded_one_by_one_and_add_up(rig):
 
 @pytest.mark.parametrize("kind", ["forward", "left", "turn"])
 @pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_what_is_too_fast_is_limited_and_told(rig, kind, sign):
+def test_what_is_too_fast_is_limited_and_reported(rig, kind, sign):
     highest = getattr(LIMITS, kind)
     assert not rig.walk.drive({kind: sign * highest}, "anna")
-    assert rig.told() == []
+    assert rig.reported() == []
     assert rig.walk.drive({kind: sign * 2 * highest}, "anna")
     assert getattr(rig.walker.commanded(), kind) == sign * highest
-    assert kind in rig.told()[0]
+    assert kind in rig.reported()[0]
     assert rig.events.snapshot()[1] == 1
 
 
@@ -107,7 +107,7 @@ def test_each_velocity_that_is_not_renewed_in_half_a_second_stops_by_itself(rig)
     rig.wall = 0.51
     assert rig.walk.watch() == SafetyOptions().period
     assert rig.walker.commanded() == WalkVelocity(turn=0.4)
-    assert "forward" in rig.told()[0]
+    assert "forward" in rig.reported()[0]
     rig.wall = 0.81
     rig.walk.watch()
     assert rig.walker.commanded() == STILL
@@ -121,7 +121,7 @@ def test_a_lost_client_stops_what_it_drove_and_no_more(rig):
     assert rig.walker.commanded() == WalkVelocity(turn=0.4)
     rig.walk.drop_client("ben")
     assert rig.walker.commanded() == STILL
-    assert "gone" in rig.told()[0]
+    assert "gone" in rig.reported()[0]
 
 
 def test_while_it_walks_and_until_it_has_ended_the_legs_are_refused_to_others(rig):
@@ -214,19 +214,19 @@ def test_a_robot_that_cannot_walk_says_why_and_keeps_its_legs_free(rig):
     rig.walk.drive({"forward": 0.0}, "anna")
 
 
-def test_a_fall_ends_the_walk_and_is_told(rig):
+def test_a_fall_ends_the_walk_and_is_reported(rig):
     rig.walk.drive({"forward": 0.1}, "anna")
     rig.walk.watch()
     rig.walker.fall()
     assert rig.walk.watch() is None
     assert rig.walk.commanded() == STILL
-    assert any("ended the walk" in message for message in rig.told())
+    assert any("ended the walk" in message for message in rig.reported())
     rig.body.move({"RKneePitch": 0.5}, {})
     with pytest.raises(InvalidCommand, match="it lies"):
         rig.walk.drive({"forward": 0.1}, "anna")
 
 
-def test_a_fall_is_told_also_when_a_velocity_was_not_renewed_or_its_client_is_lost(rig):
+def test_a_fall_is_reported_also_when_a_velocity_was_not_renewed_or_its_client_is_lost(rig):
     rig.walk.drive({"forward": 0.1}, "anna")
     rig.walk.drive({"left": 0.05}, "ben")
     rig.wall = 0.4
@@ -235,7 +235,9 @@ def test_a_fall_is_told_also_when_a_velocity_was_not_renewed_or_its_client_is_lo
     rig.wall = 0.6
     rig.walk.drop_client("ben")
     assert rig.walk.watch() is None
-    assert [message for message in rig.told() if "walk" in message][-1].startswith("the robot ended the walk")
+    assert [message for message in rig.reported() if "walk" in message][-1].startswith(
+        "the robot ended the walk"
+    )
 
 
 def test_once_closed_it_walks_no_more(rig):

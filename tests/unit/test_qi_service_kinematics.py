@@ -1,4 +1,4 @@
-"""Where ALMotion tells the parts of the body to be: against MuJoCo, and against what is measured at rest."""
+"""Where ALMotion reports the parts of the body: against MuJoCo, and against what is measured at rest."""
 
 import math
 from functools import cache
@@ -87,7 +87,7 @@ def test_the_torso_tilts_in_the_frame_of_the_robot(rig):
     assert rig.motion.getPosition("Torso", ROBOT, True)[3:] == pytest.approx([0.1, 0.2, 0.0])
 
 
-def test_a_transform_tells_the_same(rig):
+def test_a_transform_reports_the_same(rig):
     matrix = np.array(rig.motion.getTransform("LArm", TORSO, False)).reshape(4, 4)
     assert [*matrix[:3, 3], *angles_of(matrix)] == pytest.approx(rig.motion.getPosition("LArm", TORSO, False))
 

@@ -98,7 +98,7 @@ def test_stop_all_ends_what_is_being_said(rig, memory):
 
 
 @pytest.mark.parametrize(("key", "value"), KEYS.items())
-def test_what_memory_tells_of_the_senses(rig, memory, key, value):
+def test_memory_reports_the_senses(rig, memory, key, value):
     rig.robot.senses.feel(
         inertial=InertialReading((0.1, 0.2, 9.8), (0.3, 0.4, 0.5), 0.01, 0.02),
         left_foot=FootReading(9.81, 19.62, 0.0, 0.0),

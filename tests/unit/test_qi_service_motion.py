@@ -214,7 +214,7 @@ def test_a_walk_goes_on_until_it_is_stopped(rig):
     assert not rig.motion.moveIsActive()
 
 
-def test_a_walk_that_somebody_ended_is_not_begun_anew(rig):
+def test_a_walk_that_somebody_ended_is_not_restarted(rig):
     rig.motion.move(0.1, 0.0, 0.0)
     rig.access.walk.stop()
     rig.walking.renew()

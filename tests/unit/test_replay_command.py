@@ -10,7 +10,7 @@ def side(state: str) -> Side:
     return Side(state=state, guards={}, fired=[], errors=[], state_after=state, ran=True)
 
 
-def test_automata_of_one_name_are_told_apart() -> None:
+def test_automata_of_one_name_are_distinguished() -> None:
     steps = [
         Step(0.0, automaton, name, "a", "entered") for automaton, name in enumerate(("root", "x", "x"), 1)
     ]

@@ -36,7 +36,7 @@ def test_pushed_over_it_is_limp_before_it_lies(robot, bearing):
     assert robot.senses.falls.falls == 1
 
 
-def test_after_a_fall_the_motors_hold_again_when_they_are_told_to(robot):
+def test_after_a_fall_the_motors_hold_again_on_command(robot):
     robot.stage.push((60.0, 0.0, 0.0), 0.1)
     robot.clock.advance(3.0)
     assert set(robot.read().stiffnesses) == {0.0}

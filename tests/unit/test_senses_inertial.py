@@ -59,7 +59,7 @@ def test_while_it_topples_and_hits_the_floor():
     pitch=st.floats(-1.5, 1.5),
     yaw=st.floats(-math.pi, math.pi),
 )
-def test_roll_and_pitch_are_told_against_the_vertical(standing, roll, pitch, yaw):
+def test_roll_and_pitch_are_reported_against_the_vertical(standing, roll, pitch, yaw):
     def about(axis, angle):
         half = angle / 2
         quaternion = np.array([math.cos(half), 0.0, 0.0, 0.0])
@@ -74,9 +74,9 @@ def test_roll_and_pitch_are_told_against_the_vertical(standing, roll, pitch, yaw
     standing.data.qpos[standing.base + 3 : standing.base + 7] = [w, *(part / (4 * w) for part in (x, y, z))]
     mujoco.mj_forward(standing.mj, standing.data)
     standing.record.look(0.0)
-    told = standing.record.newest.inertial
-    assert math.sin(told.roll - roll) == pytest.approx(0.0, abs=1e-6)
-    assert told.pitch == pytest.approx(pitch, abs=1e-6)
+    reported = standing.record.newest.inertial
+    assert math.sin(reported.roll - roll) == pytest.approx(0.0, abs=1e-6)
+    assert reported.pitch == pytest.approx(pitch, abs=1e-6)
 
 
 def test_positive_is_forwards_and_to_the_right_side(standing):
@@ -105,7 +105,7 @@ def _compare_with_motion(lab, steps):
         felt.append(turn @ reading.acceleration)
         turned.append(reading.angular_velocity)
     moved = np.diff(places, 2, axis=0) / step**2 - GRAVITY
-    # The integrator damps the joints more than the forces that it tells: over some steps that evens out.
+    # The integrator damps the joints more than the forces that it reports: over some steps that evens out.
     assert _means(felt[1:-1]) == pytest.approx(_means(moved), rel=0.05, abs=0.5)
     between = [before.T @ after for before, after in itertools.pairwise(axes)]
     rates = [

@@ -42,13 +42,13 @@ def test_with_noise_all_is_late_by_a_tick():
     assert trace(noise=True, seed=1)[-1].time == pytest.approx(0.99)
 
 
-def test_with_noise_the_joints_are_told_as_encoders_tell_them():
+def test_with_noise_the_joints_are_reported_as_encoders_read_them():
     exact, coarse = (SimulatedRobot(clock=VirtualClock(), skin=False, noise=noise) for noise in (False, True))
     angles = np.array(exact.read().positions)
-    told = np.array(coarse.read().positions)
-    assert np.abs(angles - told).max() <= math.tau / 4096 / 2 + 1e-12
-    assert (told / (math.tau / 4096)).round(6) == pytest.approx((told / (math.tau / 4096)).round())
-    assert (angles != told).any()
+    reported = np.array(coarse.read().positions)
+    assert np.abs(angles - reported).max() <= math.tau / 4096 / 2 + 1e-12
+    assert (reported / (math.tau / 4096)).round(6) == pytest.approx((reported / (math.tau / 4096)).round())
+    assert (angles != reported).any()
 
 
 def measured(noise, looks=2000):
@@ -76,8 +76,10 @@ def test_the_offsets_stay_and_are_as_large_as_they_say():
     errors = [Errors(quiet, np.random.default_rng(seed)) for seed in range(100)]
     offsets = [each.next() for each in errors]
     assert [each.next().tolist() for each in errors] == [offset.tolist() for offset in offsets]
-    told = [quiet.acceleration_offset] * 3 + [quiet.turning_offset] * 3 + [quiet.tilt_offset] * 2 + [0.0] * 8
-    assert np.std(offsets, axis=0) == pytest.approx(told, rel=0.3)
+    reported = (
+        [quiet.acceleration_offset] * 3 + [quiet.turning_offset] * 3 + [quiet.tilt_offset] * 2 + [0.0] * 8
+    )
+    assert np.std(offsets, axis=0) == pytest.approx(reported, rel=0.3)
 
 
 def test_the_feet_have_gains_and_an_end_of_their_range():

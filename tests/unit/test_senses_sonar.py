@@ -76,13 +76,13 @@ def test_a_ball_is_as_far_as_its_nearest_point_within_the_cone(sonar, distance, 
         away = np.linalg.norm(ball - place)
         off_axis = math.acos(float((ball - place) @ axis) / away)
         half_ball = math.asin(RADIUS / away)
-        told = getattr(heard, side)
+        reported = getattr(heard, side)
         if off_axis < HALF_CONE and away - RADIUS < RANGE[1] - 0.01:
-            assert told == pytest.approx(away - RADIUS, abs=0.01)
+            assert reported == pytest.approx(away - RADIUS, abs=0.01)
         elif off_axis > HALF_CONE + half_ball or away - RADIUS > RANGE[1]:
-            assert told == math.inf
+            assert reported == math.inf
         else:  # the edge of the cone cuts through the ball
-            assert told == math.inf or away - RADIUS <= told + 0.01 <= away + 0.01
+            assert reported == math.inf or away - RADIUS <= reported + 0.01 <= away + 0.01
 
 
 @pytest.mark.parametrize("yaw", [-0.5, 0.0, 0.3, 1.2])
@@ -99,7 +99,7 @@ def test_a_wall_is_as_far_as_its_nearest_point_within_the_cone(sonar, distance, 
         assert getattr(heard, side) == pytest.approx(expected, abs=0.015)
 
 
-def test_what_is_too_near_is_told_as_the_nearest(sonar):
+def test_what_is_too_near_is_reported_as_the_nearest(sonar):
     place, axis = transducer("left")
     assert sonar.measure(state(ball=place + (RADIUS + 0.1) * axis)).left == RANGE[0]
 
@@ -122,11 +122,11 @@ def test_the_robot_hears_a_ball_where_it_is():
     for x, y in ((0.8, 0.3), (1.2, -0.1), (1.6, 0.6)):
         robot.stage.place_object("BallRed", (x, y, 0.4))
         clock.advance(0.5)
-        told = robot.senses.read().sonar.left
+        reported = robot.senses.read().sonar.left
         truth = robot.stage.truth()
         place = truth.torso.position + rotation(np.array(truth.torso.orientation)) @ FACTS["left"]["position"]
         ball = np.array(truth.objects["BallRed"].position)
-        assert told == pytest.approx(np.linalg.norm(ball - place) - BALL_RADIUS, abs=0.01)
+        assert reported == pytest.approx(np.linalg.norm(ball - place) - BALL_RADIUS, abs=0.01)
 
 
 def test_with_noise_each_echo_differs_by_what_the_noise_says():
@@ -134,8 +134,8 @@ def test_with_noise_each_echo_differs_by_what_the_noise_says():
     robot = SimulatedRobot(clock=clock, skin=False, noise=True, seed=1)
     robot.stage.place_object("BallRed", (0.6, 0.2, 0.4))
     clock.advance(0.5)
-    told = []
+    reported = []
     for _ in range(200):
         clock.advance(0.1)
-        told.append(robot.senses.read().sonar.left)
-    assert np.std(told) == pytest.approx(SenseNoise().sonar_near, rel=0.3)
+        reported.append(robot.senses.read().sonar.left)
+    assert np.std(reported) == pytest.approx(SenseNoise().sonar_near, rel=0.3)

@@ -63,7 +63,7 @@ def robot():
     return SimulatedRobot(clock=VirtualClock(), skin=False)
 
 
-def test_a_pressed_sensor_is_told_for_as_long_as_it_is_pressed(robot):
+def test_a_pressed_sensor_is_reported_for_as_long_as_it_is_pressed(robot):
     robot.senses.press("HeadMiddle", 0.5)
     robot.senses.press("ChestButton", 1.0)
     assert robot.senses.read().touched == {"HeadMiddle", "ChestButton"}

@@ -81,7 +81,7 @@ def test_it_wakes_a_waiter_by_event_or_by_time() -> None:
     assert clock.wait(event, 1.0)
 
 
-def test_a_sleeper_that_nobody_wakes_is_told() -> None:
+def test_a_sleeper_that_nobody_wakes_is_reported() -> None:
     with pytest.raises(ClockStalledException, match="nobody advanced"):
         SteppedClock(limit=0.02).sleep(1.0)
 

@@ -65,7 +65,7 @@ def test_the_heading_of_a_robot_that_turns_on_and_on_stays_within_a_turn():
     assert odometer.pose.heading == pytest.approx(math.remainder(40.0, math.tau))
 
 
-def test_what_the_gyrometer_tells_of_a_robot_that_stands_is_its_offset():
+def test_the_gyrometer_of_a_standing_robot_reads_its_offset():
     odometer = Odometer(Legs())
     for _ in range(300):
         odometer.tick(TICK, joints(), turning(0.02), STANDING, resting=True)

@@ -84,7 +84,7 @@ def test_reading_everything_calls_nothing_but_what_a_servant_says_of_itself() ->
     assert not allows(role, "put", "ingress", "nao/Head/getPose")
 
 
-def test_only_who_serves_answers_publishes_and_tells_of_servants() -> None:
+def test_only_who_serves_answers_publishes_and_reports_servants() -> None:
     token = "@servant/nao/Hfsm.dance/::hfsm::HfsmMonitor/0/1/2"
     server, client = parse_role({"serve": ["Hfsm.*"]}), parse_role({"call": ["**"], "read": ["**"]})
     for message, key in [
@@ -116,7 +116,7 @@ def test_realms_of_a_role_take_the_place_of_that_of_the_settings() -> None:
     assert not allows(role, "query", "ingress", "nao/Head/getPose")
 
 
-def test_subjects_are_those_that_can_be_told_apart() -> None:
+def test_subjects_are_those_that_can_be_distinguished() -> None:
     role = Role(read=("**",))
     secured = Security(roles={"r": role, "guest": role}, users={"ann": "r", "*": "guest"})
 

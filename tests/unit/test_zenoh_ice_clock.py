@@ -16,7 +16,7 @@ def test_clocks_fulfill_the_protocol(clock: Clock) -> None:
     assert clock.rate == 1.0
 
 
-def test_wall_clock_waits_at_least_as_long_as_told() -> None:
+def test_wall_clock_waits_at_least_as_long_as_asked() -> None:
     clock = WallClock()
     start_time = clock.now()
     clock.sleep(0.02)

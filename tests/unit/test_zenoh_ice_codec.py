@@ -151,7 +151,7 @@ def test_every_member_is_required() -> None:
     assert caught.value.path == "$.returnValue"
 
 
-def test_deep_nesting_is_told() -> None:
+def test_deep_nesting_is_reported() -> None:
     with pytest.raises(MarshalException, match="x: nested too deeply"):
         Codec(One).unpack(b"\x81\xa1u" + b"\x91" * 200_000, "x")
 

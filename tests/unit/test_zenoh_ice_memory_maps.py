@@ -1,4 +1,4 @@
-"""Memory files from both sides: what their slots tell, what a reader writes into them, what is let go when."""
+"""Memory files from both sides: the contents of slots, what a reader writes into them, what is released when."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def read(reader: SharedMemory, reference: bytes) -> bytes:
     return came.large[0]
 
 
-def test_what_is_written_anew_cannot_be_read_before_it_is_whole(
+def test_what_is_written_again_cannot_be_read_before_it_is_whole(
     make_memory: Callable[[], SharedMemory], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     genuine, reads = module.fence, 0
@@ -167,12 +167,15 @@ def test_a_thread_that_stood_still_before_it_wrote_keeps_its_slot(
     assert (read(reader, first), read(reader, other[0])) == (PICTURE, b"o" * LARGE)
 
 
-def test_memory_that_may_not_be_read_is_told_once(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_memory_that_may_not_be_read_is_reported_once(monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*_: object) -> int:
         raise PermissionError("not you")
 
-    told: list[str] = []
-    sender, reader = shared_memory(), shared_memory(on_unreadable=lambda: told.append(reader.readable_space))
+    reported: list[str] = []
+    sender, reader = (
+        shared_memory(),
+        shared_memory(on_unreadable=lambda: reported.append(reader.readable_space)),
+    )
     assert reader.readable_space == memory_space()
     reference = sender.lend(pieces(), NEAR)
     assert reference is not None
@@ -181,5 +184,5 @@ def test_memory_that_may_not_be_read_is_told_once(monkeypatch: pytest.MonkeyPatc
         with pytest.raises(ConnectionLostException, match=r"cannot be read from here \(not you\)"):
             read(reader, reference)
     monkeypatch.undo()
-    assert told == [""]
+    assert reported == [""]
     sender.close()

@@ -72,6 +72,6 @@ def test_who_may_not_open_anothers_memory_is_of_another_space(
             check=True,
         )
         process.kill()
-    told, other_space = done.stdout.split()
-    assert told == outcome
+    reported, other_space = done.stdout.split()
+    assert reported == outcome
     assert (space == other_space) == (outcome == "opened")

@@ -17,11 +17,11 @@ PAYLOAD = Pieces((b"", b""), (bytes(LARGE),), (0,))
 
 pytestmark = pytest.mark.skipif(not HERE, reason="no memory is shared here")
 
-Tell = Callable[..., None]
+ShowToken = Callable[..., None]
 
 
 @pytest.fixture
-def realm(monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[SharedMemory, Tell]]:
+def realm(monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[SharedMemory, ShowToken]]:
     """A process that knows at once who is there, and what lets clients come and go."""
     monkeypatch.setattr(module, "_WORD_COMES", 0.0)
     monkeypatch.setattr(module, "_LAST_READS", 0.0)
@@ -29,10 +29,10 @@ def realm(monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[SharedMemory, Tell]
     memory = shared_memory(tokens=watchers.append)
     memory.readable_by_all()  # follows the clients from now on
 
-    def tell(client: str, space: str, *, gone: bool = False) -> None:
+    def show_token(client: str, space: str, *, gone: bool = False) -> None:
         watchers[0](client_token("nao", client, space), not gone)
 
-    yield memory, tell
+    yield memory, show_token
     memory.close()
 
 
@@ -41,37 +41,37 @@ def includes(memory: SharedMemory, client: str) -> bool:
 
 
 def test_clients_of_the_same_space_are_neighbors_while_they_are_there(
-    realm: tuple[SharedMemory, Tell],
+    realm: tuple[SharedMemory, ShowToken],
 ) -> None:
-    memory, tell = realm
+    memory, show_token = realm
     assert not includes(memory, "a")
-    tell("a", HERE)
-    tell("b", THERE)
-    tell("c", "")
+    show_token("a", HERE)
+    show_token("b", THERE)
+    show_token("c", "")
     assert [includes(memory, client) for client in "abc"] == [True, False, False]
-    tell("a", HERE, gone=True)
+    show_token("a", HERE, gone=True)
     assert not includes(memory, "a")
 
 
 @pytest.mark.parametrize("space", [THERE, ""])
 def test_one_client_from_elsewhere_is_enough_for_not_all_to_be(
-    realm: tuple[SharedMemory, Tell], space: str
+    realm: tuple[SharedMemory, ShowToken], space: str
 ) -> None:
-    memory, tell = realm
-    tell("a", HERE)
+    memory, show_token = realm
+    show_token("a", HERE)
     assert memory.readable_by_all()
-    tell("b", space)
+    show_token("b", space)
     assert not memory.readable_by_all()
-    tell("b", space, gone=True)
+    show_token("b", space, gone=True)
     assert memory.readable_by_all()
 
 
 def test_nobody_makes_a_neighbor_of_a_client_that_says_otherwise_itself(
-    realm: tuple[SharedMemory, Tell],
+    realm: tuple[SharedMemory, ShowToken],
 ) -> None:
-    memory, tell = realm
-    tell("a", "")
-    tell("a", HERE)  # somebody else says so
+    memory, show_token = realm
+    show_token("a", "")
+    show_token("a", HERE)  # somebody else says so
     assert not includes(memory, "a")
 
 
@@ -85,7 +85,7 @@ def test_without_a_space_nobody_is(monkeypatch: pytest.MonkeyPatch) -> None:
     watchers: list[Callable[[str, bool], object]] = []
     alone = shared_memory(enabled=False, tokens=watchers.append)
     alone.readable_by_all()
-    for tell in watchers:
-        tell(client_token("nao", "a", ""), True)
+    for watcher in watchers:
+        watcher(client_token("nao", "a", ""), True)
     assert not alone.readable_by_all()
     assert not includes(alone, "a")

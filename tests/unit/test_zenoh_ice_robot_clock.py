@@ -110,7 +110,7 @@ BAD_READINGS = [
 
 
 @pytest.mark.parametrize(("time_", "rate"), BAD_READINGS)
-def test_samples_that_no_clock_can_show_are_dropped_and_told_once(
+def test_samples_that_no_clock_can_show_are_dropped_and_reported_once(
     wall: Wall, caplog: pytest.LogCaptureFixture, time_: float, rate: float
 ) -> None:
     clock = RobotClock(10.0, 2.0, simulated=True)
@@ -130,7 +130,7 @@ def test_it_does_not_begin_with_what_no_clock_can_show(time_: float, rate: float
         RobotClock(time_, rate, simulated=True)
 
 
-def test_silence_is_told_once_and_so_is_its_end(wall: Wall, caplog: pytest.LogCaptureFixture) -> None:
+def test_silence_is_reported_once_and_so_is_its_end(wall: Wall, caplog: pytest.LogCaptureFixture) -> None:
     clock = RobotClock(10.0, 2.0, simulated=True)
     wall.now += 0.9
     clock.now()

@@ -64,7 +64,7 @@ class TestSources:
             ("[security.users]\nann = ['r']", "security.users.ann = ['r']: write text"),
         ],
     )
-    def test_what_is_wrong_is_told_with_its_file(self, text: str, message: str, tmp_path: Path) -> None:
+    def test_what_is_wrong_is_reported_with_its_file(self, text: str, message: str, tmp_path: Path) -> None:
         file = tmp_path / "robot.toml"
         file.write_text(text)
         with pytest.raises(ConfigurationException) as caught:
@@ -79,7 +79,7 @@ class TestSources:
             load_settings(file, environment={})
         assert str(caught.value) == f"{file}: security.password: write text"
 
-    def test_an_unknown_variable_is_told(self) -> None:
+    def test_an_unknown_variable_is_reported(self) -> None:
         with pytest.raises(
             ConfigurationException, match=r"^VISUALHFSM_SECURITY_KEI: security\.kei: there is no such key"
         ):
@@ -196,16 +196,18 @@ class TestExposure:
         "endpoint", ["tcp/0.0.0.0:7447", "tcp/[::]:7447", "udp/192.168.1.5:1", "ws/lab:1"]
     )
     def test_beyond_it_without_tls(self, endpoint: str) -> None:
-        (told,) = exposure(Settings(listen=(endpoint,)))
-        assert told.startswith(f"listening on {endpoint} without TLS: anyone on that network can see through")
+        (reported,) = exposure(Settings(listen=(endpoint,)))
+        assert reported.startswith(
+            f"listening on {endpoint} without TLS: anyone on that network can see through"
+        )
         assert exposure(Settings(listen=(endpoint,), mode="client")) == []
 
     def test_with_tls_it_depends_on_who_is_let_in(self) -> None:
         beyond = Settings(listen=("tls/0.0.0.0:7447",))
-        (told,) = exposure(beyond)
-        assert "every accepted user may do everything" in told
-        (told,) = exposure(beyond.override(security={"mutual": False}))
-        assert "anyone on that network can see" in told
+        (reported,) = exposure(beyond)
+        assert "every accepted user may do everything" in reported
+        (reported,) = exposure(beyond.override(security={"mutual": False}))
+        assert "anyone on that network can see" in reported
         assert exposure(beyond.override(security={"roles": ROLES})) == []
 
     def test_it_is_logged_before_a_session_listens(self, caplog: pytest.LogCaptureFixture) -> None:

@@ -131,12 +131,12 @@ def test_endpoints_are_accepted(endpoint: str) -> None:
     assert Settings(listen=[endpoint]).listen == (endpoint,)  # type: ignore[arg-type]
 
 
-def test_a_missing_file_is_told(tmp_path: Path) -> None:
+def test_a_missing_file_is_reported(tmp_path: Path) -> None:
     with pytest.raises(ConfigurationException, match=r"none\.toml: cannot be read: No such file"):
         load_settings(tmp_path / "none.toml", environment={})
 
 
-def test_a_file_of_an_impossible_name_is_told() -> None:
+def test_a_file_of_an_impossible_name_is_reported() -> None:
     with pytest.raises(ConfigurationException, match="null byte"):
         load_settings(environment={"VISUALHFSM_CONFIG": "a\0b"})
 

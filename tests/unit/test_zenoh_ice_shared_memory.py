@@ -191,7 +191,7 @@ def test_who_is_closed_reads_nothing(sender: SharedMemory, reader: SharedMemory)
     assert shared_maps() == 1  # the sender's own
 
 
-def test_a_system_without_room_is_told_of_once(
+def test_a_system_without_room_is_reported_once(
     sender: SharedMemory, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     def full(*_: object) -> int:

@@ -152,7 +152,7 @@ class TestCalls:
         calls.call(b"", ABOUT)
         assert servant.calls[0].thread.name.startswith("server-")
 
-    def test_an_error_is_told_from_a_result(self, ends: Ends) -> None:
+    def test_an_error_is_distinguished_from_a_result(self, ends: Ends) -> None:
         error = encode_error(ConnectionLostException("why"))
         calls = serve(ends, Servant(lambda _n, _p, reply: reply(False, error)))
         assert whole(calls.call(b"", ABOUT)) == (False, error)
