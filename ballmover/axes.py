@@ -42,7 +42,7 @@ class Point(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class AxisPosition:
-    """Where the axes of a ball stand: pan in rad, distance and height in m."""
+    """Positions of a ball's axes: pan in rad, distance and height in m."""
 
     pan: float
     distance: float
@@ -66,7 +66,7 @@ class AxisPosition:
 
 @dataclass(frozen=True, slots=True)
 class AxisLimits:
-    """How far and how fast the axes of a ball move."""
+    """Limits of a ball's axes: range and speed."""
 
     min_pan: float
     max_pan: float
@@ -77,7 +77,7 @@ class AxisLimits:
     max_pan_speed: float
     """In rad/s."""
     max_linear_speed: float
-    """Of distance and height, in m/s."""
+    """Speed limit of distance and height in m/s."""
 
     @classmethod
     def from_params(cls, params: Pose3DMotorsParams) -> AxisLimits:

@@ -1,4 +1,4 @@
-"""What can go wrong while a ball is carried along waypoints."""
+"""Errors while a ball is carried along waypoints."""
 
 from __future__ import annotations
 

@@ -32,7 +32,7 @@ _logger = logging.getLogger(__name__)
 
 
 class Carrier(Protocol):
-    """What carries the ball: `ballmover.ball.Ball`."""
+    """Carries the ball: `ballmover.ball.Ball`."""
 
     @property
     def limits(self) -> AxisLimits:
@@ -46,7 +46,7 @@ class Carrier(Protocol):
 
 
 class Reporter(Protocol):
-    """What hears how the mover gets on."""
+    """Receives the mover's progress."""
 
     def departed(self, index: int, stop: Stop, lap: int) -> None:
         """Hear that the ball sets out for a stop."""

@@ -52,7 +52,7 @@ class StackError(ZenohIceError):
 
 
 class ProcessSpec(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """How one process of a stack is started, when it counts as ready, and how long its end may take."""
+    """How to start one process of a stack, when it is ready, and how long it may take to stop."""
 
     name: Name
     command: Command

@@ -1,4 +1,4 @@
-"""What every command shares; here, to let Ctrl-C end it quietly while its modules load.
+"""Shared by all commands; here, Ctrl-C ends the command quietly while its modules load.
 
 Every command begins with this, before it imports anything else; so this imports next to nothing itself.
 """

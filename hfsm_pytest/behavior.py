@@ -48,7 +48,7 @@ class Behavior(ReloadableRun):
     """
 
     component: Any
-    """What user code sees as `self`: its parameters, proxies and functions."""
+    """The `self` of user code: its parameters, proxies and functions."""
 
     def __init__(
         self,
@@ -178,7 +178,7 @@ class Behavior(ReloadableRun):
 
     @property
     def timeline(self) -> str:
-        """What happened, as text; a test that fails shows it."""
+        """The events of the run as text, shown when a test fails."""
         name = self.tree.root.automaton.name
         head = f"timeline of {name}, {self.time:.3f} s, in {', '.join(self.active_paths)}"
         return f"{head}\n{self._journal.text()}"

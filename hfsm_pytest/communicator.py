@@ -63,7 +63,7 @@ class VirtualNetwork:
         self.journal: Final = Journal(clock.now)
         self.on_listening: Callable[[], object] = lambda: None
         self.polls: Final[dict[str, Polls]] = {}
-        """Of stubs: what returns the newest value of a stream, by identity and operation."""
+        """Functions of stubs that return the newest value of a stream, by identity and operation."""
         self.away: set[str] = set()
         """The identities of servants whose calls fail as over a cut link."""
         self.communicator: Final = _VirtualCommunicator(

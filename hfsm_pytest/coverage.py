@@ -34,7 +34,7 @@ which id."""
 
 
 class Hits(Counter[_Key]):
-    """How often states were `entered`, transitions `fired`, and guards `true` and `false`."""
+    """Counts of states `entered`, transitions `fired`, and guards `true` and `false`."""
 
     def watch(self, document: Callable[[], Path | None], tree: Tree) -> None:
         """Count what automata do from now on; where they are now counts as entered.

@@ -1,4 +1,4 @@
-"""What goes wrong in the test of a behavior."""
+"""Errors in the test of a behavior."""
 
 from __future__ import annotations
 

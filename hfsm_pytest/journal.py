@@ -1,4 +1,4 @@
-"""What happened in a run, kept for assertions and shown when one fails."""
+"""The events of a run, kept for assertions and shown when one fails."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Call:
     target: str
     """Servant and operation, as in `Head.setPose`."""
     arguments: dict[str, Any]
-    """What was handed over, by the names of the parameters."""
+    """The arguments by the names of the parameters."""
     result: Any
     error: Exception | None
     automaton: str

@@ -37,7 +37,7 @@ class Ball:
 
     @property
     def position(self) -> tuple[float, float, float]:
-        """Where it is: bearing in rad, distance and height in m."""
+        """Its position: bearing in rad, distance and height in m."""
         pan, distance, height = self._device.read().positions
         return pan, distance, height
 
@@ -102,7 +102,7 @@ class RobotUnderTest:
 
     @property
     def joints(self) -> dict[str, float]:
-        """Where the joints are in rad, by name."""
+        """Joint angles in rad, by name."""
         names = (joint.name for joint in self.device.joints)
         return dict(zip(names, self.device.read().positions, strict=True))
 
@@ -114,12 +114,12 @@ class RobotUnderTest:
 
     @property
     def state(self) -> BodyState:
-        """How the robot as a whole is, and whether it has fallen."""
+        """State of the robot as a whole, and whether it has fallen."""
         return self.device.state()
 
     @property
     def health(self) -> list[str]:
-        """What the safety layer and the servants have reported, oldest first: limited commands, timeouts."""
+        """Reports of the safety layer and the servants, oldest first: limited commands, timeouts."""
         events, _, _ = self._assembly.events.snapshot()
         return [f"{event.time:.2f} s {event.source}: {event.message}" for event in events]
 

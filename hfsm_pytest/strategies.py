@@ -45,7 +45,7 @@ class Step:
 
 
 class _Facts(NamedTuple):
-    """What of a document a random test can use."""
+    """The parts of a document that a random test can use."""
 
     guards: tuple[str, ...]
     declared: tuple[str, ...]

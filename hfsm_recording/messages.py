@@ -1,4 +1,4 @@
-"""What stands in a recording: the messages of each channel, which travel as JSON.
+"""The contents of a recording: the messages of each channel, as JSON.
 
 A channel's schema names the message, so that a reader need not know the topics. The order of messages in the
 file is that in which things happened; their time is that of the wall at the start of the component, plus
@@ -137,7 +137,7 @@ class LogLine(Message, frozen=True):
 
 
 class Reading(Message, frozen=True):
-    """What user code read that is no servant's: a clock (`now`, `time.time`), how a sleep ended, an age."""
+    """A local reading of user code: a clock (`now`, `time.time`), how a sleep ended, an age."""
 
     context: Text
     kind: Text
@@ -153,7 +153,7 @@ class Missing(msgspec.Struct, frozen=True):
 
 
 class Result(Message, frozen=True):
-    """What an operation of a proxy brought.
+    """The result of an operation of a proxy.
 
     `kind` is call; begin and async of a call without waiting; latest and wait, which is over when it has
     brought an error or a newer sample; subscribe and sample. `value` is for people, and cut where it is long.

@@ -1,4 +1,4 @@
-"""What a replay reports, as lines of JSON: the process that runs the code writes them for the command."""
+"""The report of a replay, as lines of JSON: the process that runs the code writes them for the command."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import msgspec
 
 
 class Side(msgspec.Struct):
-    """What one of the two did in the cycle in which they part."""
+    """What one of the two did in the cycle in which they diverge."""
 
     state: str
     state_after: str

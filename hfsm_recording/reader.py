@@ -44,7 +44,7 @@ _MESSAGE_HEAD: Final = struct.Struct("<HIQQ")
 _BROKEN: Final = (
     ValueError, EOFError, struct.error, KeyError, IndexError, OverflowError, MemoryError, zstandard.ZstdError
 )  # fmt: skip
-"""What a file raises that was cut off: the library's parsers meet the end of a record unprepared."""
+"""Exceptions for a truncated file: the library's parsers do not expect the end within a record."""
 
 T = TypeVar("T")
 

@@ -16,12 +16,12 @@ from .automaton import REQUIRED, Automaton, Event, State, Transition
 from .errors import DefinitionError, EventError
 
 CAPACITY: Final = 64
-"""How many events wait in the queue of an automaton; of more the oldest are dropped."""
+"""Capacity of an automaton's event queue; beyond it the oldest are dropped."""
 _DEEPEST: Final = 32
 
 
 class ChangeKind(StrEnum):
-    """What happened to an automaton."""
+    """A change of an automaton."""
 
     ENTERED = "entered"
     """It entered a state."""
@@ -63,7 +63,7 @@ class Run:
     activated: int = 0
     """When it last became active."""
     activations: int = 0
-    """How often it became active."""
+    """Number of times that it became active."""
     claimed: int = 0
     """The activation to which its running, or its last, cycle belongs."""
     entered: int | None = None
@@ -84,7 +84,7 @@ class Run:
     """Since when active time counts on; None while it stands still."""
     last_transition: int = 0
     forced: Transition | None = None
-    """What is to fire in the next cycle, whatever its guard says."""
+    """A transition that fires in the next cycle, whatever its guard says."""
     stepping: bool = False
     """Whether one cycle is to run although the tree is held."""
     in_cycle: bool = False
@@ -95,11 +95,11 @@ class Run:
     queue: deque[Event] = field(default_factory=deque)
     """The events that wait to be handled, oldest first; at most `CAPACITY`."""
     due: int = 0
-    """How many of them were there when the running cycle began: it handles no others."""
+    """Their number when the running cycle began: it handles no others."""
     event: Event | None = None
     """The event with which the running cycle asks its transitions."""
     dropped: int = 0
-    """How many events it has dropped."""
+    """Number of dropped events."""
     last_dropped: tuple[Event, DropReason, int] | None = None
     """The newest of these, why, and the component time."""
     guards: dict[int, tuple[bool, int]] = field(default_factory=dict)

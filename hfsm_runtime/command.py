@@ -247,7 +247,7 @@ def _wait(runtime: Runtime, seconds: float | None, stop: threading.Event, safety
 
 
 _PREFIX: Final = "parameter_"
-"""What the names of the options begin with in Python, so that they meet no others there."""
+"""Prefix of the options' names in Python, to avoid collisions."""
 
 
 def with_parameters(component: type[Component]) -> Callable[[Callable[..., None]], Callable[..., None]]:

@@ -85,7 +85,7 @@ class _ItsClock:
 
 
 class Component:
-    """What user code sees as `self`: proxies and functions of the document, the clock and the log.
+    """The `self` of user code: proxies and functions of the document, the clock and the log.
 
     A subclass names the document it was generated from, what follows an error (`stop` or `continue`) and a
     refused command (`pause` or `error`), and defines `automaton`. Nobody must rely on `__init__`, `clock`,
@@ -95,7 +95,7 @@ class Component:
     clock = _ItsClock()
     """The clock of the component: the wall's, or the robot's."""
     log: logging.Logger = logging.getLogger("component")
-    """Where user code may write."""
+    """The log of user code."""
 
     # What VisualStates calls the parts that are all one here.
     interfaces = rosNode = globalNamespace = namespace = _Itself()

@@ -20,7 +20,7 @@ class CycleEnded(Exception):
 
 
 class Supervisor(Protocol):
-    """What a cycle asks of its surroundings."""
+    """What a cycle needs from its environment."""
 
     def now(self) -> int:
         """Return the component time in ns."""

@@ -1,4 +1,4 @@
-"""What goes wrong with a component: exceptions, and what follows one in user code."""
+"""Errors of a component: exceptions, and the reaction to one in user code."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ class VariablesError(ComponentError):
 
 
 class OnError(StrEnum):
-    """What follows an exception in user code."""
+    """Reaction to an exception in user code."""
 
     STOP = "stop"
     """The robot is stopped and the component halts."""
@@ -78,7 +78,7 @@ class OnError(StrEnum):
 
 
 class OnRefused(StrEnum):
-    """What follows when the robot refuses a command."""
+    """Reaction when the robot refuses a command."""
 
     PAUSE = "pause"
     """The component pauses until the robot accepts commands again."""

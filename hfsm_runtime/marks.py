@@ -1,4 +1,4 @@
-"""What a component marks on the pictures of its cameras."""
+"""Marks of a component on the pictures of its cameras."""
 
 from __future__ import annotations
 

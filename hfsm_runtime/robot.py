@@ -1,4 +1,4 @@
-"""What a component does to the robot as a whole: connect to its servants, and stop it."""
+"""A component's access to the robot as a whole: connect to its servants, and stop it."""
 
 from __future__ import annotations
 

@@ -52,7 +52,7 @@ class Runtime(Observer):
     ) -> None:
         self.component = component
         self.reloads = 0
-        """How many times the component was reloaded."""
+        """Number of reloads of the component."""
         self.ended = threading.Event()
         self.failed = False
         """Whether an error ended the component."""
@@ -61,7 +61,7 @@ class Runtime(Observer):
         self.clock = clock
         """The clock of the component."""
         self.marks = Marks()
-        """What the component marks on the pictures of its cameras."""
+        """The component's marks on the pictures of its cameras."""
         equip(component, clock, self._sleep, self.send, self.mark)
         self.tree = self._make_tree(make_automata(component))
         self.timeline = self._make_timeline(clock)
@@ -85,7 +85,7 @@ class Runtime(Observer):
 
     @property
     def status(self) -> ComponentStatus:
-        """What the component is doing."""
+        """State of the component."""
         if self.ended.is_set():
             return ComponentStatus.Halted
         return ComponentStatus.Paused if self.timeline.paused else ComponentStatus.Running

@@ -1,4 +1,4 @@
-"""What becomes of errors: they are logged, remembered for the monitor, and answered by the policy."""
+"""Handling of errors: they are logged, remembered for the monitor, and answered by the policy."""
 
 from __future__ import annotations
 
@@ -119,7 +119,7 @@ class Supervision(Observer):
         self._hardware_failures: dict[Run, int] = {}
         """Cycles in a row that ended because hardware failed."""
         self._dropped: set[tuple[int, int, str]] = set()
-        """Where which events were dropped: the automaton, its state, and the event with the reason."""
+        """Dropped events: the automaton, its state, and the event with the reason."""
         tree.observers.append(self)
         self.turn_to(component)
 

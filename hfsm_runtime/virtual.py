@@ -28,7 +28,7 @@ _RETRY: Final = _SECOND
 
 
 class Change(NamedTuple):
-    """At a time in s an automaton entered a state, became a ghost in it, resumed it, or finished in it."""
+    """A change at a time in s: an automaton entered a state, became a ghost, resumed, or finished."""
 
     time: float
     automaton: str

@@ -43,7 +43,7 @@ from zenoh_ice import Clock, Object
 
 
 class Assembly:
-    """What stands between a robot and its clients: the servants of what the robot has.
+    """The server's parts between a robot and its clients: a servant for each device.
 
     `wall` is the steady clock of the safety deadlines and the reports. Raises RobotError when the options ask
     for what the robot cannot do.
@@ -60,9 +60,9 @@ class Assembly:
         """Every servant by its identity."""
         self._streams: list[StateStream[Any, Any]] = []
         self.watched: Final[list[Watched]] = self._watchdog.watched
-        """What moves and is checked by the watchdog."""
+        """Moving devices that the watchdog checks."""
         self.events: Final = EventLog(robot.clock.now, wall.now)
-        """What an operator should know, as the health report has it."""
+        """Events of the health report."""
         self.gate: Final = Gate(self.events)
         """Emergency stop and lease in front of every command of the robot."""
 
@@ -86,11 +86,11 @@ class Assembly:
         if robot.voice is not None:
             self._add(Speech=SpeechI(robot.voice, time))
         self.player: Final = self._add_motions()
-        """What plays motions."""
+        """The player of motions."""
         self.health: Final = HealthI(robot, self.events, self._cameras)
         self._add(Health=self.health)
         self.jobs: Final[list[Job]] = self._jobs()
-        """What is to be done periodically."""
+        """Periodic jobs."""
 
     def drop_client(self, client: str) -> None:
         """Stop what a lost client drives or streams, and take its lease back."""

@@ -40,7 +40,7 @@ class RangeTable:
 
     @property
     def steepest(self) -> float:
-        """How far a limit of `dependent` moves at most for each rad of `independent`."""
+        """Largest change of a limit of `dependent` per rad of `independent`."""
         slopes = (
             max(abs(after[1] - before[1]), abs(after[2] - before[2])) / (after[0] - before[0])
             for before, after in pairwise(self.rows)

@@ -1,4 +1,4 @@
-"""What a robot may have beside joints and cameras: a walk, senses, lights, a voice, postures, a stage.
+"""Optional abilities besides joints and cameras: a walk, senses, lights, a voice, postures, a stage.
 
 A robot offers each as an attribute of `Robot`, or None where it has none; the server adds the servants of
 what is there. The contract of `naoserver.robot` holds here too: methods may be called from any thread, those
@@ -27,7 +27,7 @@ class WalkVelocity:
 
 @dataclass(frozen=True, slots=True)
 class Odometry:
-    """Where the robot believes to be on the floor, in m in the frame in which it started."""
+    """Estimated place of the robot on the floor, in m in the frame in which it started."""
 
     time: float
     """Robot time in s."""
@@ -64,21 +64,21 @@ class Walker(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class InertialReading:
-    """What the inertial unit in the torso measures, in the torso's frame."""
+    """A reading of the inertial unit in the torso, in the torso's frame."""
 
     acceleration: Vector
     """Specific force in m/s2: (0, 0, 9.81) while it stands upright at rest."""
     angular_velocity: Vector
     """In rad/s."""
     roll: float
-    """Of the torso against the vertical in rad, positive to the right side."""
+    """Angle of the torso to the vertical in rad, positive to the right side."""
     pitch: float
-    """Of the torso against the vertical in rad, positive forwards."""
+    """Angle of the torso to the vertical in rad, positive forwards."""
 
 
 @dataclass(frozen=True, slots=True)
 class FootReading:
-    """What presses on the sensors of a sole in N, none below 0."""
+    """Forces on the sensors of a sole in N, none below 0."""
 
     front_left: float
     front_right: float
@@ -87,7 +87,7 @@ class FootReading:
 
     @property
     def total(self) -> float:
-        """What the foot carries in N: the sum of the four."""
+        """Load of the foot in N: the sum of the four."""
         return self.front_left + self.front_right + self.rear_left + self.rear_right
 
 
@@ -114,7 +114,7 @@ class BatteryReading:
 
 @dataclass(frozen=True, slots=True)
 class SenseReading:
-    """What all senses but joints and cameras measure at one moment."""
+    """Readings of all senses but joints and cameras at one moment."""
 
     time: float
     """Robot time in s."""
@@ -169,12 +169,12 @@ class Lights(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Utterance:
-    """What is being said, or was said last."""
+    """The present or the last utterance."""
 
     text: str = ""
     speaking: bool = False
     count: int = 0
-    """How many texts were begun since the start."""
+    """Number of texts begun since the start."""
 
 
 class Voice(Protocol):
@@ -192,7 +192,7 @@ class Voice(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Pose:
-    """Where something is in the world and how it is turned."""
+    """Position and orientation of something in the world."""
 
     position: Vector
     """In m."""
@@ -208,15 +208,15 @@ class Pose:
 
 @dataclass(frozen=True, slots=True)
 class Truth:
-    """Where everything is, as only a simulation knows it, in the world's frame."""
+    """True positions of everything in the world's frame, which only a simulation knows."""
 
     time: float
     """Robot time in s."""
     torso: Pose
     velocity: Vector
-    """Of the torso in m/s."""
+    """Velocity of the torso in m/s."""
     angular_velocity: Vector
-    """Of the torso in rad/s, in the world's frame."""
+    """Angular velocity of the torso in rad/s, in the world's frame."""
     objects: Mapping[str, Pose]
     """The balls and what else can move, by name."""
 
@@ -250,7 +250,7 @@ class Stage(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class PostureProgress:
-    """How the way to a posture goes."""
+    """Progress of the way to a posture."""
 
     name: str = ""
     moving: bool = False

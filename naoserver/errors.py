@@ -1,4 +1,4 @@
-"""What can go wrong between the servants and a robot."""
+"""Errors between the servants and a robot."""
 
 from __future__ import annotations
 

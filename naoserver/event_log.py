@@ -1,4 +1,4 @@
-"""What an operator should know: the events of the health report, and how the robot's condition makes some."""
+"""The events of the health report, and those that the robot's condition causes."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ LOW: Final = 0.2
 VERY_LOW: Final = 0.07
 """Charge of the battery at which a Nao is about to switch itself off."""
 _RECOVERED: Final = 0.05
-"""By how much the charge is above a mark before it is reported again."""
+"""How far the charge must rise above a mark before the mark is reported again."""
 _LIMP: Final = 0.05
 """Stiffness below which a motor holds nothing."""
 

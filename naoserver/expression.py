@@ -25,7 +25,7 @@ START: Final[Mapping[str, Color]] = {
     "LeftFoot": _OFF,
     "RightFoot": _OFF,
 }
-"""What each group of an H25 shows after the start."""
+"""Color of each group of an H25 after the start."""
 SINGLE_COLORED: Final[Mapping[str, Color]] = dict.fromkeys(("LeftEar", "RightEar", "Head"), _BLUE)
 """The groups that have one color, and which."""
 

@@ -1,4 +1,4 @@
-"""Who may command the robot, and whether anybody may: a lease, and an emergency stop that latches."""
+"""The right to command the robot: a lease, and an emergency stop that latches."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Gate:
 
     def __init__(self, events: EventLog) -> None:
         self.events: Final = events
-        """What an operator should know."""
+        """Events for the operator."""
         self._lock = threading.Lock()
         self._stops: list[Callable[[], None]] = []
         self._stop_reason: str | None = None

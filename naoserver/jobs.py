@@ -38,7 +38,7 @@ class Job(Protocol):
 
     @property
     def name(self) -> str:
-        """What it is called in the log."""
+        """Its name in the log."""
 
     @property
     def thread(self) -> str:
@@ -109,11 +109,11 @@ class Periodic:
 
 
 class Watched(Protocol):
-    """What can move and must not for longer than its client wants it: joints, and the walk."""
+    """Devices that must not move for longer than their client wants: joints, and the walk."""
 
     @property
     def name(self) -> str:
-        """What it is called in the log."""
+        """Its name in the log."""
 
     def watch(self) -> float | None:
         """Stop what was not renewed; return in how many wall seconds to look again, None while all rests."""
@@ -137,7 +137,7 @@ class Watchdog:
         self.thread: Final = "watchdog"
         self.clock: Final = clock
         self.watched: Final[list[Watched]] = []
-        """What moves and is checked."""
+        """The checked devices."""
         self._sooner = sooner
         self._lock = threading.Lock()
         self._next = clock.now()

@@ -1,4 +1,4 @@
-"""How a robot is served: every setting with its default."""
+"""Options of a robot server, with their defaults."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True, slots=True)
 class SafetyOptions:
-    """How far commands are limited."""
+    """Limits of commands."""
 
     speed_fraction: float = 0.3
     """Cap of every speed as a fraction of the joint's full speed. Both arms in phase at 0.5 throw a standing
@@ -37,11 +37,11 @@ class CameraOptions:
 
 @dataclass(frozen=True, slots=True)
 class ServerOptions:
-    """How a robot is served."""
+    """Options of a robot server."""
 
     safety: SafetyOptions = field(default_factory=SafetyOptions)
     mechanism_safety: SafetyOptions = field(default_factory=lambda: SafetyOptions(speed_fraction=1.0))
-    """How far commands to the mechanisms beside the robot (the balls) are limited."""
+    """Limits of commands to the mechanisms besides the robot (the balls)."""
     camera: CameraOptions = field(default_factory=CameraOptions)
     cameras: Mapping[str, CameraOptions] = field(default_factory=dict)
     """Settings of single cameras by identity; the others take `camera`."""

@@ -48,7 +48,7 @@ PIXEL_FORMATS: Final[dict[str, Callable[[Pixels], bytes]]] = {
     "GRAY8": _gray,
     "YUV422": _yuv422,
 }
-"""What turns a frame of shape (height, width, 3), width even, into a format's bytes, rows from the top."""
+"""Converters of a frame of shape (height, width, 3), width even, to a format's bytes, rows from the top."""
 if find_spec("PIL") is not None:  # a server of a plain installation goes without
     PIXEL_FORMATS["JPEG"] = _jpeg
 

@@ -1,4 +1,4 @@
-"""What a robot must offer to be served: the one boundary between the servants and a body.
+"""The protocol of a robot: the one boundary between the servants and a body.
 
 The simulated robot, the real one and the fake implement `Robot`; servants and safety layer are written
 once above it.
@@ -61,14 +61,14 @@ class JointReading:
     commands: tuple[float, ...]
     torques: tuple[float, ...]
     stiffnesses: tuple[float, ...]
-    """How strongly each motor holds, from 0, limp, to 1."""
+    """Stiffness of each motor, from 0, limp, to 1."""
     temperatures: tuple[float, ...]
-    """Of the motors in degrees Celsius."""
+    """Temperatures of the motors in degrees Celsius."""
 
 
 @dataclass(frozen=True, slots=True)
 class CameraFacts:
-    """What a camera can do and where it sits."""
+    """Abilities and place of a camera."""
 
     name: str
     """Identity under which it is served: `Camera` (the top one), `CameraBottom`, `CameraOutside`."""
@@ -103,7 +103,7 @@ FALLEN_TILT: Final = math.radians(60)
 
 @dataclass(frozen=True, slots=True)
 class BodyState:
-    """How the robot as a whole is."""
+    """State of the robot as a whole."""
 
     torso_tilt: float
     """Angle between the torso's z axis and the vertical in rad."""
@@ -156,7 +156,7 @@ class Robot(JointDevice, Protocol):
 
     @property
     def mechanisms(self) -> tuple[JointDevice, ...]:
-        """What is served beside the robot: the balls of a simulation; empty on a real robot."""
+        """Devices besides the robot: the balls of a simulation; empty on a real robot."""
 
     @property
     def walker(self) -> Walker | None:

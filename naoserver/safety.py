@@ -47,7 +47,7 @@ class Limitation(NamedTuple):
 
 @dataclass(slots=True)
 class Outcome:
-    """What to command of the device, and what became of the client's command."""
+    """The command for the device, and the outcome for the client."""
 
     positions: dict[str, float] = field(default_factory=dict)
     """Targets for `JointDevice.command_positions`, with `max_speeds`."""
@@ -129,7 +129,7 @@ def clamp(value: float, lower: float, upper: float) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Goal:
-    """Where a position command sends a joint, and at most how fast."""
+    """Target and highest speed of a position command for a joint."""
 
     target: float
     speed: float

@@ -83,7 +83,7 @@ class NaoqiCameras:
 
     @property
     def facts(self) -> tuple[CameraFacts, ...]:
-        """What the cameras can do; of a NAO6 until the robot has been asked."""
+        """Abilities of the cameras; those of a NAO6 until the robot has been asked."""
         return tuple(camera.facts for camera in self._cameras.values())
 
     def open(self, link: Link) -> None:

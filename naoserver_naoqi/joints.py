@@ -24,7 +24,7 @@ _JOINTS: Final = {joint.name: joint for joint in H25.joints}
 
 @dataclass(frozen=True, slots=True)
 class Order:
-    """What a joint is to do: go to a target at a fraction of its full speed; without one, stay."""
+    """Command for a joint: go to a target at a fraction of its full speed; without one, stay."""
 
     target: float | None = None
     fraction: float = 0.0
@@ -41,7 +41,7 @@ class NaoqiJoints:
         self.orders: Final[CoalescingQueue[str, Order]] = CoalescingQueue(
             "joints", connection, reporter, self._send_orders
         )
-        """What joints are to do."""
+        """Commands for joints."""
         self._stiffnesses: CoalescingQueue[str, tuple[float, float]] = CoalescingQueue(
             "stiffness", connection, reporter, self._send_stiffnesses
         )

@@ -1,4 +1,4 @@
-"""What this package needs of a connection to NAOqi: its address, calls by name, and whether it is lost."""
+"""A connection to NAOqi as this package needs it: its address, calls by name, and its loss."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from urllib.parse import urlsplit
 from naoserver.errors import HardwareFailure
 
 NAME: Final = "naoserver-naoqi"
-"""Under which cameras and sonar are subscribed: what an earlier server left behind goes by it."""
+"""Name for subscriptions of cameras and sonar, by which an earlier server's are found."""
 
 
 class CallFailed(HardwareFailure):

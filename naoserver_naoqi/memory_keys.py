@@ -1,4 +1,4 @@
-"""What is read of ALMemory: the keys of joints and senses, as a robot spells them, and their units."""
+"""Keys of ALMemory: those of joints and senses, as a robot spells them, and their units."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from naoserver.naoqi_names import AXES, DEVICES, GRAVITY, JOINT_KEYS, touch_key
 from naoserver.robot import JointReading
 
 FARTHEST: Final = 2.55
-"""In m: what the sonar reports beyond it means that nothing is near, as does 0, before the first echo."""
+"""Range in m: a sonar reading beyond it means that nothing is near, as does 0, before the first echo."""
 _EDGES: Final = ("FrontLeft", "FrontRight", "RearLeft", "RearRight")
 _COMFORTABLE: Final = 25.0
 """Degrees Celsius of a motor that reports none."""
@@ -29,7 +29,7 @@ _PRESSED: Final = 0.5
 
 
 class Measurements(NamedTuple):
-    """What the robot measured at one moment, in SI units and radians."""
+    """Measurements of one moment, in SI units and radians."""
 
     joints: JointReading
     """In the order of H25; a velocity is not a number where the robot reports none, as of hands."""

@@ -1,4 +1,4 @@
-"""What NAOqi moves by itself: ALMotion's walk, and ALRobotPosture's ways into postures."""
+"""Motions that NAOqi controls: ALMotion's walk, and ALRobotPosture's ways into postures."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class NaoqiWalker:
             Poll(reporter, clock.now, self._period, self._take_position, _POSITION, True),
             Poll(reporter, clock.now, self._period, self._take_active, "ALMotion.moveIsActive"),
         )
-        """What is to be asked at every cycle."""
+        """Polls of every cycle."""
 
     def open(self, link: Link) -> None:
         """End an earlier walk, and find out how fast the robot walks."""
@@ -174,7 +174,7 @@ class NaoqiPostures:
         self.question: Final = Poll(
             reporter, now, lambda: _POSTURE_PERIOD, self._take, "ALRobotPosture.getPosture"
         )
-        """What is to be asked at every cycle."""
+        """Polls of every cycle."""
 
     def open(self, link: Link) -> None:
         """Find out which postures the robot knows."""

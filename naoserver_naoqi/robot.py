@@ -30,11 +30,11 @@ _DISABLED: Final = "disabled"
 _LONG: Final = 60.0
 """Seconds that the robot gets to stand up, to crouch, or to change its life."""
 _SECONDS: Final = 1.0
-"""In which motors become stiff or limp."""
+"""Seconds in which motors become stiff or limp."""
 
 
 class Start(StrEnum):
-    """What the robot is to do before it is served."""
+    """What the robot does before it is served."""
 
     LEAVE = "leave"
     """Nothing: a limp robot stays limp."""
@@ -45,7 +45,7 @@ class Start(StrEnum):
 
 
 class End(StrEnum):
-    """What the robot is to do when the server ends."""
+    """What the robot does when the server ends."""
 
     LEAVE = "leave"
     """Stay as it is, also stiff."""
@@ -56,7 +56,7 @@ class End(StrEnum):
 
 
 class Life(StrEnum):
-    """What becomes of Autonomous Life, which moves the robot by itself."""
+    """Setting of Autonomous Life, which moves the robot by itself."""
 
     DISABLE = "disable"
     """Switch it off."""

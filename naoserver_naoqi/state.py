@@ -1,4 +1,4 @@
-"""What the robot measures, one call a cycle, and where its setpoints are between NAOqi's reports of them."""
+"""Measurements of the robot, one call per cycle, and its setpoints between NAOqi's reports of them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the services read, and the guarded ways by which they command."""
+"""Readings for the services, and their guarded commands."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _CORRECTION: Final = 0.05
 """Robot seconds between two corrections on the way to a goal."""
 _STILL: Final = WalkVelocity()
 _SHARE: Final = 0.7
-"""Of the highest velocities, on the way to a goal."""
+"""Fraction of the highest velocities, on the way to a goal."""
 _GAIN: Final = 1.5
 """Velocity in 1/s of what is left of the way."""
 _CLOSE: Final = 0.02
@@ -55,11 +55,11 @@ class Access:
         self.walk: Final = next((guard for guard in assembly.watched if isinstance(guard, WalkGuard)), None)
         """Its walk; None when it has none."""
         self.player: Final = assembly.player
-        """What plays motions."""
+        """The player of motions."""
         postures = assembly.servants["Postures"]
         assert isinstance(postures, PosturesI)
         self.postures: Final = postures
-        """What brings it into postures."""
+        """The controller of postures."""
 
     def free(self, call: Call) -> None:
         """End the walk, or whatever else moves joints by itself, and wait until no joint is claimed.

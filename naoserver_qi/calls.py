@@ -1,4 +1,4 @@
-"""How calls of libqi reach the services: one wrapper for errors, long calls and what tests make go wrong.
+"""Calls of libqi to the services: one wrapper for errors, long calls and injected faults.
 
 Pitfalls of libqi in Python that are handled here: a method that blocks holds one of its few threads, so long
 calls answer with a future and run in a pool; an exception exposes the path and line of the code, a failed

@@ -68,7 +68,7 @@ class ALSonar:
 
 
 class Subscriber:
-    """What ALMemory.subscriber returns: the signal of a key."""
+    """The result of ALMemory.subscriber: the signal of a key."""
 
     def __init__(self) -> None:
         self.signal = qi.Signal("(m)")

@@ -57,7 +57,7 @@ _ROBOT_CONFIG: Final[dict[str, object]] = {
 }
 
 _Paths = Callable[[dict[str, float]], dict[str, Trajectory]]
-"""Where joints go, from where each of them is."""
+"""Trajectories of joints from their present angles."""
 
 
 def _robot_switch(name: str) -> tuple[Callable[..., Any], Callable[..., Any]]:

@@ -90,7 +90,7 @@ class _Listener:
         """Offer services by their names, each made by a function. Raises RobotError when it cannot listen."""
         start_libqi()
         self.url = url
-        """Where it listens, with the port that the system picked."""
+        """The address it listens on, with the port that the system picked."""
         self._services = services
         self._lock = threading.Lock()
         self._session: qi.Session | None = None

@@ -16,7 +16,7 @@ from naoserver_qi.memory import ALMemory
 _LOOK: Final = 0.05
 """Robot seconds between two looks whether a text was said."""
 _TAG: Final = re.compile(r"\\\w+(=[^\\]*)?\\")
-"""How NAOqi writes pauses, speed and pitch into a text."""
+"""NAOqi's tags for pauses, speed and pitch in a text."""
 _ANIMATION: Final = re.compile(r"\^\w+(\([^)^]*\))?")
 _LANGUAGES: Final = ("English", "French", "German", "Italian", "Spanish")
 

@@ -54,7 +54,7 @@ COLOR_SPACES: Final[Mapping[int, Callable[[Pixels], bytes]]] = {
     11: PIXEL_FORMATS["RGB8"],
     13: PIXEL_FORMATS["BGR8"],
 }
-"""What makes a colour space's bytes of an RGB picture, by NAOqi's number: Y, YUV422, YUV, RGB, BGR."""
+"""Converters of an RGB picture to a colour space's bytes, by NAOqi's number: Y, YUV422, YUV, RGB, BGR."""
 LAYERS: Final[Mapping[int, int]] = {0: 1, 9: 2, 10: 3, 11: 3, 13: 3}
 """Bytes a pixel of each colour space."""
 

@@ -1,4 +1,4 @@
-"""What is seen of the robot: shapes and materials from skin.toml, meshes from skin.obj, and lamps that shine.
+"""Appearance of the robot: shapes and materials from skin.toml, meshes from skin.obj, and lamps that shine.
 
 Nothing of it is ever touched.
 """

@@ -31,7 +31,7 @@ _BUMPER: Final = (0.006, 0.03, 0.0225)
 _BUMPER_AHEAD: Final = 0.0008
 _BUMPER_BELOW: Final = 0.0008
 
-# What a contact sensor reports, and how it makes one wrench of all contacts of a foot: MuJoCo's `netforce`.
+# Data of a contact sensor, and its reduction of all contacts of a foot to one wrench: MuJoCo's `netforce`.
 _FORCE_TORQUE_PLACE: Final = sum(
     1 << int(getattr(mujoco.mjtConDataField, f"mjCONDATA_{field}")) for field in ("FORCE", "TORQUE", "POS")
 )

@@ -37,7 +37,7 @@ _MISSING: Final = (
 
 
 class GLContext(Protocol):
-    """What MuJoCo's GL contexts offer."""
+    """The interface of MuJoCo's GL contexts."""
 
     def make_current(self) -> None:
         """Make it the context of the calling thread."""

@@ -27,7 +27,7 @@ _GAP: Final = 0.0002
 
 @dataclass(frozen=True)
 class DeviceIndex:
-    """Where a device's joints stand in MuJoCo's arrays, in the order of `joints`."""
+    """Indices of a device's joints in MuJoCo's arrays, in the order of `joints`."""
 
     joints: tuple[JointFacts, ...]
     qpos: NDArray[np.intp]
@@ -38,7 +38,7 @@ class DeviceIndex:
 
 @dataclass(frozen=True)
 class FreeIndex:
-    """Where a body that nothing holds stands in MuJoCo's arrays."""
+    """Indices of a free body in MuJoCo's arrays."""
 
     body: int
     qpos: int
@@ -55,9 +55,9 @@ class Model:
     robot: DeviceIndex
     world: World
     balls: Mapping[str, DeviceIndex]
-    """What carries the balls that are carried."""
+    """The mechanisms of carried balls."""
     loose: Mapping[str, FreeIndex]
-    """What else can be placed: balls that roll, boxes that can be pushed."""
+    """Other objects that can be placed: balls that roll, boxes that can be pushed."""
     cameras: tuple[CameraFacts, ...]
     base: FreeIndex
     """The torso."""

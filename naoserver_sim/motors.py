@@ -29,7 +29,7 @@ class SetpointController:
         self._speeds = np.zeros_like(self._setpoints)
         self._moving = False
         self.commands = np.zeros(len(self._setpoints), dtype=np.int64)
-        """How many commands each motor has had."""
+        """Number of commands of each motor."""
 
     @property
     def setpoints(self) -> Array:

@@ -50,7 +50,7 @@ class Pacer:
         self.lag = 0.0
         """The longest wall time by which a tick of the last second came after its schedule, in s."""
         self.slips = 0
-        """How many times the schedule had to be moved because the computer did not keep up."""
+        """Number of shifts of the schedule because the computer did not keep up."""
 
     def start(self, simulated: float, period: float) -> None:
         """Let the schedule begin now, at the given simulated time, with a tick each `period` s of it."""

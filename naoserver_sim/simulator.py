@@ -47,9 +47,9 @@ class Snapshot:
     forces: Array
     """Force of each motor in N m, or N of a slide."""
     stiffnesses: Array
-    """How strongly each motor holds, from 0 to 1."""
+    """Stiffness of each motor, from 0 to 1."""
     temperatures: Array
-    """Of each motor in degrees Celsius."""
+    """Temperature of each motor in degrees Celsius."""
 
 
 class Simulator:
@@ -70,9 +70,9 @@ class Simulator:
         # What is to be done at the next tick; appending and popping is atomic.
         self._orders: deque[Callable[[], None]] = deque()
         self.parts: Final[list[Callable[[float], None]]] = []
-        """What moves motors by itself: called at each tick, with its seconds, before the physics moves."""
+        """Controllers of motors: called at each tick, with its seconds, before the physics moves."""
         self.watchers: Final[list[Callable[[float], None]]] = []
-        """What looks at the state at the end of each tick: called with its simulated time in s."""
+        """Observers of the state at the end of each tick: called with its simulated time in s."""
         self._ticks = 0
         self.tick_period: Final = float(mj.opt.timestep) * STEPS_PER_TICK
         data.ctrl[:] = setpoints.setpoints
@@ -157,7 +157,7 @@ class PacedSimulator(Simulator):
         self._ending = threading.Event()
         self._thread: threading.Thread | None = None
         self.failure: Exception | None = None
-        """What ended the physics thread before its time."""
+        """The exception that ended the physics thread, if any."""
 
     @property
     def running(self) -> bool:

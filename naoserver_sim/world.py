@@ -1,4 +1,4 @@
-"""What a world holds, as its file says it: balls, boxes, walls, a soccer field, and where the robot starts.
+"""A world as its file describes it: balls, boxes, walls, a soccer field, and where the robot starts.
 
 A world is a TOML file, such as those of `naoserver_sim/worlds`; docs/how-to/worlds.md lists its keys. Its
 frame: x and y on the floor, z up. Lengths in m, masses in kg, angles in rad,
@@ -34,7 +34,7 @@ Name = Annotated[str, Meta(pattern=r"^[A-Z]\w{0,31}\Z")]
 
 
 class Start(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """Where the robot stands at first."""
+    """Start of the robot."""
 
     position: tuple[Place, Place] = (0.0, 0.0)
     heading: Angle = 0.0

@@ -25,10 +25,10 @@ from .text import printable
 LARGE: Final = 1 << 16  # size in bytes from which a byte sequence becomes a separate piece
 
 DECODE_ERRORS: Final = (TypeError, ValueError, OverflowError, RecursionError, MemoryError)
-"""What msgspec raises for payloads, and TypeError for types of a servant's schema, that it cannot decode."""
+"""Exceptions of msgspec for payloads that it cannot decode, and TypeError for such types of a schema."""
 
 ENCODE_ERRORS: Final = (TypeError, ValueError, OverflowError, RecursionError, BufferError)
-"""What `to_msgpack` raises for values that cannot be encoded; `not_encoded` explains it."""
+"""Exceptions of `to_msgpack` for values that cannot be encoded; `not_encoded` explains them."""
 _LONGEST: Final = (1 << 32) - 1  # of a byte sequence in MessagePack
 _HEADER_SIZE: Final = 5  # of a large byte sequence there: a type byte and the length
 _EMPTY: Final = b"\xc4\x00"  # a byte sequence of none
@@ -59,7 +59,7 @@ class Parted(NamedTuple):
 
     rest: bytes
     places: tuple[int, ...]
-    """Of each large byte sequence which one it is among all of the payload's type."""
+    """The index of each large byte sequence among all of the payload's type."""
     large: Sequence[bytes]
 
 

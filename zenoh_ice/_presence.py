@@ -25,7 +25,7 @@ from .exceptions import (
 from .text import few
 from .transport import Target, Transport
 
-# What we make tokens of; anything else could not be called, and would reach error messages and logs.
+# The characters of our tokens; other names could not be called, and would reach error messages and logs.
 _SERVANT: Final = re.compile(
     rf"@servant/({NAME})/({NAME})/(?=[^/]{{1,256}}/)((?:::[A-Za-z_][A-Za-z0-9_]*)+)/([0-9A-Za-z]{{1,64}}|-)/"
     r"([0-9a-f]{1,32})/([0-9]{1,15})"
@@ -38,7 +38,7 @@ _MOST_TOKENS: Final = 1 << 14  # of all servants
 _MOST_OF_SERVANT: Final = 64  # tokens: of one identity, one for each interface of each server
 _MOST_CLIENTS: Final = 1 << 14
 
-# By which the delay of tokens is longer in an empty realm: a server listens before its robot is ready.
+# Factor of the delay of tokens in an empty realm: a server listens before its robot is ready.
 _START_GRACE: Final = 4
 _GRACE_SHARE: Final = 0.1  # of the limit, where that is more: a long one means a busy machine
 # s between the end of a link and the end of the tokens that came over it, or the other way round.
@@ -129,7 +129,7 @@ class Presence:
         self._tokens: Final[dict[Target, dict[str, ServantToken]]] = {}  # by their keys
         self._count = 0  # of these tokens
         self.present: Final[dict[Target, Mapping[str, str]]] = {}
-        """Of each servant the fingerprints of its interfaces by type id.
+        """The fingerprints of each servant's interfaces by type id.
 
         Each mapping is replaced, not changed: readers take no lock.
         """

@@ -53,7 +53,7 @@ class Kind:
 
     def __init__(self, caution: float = 1) -> None:
         self.caution = caution
-        """How many more jobs are taken to be long; each quick one lessens it."""
+        """Number of further jobs that count as long; each quick one reduces it."""
 
 
 Job = tuple[Kind, Callable[[], object]]
@@ -307,7 +307,7 @@ class Pulse:
 
     def __init__(self) -> None:
         self.running_since = time.monotonic()
-        """What is received now came after this moment of the monotonic clock, usually 0.1 s ago at most."""
+        """Data received now arrived after this moment of the monotonic clock, usually within 0.1 s."""
         self._last = math.inf
         self._doubtful_until = 0.0
 

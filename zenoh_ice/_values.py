@@ -1,4 +1,4 @@
-"""What msgspec alone does not decode: classes, which may arrive as what extends them, and proxies, as text.
+"""Types that msgspec alone does not decode: classes, which may arrive as subclasses, and proxies, as text.
 
 For each such type there is a wire type that msgspec decodes and checks: one of all known classes in place of
 a class. Values of wire types become those of the interface as they are decoded.
@@ -118,7 +118,7 @@ class Value(Struct, tag_field=TYPE_FIELD, tag="::Ice::Object"):
 
 
 class Reference(ABC):
-    """What travels as text and is made again where it arrives: a proxy."""
+    """An object that is encoded as text and made again by the receiver: a proxy."""
 
     @abstractmethod
     def ice_toWire(self) -> str:

@@ -1,4 +1,4 @@
-"""What travels beside a payload, and what travels in its place: attachments, and exceptions.
+"""Encoding of attachments and exceptions.
 
 Declared exceptions travel whole, all others by type and text, never with a traceback.
 """
@@ -47,7 +47,7 @@ _PREFIX: Final = "::zenoh_ice::"
 _LONGEST_NAME: Final = 256  # of a type id or a fingerprint in a text
 _LIMIT: Final = 1 << 20
 
-# What a server may report, with the members that travel; the rest is the client's own to find out.
+# Exceptions that a server may report, with their encoded members; the others are the client's own.
 _REMOTE: Final[dict[str, tuple[type[SystemException], tuple[str, ...]]]] = {
     _PREFIX + cls.__name__: (cls, members)
     for cls, members in (
@@ -141,7 +141,7 @@ class _WireError(msgspec.Struct, omit_defaults=True):
 
 _decoder: Final = msgspec.msgpack.Decoder(_WireError)
 
-# Of declared exceptions; making one takes a millisecond or more.
+# Codecs of declared exceptions; making one takes a millisecond or more.
 _codecs: Final[WeakKeyDictionary[type[UserException], Codec[Any]]] = WeakKeyDictionary()
 
 

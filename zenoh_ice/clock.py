@@ -18,7 +18,7 @@ __all__ = ["Clock", "RobotClock", "VirtualClock", "WallClock"]
 
 _NANOSECONDS: Final = 1_000_000_000
 
-# Of a robot's clock, in s of wall time but for the second.
+# Limits of a robot's clock, in s of wall time but for the second.
 _SILENCE: Final = 1.0  # without a sample, after which the estimate is worth a warning
 _RESTART: Final = 0.1  # a smaller step back is a correction, a larger one a simulation that restarted
 _LONGEST_NAP: Final = 0.05  # samples do not end the wait for an event

@@ -97,7 +97,7 @@ class Communicator:
         self.realm: Final = settings.realm
         self.destroyed = False
         self.served: Final[dict[Target, ServedObject]] = {}
-        """What this process serves."""
+        """Servants of this process."""
         self.call_numbers: Final = itertools.count(1)
         self._lock: Final = threading.RLock()
         self._adapters: list[ObjectAdapter] = []

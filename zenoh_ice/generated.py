@@ -1,4 +1,4 @@
-"""What generated code imports; nobody else needs this module."""
+"""Imports of generated code; nothing else needs this module."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ __all__ = [
 V = TypeVar("V")
 
 Dispatched: TypeAlias = V | Future[V] | Coroutine[Any, Any, V]
-"""What the method of an operation marked ["amd"] returns: its value now, or what has it later."""
+"""Result of the method of an operation marked ["amd"]: its value now, or an awaitable of it."""
 
 # Slice's integers.
 Byte = Annotated[int, Meta(ge=0, le=255)]

@@ -53,7 +53,7 @@ class InProcessTransport:
         self.id = f"{next(_numbers):x}"
         self.pool: Final = pool
         self.receivers: Final[dict[str, Receiver]] = {}
-        """By the prefix of their target."""
+        """Receivers by the prefix of their target."""
         self.pending: Final[set[SimpleQueue[Answer | None]]] = set()
         """The answers to pending calls; None at the end."""
         self._lock: Final = threading.RLock()

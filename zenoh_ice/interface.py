@@ -66,7 +66,7 @@ V = TypeVar("V")
 
 
 class OperationOptions(TypedDict, total=False):
-    """What a declaration says of an operation beside its signature."""
+    """Properties of an operation besides its signature."""
 
     throws: tuple[type[UserException], ...]
     results: tuple[str, ...]

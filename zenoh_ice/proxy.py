@@ -82,7 +82,7 @@ class ObjectPrx(Reference):
         self._target: Final = target
         self._timeout: Final = timeout
         self._oneway: Final = oneway
-        # Of calls that wait for the servant, in their order: none waits for one with a longer limit.
+        # The line of calls that wait for the servant: none waits for one with a longer limit.
         self._line: Final = target, timeout
 
     @classmethod

@@ -73,7 +73,7 @@ class OperationDescription(msgspec.Struct, frozen=True, omit_defaults=True):
     doc: str = ""
     parameters: tuple[Member, ...] = ()
     results: tuple[Member, ...] = ()
-    """What it returns, by the name `returnValue`, and its out parameters."""
+    """Its result, by the name `returnValue`, and its out parameters."""
     exceptions: dict[_TypeId, str] = {}
     """Type ids of the exceptions that it throws, each with its doc."""
     idempotent: bool = False
@@ -81,7 +81,7 @@ class OperationDescription(msgspec.Struct, frozen=True, omit_defaults=True):
 
 
 class Definition(msgspec.Struct, frozen=True, omit_defaults=True):
-    """What a Slice file defines; what does not belong to its kind is empty."""
+    """A definition of a Slice file; fields of other kinds are empty."""
 
     kind: Literal[
         "interface", "struct", "class", "exception", "enumeration", "sequence", "dictionary", "constant"

@@ -62,7 +62,7 @@ _CONCURRENT_CALLS: Final = 4  # of a servant that lets its calls overlap
 _DRAIN_LIMIT: Final = 1.0  # s for which calls that run are waited for
 _TOKEN_LIMIT: Final = 1.0  # s for which word of our own tokens' end is waited for
 _COMPLAINT_PERIOD: Final = 1.0  # s
-# Of its limit, after which a call may have been given up by its caller: it took some time to come, too.
+# Fraction of its limit after which the caller may have given up: the request took some time, too.
 _DOUBTFUL: Final = 0.5
 
 _NO_ARGUMENTS: Final = b"\x80"  # an empty map
@@ -214,7 +214,7 @@ class _Call(NamedTuple):
 
 
 class _Stage(Enum):
-    """How far a call came: what goes wrong means something else in each."""
+    """Stage of a call: a failure means something else in each."""
 
     ADMITTED = 0
     EXECUTED = 1
@@ -409,7 +409,7 @@ class ServedObject:
         with self._turn.changed:
             self._refused += 1
             self._complaints += about.timeout == 0
-            # Of a oneway call nobody hears why; but a flood of them must not fill the log.
+            # Nobody sees why a oneway call failed; but a flood of them must not fill the log.
             complain = self._complaints and now - self._complained_at >= _COMPLAINT_PERIOD
             if complain:
                 count, self._complaints, self._complained_at = self._complaints, 0, now

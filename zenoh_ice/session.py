@@ -27,7 +27,7 @@ _ZENOH_LOG: Final = (
 _CLOSE_LIMIT: Final = 2.0  # s
 _STEP_LIMIT: Final = 1.0  # s for each step of finding out why an endpoint makes no link
 _ALL_LIMIT: Final = 2.5  # s for all of them
-# What the other side says when it refuses a certificate, by patterns of the alert's name.
+# Alerts of the other side when it refuses a certificate, by patterns of their names.
 _ALERTS: Final = {
     "CERTIFICATE_REQUIRED": "it asks for a certificate: give security.certificate and security.key",
     "CERTIFICATE_EXPIRED": "our certificate has expired, or a clock is wrong",

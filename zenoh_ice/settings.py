@@ -102,7 +102,7 @@ class Security(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
 
 
 class Settings(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, dict=True):
-    """What a component needs to know to talk to the others; docs/reference/settings.md explains each setting.
+    """Settings for the communication of a component; docs/reference/settings.md explains each.
 
     A bad one raises ConfigurationException, which names the setting and where its value came from.
     """
@@ -129,7 +129,7 @@ class Settings(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, di
 
     @property
     def origins(self) -> Mapping[str, str]:
-        """Where settings came from, by their names, such as `security.key`; others have their defaults."""
+        """Origins of settings by their names, such as `security.key`; others have their defaults."""
         found: Mapping[str, str] = self.__dict__.get("origins", {})
         return found  # no field: files cannot set it, and comparisons ignore it
 
@@ -155,7 +155,7 @@ class Settings(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, di
 
     @property
     def reached_at(self) -> tuple[str, ...]:
-        """Where others reach the component: where it listens or, of a client, what it connects to."""
+        """Endpoints of the component: those it listens on or, of a client, connects to."""
         return self.connect if self.mode == "client" else self.listen
 
     def environment(self) -> dict[str, str]:

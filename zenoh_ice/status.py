@@ -24,7 +24,7 @@ _Seconds = Annotated[float, msgspec.Meta(ge=0.0, le=1e11)]  # and a number
 
 
 class ServantStatus(msgspec.Struct, frozen=True):
-    """What a servant does, and how many calls it had since it is served."""
+    """Load of a servant, and its number of calls since it was added."""
 
     type_id: _Text
     calls: _Count  # executed, including the running ones

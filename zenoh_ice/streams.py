@@ -59,7 +59,7 @@ class Channel(NamedTuple):
     outlet: Outlet
     fingerprint: str
     limit: int
-    """How many bytes a sample may have."""
+    """Largest size of a sample in bytes."""
 
 
 class Publisher(Generic[V]):
@@ -130,7 +130,7 @@ class Sample(Generic[V]):
     wall_time: float
     """Wall time of the servant's machine at which it was sent, in s since the epoch."""
     lost: int = 0
-    """How many samples there were between the one before and this one that did not come this far.
+    """Number of samples lost between the previous one and this one.
 
     Newer ones overtook them, as the reader is slower than the stream, or they were lost on the way.
     """
@@ -431,7 +431,7 @@ class Subscription(_Listener[V]):
         _check(rate, queue)
         super().__init__(reader.streams, reader.target, reader.operation)
         self.received = 0
-        """How many samples the callback got."""
+        """Number of samples that the callback got."""
         self._callback: Final = callback
         self._readable = True
         self._closed = False

@@ -48,7 +48,7 @@ __all__ = [
 
 
 class Target(NamedTuple):
-    """What a call is addressed to; as text `identity@realm`."""
+    """The address of a call; as text `identity@realm`."""
 
     realm: str
     identity: str
@@ -58,7 +58,7 @@ class Target(NamedTuple):
 
     @property
     def prefix(self) -> str:
-        """What the keys of its operations begin with."""
+        """Prefix of the keys of its operations."""
         return f"{self.realm}/{self.identity}"
 
     def key(self, operation: str) -> str:

@@ -101,7 +101,7 @@ def _whole_object(proxy: DynamicProxy, parameters: dict[str, Member], word: str)
         return None  # reported when it is read as what it must be
     if not isinstance(value, dict) or len(parameters) > 1:
         return value if isinstance(value, dict) else None
-    # Of a single parameter it is the value, unless it can only be meant as {"parameter": value}.
+    # For a single parameter it is the value, unless it can only mean {"parameter": value}.
     (parameter,) = parameters.values()
     if proxy.schema.kind(parameter.type) not in {"struct", "class"} or list(value) != [parameter.name]:
         return None

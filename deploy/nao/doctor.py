@@ -36,7 +36,7 @@ __all__ = ["Finding", "Level", "check_installation", "check_machine", "check_net
 
 
 class Level(StrEnum):
-    """How grave a finding is."""
+    """Severity of a finding."""
 
     OK = "ok"
     NOTE = "note"

@@ -144,7 +144,7 @@ class Types:
             case "dictionary":
                 return dict[self.of(definition.key), self.of(definition.value)]  # type: ignore[misc]
         if type_id not in self._made:
-            # By way of a list: names such as `mro` are refused with a ValueError.
+            # Through a list: names such as `mro` are refused with a ValueError.
             self._made[type_id] = (
                 IntEnum(_python(type_id), [(each.name, each.value) for each in definition.enumerators])
                 if definition.kind == "enumeration"

@@ -89,7 +89,7 @@ class StreamStatistics:
         self.lost = 0
         """Samples that were sent and did not arrive, including those dropped for a rate."""
         self.restarts = 0
-        """How often the numbers began again: the server was restarted."""
+        """Number of restarts of the server, seen by restarting sequence numbers."""
         self._last = time.monotonic()
         self._sequence: int | None = None
         self._arrivals: Final[deque[tuple[float, float]]] = deque()

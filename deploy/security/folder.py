@@ -51,7 +51,7 @@ authority = "authority.pem"
 certificate = "router.pem"
 key = "router.key"
 
-# What each role may do. What no role grants is denied.
+# What each role may do. Everything else is denied.
 #   call   operations to call, and to read where they are streams, as IDENTITY.OPERATION
 #   read   streams to read, without calling anything
 #   serve  identities to serve

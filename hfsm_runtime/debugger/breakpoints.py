@@ -17,7 +17,7 @@ from ..variables import cells_of, did_you_mean, values_of
 from .expressions import Expression, ExpressionError, Members
 
 _MOST: Final = 1000
-"""How many breakpoints a component takes."""
+"""Largest number of breakpoints of a component."""
 _SELF: Final = "self"
 """The name through which conditions read the parameters of the component."""
 

@@ -1,4 +1,4 @@
-"""What a component is and does, in the words of `interfaces/hfsm.idl`."""
+"""Structure and state of a component, in the types of `interfaces/hfsm.idl`."""
 
 from __future__ import annotations
 

@@ -51,7 +51,7 @@ class CodeLock:
 
     @property
     def context(self) -> str | None:
-        """Whose code this thread runs; None for a thread, or a time, that the runtime knows nothing of."""
+        """The context whose code this thread runs; None outside the runtime's threads and calls."""
         found: str | None = getattr(self._here, "context", None)
         return found
 
@@ -100,7 +100,7 @@ class CodeLock:
 
 
 class Recorder(Observer):
-    """What everything that records goes through: the order of things, their time, and their context.
+    """The common path of all recording: the order of things, their time, and their context.
 
     `write` takes a message and never waits, and `start` is the wall time of the start in ns. `context` says
     whose code this thread runs, by default the holder of the lock.

@@ -31,7 +31,7 @@ Resolve = Callable[[str], ObjectPrx]
 
 @dataclass(slots=True)
 class Exchange:
-    """What an operation was given and brought, as it travels, or the exception that it raised."""
+    """Arguments and result of an operation, as encoded, or the exception that it raised."""
 
     operation: Operation[..., Any]
     kind: str

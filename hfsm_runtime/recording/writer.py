@@ -67,7 +67,7 @@ class RecordingWriter:
         self._names = {message: name for name, message in MESSAGES.items()}
         self._encoder = msgspec.json.Encoder()
         try:
-            # What is there and no file, such as a pipe, is written to: that destroys nothing.
+            # An existing path that is not a file, such as a pipe, is written to: that destroys nothing.
             self._file: IO[bytes] = path.open("wb" if path.exists() and not path.is_file() else "xb")
         except FileExistsError:
             raise RecordingFailedError(

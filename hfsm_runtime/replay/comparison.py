@@ -35,7 +35,7 @@ class _Half:
     """One side of one automaton."""
 
     acts: deque[tuple[int, bytes]] = field(default_factory=deque)
-    """What it did and the other has not done yet: the time of the cycle, and the message."""
+    """What it did before the other: the time of the cycle, and the message."""
     frames: dict[int, _Frame] = field(default_factory=dict)
     at: int | None = None
     state: str = ""

@@ -59,7 +59,7 @@ class Replay:
         self.now: Final = self._answers.now
         self.comparison: Final = self._answers.comparison
         self.guesses: Final = self._answers.latest.guesses
-        """How often the recording had no answer and something older was taken, by what was asked for."""
+        """Number of questions without a recorded answer that got an older one, by question."""
         recorder = Recorder(self._compare, 0, lambda: self._threads.context)
         recorder.component_time = self.now
         self._begun: set[str] = set()

@@ -92,7 +92,7 @@ class Recording(RecordingFile):
 
 @dataclass(frozen=True, slots=True)
 class Want:
-    """What code asks for: a reading of a kind, or, with an attribute, the outcome of an operation."""
+    """A request of code: a reading of a kind, or, with an attribute, the outcome of an operation."""
 
     kind: str
     attribute: str = ""
@@ -201,7 +201,7 @@ class LatestValues:
 
     def __init__(self) -> None:
         self.guesses: Counter[str] = Counter()
-        """How often what was asked for in vain, and answered by something older."""
+        """Number of requests without a recorded answer that got an older one, by request."""
         self._results: dict[tuple[str, str], Record] = {}
         self._readings: dict[str, tuple[float, int]] = {}
         self._passed: dict[str, int] = {}

@@ -29,9 +29,9 @@ class ReplayThread:
     def __init__(self, context: str, here: threading.local) -> None:
         self.context: Final = context
         self.want: Want | None = None
-        """What the code waits for; None while it runs, and when it has ended."""
+        """What the code waits for; None while it runs, and after its end."""
         self.failure: BaseException | None = None
-        """What ended the code, if anything did."""
+        """The exception that ended the code, if any."""
         self._here = here
         self._answer: Record | None = None
         self._function: Callable[[], object] | None = None
@@ -140,7 +140,7 @@ class Answers:
         self.comparison = Comparison()
         self.latest = LatestValues()
         self.expected: dict[str, Callable[[Record], object]] = {}
-        """What is to be called when something arrives in a context."""
+        """The function to call when something arrives in a context."""
         self.own_time: int | None = None
         self.fatal: ReplayError | None = None
         """Why the replay cannot continue."""

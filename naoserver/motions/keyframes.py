@@ -38,7 +38,7 @@ from zenoh_ice.toml_file import parse_toml, place, read_text
 
 
 class Interpolation(StrEnum):
-    """How a joint comes to a key from the one before."""
+    """Interpolation of a joint from one key to the next."""
 
     SMOOTH = "smooth"
     """From rest to rest with the least jerk: the quintic polynomial of Flash and Hogan (1985)."""
@@ -58,7 +58,7 @@ class Interpolation(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Key:
-    """Where a joint is to be at a time after the beginning of the motion."""
+    """Target of a joint at a time after the beginning of the motion."""
 
     time: float
     """In s, above 0."""

@@ -21,7 +21,7 @@ from naoserver.robot import JointReading
 PERIOD: Final = 0.02
 """Robot seconds between two commands: 50 Hz, the cycle of NAOqi's motion."""
 _AHEAD: Final = 2 * PERIOD
-"""How far ahead a command looks, so that the next may come late."""
+"""Time in s that a command looks ahead, so that the next may come late."""
 _STIFFENING: Final = 0.4
 """Seconds in which limp motors become stiff before a motion."""
 _STIFF: Final = 0.99
@@ -39,7 +39,7 @@ _IDLE: Final = ActionState(time=0.0, name="", status=ActionStatus.Idle, progress
 
 @dataclass(slots=True)
 class _Action:
-    """What is played, and how far it is."""
+    """The present motion, and its progress."""
 
     kind: str
     name: str

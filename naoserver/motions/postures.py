@@ -18,7 +18,7 @@ from naoserver.robot import FALLEN_TILT, Robot
 
 
 class Stance(StrEnum):
-    """On what the body rests."""
+    """The part on which the body rests."""
 
     STANDING = "standing"
     SITTING = "sitting"
@@ -86,7 +86,7 @@ _FREE: Final = ("Head", "Wrist", "Hand")
 
 @dataclass(frozen=True, slots=True)
 class Situation:
-    """How the body is: its joints, and what points up in the torso's frame."""
+    """State of the body: its joints, and the upward direction in the torso's frame."""
 
     joints: Mapping[str, float]
     """Angles in rad by name."""

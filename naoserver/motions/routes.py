@@ -26,7 +26,7 @@ _SHORTEST: Final = 0.4
 _SAME: Final = 0.02
 """Angle in rad within which a joint's setpoint needs no separate leg."""
 _TRIES: Final = 3
-"""How often a motion out of a stance is tried."""
+"""Number of attempts at a motion out of a stance."""
 
 
 class RouteError(InvalidCommand):
@@ -37,7 +37,7 @@ class RouteError(InvalidCommand):
 
 
 class Route(Protocol):
-    """What the body does, leg by leg."""
+    """The body's actions, leg by leg."""
 
     def next_leg(self, situation: Situation, commands: Mapping[str, float]) -> Motion | None:
         """Return the next leg, None at the end; `commands` are the joints' setpoints. Raises RouteError."""

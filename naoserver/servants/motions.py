@@ -66,7 +66,7 @@ class MotionsI(Motions):
 
 
 class PosturesI(Postures):
-    """What both kinds have in common."""
+    """Common part of both kinds."""
 
     def __init__(self) -> None:
         self.stream: Final = _action_stream(self.progress, self.getPostureStatePublisher)

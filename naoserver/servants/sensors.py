@@ -15,7 +15,7 @@ _PLACES: Final = {
     side: [H25.facts["fsr"][side][sensor] for sensor in ("FrontLeft", "FrontRight", "RearLeft", "RearRight")]
     for side in ("left", "right")
 }
-"""Where the sensors of each sole are in the foot's frame in m."""
+"""Positions of the sensors of each sole in the foot's frame in m."""
 
 
 class InertialUnitI(nao.InertialUnit):

@@ -1,4 +1,4 @@
-"""What servants share: the stream of a state, checks of arguments, and errors as the interface has them."""
+"""Shared by servants: the stream of a state, checks of arguments, and conversion of errors."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What all environments have in common: a robot on a virtual clock that moves by actions from -1 to 1."""
+"""Common part of all environments: a robot on a virtual clock that moves by actions from -1 to 1."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ _MOST: Final = 10.0
 _RENDERED: Final = ("CameraOutside", 320, 240)
 _SETTLING: Final = 0.2
 _FRACTION: Final = 0.5
-"""Of the joints' full speeds at which they are driven at most: the body stands firm then."""
+"""Largest fraction of the joints' full speeds: with it the body stands firm."""
 _WEIGHT: Final = 53.0  # of the body in N
 _SEEDS: Final = 2**31
 
 
 class Options(TypedDict, total=False):
-    """What can be chosen of every environment."""
+    """Options of every environment."""
 
     render_mode: str | None
     """`rgb_array`, or None not to render."""

@@ -22,7 +22,7 @@ _THERE: Final = 0.02
 _REWARD: Final = 1.0
 _FALL: Final = -10.0
 _SCALE: Final = 5.0
-"""Of lengths in m, which are then about 1."""
+"""Factor for lengths in m, which are then about 1."""
 
 
 class ReachEnvironment(NaoEnvironment):

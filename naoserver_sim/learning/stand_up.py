@@ -16,7 +16,7 @@ MOTORS: Final = tuple(
     for joint in H25.joints
     if joint.name not in {pair.follower for pair in H25.couplings} and "Hand" not in joint.name
 )
-"""What moves: all motors but those of the hands."""
+"""The moved joints: all motors but those of the hands."""
 _PUSH: Final = 60.0
 """N with which it is thrown over, for `_PUSHED` s."""
 _PUSHED: Final = 0.3

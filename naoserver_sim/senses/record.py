@@ -25,7 +25,7 @@ _BLOCK: Final = 256
 
 @dataclass(frozen=True, slots=True)
 class SenseNoise:
-    """How imperfect the sensors are: standard deviations unless said otherwise."""
+    """Imperfections of the sensors: standard deviations unless said otherwise."""
 
     acceleration: float = 0.15
     """White noise of the accelerometer in m/s2: B-Human's filter reckons with a variance of 0.0222."""
@@ -65,7 +65,7 @@ class Errors:
         self._offsets = np.zeros(CHANNELS)
         self._offsets[: len(offsets)] = random.normal(0.0, offsets)
         self.gains: Final[list[float]] = random.normal(1.0, noise.pressure_gain, 8).clip(0.5, 1.5).tolist()
-        """Of the foot's sensors, left before right."""
+        """Gains of the foot's sensors, left before right."""
         self._block: Array = np.zeros((0, CHANNELS))
         self._next = 0
 
@@ -151,9 +151,9 @@ class Sample(NamedTuple):
     values: Array
     """MuJoCo's `sensordata`."""
     errors: Array | None
-    """What is added to them, by channel; None without noise."""
+    """Noise added to them, by channel; None without noise."""
     inertial: InertialReading
-    """What the inertial unit measured, with its errors."""
+    """Readings of the inertial unit, with its errors."""
 
 
 class SensorRecord:

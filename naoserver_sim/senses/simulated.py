@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 VOLTAGE: Final = 21.6
 """Nominal, in V: six cells of 3.6 V."""
 ENERGY: Final = 62.6 * 3600.0
-"""In J: 2.9 Ah at 21.6 V, the battery of NAO6."""
+"""Capacity in J: 2.9 Ah at 21.6 V, the battery of NAO6."""
 ELECTRONICS: Final = 40.0
 """Draw in W of what does not move. With the motors of a robot that stands it empties the battery in 90
 minutes, the endurance in normal use that the data sheet gives."""
@@ -191,7 +191,7 @@ class SimulatedSenses:
         self.sonar_cone: Final = self._sonar.cone
         self._touch = Touch()
         self.falls: Final = FallManager(self._go_limp)
-        """What notices that the robot falls."""
+        """The detector of falls."""
         self._motors = np.unique(model.robot.motors)
         self._sonar_every = round(PERIOD / simulator.tick_period)
         self._ticks = 0

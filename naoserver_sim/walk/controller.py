@@ -19,7 +19,7 @@ _HIP_DEPTH: Final = 0.085
 _HIP_WIDTH: Final = 0.05
 """Distance in m of a hip from the middle."""
 _FORWARD_OF_HIP: Final = 0.012
-"""How far the feet stand before the torso's frame in m."""
+"""Distance of the feet in front of the torso's frame in m."""
 _LEAN: Final = 0.05
 """Pitch of the torso in rad; so small that its sine is the angle, and its cosine 1 but for 0.1 percent."""
 _PITCH_GAIN: Final = 0.03

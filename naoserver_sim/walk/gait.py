@@ -1,4 +1,4 @@
-"""Where the feet go: one step after the other, each ended by the touch of the foot that swings.
+"""The gait: one step after the other, each ended by the touch of the swinging foot.
 
 The gait is of the family of rUNSWift's Walk2014 (Hengst, "rUNSWift Walk2014 Report", UNSW 2014): the centre
 of mass is not planned, the body rocks from foot to foot by the rhythm in which the feet are lifted, and the
@@ -40,12 +40,12 @@ _LEFT_CHANGE: Final = 0.02
 _TURN_CHANGE: Final = 0.12
 """Most by which its turn changes in rad."""
 _SLOWING: Final = 2.0
-"""By how much more than that a step may become smaller."""
+"""Further amount by which a step may become smaller."""
 
 
 @dataclass(frozen=True, slots=True)
 class FootOffset:
-    """How far a foot is from where it stands at rest, in the torso's frame: m, and rad to the left."""
+    """Displacement of a foot from its place at rest, in the torso's frame: m, and rad to the left."""
 
     x: float = 0.0
     y: float = 0.0
@@ -66,7 +66,7 @@ class Gait:
         self.swing = RIGHT
         """The foot that is in the air."""
         self.steps = 0
-        """How many steps were begun."""
+        """Number of steps begun."""
         self.phase = 0.0
         """The part of the planned period that has passed, at most 1."""
         self._time = 0.0

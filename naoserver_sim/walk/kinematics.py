@@ -1,4 +1,4 @@
-"""Where the soles are by the joints of the legs, and which angles bring them somewhere, in closed form.
+"""Forward and inverse kinematics of the legs, in closed form.
 
 Frames are the torso's: x forward, y left, z up. One motor turns both HipYawPitch joints, so that eleven
 motors serve twelve wishes: the soles come to lie where and as level as they are wanted, and of their yaws
@@ -33,12 +33,12 @@ Vector = tuple[float, float, float]
 _Rotation = tuple[float, float, float, float, float, float, float, float, float]
 """A rotation matrix, row by row."""
 _Aim = tuple[Vector, Vector, Vector]
-"""Where the center of an ankle is to be, and where the x and the z axis of its sole are to point."""
+"""Target of the center of an ankle, and directions of the x and the z axis of its sole."""
 
 
 @dataclass(frozen=True, slots=True)
 class FootPose:
-    """Where the point of a sole below its ankle is in m, and how the sole is turned in rad.
+    """Position of the point of a sole below its ankle in m, and rotation of the sole in rad.
 
     The rotation is about x by `roll`, then about y by `pitch`, then about z by `yaw`, all about fixed axes.
     """

@@ -1,4 +1,4 @@
-"""Where the robot has got to, by what its joints and its inertial unit measure.
+"""The robot's odometry, from its joints and its inertial unit.
 
 The soles that carry stand still on the floor, so that the torso moves by as much as they move below it, the
 other way; each sole counts by the load on it. The heading is the turning rate added up, for soles slip when

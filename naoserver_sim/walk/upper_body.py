@@ -42,7 +42,7 @@ class Trim:
 
     @property
     def shift(self) -> tuple[float, float]:
-        """How far forwards and to the left of where it usually is in m, smoothed."""
+        """Displacement forwards and to the left of its usual place in m, smoothed."""
         return self._x, self._y
 
     def begin(self) -> None:

@@ -35,7 +35,7 @@ from ..text import printable
 
 LENT_FOR: Final = 5.0  # s after which what was lent is used again: its reader was killed
 
-# Of a slot: its generation, 0 while it is written, and the generation that its reader gave back.
+# Header of a slot: its generation, 0 while it is written, and the generation that its reader gave back.
 HEADER: Final = struct.Struct("=QQ")
 RETURNED: Final = struct.Struct("=Q")  # the second of these
 SLOT_START: Final = 64  # bytes from a slot's header to what it holds: a line of the processor's cache
@@ -60,7 +60,7 @@ _logger = logging.getLogger(__name__)
 
 
 class SharedMemory:
-    """What a communicator shares: memory that it sends from, and that of others; for any thread.
+    """The shared memory of a communicator: its own, to send from, and that of others; for any thread.
 
     `watch_clients` reports the tokens of clients to a function; `on_unreadable` is called, once, when the
     memory of others is there and may not be read.
@@ -319,7 +319,7 @@ class MemoryFile:
 
 
 class MemoryReference(msgspec.Struct, array_like=True, frozen=True):
-    """Where the large byte sequences of a payload are, one after the other, and the rest of it."""
+    """The place of a payload's large byte sequences in memory, and the rest of it."""
 
     process: Annotated[int, Meta(ge=1, lt=1 << 31)]
     file: Annotated[int, Meta(ge=0, lt=1 << 31)]  # the open file of that process that is the memory

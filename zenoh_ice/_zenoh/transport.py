@@ -61,7 +61,7 @@ _MOST_CALLERS: Final = 256  # that proxies share: each has a querier
 
 _TIMEOUT: Final = b"Timeout"  # Zenoh's own error at the end of a query
 
-# What takes the answers of oneway calls: C code, the cheapest that Zenoh's thread can run.
+# Handler for the answers of oneway calls: C code, the cheapest that Zenoh's thread can run.
 _DISCARD: Final[Callable[[object], None]] = deque[object](maxlen=0).append
 
 _logger = logging.getLogger(__name__)
