@@ -460,7 +460,7 @@ def test_why_not_reports_guards_timers_and_events(pair: Pair) -> None:
         assert (go.transition, go.order, go.value) == (1, 1, False)
         assert go.askedAt > 0
         assert go.remaining == -1.0
-        assert re.match(r"its guard `go` was false when it was asked \d+\.\d", go.reason)
+        assert re.match(r"its guard `go` was false when it was evaluated \d+\.\d", go.reason)
         assert first.summary.startswith("walker has been in a for ")
         proxy.setVariable(1, "go", "true")
         until(proxy, lambda snapshot: snapshot.automata[0].state == 2)

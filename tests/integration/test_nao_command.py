@@ -303,7 +303,7 @@ def test_images_are_saved_by_the_ending_of_the_file(robot: ServedRobot, tmp_path
             assert (image.format, image.size) == (kind, (saved["width"], saved["height"]))
             image.load()
     assert "unknown image format" in nao("save-image", "Camera", "a.gif").err
-    assert "gives no images" in nao("save-image", "Head").err
+    assert "provides no images" in nao("save-image", "Head").err
     assert "cannot write" in nao("save-image", "Camera", "/no/such/folder/a.png").err
 
 

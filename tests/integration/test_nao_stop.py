@@ -70,7 +70,7 @@ def ready(endpoint: str, realm: str, *options: str) -> Iterator[Terminal]:
 def test_the_robot_is_stopped_with_a_reason_and_reset(robot: RobotClient) -> None:
     safety = robot.proxy(SafetyPrx, "Safety")
     with at(robot.endpoint, robot.realm):
-        assert "stopped: the robot takes no command" in nao("stop", "stairs ahead").out
+        assert "stopped: the robot refuses commands" in nao("stop", "stairs ahead").out
         assert safety.getSafetyState().reason == "stairs ahead"
         assert "reset: the robot accepts commands" in nao("stop", "--reset").out
     assert not is_stopped(robot)

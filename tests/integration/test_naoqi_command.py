@@ -97,7 +97,7 @@ def test_a_robot_that_is_not_there_is_one_line():
 
 
 @pytest.mark.parametrize(
-    ("robot", "reason"), [("ftp://nao.local", "tcp://"), ("tcps://nao.local", "wants a login")]
+    ("robot", "reason"), [("ftp://nao.local", "tcp://"), ("tcps://nao.local", "requires a login")]
 )
 def test_an_address_that_cannot_be_is_refused(robot, reason):
     with pytest.raises(typer.BadParameter, match=reason):

@@ -353,7 +353,7 @@ class TestPasswords:
         ("given", "why"),
         [
             ({"user": "ann", "password": "other"}, "does not accept 'ann'"),
-            ({"user": "eve", "password": "secret"}, "does not let 'eve' in"),
+            ({"user": "eve", "password": "secret"}, "does not accept 'eve'"),
             ({}, "it listens, but makes no link with us"),
         ],
     )
