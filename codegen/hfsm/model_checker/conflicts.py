@@ -173,8 +173,7 @@ def _side_by_side(
             and configuration[other][0] in of_other
         )
 
-    goals = [(a, min(of_one)), (b, min(of_other))]
-    outcome = find(system, both, budget, goals=goals, lasting=True)
+    outcome = find(system, both, budget, watched=(a, b), lasting=True)
     run = outcome.run
     if run is None:
         return None if outcome.complete else Conflict(first[0], second[0], nested=False, certain=False)

@@ -7,15 +7,14 @@ run to a configuration, `find_avoiding` for one in which no such configuration e
 from __future__ import annotations
 
 import heapq
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from graphlib import CycleError, TopologicalSorter
 from typing import Final
 
-from .model import Model
 from .transition_system import ACTIVE, Choice, Configuration, Move, Node, TransitionSystem
 
-__all__ = ["Budget", "Exploration", "Goal", "Holds", "Outcome", "Run", "find", "find_avoiding", "newness"]
+__all__ = ["Budget", "Exploration", "Holds", "Outcome", "Run", "find", "find_avoiding", "newness"]
 
 Holds = Callable[[Configuration], bool]
 
@@ -78,7 +77,7 @@ class Outcome:
 class Exploration:
     """The nodes of a system that are reached in the first `within` ns.
 
-    They come in the order of time, those of the smallest `rank` first where there is one.
+    They come in the order of time, or first those that come after a configuration that `is_new`.
     """
 
     def __init__(
@@ -86,7 +85,7 @@ class Exploration:
         system: TransitionSystem,
         budget: Budget,
         within: int | None = None,
-        rank: Callable[[Configuration], int] | None = None,
+        is_new: Callable[[Configuration], bool] | None = None,
     ) -> None:
         self.system = system
         self.start, self.first, self.elapsed = system.start()
@@ -95,10 +94,10 @@ class Exploration:
         """Whether no node had to be left out when the budget was spent."""
         self.until = 0
         """The time in ns up to which everything was seen."""
-        self._budget, self._within, self._rank = budget, within, rank
+        self._budget, self._within, self._is_new = budget, within, is_new
         start = Move(0, self.first, Choice(None, frozenset()), self.start, self.first, self.elapsed)
         self._came = {self.first: start}
-        """The move that leads to each node, the earliest one unless there is a rank."""
+        """The move that leads to each node, the earliest one in the order of time."""
 
     def time_of(self, node: Node) -> int:
         """Return when the cycle of a node comes, in ns."""
@@ -108,9 +107,9 @@ class Exploration:
     def moves(self, avoided: Holds | None = None) -> Iterator[Move]:
         """Yield every move, except those to configurations that are `avoided`."""
         waiting = [(0, self.elapsed, 0, self.first)]
-        pushed, came, rank = 0, self._came, self._rank
+        pushed, came, is_new = 0, self._came, self._is_new
         while waiting:
-            _, time, _, node = heapq.heappop(waiting)
+            steps, time, _, node = heapq.heappop(waiting)
             if node.position < 0 or self.time_of(node) != time:
                 continue
             if self._within is not None and time > self._within:
@@ -126,12 +125,12 @@ class Exploration:
                 yield move
                 comes = time + move.elapsed
                 known = came.setdefault(move.following, move)
-                if known is not move and rank is None and comes < known.time + known.elapsed:
+                if known is not move and is_new is None and comes < known.time + known.elapsed:
                     known = came[move.following] = move
                 if known is move:
-                    first = 0 if rank is None else rank(move.configuration)
+                    since = 0 if is_new is None or is_new(move.configuration) else steps + 1
                     pushed += 1
-                    heapq.heappush(waiting, (first, comes, pushed, move.following))
+                    heapq.heappush(waiting, (since, comes, pushed, move.following))
 
     def run_to(self, node: Node, *last: Move) -> Run:
         """Return the run to the cycle of a node, and through it with its `last` move."""
@@ -148,32 +147,28 @@ class Exploration:
         return Outcome(run, self.complete or run is not None, self.explored, self.until)
 
 
-Goal = tuple[int, int]
-"""An automaton and a state that it should be in."""
-
-
 def find(
     system: TransitionSystem,
     bad: Holds,
     budget: Budget,
     *,
     within: int | None = None,
-    goals: Collection[Goal] = (),
+    watched: Iterable[int] = (),
     lasting: bool = False,
 ) -> Outcome:
     """Search a configuration that is `bad`, in the first `within` ns; one that `lasting` time passes in.
 
     The run is the earliest there is. Where looking for that takes more than half of the budget, the
-    configurations are looked at first that are nearest to the `goals`, which is where it is likely to be.
+    configurations are looked at first that come after new ones, for the `watched` automata above all.
     """
-    if within is not None or not goals:
+    if within is not None:
         return _find(Exploration(system, budget.share(1), within), bad, lasting=lasting)
     outcome = _find(Exploration(system, budget.share(2)), bad, lasting=lasting)
     if outcome.complete:
         return outcome
-    ranked = Exploration(system, budget.share(1), rank=_distance(system, goals))
-    nearest = _find(ranked, bad, lasting=lasting)
-    return replace(nearest, explored=outcome.explored + nearest.explored, until=outcome.until)
+    curious = Exploration(system, budget.share(1), is_new=newness(system, set(), watched))
+    found = _find(curious, bad, lasting=lasting)
+    return replace(found, explored=outcome.explored + found.explored, until=outcome.until)
 
 
 def _find(exploration: Exploration, bad: Holds, *, lasting: bool) -> Outcome:
@@ -187,57 +182,25 @@ def _find(exploration: Exploration, bad: Holds, *, lasting: bool) -> Outcome:
     return exploration.came_to(None)
 
 
-def newness(system: TransitionSystem, seen: set[Goal]) -> Callable[[Configuration], int]:
-    """Return a rank: where an automaton is active in a state that is not `seen`, there is likely more."""
+def newness(
+    system: TransitionSystem, seen: set[tuple[int, ...]], watched: Iterable[int] = ()
+) -> Callable[[Configuration], bool]:
+    """Return what says whether an automaton is active in a state that is not `seen`, and notes it.
 
-    def rank(configuration: Configuration) -> int:
-        active = (
-            (automaton, state)
-            for automaton, (state, flags, _) in zip(system.cone, configuration, strict=True)
-            if flags & ACTIVE
-        )
+    A configuration is new, too, when the `watched` automata are in other states together than before.
+    """
+    places = [system.position[automaton] for automaton in watched]
+
+    def is_new(configuration: Configuration) -> bool:
         before = len(seen)
-        seen.update(active)
-        return 0 if len(seen) > before else 1
+        for automaton, (state, flags, _) in zip(system.cone, configuration, strict=True):
+            if flags & ACTIVE:
+                seen.add((automaton, state))
+        if len(places) > 1:
+            seen.add((-1, *(configuration[place][0] for place in places)))
+        return len(seen) > before
 
-    return rank
-
-
-def _distance(system: TransitionSystem, goals: Collection[Goal]) -> Callable[[Configuration], int]:
-    """Return how far a configuration is from the goals, in transitions and levels."""
-    far = 1000
-    steps: list[list[tuple[int, dict[int, int]]]] = []
-    for automaton, state in goals:
-        above = [(above.index, owner.index) for above, owner in system.model.ancestors(automaton)]
-        chain = [*reversed(above), (automaton, state)]
-        steps.append(
-            [(system.position[index], _hops(system.model, index, target)) for index, target in chain]
-        )
-
-    def distance(configuration: Configuration) -> int:
-        total = 0
-        for chain in steps:
-            for level, (position, hops) in enumerate(chain):
-                state, flags, _ = configuration[position]
-                left = hops.get(state, far // 2) if flags & ACTIVE else far // 2
-                if left:
-                    total += left + far * (len(chain) - level)
-                    break
-        return total
-
-    return distance
-
-
-def _hops(model: Model, automaton: int, target: int) -> dict[int, int]:
-    """Return how many transitions it is from each state to one."""
-    hops = {target: 0}
-    new = [target]
-    for state in new:  # grows
-        for transition in model.automata[automaton].transitions:
-            if transition.target == state and transition.origin not in hops:
-                hops[transition.origin] = hops[state] + 1
-                new.append(transition.origin)
-    return hops
+    return is_new
 
 
 def find_avoiding(system: TransitionSystem, good: Holds, budget: Budget, within: int | None) -> Outcome:

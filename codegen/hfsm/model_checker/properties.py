@@ -120,8 +120,9 @@ def check_property(stated: Property, fireability: Fireability, budget: Budget) -
         bad = kind == "never"
         if not may_hold(expression, bad, fireability):
             return PropertyResult(stated, Verdict.HOLDS)
-        goals = expression.states
-        outcome = find(system, lambda each: holds(each) is bad, budget, within=within, goals=goals)
+        outcome = find(
+            system, lambda each: holds(each) is bad, budget, within=within, watched=expression.automata
+        )
     verdict = Verdict.HOLDS if outcome.complete else Verdict.UNDECIDED
     found = None
     if outcome.run is not None:

@@ -84,7 +84,7 @@ class Reached:
 def find_reachable(fireability: Fireability, budget: Budget) -> Reached:
     """Find out what is possible in each automaton, together with those that it depends on."""
     model = fireability.model
-    seen: set[tuple[int, int]] = set()
+    seen: set[tuple[int, ...]] = set()
     transitions: list[set[int]] = [set() for _ in model.automata]
     unknown: set[int] = set()
     live = [index for index, possible in enumerate(fireability.states) if possible]
@@ -98,9 +98,9 @@ def find_reachable(fireability: Fireability, budget: Budget) -> Reached:
         if is_settled(index):
             continue
         system = TransitionSystem([index], fireability)
-        rank = newness(system, seen)
-        exploration = Exploration(system, budget.share(len(live) - done), rank=rank)
-        rank(exploration.start)
+        is_new = newness(system, seen)
+        exploration = Exploration(system, budget.share(len(live) - done), is_new=is_new)
+        is_new(exploration.start)
         for move in exploration.moves():
             if move.choice.transition is not None:
                 transitions[system.cone[move.node.position]].add(move.choice.transition.index)
