@@ -79,11 +79,10 @@ def _report_violations(loaded: LoadedDocument, path: Path, diagnostics: Diagnost
 
     What it leaves undecided is not reported: `check_document` looks longer.
     """
-    from .model_checker import QUICK_LIMIT, check_model, report_impossible, report_properties
+    from .model_checker import QUICK_LIMIT, check_model, report_model
 
     report = check_model(loaded.document, path, limit=QUICK_LIMIT, analysis=loaded.analysis)
-    report_impossible(report, diagnostics)
-    report_properties(report, diagnostics, with_undecided=False)
+    report_model(report, diagnostics, quick=True)
 
 
 def check_document(

@@ -236,6 +236,13 @@ def test_guards_with_state_are_undecided_and_said(guard: str) -> None:
     assert "N606" in {found.code for found in diagnostics}
 
 
+def test_an_object_may_be_true_when_it_is_asked_again(tmp_path: Path) -> None:
+    report, told, path = checked(coded("toggle", "toggle"), tmp_path)
+    seen = run(path, 0)
+    assert 2 in seen.fired_, "the second of two guards that read the same"
+    assert_agrees(report, told, seen)
+
+
 @pytest.mark.parametrize("guard", ["self.fixed()", "n > 3", "math.sin(n) > 0.5", "n is None"])
 def test_guards_without_state_still_prove(guard: str) -> None:
     doc = coded(guard, f"not ({guard})")

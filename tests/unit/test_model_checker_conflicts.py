@@ -112,6 +112,21 @@ def test_what_code_commands(code: str, expected: set[tuple[str, str]]) -> None:
     assert commanded(code, MOVE, "alias = self.Head") == expected
 
 
+@pytest.mark.parametrize("code", ["self.one()", "self.other()"])
+def test_functions_that_call_each_other_command_the_same(code: str) -> None:
+    functions = """
+def one(self):
+    self.other()
+    self.Head.stop()
+
+def other(self):
+    self.one()
+    self.LeftMotors.setPose3DMotorsData(None)
+"""
+    both = {("Head", "stop"), ("LeftShoulderMotors", "setPose3DMotorsData")}
+    assert commanded(code, functions, "self.one()") == both
+
+
 @pytest.mark.parametrize(
     ("first", "certain"),
     [

@@ -1,28 +1,28 @@
-"""Check what automata can do, whatever their guards say: reachability, conflicts, deadlocks and properties.
+"""Check what automata can do, whatever their guards say: reachability, conflicts and properties.
 
-`model` reads a document with its `guards`, `fireability` looks at each automaton alone, `transition_system`
-is the exact behavior of several together, `exploration` searches it, and `checker` asks the questions, of
-`reachability`, of `conflicts` between `commands`, of `properties`, and reports what was found.
+The path, from a document to a counterexample:
+
+1. `model` reads the document: states, triggers, times, and `guards` as conjunctions of atoms.
+2. `fireability` bounds what each automaton can do alone: cheap, and right however large the document is.
+3. `transition_system` is the exact behavior of some automata together, one cycle after the other.
+4. `exploration` searches it within a budget: the only search there is.
+5. The verdicts read that search: `reachability` of states and transitions, `conflicts` over servants, which
+   `commands` finds in the code, and `properties`, whose language is in `expressions`.
+6. `counterexample` tells a run as steps that the editor plays.
+7. `checker` asks all questions of a document, and reports what was found.
+
 `docs/explanation/model-checker.md` is for users.
 """
 
 from __future__ import annotations
 
-from .checker import (
-    DEFAULT_LIMIT,
-    QUICK_LIMIT,
-    ModelReport,
-    check_model,
-    report_impossible,
-    report_model,
-    report_properties,
-)
+from .checker import DEFAULT_LIMIT, QUICK_LIMIT, ModelReport, check_model, report_model
 from .commands import Command, Commands, is_command, read_operations
-from .conflicts import Conflict, Use
+from .conflicts import Conflict
 from .counterexample import Counterexample, Step, StepKind
 from .expressions import ExpressionError
 from .properties import PropertyResult, Verdict
-from .reachability import Reachability, StateResult, TransitionResult, WhyNever
+from .reachability import Reachability, WhyNever
 
 __all__ = [
     "DEFAULT_LIMIT",
@@ -35,17 +35,12 @@ __all__ = [
     "ModelReport",
     "PropertyResult",
     "Reachability",
-    "StateResult",
     "Step",
     "StepKind",
-    "TransitionResult",
-    "Use",
     "Verdict",
     "WhyNever",
     "check_model",
     "is_command",
     "read_operations",
-    "report_impossible",
     "report_model",
-    "report_properties",
 ]

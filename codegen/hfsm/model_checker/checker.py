@@ -27,15 +27,7 @@ from .reachability import (
     transition_results,
 )
 
-__all__ = [
-    "DEFAULT_LIMIT",
-    "QUICK_LIMIT",
-    "ModelReport",
-    "check_model",
-    "report_impossible",
-    "report_model",
-    "report_properties",
-]
+__all__ = ["DEFAULT_LIMIT", "QUICK_LIMIT", "ModelReport", "check_model", "report_model"]
 
 DEFAULT_LIMIT: Final = 500_000
 """The work of a check, in automata that are looked at in configurations: about a second."""
@@ -161,24 +153,12 @@ def _agreed_property(one: PropertyResult, likely: PropertyResult) -> PropertyRes
     return replace(one, verdict=Verdict.UNDECIDED, counterexample=None)
 
 
-def report_model(report: ModelReport, diagnostics: Diagnostics) -> None:
-    """Report what was found. A violated property is an error, one that stays undecided a warning."""
-    reporter = _Reporter(report, diagnostics)
-    report_impossible(report, diagnostics)
-    for conflict in report.conflicts:
-        reporter.conflict(conflict)
-    reporter.never_left()
-    for found in report.doubtful:
-        assert found.location is not None
-        message = f"{found.message}: what depends on it is undecided"
-        diagnostics.note(Code.UNCLEAR_CODE, message, found.location)
-    report_properties(report, diagnostics)
+def report_model(report: ModelReport, diagnostics: Diagnostics, *, quick: bool = False) -> None:
+    """Report what was found. A violated property is an error, one that stays undecided a warning.
 
-
-def report_impossible(report: ModelReport, diagnostics: Diagnostics) -> None:
-    """Report the states that no transitions lead to, and the transitions that can never fire.
-
-    Of what follows from them nothing is said, nor of events that nothing sends: that the checks report.
+    Of what follows from impossible states and transitions nothing is said, nor of events that nothing sends:
+    that the checks report. A `quick` report has only what can never happen and properties that are violated
+    or invalid.
     """
     reporter = _Reporter(report, diagnostics)
     for state in report.states:
@@ -187,13 +167,16 @@ def report_impossible(report: ModelReport, diagnostics: Diagnostics) -> None:
     for transition in report.transitions:
         if transition.why not in (WhyNever.NONE, WhyNever.ORIGIN, WhyNever.EVENT):
             reporter.never_fires(transition)
-
-
-def report_properties(report: ModelReport, diagnostics: Diagnostics, *, with_undecided: bool = True) -> None:
-    """Report what was found of the properties alone."""
-    reporter = _Reporter(report, diagnostics)
+    if not quick:
+        for conflict in report.conflicts:
+            reporter.conflict(conflict)
+        reporter.never_left()
+        for found in report.doubtful:
+            assert found.location is not None
+            message = f"{found.message}: what depends on it is undecided"
+            diagnostics.note(Code.UNCLEAR_CODE, message, found.location)
     for result in report.properties:
-        if with_undecided or result.verdict is not Verdict.UNDECIDED:
+        if not (quick and result.verdict is Verdict.UNDECIDED):
             reporter.property(result)
 
 

@@ -96,6 +96,7 @@ _NOTHING: Final[_Values] = frozenset()
 _Names = dict[str, _Values]
 _Argument = tuple[int | str | None, ast.expr, _Values]
 """The place or the name of an argument, None where nobody knows, and what it may be."""
+_Calls = dict[tuple[str, tuple[tuple[str, _Values], ...]], "Found"]
 
 
 @dataclass
@@ -142,7 +143,9 @@ class Commands:
         """Names of the whole file, which are not followed."""
         self.attributes: _Names = {}
         """What attributes may stand for that code gives to the component."""
-        self._known: dict[tuple[str, tuple[tuple[str, _Values], ...]], Found] = {}
+        self._known: _Calls = {}
+        self._last: _Calls = {}
+        """What functions command that are called with some values: now, and when all was looked at last."""
         self._names: dict[int, _Names] = {automaton.id: {} for automaton in document.automata}
         """What the variables of each automaton may stand for, by its id."""
         self._by_piece: dict[int, Found] = {}
@@ -160,10 +163,11 @@ class Commands:
 
     def _follow(self) -> None:
         """Look at all code until no name may stand for anything new: then what was found is complete."""
-        before = None
-        while before != (self.attributes, self._names):
-            before = {**self.attributes}, {number: {**names} for number, names in self._names.items()}
-            self._known.clear()
+        before: object = None
+        while before != (self.attributes, self._names, self._known):
+            names_before = {number: {**names} for number, names in self._names.items()}
+            before = {**self.attributes}, names_before, self._known
+            self._last, self._known = self._known, {}
             for code in self._analysis.automata:
                 names = self._names[code.automaton.id]
                 for piece in code.sharing():
@@ -200,7 +204,7 @@ class Commands:
         if key not in self._known:
             if len(self._known) >= _MOST_CALLS:
                 return Found(unclear=[function])
-            self._known[key] = Found()  # a function that calls itself adds nothing
+            self._known[key] = self._last.get(key, Found())  # where functions call each other
             walk = _Walk(self, {**handed, _parameters(function)[0]: frozenset({_SELF})})
             try:
                 walk.follow(function.body)

@@ -96,17 +96,16 @@ class _Narrator:
     def move(self, move: Move) -> Iterator[Step]:
         """Yield what happens in one cycle."""
         node, time, fired = move.node, move.time / _NANO, move.choice.transition
-        index = self._system.cone[node.position]
-        label = self._model.label(index)
+        label = self._model.label(self._system.cone[node.position])
+        state = node.configuration[node.position][0]
         for atom in sorted(move.choice.true):
             if atom.startswith(_EVENT):
                 name = atom.removeprefix(_EVENT)
-                text = f"the event `{name}` arrives at {label}"
-                state = node.configuration[node.position][0]
-                yield self._step(time, index, StepKind.EVENT, text, state, event=name)
+                arrives = Change(StepKind.EVENT, node.position, state)
+                yield self._step(time, arrives, f"the event `{name}` arrives at {label}", event=name)
         for asked in self._holding(move):
-            text = f"the guard of {_name(asked)} holds in {label}"
-            yield self._step(time, index, StepKind.GUARD, text, asked.origin, transition=asked)
+            holds = Change(StepKind.GUARD, node.position, state)
+            yield self._step(time, holds, f"the guard of {_name(asked)} holds in {label}", asked)
         for change in self._system.changes(node, move.choice):
             yield self._changed(change, time, fired if change.kind is StepKind.FIRES else None)
 
@@ -128,27 +127,24 @@ class _Narrator:
         if fired is not None:
             target = self._model.automata[index].states[fired.target].source.name
             text = f"`{self._model.state_path(index, fired.origin)}` -> `{target}` by {_name(fired)}"
-        return self._step(time, index, change.kind, text, change.state, transition=fired)
+        return self._step(time, change, text, fired)
 
     def _step(
         self,
         time: float,
-        index: int,
-        kind: StepKind,
+        change: Change,
         text: str,
-        state: int,
-        *,
         transition: TransitionModel | None = None,
         event: str = "",
     ) -> Step:
-        automaton = self._model.automata[index]
+        automaton = self._model.automata[self._system.cone[change.position]]
         return Step(
             time_ms=time,
             automaton=automaton.source.id,
-            kind=kind,
+            kind=change.kind,
             text=text,
-            state=automaton.states[state].source.id,
-            origin=None if transition is None else automaton.states[transition.origin].source.id,
+            state=automaton.states[change.state].source.id,
+            origin=None if transition is None else transition.source.origin,
             transition=None if transition is None else transition.source.id,
             event=event,
         )

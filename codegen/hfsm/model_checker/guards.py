@@ -156,8 +156,8 @@ _PLAIN: Final = (
 class Answers:
     """What the guards of a document answer.
 
-    Nothing is known of what classes of the document, hand-written code beside it and the likes of `eval`
-    do to operators and attributes.
+    Only constants stay for sure where classes of the document may define operators, or where `eval`, its
+    like or hand-written code beside the document may assign anything.
     """
 
     def __init__(self, analysis: Analysis) -> None:
@@ -244,7 +244,8 @@ class Answers:
                 return self._attribute(node, automaton)
             case ast.Name(id=name, ctx=context):
                 is_own = isinstance(context, ast.Load) or automaton == 0
-                return Answer.SAME if is_own and name not in self._shared else _UNKNOWN
+                stays = is_own and name not in self._shared and not self._is_opaque
+                return Answer.SAME if stays else _UNKNOWN
             case ast.Attribute() | ast.Subscript(ctx=ast.Store() | ast.Del()):
                 return _UNKNOWN
             case ast.NamedExpr() | ast.Await():

@@ -89,7 +89,6 @@ class Model:
     analysis: Analysis = field(repr=False, compare=False)
     doubtful: tuple[Note, ...] = ()
     """The guards that read like others, and perhaps answer otherwise."""
-    _labels: dict[int, str] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @cached_property
     def by_id(self) -> dict[int, AutomatonModel]:
@@ -112,16 +111,12 @@ class Model:
 
     def label(self, automaton: int) -> str:
         """Return how a person calls an automaton: `the root automaton`, or by the state that owns it."""
-        if automaton not in self._labels:
-            above = list(self.ancestors(automaton))
-            label = "the root automaton"
-            if above:
-                parent, owner = above[0]
-                label = f"the automaton below `{self.state_path(parent.index, owner.index)}`"
-                if len(owner.children) > 1:
-                    label = f"{label} with the id {self.automata[automaton].source.id}"
-            self._labels[automaton] = label
-        return self._labels[automaton]
+        model = self.automata[automaton]
+        if model.parent < 0:
+            return "the root automaton"
+        label = f"the automaton below `{self.state_path(model.parent, model.owner)}`"
+        several = len(self.automata[model.parent].states[model.owner].children) > 1
+        return f"{label} with the id {model.source.id}" if several else label
 
 
 def read_model(
