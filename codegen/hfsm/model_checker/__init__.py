@@ -8,7 +8,7 @@ The path, from a document to a counterexample:
 4. `exploration` searches it within a budget: the only search there is.
 5. The verdicts read that search: `reachability` of states and transitions, `conflicts` over servants, which
    `commands` finds in the code, and `properties`, whose language is in `expressions`.
-6. `counterexample` tells a run as steps that the editor plays.
+6. `counterexample` turns a run into the steps that the editor plays.
 7. `checker` asks all questions of a document, and reports what was found.
 
 `docs/explanation/model-checker.md` is for users.

@@ -31,7 +31,7 @@ class Reachability(StrEnum):
 
 
 class WhyNever(StrEnum):
-    """Why a transition never fires; of states only GRAPH is told."""
+    """Why a transition never fires; of a state only GRAPH is reported."""
 
     NONE = ""
     GRAPH = "graph"
