@@ -13,13 +13,14 @@ import {canvasActions, drawnSelection} from "./canvas/actions.js";
 import * as commands from "./commands.js";
 import {monitorActions, monitoredSelection} from "./monitor/actions.js";
 import {page} from "./page.js";
+import {required} from "./required.js";
 import {runs} from "./runs.js";
 
 const hasDocument = () => Boolean(page.document);
+/** @param {number} count @param {string} noun */
 const plural = (count, noun) => `${count} ${noun}${count === 1 ? "" : "s"}`;
 
 const files = () => import("./files.js");
-const dialogs = (name) => import(`./dialogs/${name}.js`);
 
 /** @type {Action[]} */
 const LIST = [
@@ -76,7 +77,7 @@ const LIST = [
     keys: ["Ctrl+E"],
     scope: "typing",
     enabled: hasDocument,
-    run: async (context) => (await dialogs("export")).showExport(context),
+    run: async () => (await import("./dialogs/export.js")).showExport(),
   },
   {
     id: "compare",
@@ -256,7 +257,7 @@ const LIST = [
     label: "Help",
     icon: "help",
     keys: ["?", "F1"],
-    run: async (context) => (await dialogs("help")).showHelp(context),
+    run: async (context) => (await import("./dialogs/help.js")).showHelp(context),
     hint: "keys and signs",
   },
   {
@@ -272,12 +273,15 @@ const LIST = [
 /** @type {Map<string, Action>} */
 export const actions = new Map(LIST.map((action) => [action.id, action]));
 
-/** Whether an action makes sense now. @param {Context} context */
-export const isEnabled = (id, context) => actions.get(id).enabled?.(context) ?? true;
+/** An action by its id. @param {string} id */
+export const actionOf = (id) => required(actions.get(id), `action ${id}`);
 
-/** Do it, if it makes sense now. @param {Context} context */
+/** Whether an action makes sense now. @param {string} id @param {Context} context */
+export const isEnabled = (id, context) => actionOf(id).enabled?.(context) ?? true;
+
+/** Do it, if it makes sense now. @param {string} id @param {Context} context */
 export function perform(id, context) {
-  return isEnabled(id, context) ? actions.get(id).run(context) : undefined;
+  return isEnabled(id, context) ? actionOf(id).run(context) : undefined;
 }
 
 /** What is selected, in words. */

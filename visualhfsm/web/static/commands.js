@@ -40,7 +40,7 @@ export const apply = (command, fields = {}) => ask("do", {tab: page.tab, command
 
 /** Apply a command to the shown automaton. @param {string} command @param {object} fields */
 export const applyHere = (command, fields = {}) =>
-  ask("do", {tab: page.tab, command: {command, automaton: page.automaton.id, ...fields}});
+  ask("do", {tab: page.tab, command: {command, automaton: page.shownAutomaton.id, ...fields}});
 
 /** The selected ids as the fields of a command. */
 export const selected = () => ({states: [...page.states], transitions: [...page.transitions]});
@@ -81,15 +81,15 @@ export function rename(kind, id, name) {
     : applyHere("renameTransition", {transition: id, name});
 }
 
-export const copy = () => askTab("copy", {automaton: page.automaton.id, states: [...page.states]});
-export const cut = () => askTab("cut", {automaton: page.automaton.id, states: [...page.states]});
+export const copy = () => askTab("copy", {automaton: page.shownAutomaton.id, states: [...page.states]});
+export const cut = () => askTab("cut", {automaton: page.shownAutomaton.id, states: [...page.states]});
 
 /** Undo or redo a step, and show the automaton that it changed. @param {"undo" | "redo"} op */
 export async function step(op) {
   const {tab} = page;
-  const before = new Map(page.document.automata);
+  const before = new Map(page.shownDocument.automata);
   if (!(await askTab(op)) || page.tab !== tab) return;
-  const changed = [...page.document.automata].filter(([id, automaton]) => before.get(id) !== automaton);
+  const changed = [...page.shownDocument.automata].filter(([id, automaton]) => before.get(id) !== automaton);
   if (changed.length && !changed.some(([id]) => id === page.automaton?.id)) page.open(changed[0][0]);
 }
 
@@ -99,7 +99,7 @@ export async function step(op) {
  * @param {{x: number, y: number}} [point]
  */
 export async function paste(point) {
-  const first = selectAdded(await askTab("paste", {automaton: page.automaton.id, ...point}), "states");
+  const first = selectAdded(await askTab("paste", {automaton: page.shownAutomaton.id, ...point}), "states");
   if (first === undefined) return;
   page.dispatchEvent(new Event("reveal"));
   page.dispatchEvent(new Event("focus-canvas"));
@@ -107,7 +107,7 @@ export async function paste(point) {
 
 /** Move an automaton to a separate file, which a person chooses. @param {Automaton} automaton */
 export async function extract(automaton) {
-  const {path} = page.tabState;
+  const path = page.tabState?.path;
   if (!path) {
     notifyError(new Error("Save the document first: what it imports is found from its own file."));
     return;
@@ -127,13 +127,13 @@ export async function extract(automaton) {
 /** Put the content of an imported automaton in its place. @param {Automaton} automaton */
 export async function inline(automaton) {
   if (await askTab("inline", {automaton: automaton.id}))
-    notify(`The content of ${automaton.imported.file} is a part of this document now; the file stays.`);
+    notify(`The content of ${automaton.imported?.file} is a part of this document now; the file stays.`);
 }
 
 /** Show a sub-automaton of a state, made first when it has none. @param {State} state */
 export async function openChild(state) {
   if (!state.children.length) {
-    const father = page.automaton.id;
+    const father = page.shownAutomaton.id;
     const done = await applyHere("addAutomaton", {state: state.id});
     const made = done?.added?.find((each) => each.automaton !== father);
     if (made) page.open(made.automaton);

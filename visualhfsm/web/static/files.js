@@ -5,7 +5,7 @@ import {chooseFile} from "./dialogs/files.js";
 import {confirm} from "./dialogs/dialog.js";
 import {notify, notifyError} from "./notices.js";
 import {page} from "./page.js";
-import {store} from "./store.js";
+import {RequestError, store} from "./store.js";
 
 const RECENT = "visualhfsm.recent";
 const MOST_RECENT = 8;
@@ -45,7 +45,7 @@ export async function openPath(path) {
  */
 function shown({tab, remarks}, name) {
   page.show(tab);
-  if ([...store.documents.get(tab).automata.values()].some(isHeaped))
+  if ([...(store.documents.get(tab)?.automata.values() ?? [])].some(isHeaped))
     notify(`${name} does not say where its states are: Shift+L arranges all automata.`);
   if (!remarks) return;
   const [first = "", ...others] = remarks;
@@ -106,7 +106,8 @@ export async function save(tab = page.tab) {
 /** @param {string} [wanted] path to suggest instead of its own @returns {Promise<boolean>} */
 export async function saveAs(tab = page.tab, wanted = "") {
   const state = store.workspace.tabs.find((each) => each.tab === tab);
-  const suggestion = wanted || state.path || (/\.xml$/i.test(state.title) ? state.title : `${state.title}.xml`);
+  const {path: former = "", title = ""} = state ?? {};
+  const suggestion = wanted || former || (/\.xml$/i.test(title) ? title : `${title}.xml`);
   const path = await chooseFile({title: "Save the document as", verb: "Save", suggestion});
   return path ? saving((overwrite) => store.request("saveAs", {tab, path, overwrite}), path, tab) : false;
 }
@@ -127,7 +128,7 @@ async function saving(request, path, tab, overwrite = false) {
     notify(`Saved ${done.path}.`);
     return true;
   } catch (error) {
-    if (overwrite || !["exists", "outside"].includes(error.kind)) {
+    if (overwrite || !(error instanceof RequestError && ["exists", "outside"].includes(error.kind))) {
       notifyError(error);
       return false;
     }
@@ -149,11 +150,11 @@ export async function closeTab(tab) {
   try {
     await store.request("close", {tab});
   } catch (error) {
-    if (error.kind !== "unsaved") {
+    if (!(error instanceof RequestError && error.kind === "unsaved")) {
       notifyError(error);
       return;
     }
-    const {title} = store.workspace.tabs.find((each) => each.tab === tab);
+    const title = store.workspace.tabs.find((each) => each.tab === tab)?.title ?? "the document";
     const choice = await confirm({
       title: `Save ${title} before closing?`,
       text: "It has changes that are not in its file.",

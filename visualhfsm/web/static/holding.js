@@ -54,10 +54,12 @@ addEventListener("pointerdown", letGo, true);
 /** @param {string} text */
 function type(text) {
   const target = document.activeElement;
-  if (target?.insert) target.insert(text);
-  else if (target?.matches("input, textarea")) {
+  if (target && "insert" in target)
+    /** @type {{insert: (text: string) => void}} */ (/** @type {unknown} */ (target)).insert(text);
+  else if (target instanceof HTMLInputElement || target instanceof HTMLTextAreaElement) {
     const [line, ...rest] = text.split("\n");
-    target.setRangeText(line, target.selectionStart, target.selectionEnd, "end");
+    const {selectionStart, selectionEnd, value} = target;
+    target.setRangeText(line, selectionStart ?? value.length, selectionEnd ?? value.length, "end");
     target.dispatchEvent(new Event("input", {bubbles: true}));
     if (rest.length)
       target.dispatchEvent(new KeyboardEvent("keydown", {key: "Enter", bubbles: true, cancelable: true}));

@@ -1,10 +1,10 @@
 /** Keys: which action each one does. The table itself stands with the actions. */
 
-import {actions, perform} from "./actions.js";
+import {actionOf, actions, perform} from "./actions.js";
 import {isHeld} from "./holding.js";
 import {MONITOR_KEYS} from "./monitor/actions.js";
 
-/** By how a key is written, such as `Ctrl+Shift+Z`. */
+/** By how a key is written, such as `Ctrl+Shift+Z`. @type {Map<string, import("./actions.js").Action>} */
 const byKey = new Map();
 for (const action of actions.values()) for (const key of action.keys ?? []) byKey.set(key, action);
 
@@ -24,6 +24,7 @@ export function written(event) {
 
 /** A key as it is shown to people. @param {string} key */
 export function spoken(key) {
+  /** @type {Record<string, string>} */
   const names = {
     ArrowLeft: "←",
     ArrowRight: "→",
@@ -43,8 +44,9 @@ export function spoken(key) {
 /** Whether somebody types into something. @param {EventTarget} target */
 function isTyping(target) {
   return (
-    target.isContentEditable ||
-    (target.matches?.("input, textarea, select") && !target.matches("[type=checkbox], [type=radio], [type=button]"))
+    target instanceof HTMLElement &&
+    (target.isContentEditable ||
+      (target.matches("input, textarea, select") && !target.matches("[type=checkbox], [type=radio], [type=button]")))
   );
 }
 
@@ -62,9 +64,10 @@ export function listenForKeys(context) {
     const action = byKey.get(written(event));
     if (!action) return;
     if (action.scope !== "typing" && typing) return;
-    const onCanvas = context.canvas.contains(event.target) || event.target === document.body;
+    const element = event.target instanceof Element ? event.target : document.body;
+    const onCanvas = context.canvas.contains(element) || element === document.body;
     if (action.scope === "canvas" && !onCanvas) return;
-    if (event.target.closest?.("[role=menu]")) return;
+    if (element.closest("[role=menu]")) return;
     event.preventDefault();
     perform(action.id, context);
   });
@@ -72,8 +75,9 @@ export function listenForKeys(context) {
 
 /** All keys for the help: groups of [keys, what it does]. */
 export function keyTable() {
+  /** @param {string} id */
   const row = (id) => {
-    const {label, hint, help, keys = []} = actions.get(id);
+    const {label, hint, help, keys = []} = actionOf(id);
     return {keys: keys.map(spoken), text: help ?? (hint ? `${label}: ${hint}` : label)};
   };
   const groups = {

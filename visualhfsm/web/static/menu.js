@@ -2,9 +2,10 @@
 
 import {html, nothing, render} from "lit";
 
-import {actions, isEnabled, perform, selectionActions, selectionTitle} from "./actions.js";
+import {actionOf, isEnabled, perform, selectionActions, selectionTitle} from "./actions.js";
 import {icon} from "./icons.js";
 import {spoken} from "./keys.js";
+import {required} from "./required.js";
 
 const GROUND = [
   ["newState", "newTransition", "paste"],
@@ -14,6 +15,7 @@ const GROUND = [
 /** Actions that are left out where they make no sense. */
 const RARE = new Set(["repairNumbers", "extract", "inline"]);
 
+/** @type {HTMLElement | undefined} */
 let element;
 
 /**
@@ -27,12 +29,13 @@ export function showMenu({x, y, point}, context) {
   const groups = (title ? selectionActions() : GROUND).map((ids) =>
     ids.filter((id) => !RARE.has(id) || isEnabled(id, here)),
   );
-  element = document.createElement("div");
+  const menu = (element = document.createElement("div"));
   element.className = "menu";
   element.setAttribute("role", "menu");
   element.setAttribute("aria-label", title || "Automaton");
+  /** @param {string} id */
   const item = (id) => {
-    const {label, icon: image, keys = [], checked} = actions.get(id);
+    const {label, icon: image, keys = [], checked} = actionOf(id);
     const enabled = isEnabled(id, here);
     const isChecked = checked && enabled ? checked() : undefined;
     return html`<button
@@ -53,13 +56,16 @@ export function showMenu({x, y, point}, context) {
     ${groups.map((ids, index) => html`${index ? html`<div role="separator"></div>` : nothing}${ids.map(item)}`)}`,
     element,
   );
-  context.app.querySelector("main").append(element);
+  required(context.app.querySelector("main"), "place for the menu").append(element);
   const {width, height} = element.getBoundingClientRect();
   element.style.left = `${Math.max(4, Math.min(x, innerWidth - width - 4))}px`;
   element.style.top = `${Math.max(4, Math.min(y, innerHeight - height - 4))}px`;
   element.addEventListener("keydown", (event) => key(event, context));
-  element.addEventListener("focusout", (event) => !element?.contains(event.relatedTarget) && hideMenu());
-  element.querySelector("[role^=menuitem]")?.focus();
+  element.addEventListener(
+    "focusout",
+    (event) => !menu.contains(/** @type {Node | null} */ (event.relatedTarget)) && hideMenu(),
+  );
+  itemsOf(menu)[0]?.focus();
 }
 
 /** @param {string} id @param {import("./actions.js").Context} context */
@@ -69,6 +75,9 @@ function choose(id, context) {
   perform(id, context);
 }
 
+/** @param {HTMLElement} menu @returns {NodeListOf<HTMLElement>} */
+const itemsOf = (menu) => menu.querySelectorAll("[role^=menuitem]");
+
 function hideMenu() {
   const former = element;
   element = undefined;
@@ -77,10 +86,15 @@ function hideMenu() {
 
 /** @param {KeyboardEvent} event @param {import("./actions.js").Context} context */
 function key(event, context) {
-  const items = [...element.querySelectorAll("[role^=menuitem]")];
-  const index = items.indexOf(document.activeElement);
-  const next = {ArrowDown: index + 1, ArrowUp: index - 1, Home: 0, End: items.length - 1}[event.key];
-  if (next !== undefined) items.at(next % items.length).focus();
+  const items = element ? [...itemsOf(element)] : [];
+  const index = items.findIndex((each) => each === document.activeElement);
+  const next = /** @type {Record<string, number>} */ ({
+    ArrowDown: index + 1,
+    ArrowUp: index - 1,
+    Home: 0,
+    End: items.length - 1,
+  })[event.key];
+  if (next !== undefined) items.at(next % items.length)?.focus();
   else if (event.key === "Escape" || event.key === "Tab") {
     hideMenu();
     context.canvas.focusSelected();

@@ -1,7 +1,7 @@
 /**
  * How the automata of a document hang together, and the transitions of a state.
  *
- * @import {Automaton, OpenDocument, Transition} from "./store.js"
+ * @import {Automaton, OpenDocument, State, Transition} from "./store.js"
  */
 
 /**
@@ -43,6 +43,10 @@ export function pathTo(document, automaton) {
   }
   return found;
 }
+
+/** Whether any automaton of a state comes from another file. @param {OpenDocument} document @param {State} state */
+export const isImporting = (document, state) =>
+  state.children.some((id) => Boolean(document.automata.get(id)?.imported));
 
 /** Automata that hang on nothing, in a document that is not sound. @param {OpenDocument} document */
 export function lostIn(document) {

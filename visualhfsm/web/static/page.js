@@ -5,6 +5,7 @@
  */
 
 import {ownerOf, pathTo, rootOf, titleOf} from "./outline.js";
+import {required} from "./required.js";
 import {store} from "./store.js";
 
 /** Parts of a place that are edited as code beside the canvas. */
@@ -45,6 +46,16 @@ class Page extends /** @type {new () => Target<PageEvents>} */ (EventTarget) {
     return store.documents.get(this.tab);
   }
 
+  /** The shown document, for what is done only while there is one. */
+  get shownDocument() {
+    return required(this.document, "document");
+  }
+
+  /** The shown automaton, for what is done only while there is one. */
+  get shownAutomaton() {
+    return required(this.automaton, "automaton");
+  }
+
   /** The shown automaton, or undefined. */
   get automaton() {
     const document = this.document;
@@ -78,7 +89,7 @@ class Page extends /** @type {new () => Target<PageEvents>} */ (EventTarget) {
 
   /** The automata from the root to the shown one. */
   get path() {
-    return this.automaton ? pathTo(this.document, this.automaton) : [];
+    return this.automaton ? pathTo(this.shownDocument, this.automaton) : [];
   }
 
   /** The open tab as the workspace knows it. */
@@ -97,7 +108,7 @@ class Page extends /** @type {new () => Target<PageEvents>} */ (EventTarget) {
    * @param {import("./store.js").Automaton} [automaton]
    */
   title(automaton = this.automaton) {
-    return automaton ? titleOf(this.document, automaton, this.component) : "";
+    return automaton ? titleOf(this.shownDocument, automaton, this.component) : "";
   }
 
   /** @param {number} tab */
@@ -126,9 +137,9 @@ class Page extends /** @type {new () => Target<PageEvents>} */ (EventTarget) {
   /** Show the automaton above, with the state selected that owns the one that was shown. */
   up() {
     const child = this.automaton;
-    const father = child && this.document.automata.get(child.father);
+    const father = child && this.shownDocument.automata.get(child.father);
     if (!father) return;
-    const owner = ownerOf(this.document, child);
+    const owner = ownerOf(this.shownDocument, child);
     this.open(father.id, {states: owner ? [owner.id] : []});
   }
 
@@ -186,7 +197,7 @@ class Page extends /** @type {new () => Target<PageEvents>} */ (EventTarget) {
     const automaton = this.automaton;
     if (!automaton) return;
     if (spot.automaton !== automaton.id) {
-      const back = spot.visited.findLast((id) => this.document.automata.has(id));
+      const back = spot.visited.findLast((id) => this.shownDocument.automata.has(id));
       spot.automaton = back ?? automaton.id;
       spot.states.clear();
       spot.transitions.clear();

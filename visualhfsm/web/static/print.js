@@ -28,7 +28,7 @@ export async function printComponent() {
 }
 
 function content() {
-  const {fields, automata} = page.document;
+  const {fields, automata} = page.shownDocument;
   return html`<h1>${page.component}</h1>
     ${fields.description ? html`<p class="lead">${fields.description}</p>` : nothing}
     ${table("Parameters", ["name", "type", "default", "description"], fields.parameters)}
@@ -40,11 +40,11 @@ function content() {
 
 /** @param {Automaton} automaton */
 function automatonPage(automaton) {
-  const owner = ownerOf(page.document, automaton);
+  const owner = ownerOf(page.shownDocument, automaton);
   return html`<section>
     <h2>
       ${page.title(automaton)}${
-        owner?.children.length > 1 ? `, automaton ${owner.children.indexOf(automaton.id) + 1}` : ""
+        owner && owner.children.length > 1 ? `, automaton ${owner.children.indexOf(automaton.id) + 1}` : ""
       }
     </h2>
     <p>

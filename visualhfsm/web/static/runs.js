@@ -7,9 +7,10 @@ import {page} from "./page.js";
 import {outputLog} from "./panels/output-log.js";
 import {store} from "./store.js";
 
+/** @type {(string | undefined)[]} */
 const ALIVE = ["generating", "starting", "running", "stopping"];
 
-/** @import {Run} from "./store.js" */
+/** @import {Place, Run} from "./store.js" */
 
 class Runs {
   /** @type {Map<number, Run>} */
@@ -60,16 +61,13 @@ class Runs {
   #tellEnd({tab, message}) {
     const outcome = (message || "it has ended").replace(/^it /, "The component ");
     const error = outputLog.lastError(tab);
-    const show = () => {
-      page.show(tab);
-      page.jump(error.place, {line: error.line});
-    };
+    const {text, place, line} = error ?? {};
     this.#notices.set(
       tab,
       notify(
-        `${outcome}${error ? `: ${error.text}` : "."}`,
+        `${outcome}${text === undefined ? "." : `: ${text}`}`,
         "error",
-        error?.place && {label: `line ${error.line}`, run: show},
+        place && {label: `line ${line}`, run: () => showPlace(tab, place, line)},
       ),
     );
   }
@@ -79,6 +77,12 @@ class Runs {
     this.#runs.delete(tab);
     this.#notices.delete(tab);
   }
+}
+
+/** @param {number} tab @param {Place} place @param {number} [line] */
+function showPlace(tab, place, line) {
+  page.show(tab);
+  page.jump(place, {line});
 }
 
 export const runs = new Runs();

@@ -100,7 +100,7 @@ class Tabs extends PageElement {
       await this.#close(page.tab);
       return;
     }
-    const step = {ArrowRight: 1, ArrowLeft: -1}[event.key];
+    const step = /** @type {Record<string, number>} */ ({ArrowRight: 1, ArrowLeft: -1})[event.key];
     if (!step) return;
     event.preventDefault();
     this.context.app.showNeighbor(step);
@@ -376,9 +376,12 @@ export function resizer({name, variable, along, sign, smallest, largest}) {
     element.onlostpointercapture = () => (element.onpointermove = null);
   };
   const key = (event) => {
-    const step = {ArrowLeft: -RESIZE_STEP, ArrowUp: -RESIZE_STEP, ArrowRight: RESIZE_STEP, ArrowDown: RESIZE_STEP}[
-      event.key
-    ];
+    const step = /** @type {Record<string, number>} */ ({
+      ArrowLeft: -RESIZE_STEP,
+      ArrowUp: -RESIZE_STEP,
+      ArrowRight: RESIZE_STEP,
+      ArrowDown: RESIZE_STEP,
+    })[event.key];
     if (!step) return;
     event.preventDefault();
     event.stopPropagation();

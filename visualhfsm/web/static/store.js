@@ -98,7 +98,7 @@ const LAST_RETRY = 5000;
 const ASIDE = new Set(["hello", "codeHelp", "interfaces", "listFiles"]);
 
 /** An answer of the server that says why something was not done. */
-class RequestError extends Error {
+export class RequestError extends Error {
   /** @param {string} message @param {string} kind as docs/reference/protocol.md has them */
   constructor(message, kind) {
     super(message);

@@ -5,7 +5,7 @@ const system = matchMedia("(prefers-color-scheme: dark)");
 
 /** @returns {"light" | "dark"} */
 export function currentTheme() {
-  return document.documentElement.dataset.theme;
+  return document.documentElement.dataset.theme === "dark" ? "dark" : "light";
 }
 
 export function initTheme() {

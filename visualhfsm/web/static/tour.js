@@ -96,7 +96,7 @@ export async function startTour(context) {
     bubble.querySelector(".primary").focus();
   };
   bubble.addEventListener("keydown", (event) => {
-    const step = {ArrowRight: 1, ArrowLeft: -1}[event.key];
+    const step = /** @type {Record<string, number>} */ ({ArrowRight: 1, ArrowLeft: -1})[event.key];
     if (event.key === "Escape") end();
     else if (step && index + step >= 0) go(step);
     else if (event.key !== "Tab") {

@@ -13,7 +13,7 @@ addEventListener(
   (event) => {
     if (event.target !== window) {
       // that of an element, such as a picture of a camera
-      if (event.target.localName === "script") report(`${event.target.src} could not be loaded`);
+      if (event.target instanceof HTMLScriptElement) report(`${event.target.src} could not be loaded`);
     } else if (!event.message.startsWith("ResizeObserver loop")) {
       // which only says that sizes follow in the next frame
       report(event.message, event.error?.stack ?? `${event.filename}:${event.lineno}`);

@@ -1,50 +1,75 @@
-/** What a person can do with what is drawn; part of the table of all actions. */
+/**
+ * What a person can do with what is drawn; part of the table of all actions.
+ *
+ * @import {Context} from "../actions.js"
+ * @import {Automaton} from "../store.js"
+ */
 
 import * as commands from "../commands.js";
 import {outgoing} from "../outline.js";
 import {page} from "../page.js";
+import {required} from "../required.js";
 import {StateTool, TransitionTool} from "./pointer.js";
 
 const hasDocument = () => Boolean(page.document);
-const drawable = () => Boolean(page.automaton) && !page.automaton.imported;
+const drawable = () => page.automaton !== undefined && !page.automaton.imported;
 const isRootless = () => hasDocument() && !page.automaton;
 const anySelected = () => page.states.size + page.transitions.size > 0;
 const anyStates = (count = 1) => page.states.size >= count;
 const oneState = () => Boolean(page.state);
 const oneTransition = () => Boolean(page.transition);
-/** Whether things of an automaton have the same number, in a document that is not sound. */
+/**
+ * Whether things of an automaton have the same number, in a document that is not sound.
+ *
+ * @param {Automaton} automaton
+ */
 const sharesNumbers = ({states, transitions}) =>
   [states, transitions].some((all) => new Set(all.map(({id}) => id)).size < all.length);
 /** The automaton below the selected state if it has one alone, and without a selection the shown one. */
 const part = () =>
   page.state
     ? page.state.children.length === 1
-      ? page.document.automata.get(page.state.children[0])
+      ? page.shownDocument.automata.get(page.state.children[0])
       : undefined
     : anySelected()
       ? undefined
       : page.automaton;
-/** Whether an automaton is one that the document itself imports. */
-const isImport = (automaton) => Boolean(automaton && page.document.own.get(automaton.id)?.imported);
-const canExtract = () => Boolean(part()?.father) && !part().imported;
+/** Whether an automaton is one that the document itself imports. @param {Automaton | undefined} automaton */
+const isImport = (automaton) => Boolean(automaton && page.shownDocument.own.get(automaton.id)?.imported);
+const canExtract = () => Boolean(part()?.father) && !part()?.imported;
 const canInline = () => isImport(part());
+
+/** The selected state, and what `part` gives, for what is done only while there is one. */
+const state = () => required(page.state, "selected state");
+const thePart = () => required(part(), "sub-automaton");
 
 const layout = () => import("./layout.js");
 
+/** @param {string} [field] */
 function editCode(field) {
-  if (page.state) page.edit({kind: "state", automaton: page.automaton.id, id: page.state.id, part: field ?? "code"});
+  if (page.state)
+    page.edit({kind: "state", automaton: page.shownAutomaton.id, id: page.state.id, part: field ?? "code"});
   else if (page.transition)
-    page.edit({kind: "transition", automaton: page.automaton.id, id: page.transition.id, part: field ?? "trigger"});
+    page.edit({
+      kind: "transition",
+      automaton: page.shownAutomaton.id,
+      id: page.transition.id,
+      part: field ?? "trigger",
+    });
 }
 
+/** @param {Context} context */
 function enter({canvas}) {
   if (page.state?.children.length) page.open(page.state.children[0]);
   else if (page.state || page.transition) editCode();
   else canvas.focusSelected();
 }
 
+/** @param {number} dx @param {number} dy */
 const nudge = (dx, dy) => () => anySelected() && drawable() && commands.moveSelected(dx, dy);
+/** @param {string} to */
 const align = (to) => () => commands.applyHere("alignStates", {states: [...page.states], to});
+/** @param {"x" | "y"} along */
 const distribute = (along) => () => commands.applyHere("distributeStates", {states: [...page.states], along});
 
 /** @type {import("../actions.js").Action[]} */
@@ -78,7 +103,10 @@ export const canvasActions = [
     icon: "rename",
     keys: ["F2"],
     enabled: () => drawable() && (oneState() || oneTransition()),
-    run: ({canvas}) => canvas.beginRename(page.state ? "state" : "transition", (page.state ?? page.transition).id),
+    run: ({canvas}) =>
+      page.state
+        ? canvas.beginRename("state", page.state.id)
+        : canvas.beginRename("transition", required(page.transition, "selected transition").id),
   },
   {
     id: "edit",
@@ -106,8 +134,8 @@ export const canvasActions = [
     label: "Sub-automaton",
     icon: "child",
     keys: ["Ctrl+Enter"],
-    enabled: () => oneState() && (drawable() || page.state.children.length > 0),
-    run: () => commands.openChild(page.state),
+    enabled: () => oneState() && (drawable() || state().children.length > 0),
+    run: () => commands.openChild(state()),
     hint: "opens it, or makes one",
     help: "Open the sub-automaton, or make one",
   },
@@ -116,15 +144,15 @@ export const canvasActions = [
     label: "Add a parallel automaton",
     icon: "parallel",
     enabled: () => drawable() && oneState(),
-    run: () => commands.applyHere("addAutomaton", {state: page.state.id}),
+    run: () => commands.applyHere("addAutomaton", {state: state().id}),
   },
   {
     id: "markInitial",
     label: "Mark as initial",
     icon: "initial",
     keys: ["I"],
-    enabled: () => drawable() && oneState() && !page.state.initial,
-    run: () => commands.applyHere("markInitial", {state: page.state.id}),
+    enabled: () => drawable() && oneState() && !page.state?.initial,
+    run: () => commands.applyHere("markInitial", {state: state().id}),
   },
   {
     id: "toggleFinal",
@@ -132,29 +160,26 @@ export const canvasActions = [
     icon: "final",
     keys: ["E"],
     enabled: () => drawable() && oneState(),
-    run: () => commands.applyHere("markFinal", {state: page.state.id, final: !page.state.final}),
+    run: () => commands.applyHere("markFinal", {state: state().id, final: !state().final}),
     hint: "on or off",
-    checked: () => page.state.final,
+    checked: () => state().final,
   },
   {
     id: "toggleHistory",
     label: "Restart on entry",
     icon: "history",
-    enabled: () => drawable() && oneState() && page.state.children.length > 0,
+    enabled: () => drawable() && oneState() && state().children.length > 0,
     run: () =>
-      commands.applyHere("setHistory", {
-        state: page.state.id,
-        history: page.state.history === "restart" ? "" : "restart",
-      }),
+      commands.applyHere("setHistory", {state: state().id, history: state().history === "restart" ? "" : "restart"}),
     hint: "on or off",
-    checked: () => page.state.history === "restart",
+    checked: () => state().history === "restart",
   },
   {
     id: "loop",
     label: "Transition to itself",
     icon: "selfLoop",
     enabled: () => drawable() && oneState(),
-    run: ({canvas}) => canvas.add("transition", "addTransition", {origin: page.state.id, destination: page.state.id}),
+    run: ({canvas}) => canvas.add("transition", "addTransition", {origin: state().id, destination: state().id}),
   },
   {
     id: "group",
@@ -171,7 +196,7 @@ export const canvasActions = [
     label: "Move to a file",
     icon: "exportFile",
     enabled: canExtract,
-    run: () => commands.extract(part()),
+    run: () => commands.extract(thePart()),
     hint: "the sub-automaton, which is imported from there then",
   },
   {
@@ -179,7 +204,7 @@ export const canvasActions = [
     label: "Inline",
     icon: "open",
     enabled: canInline,
-    run: () => commands.inline(part()),
+    run: () => commands.inline(thePart()),
     hint: "what is imported becomes a part of this document",
   },
   {id: "copy", label: "Copy", icon: "copy", keys: ["Ctrl+C"], enabled: () => anyStates(), run: commands.copy},
@@ -213,11 +238,11 @@ export const canvasActions = [
     label: "Select all",
     icon: "state",
     keys: ["Ctrl+A"],
-    enabled: hasDocument,
+    enabled: () => Boolean(page.automaton),
     run: () =>
       page.select({
-        states: page.automaton.states.map((each) => each.id),
-        transitions: page.automaton.transitions.map((each) => each.id),
+        states: page.shownAutomaton.states.map((each) => each.id),
+        transitions: page.shownAutomaton.transitions.map((each) => each.id),
       }),
   },
   {
@@ -339,7 +364,7 @@ export const canvasActions = [
     icon: "layout",
     keys: ["L"],
     enabled: drawable,
-    run: async ({canvas}) => (await layout()).arrange([page.automaton], canvas),
+    run: async ({canvas}) => (await layout()).arrange([page.shownAutomaton], canvas),
     hint: "this automaton",
   },
   {
@@ -348,7 +373,7 @@ export const canvasActions = [
     icon: "layout",
     keys: ["Shift+L"],
     enabled: hasDocument,
-    run: async ({canvas}) => (await layout()).arrange([...page.document.automata.values()], canvas),
+    run: async ({canvas}) => (await layout()).arrange([...page.shownDocument.automata.values()], canvas),
   },
   ...["Left", "Center", "Right", "Top", "Middle", "Bottom"].map((to) => ({
     id: `align${to}`,
@@ -375,7 +400,7 @@ export const canvasActions = [
     id: "repairNumbers",
     label: "Repair numbers",
     icon: "properties",
-    enabled: () => hasDocument() && [...page.document.automata.values()].some(sharesNumbers),
+    enabled: () => hasDocument() && [...page.shownDocument.automata.values()].some(sharesNumbers),
     run: () => commands.apply("repairNumbers"),
     hint: "of states and transitions that share one",
   },
@@ -413,9 +438,10 @@ export function drawnSelection() {
   return [];
 }
 
+/** @param {number} step */
 async function reorder(step) {
-  const chosen = page.transition;
-  const order = outgoing(page.automaton.transitions.filter(({origin}) => origin === chosen.origin));
+  const chosen = required(page.transition, "selected transition");
+  const order = outgoing(page.shownAutomaton.transitions.filter(({origin}) => origin === chosen.origin));
   const index = order.indexOf(chosen) + step;
   if (index >= 0 && index < order.length) await commands.applyHere("reorderTransition", {transition: chosen.id, index});
 }

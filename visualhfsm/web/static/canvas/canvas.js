@@ -1,7 +1,16 @@
-/** The canvas: shows the automaton of the page and lets it be drawn. */
+/**
+ * The canvas: shows the automaton of the page and lets it be drawn.
+ *
+ * @import {Automaton, Target} from "../store.js"
+ * @import {Comparison} from "./comparison.js"
+ * @import {Point} from "./geometry.js"
+ * @import {Live} from "./live-marks.js"
+ * @import {DrawingTool} from "./pointer.js"
+ */
 
 import {applyHere, selectAdded} from "../commands.js";
 import {holdKeys} from "../holding.js";
+import {isImporting} from "../outline.js";
 import {page} from "../page.js";
 import {problemOf} from "../problems.js";
 import {store} from "../store.js";
@@ -23,20 +32,36 @@ export class HfsmCanvas extends HTMLElement {
     () => this.#transform(),
   );
   sketch = make("g", {class: "sketch"});
+  world = make("g", {class: "world"}, ...this.scene.layers, this.sketch);
+  svg = make("svg", {role: "application", "aria-roledescription": "canvas", tabindex: "-1"}, this.world);
   /** What is said beside the pointer. */
   tip = make("title");
-  /** The tool in use, see pointer.js. */
+  /** What is said to screen readers. */
+  speech = division("for-readers");
+  hint = division("hint");
+  empty = division("empty");
+  minimap = new Minimap(this);
+  rename = new Rename(this);
+  order = new Order(this);
+  pointer = new Pointer(this);
+  /** The state to which a transition is about to lead. @type {SVGElement | undefined} */
+  target = undefined;
+  /** Whether it had the focus before another automaton was shown. */
+  hadFocus = false;
+  /** The tool in use, see pointer.js. @type {DrawingTool | undefined} */
   tool = undefined;
-  /** A comparison with another version, see comparison.js. */
+  /** A comparison with another version, see comparison.js. @type {Comparison | undefined} */
   comparison = undefined;
   /** Whether another version of the document is shown. */
   compares = false;
 
   #size = {width: 0, height: 0};
-  #views = new Map(); // of each automaton that was seen: where and how large
+  /** Of each automaton that was seen, where and how large. @type {Map<string, Point & {scale: number}>} */
+  #views = new Map();
   #shown = "";
   #unfitted = false;
   #fitted = ""; // the view after everything was shown; as long as nobody changed it, it is kept so
+  /** @type {Map<string, Live> | undefined} */
   #live;
 
   /** Whether changes are refused: of another version, and of what comes from another file. */
@@ -45,27 +70,15 @@ export class HfsmCanvas extends HTMLElement {
   }
 
   connectedCallback() {
-    if (this.svg) return;
-    this.world = make("g", {class: "world"}, ...this.scene.layers, this.sketch);
-    this.svg = make("svg", {role: "application", "aria-roledescription": "canvas", tabindex: "-1"}, this.world);
-    this.speech = document.createElement("div");
-    this.speech.className = "for-readers";
+    if (this.contains(this.svg)) return;
     this.speech.setAttribute("aria-live", "polite");
-    this.hint = document.createElement("div");
-    this.hint.className = "hint";
     this.hint.hidden = true;
-    this.empty = document.createElement("div");
-    this.empty.className = "empty";
-    this.minimap = new Minimap(this);
-    this.rename = new Rename(this);
-    this.order = new Order(this);
-    this.pointer = new Pointer(this);
     this.append(this.svg, this.empty, this.hint, this.minimap.element, this.rename.input, this.speech);
     new ResizeObserver(() => this.#resized()).observe(this);
-    for (const kind of ["document", "problems"]) {
+    for (const kind of /** @type {const} */ (["document", "problems"])) {
       store.addEventListener(kind, ({detail}) => detail.tab === page.tab && this.pointer.whenFree(() => this.redraw()));
     }
-    for (const kind of ["tab", "automaton"]) page.addEventListener(kind, () => this.redraw());
+    for (const kind of /** @type {const} */ (["tab", "automaton"])) page.addEventListener(kind, () => this.redraw());
     page.addEventListener("selection", () => this.#showSelection());
     page.addEventListener("reveal", () => this.#reveal());
     this.redraw();
@@ -80,7 +93,11 @@ export class HfsmCanvas extends HTMLElement {
     const {comparison} = this;
     const shown = automaton && comparison ? comparison.merged(automaton) : automaton;
     const marks = automaton && comparison?.marks(automaton);
-    this.scene.update(shown, {imported: isImporting, problem: problemIn(automaton), marks});
+    this.scene.update(shown, {
+      imported: (state) => isImporting(page.shownDocument, state),
+      problem: problemIn(automaton),
+      marks,
+    });
     this.#shown = key;
     this.svg.setAttribute("aria-label", automaton ? `Automaton ${page.title()}` : "No automaton");
     this.#showEmpty(automaton);
@@ -97,20 +114,20 @@ export class HfsmCanvas extends HTMLElement {
   /**
    * Show what a running component does in the shown automaton.
    *
-   * @param {Map<string, import("./live-marks.js").Live>} [live]
+   * @param {Map<string, Live>} [live]
    */
   showLive(live) {
     this.#live = live;
     this.scene.showLive(live);
   }
 
-  /** Where a pointer is in the drawing. */
+  /** Where a pointer is in the drawing. @param {MouseEvent} event */
   point({clientX, clientY}) {
     const {left, top} = this.getBoundingClientRect();
     return this.viewport.toDrawing(clientX - left, clientY - top);
   }
 
-  /** The state at a point, or undefined; the rim counts. */
+  /** The state at a point, or undefined; the rim counts. @param {Point} point */
   stateAt(point) {
     return page.automaton?.states.findLast((state) => distance(state, point) <= RADIUS + 6);
   }
@@ -126,9 +143,7 @@ export class HfsmCanvas extends HTMLElement {
 
   /** Show the selected things, and everything without. */
   fitSelection() {
-    const places = this.selectedKeys()
-      .map((key) => this.scene.places.get(key))
-      .filter(Boolean);
+    const places = this.selectedKeys().flatMap((key) => this.scene.places.get(key) ?? []);
     if (!places.length) return this.fit();
     const [xs, ys] = [places.map(({x}) => x), places.map(({y}) => y)];
     const far = RADIUS * 2;
@@ -149,7 +164,7 @@ export class HfsmCanvas extends HTMLElement {
     return [...[...page.states].map((id) => `s${id}`), ...[...page.transitions].map((id) => `t${id}`)];
   }
 
-  /** Use a tool of pointer.js, or none. */
+  /** Use a tool of pointer.js, or none. @param {(new (canvas: HfsmCanvas) => DrawingTool) | undefined} Tool */
   useTool(Tool) {
     this.tool?.cancel();
     this.tool = Tool && page.automaton && !this.readOnly ? new Tool(this) : undefined;
@@ -165,19 +180,19 @@ export class HfsmCanvas extends HTMLElement {
     if (text) this.announce(text);
   }
 
-  /** Let screen readers say something. */
+  /** Let screen readers say something. @param {string} text */
   announce(text) {
     this.speech.textContent = text;
   }
 
-  /** Mark the state to which a transition is about to lead. */
+  /** Mark the state to which a transition is about to lead. @param {number} [id] */
   markTarget(id) {
     this.target?.classList.remove("target");
     this.target = id === undefined ? undefined : this.scene.states.get(`s${id}`)?.group;
     this.target?.classList.add("target");
   }
 
-  /** Let a name be typed where it stands. @param {"state" | "transition"} kind */
+  /** Let a name be typed where it stands. @param {"state" | "transition"} kind @param {number} id */
   beginRename(kind, id) {
     if (!this.readOnly) this.rename.begin(kind, id);
   }
@@ -188,6 +203,8 @@ export class HfsmCanvas extends HTMLElement {
    *
    * @param {"state" | "transition"} kind
    * @returns {Promise<number | undefined>} its id
+   * @param {string} command
+   * @param {object} fields
    */
   add(kind, command, fields) {
     const done = applyHere(command, fields);
@@ -211,9 +228,10 @@ export class HfsmCanvas extends HTMLElement {
     this.order.focusSelected();
   }
 
-  /** While something is dragged at the edge, the drawing moves along. */
+  /** While something is dragged at the edge, the drawing moves along. @param {MouseEvent} event */
   autoPan({clientX, clientY}) {
     const box = this.getBoundingClientRect();
+    /** @param {number} before @param {number} after */
     const step = (before, after) => (before < BORDER ? 8 : after < BORDER ? -8 : 0);
     const dx = step(clientX - box.left, box.right - clientX);
     const dy = step(clientY - box.top, box.bottom - clientY);
@@ -243,6 +261,7 @@ export class HfsmCanvas extends HTMLElement {
     this.hadFocus = this.contains(document.activeElement);
   }
 
+  /** @param {string} key */
   #arrive(key) {
     const known = this.#views.get(key);
     if (known) {
@@ -253,9 +272,10 @@ export class HfsmCanvas extends HTMLElement {
     }
   }
 
+  /** @param {Automaton | undefined} automaton */
   #showEmpty(automaton) {
     this.empty.hidden = !automaton || automaton.states.length > 0 || Boolean(this.tool);
-    if (this.empty.hidden) return;
+    if (!automaton || this.empty.hidden) return;
     this.empty.textContent = automaton.imported
       ? `This automaton comes from ${automaton.imported.file}. Open that file to change it.`
       : "Nothing here yet. Press S for the first state, or double click.";
@@ -268,8 +288,8 @@ export class HfsmCanvas extends HTMLElement {
     this.classList.toggle("very-far", scale < VERY_FAR);
     this.classList.toggle("tiny", scale < TINY);
     this.#look();
-    this.minimap?.frame();
-    this.rename?.follow();
+    this.minimap.frame();
+    this.rename.follow();
     this.dispatchEvent(new Event("view"));
   }
 
@@ -297,10 +317,20 @@ export class HfsmCanvas extends HTMLElement {
   }
 }
 
-/** Whether any automaton of a state comes from another file. */
-const isImporting = (state) => state.children.some((id) => page.document.automata.get(id)?.imported);
+/**
+ * Find the worst problem of a state or transition.
+ *
+ * @param {Automaton | undefined} automaton
+ * @returns {import("./scene.js").More["problem"]}
+ */
+const problemIn = (automaton) => (kind, id) =>
+  automaton && problemOf(page.shownDocument.problems, automaton.id, kind, id);
 
-/** Finds the worst problem of a state or transition. */
-const problemIn = (automaton) => (kind, id) => problemOf(page.document.problems, automaton.id, kind, id);
+/** @param {string} name */
+function division(name) {
+  const made = document.createElement("div");
+  made.className = name;
+  return made;
+}
 
 customElements.define("hfsm-canvas", HfsmCanvas);

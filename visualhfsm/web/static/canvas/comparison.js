@@ -1,4 +1,8 @@
-/** Show on the canvas what differs from another version: added, removed, changed and moved things. */
+/**
+ * Show on the canvas what differs from another version: added, removed, changed and moved things.
+ *
+ * @import {Automaton, Difference} from "../store.js"
+ */
 
 import {html, nothing, render} from "lit";
 
@@ -9,12 +13,8 @@ import {ownerOf} from "../outline.js";
 import {page} from "../page.js";
 import {store} from "../store.js";
 
+/** @type {Record<string, number>} */
 const RANK = {added: 4, removed: 4, changed: 3, inside: 2, moved: 1};
-
-/**
- * @typedef {{kind: string, place: {kind: string, automaton?: number, id?: number, part?: string}, before?: string,
- *   after?: string}} Difference
- */
 
 /** Ask with what to compare, and show it. @param {import("../actions.js").Context} context */
 export async function compare({canvas}) {
@@ -22,7 +22,8 @@ export async function compare({canvas}) {
     canvas.comparison.end();
     return;
   }
-  const saved = page.tabState.path ? [["saved", "The saved version", "primary"]] : [];
+  /** @type {import("../dialogs/dialog.js").Choice[]} */
+  const saved = page.tabState?.path ? [["saved", "The saved version", "primary"]] : [];
   const choice = await confirm({
     title: "Compare with",
     text: "What differs is shown on the canvas, in every automaton.",
@@ -32,18 +33,26 @@ export async function compare({canvas}) {
   if (against) await new Comparison(canvas, against).begin();
 }
 
-class Comparison {
+export class Comparison {
+  /** @param {import("./canvas.js").HfsmCanvas} canvas @param {string} against */
   constructor(canvas, against) {
     this.canvas = canvas;
     this.against = against;
     this.tab = page.tab;
     this.stop = new AbortController();
+    this.legend = document.createElement("div");
+    this.index = -1;
+    /** @type {Difference[]} */
+    this.differences = [];
+    /** The former automata of all that differs. @type {Map<number, Automaton>} */
+    this.before = new Map();
+    /** The marks in each automaton, by key. @type {Map<number, Map<string, string>>} */
+    this.byAutomaton = new Map();
   }
 
   async begin() {
     if (!(await this.#load()) || page.tab !== this.tab || this.canvas.comparison) return;
     const {signal} = this.stop;
-    this.legend = document.createElement("div");
     this.legend.className = "legend";
     this.legend.setAttribute("role", "region");
     this.legend.setAttribute("aria-label", "Comparison");
@@ -52,7 +61,6 @@ class Comparison {
     this.canvas.compares = true;
     store.addEventListener("document", ({detail}) => detail.tab === this.tab && this.#reload(), {signal});
     page.addEventListener("tab", () => this.end(), {signal});
-    this.index = -1;
     this.#show();
   }
 
@@ -65,10 +73,11 @@ class Comparison {
     this.canvas.redraw();
   }
 
-  /** An automaton with what is gone from it. */
+  /** An automaton with what is gone from it. @param {Automaton} automaton @returns {Automaton} */
   merged(automaton) {
     const former = this.before.get(automaton.id);
     if (!former) return automaton;
+    /** @template {{id: number}} T @param {T[]} now @param {T[]} then */
     const gone = (now, then) => {
       const there = new Set(now.map(({id}) => id));
       return then.filter(({id}) => !there.has(id));
@@ -80,7 +89,7 @@ class Comparison {
     };
   }
 
-  /** The marks in an automaton, by key. @returns {Map<string, string>} */
+  /** The marks in an automaton, by key. @param {Automaton} automaton @returns {Map<string, string>} */
   marks(automaton) {
     return this.byAutomaton.get(automaton.id) ?? new Map();
   }
@@ -88,26 +97,27 @@ class Comparison {
   async #load() {
     const done = await askTab("diff", {against: this.against});
     if (!done) return false;
-    /** @type {Difference[]} */
     this.differences = done.differences;
     this.before = new Map(done.before.map((each) => [each.id, each]));
     this.byAutomaton = new Map();
     for (const {kind, place} of this.differences) {
-      if (place.id) this.#mark(place.automaton, `${place.kind === "state" ? "s" : "t"}${place.id}`, kind);
-      this.#markAbove(place.automaton);
+      const {automaton = 0} = place;
+      if (place.id) this.#mark(automaton, `${place.kind === "state" ? "s" : "t"}${place.id}`, kind);
+      this.#markAbove(automaton);
     }
     return true;
   }
 
+  /** @param {number} automaton @param {string} key @param {string} kind */
   #mark(automaton, key, kind) {
-    if (!this.byAutomaton.has(automaton)) this.byAutomaton.set(automaton, new Map());
-    const marks = this.byAutomaton.get(automaton);
-    if (RANK[kind] > (RANK[marks.get(key)] ?? 0)) marks.set(key, kind);
+    let marks = this.byAutomaton.get(automaton);
+    if (!marks) this.byAutomaton.set(automaton, (marks = new Map()));
+    if (RANK[kind] > (RANK[marks.get(key) ?? ""] ?? 0)) marks.set(key, kind);
   }
 
-  /** The states in which an automaton lies have a difference inside. */
+  /** The states in which an automaton lies have a difference inside. @param {number} id */
   #markAbove(id) {
-    const {document} = page;
+    const document = page.shownDocument;
     for (let automaton = document.automata.get(id), steps = 0; automaton && steps < 100; steps++) {
       const owner = ownerOf(document, automaton);
       if (!owner) return;
@@ -123,6 +133,7 @@ class Comparison {
 
   #show() {
     this.canvas.redraw();
+    /** @param {string} kind */
     const count = (kind) => this.differences.filter((each) => each.kind === kind).length;
     const shown = this.differences[this.index];
     render(
@@ -148,11 +159,12 @@ class Comparison {
     );
   }
 
+  /** @param {number} step */
   #go(step) {
     const {length} = this.differences;
     this.index = (this.index + step + length) % length;
     const {kind, place} = this.differences[this.index];
-    const there = place.automaton && page.document.automata.has(place.automaton);
+    const there = place.automaton && page.shownDocument.automata.has(place.automaton);
     if (there) page.jump(kind === "removed" ? {kind: "automaton", automaton: place.automaton} : {...place, part: ""});
     this.#show();
     if (there && place.id)
@@ -162,15 +174,18 @@ class Comparison {
   }
 }
 
+/** @param {Difference} difference */
 function describe({kind, place, part = "", before = "", after = ""}) {
-  const automaton = page.document.automata.get(place.automaton);
-  const list = {state: automaton?.states, transition: automaton?.transitions}[place.kind];
+  const automaton = page.shownDocument.automata.get(place.automaton ?? 0);
+  const list =
+    place.kind === "state" ? automaton?.states : place.kind === "transition" ? automaton?.transitions : undefined;
   const name = list?.find((each) => each.id === place.id)?.name ?? (kind === "removed" ? before : place.id) ?? "";
   const what = `${place.kind} ${
     place.kind === "automaton" ? (automaton ? page.title(automaton) : place.automaton) : name
   }`;
   if (kind === "moved") return `${what} moved`;
   if (kind !== "changed") return `${what} ${kind}${place.name ? `: ${place.part} ${place.name}` : ""}`;
+  /** @param {string} text */
   const short = (text) => (text.length > 60 ? `${text.slice(0, 60)}…` : text).replaceAll("\n", "⏎");
   if (!before && !after) return `${what}: ${part}`;
   return `${what}: ${part} was “${short(before)}”, is “${short(after)}”`;

@@ -1,6 +1,12 @@
-/** Pictures of automata that stand for themselves: every style is written into the SVG. */
+/**
+ * Pictures of automata that stand for themselves: every style is written into the SVG.
+ *
+ * @import {Automaton} from "../store.js"
+ */
 
+import {isImporting} from "../outline.js";
 import {page} from "../page.js";
+import {required} from "../required.js";
 import {Scene} from "./scene.js";
 import {make} from "./svg.js";
 
@@ -25,7 +31,7 @@ const PRESENTED = [
 /**
  * The picture of an automaton as an SVG element with its own styles.
  *
- * @param {import("../store.js").Automaton} automaton
+ * @param {Automaton} automaton
  * @param {"light" | "dark"} colors
  * @returns {SVGSVGElement}
  */
@@ -36,10 +42,7 @@ export function picture(automaton, colors = "light") {
   document.documentElement.dataset.theme = colors;
   document.body.append(live);
   try {
-    scene.update(automaton, {
-      imported: (state) => state.children.some((id) => page.document.automata.get(id)?.imported),
-      problem: () => undefined,
-    });
+    scene.update(automaton, {imported: (state) => isImporting(page.shownDocument, state), problem: () => undefined});
     const box = scene.bounds() ?? {left: 0, top: 0, right: 200, bottom: 100};
     const [width, height] = [
       Math.ceil(box.right - box.left + 2 * MARGIN),
@@ -62,10 +65,15 @@ export function picture(automaton, colors = "light") {
   }
 }
 
-/** A copy of an element with its computed styles as attributes, without what is not seen. */
+/**
+ * A copy of an element with its computed styles as attributes, without what is not seen.
+ *
+ * @param {Element} element
+ * @returns {Element}
+ */
 function styled(element) {
   const style = getComputedStyle(element);
-  const copy = element.cloneNode(false);
+  const copy = /** @type {Element} */ (element.cloneNode(false));
   for (const name of [
     "class",
     "tabindex",
@@ -89,23 +97,24 @@ function styled(element) {
     }
   }
   for (const child of element.childNodes) {
-    if (child.nodeType === Node.TEXT_NODE) copy.append(child.data);
-    else if (!isHidden(child)) copy.append(styled(child));
+    if (child instanceof Text) copy.append(child.data);
+    else if (child instanceof Element && !isHidden(child)) copy.append(styled(child));
   }
   return copy;
 }
 
+/** @param {Element} element */
 function isHidden(element) {
   if (["hit", "rim", "grip"].some((name) => element.classList.contains(name))) return true;
   const {display, fill, stroke} = getComputedStyle(element);
   return display === "none" || (["path", "circle"].includes(element.tagName) && fill === "none" && stroke === "none");
 }
 
-/** The text of an SVG file. */
+/** The text of an SVG file. @param {Automaton} automaton */
 export const svgText = (automaton) =>
   `<?xml version="1.0" encoding="UTF-8"?>\n${new XMLSerializer().serializeToString(picture(automaton))}\n`;
 
-/** A PNG of an automaton. @returns {Promise<Blob>} */
+/** A PNG of an automaton. @returns {Promise<Blob>} @param {Automaton} automaton */
 export async function pngOf(automaton) {
   const url = URL.createObjectURL(new Blob([svgText(automaton)], {type: "image/svg+xml"}));
   try {
@@ -115,7 +124,7 @@ export async function pngOf(automaton) {
     const scale = Math.min(PIXELS, MOST_PIXELS / Math.max(image.width, image.height));
     const canvas = document.createElement("canvas");
     [canvas.width, canvas.height] = [Math.ceil(image.width * scale), Math.ceil(image.height * scale)];
-    canvas.getContext("2d").drawImage(image, 0, 0, canvas.width, canvas.height);
+    required(canvas.getContext("2d"), "canvas").drawImage(image, 0, 0, canvas.width, canvas.height);
     return await new Promise((resolve, reject) =>
       canvas.toBlob((blob) => (blob ? resolve(blob) : reject(new Error("the picture is too large"))), "image/png"),
     );
@@ -124,7 +133,7 @@ export async function pngOf(automaton) {
   }
 }
 
-/** Let the browser save a file. */
+/** Let the browser save a file. @param {string} name @param {Blob} blob */
 export function download(name, blob) {
   const link = document.createElement("a");
   link.href = URL.createObjectURL(blob);

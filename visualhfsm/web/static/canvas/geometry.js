@@ -20,8 +20,11 @@ const LOOP_OPENING = 0.34; // radians between a loop's end and its axis
 const FAR_FROM_RIM = 20; // pixels to a number at an arc's beginning: outside of the ring around what is selected
 const STRAIGHT = 3; // a handle nearer to the chord than this bends nothing
 
+/** @param {number} x @param {number} y */
 const length = (x, y) => Math.hypot(x, y) || 1;
+/** @param {number} value */
 const round = (value) => Math.round(value * 10) / 10;
+/** @param {number} x @param {number} y */
 const at = (x, y) => `${round(x)},${round(y)}`;
 
 /** @param {Point} a @param {Point} b @returns {Point} */
@@ -32,13 +35,19 @@ export const distance = (a, b) => Math.hypot(a.x - b.x, a.y - b.y);
 
 /** Whether a box lies in another one; no box lies anywhere. @param {Box} outer @param {Box | undefined} box */
 export const contains = (outer, box) =>
-  Boolean(box) &&
+  box !== undefined &&
   box.left >= outer.left &&
   box.right <= outer.right &&
   box.top >= outer.top &&
   box.bottom <= outer.bottom;
 
-/** The point on a circle around `center` in the direction of `target`. */
+/**
+ * The point on a circle around `center` in the direction of `target`.
+ *
+ * @param {Point} center
+ * @param {Point} target
+ * @param {number} radius
+ */
 function rim(center, target, radius) {
   const x = target.x - center.x;
   const y = target.y - center.y;
@@ -46,7 +55,7 @@ function rim(center, target, radius) {
   return {x: center.x + x * scale, y: center.y + y * scale};
 }
 
-/** The head of an arrow that arrives at `tip` from the direction of `from`. */
+/** The head of an arrow that arrives at `tip` from the direction of `from`. @param {Point} tip @param {Point} from */
 function head(tip, from) {
   const x = tip.x - from.x;
   const y = tip.y - from.y;
@@ -58,6 +67,7 @@ function head(tip, from) {
   return `M${at(tip.x, tip.y)}L${left}L${right}Z`;
 }
 
+/** @param {Point[]} points @returns {Box} */
 function boxOf(points) {
   const xs = points.map((point) => point.x);
   const ys = points.map((point) => point.y);
@@ -117,6 +127,7 @@ export function arc(from, to, handle, isLoop = false) {
   };
 }
 
+/** @param {Point} start @param {Point} target @param {Point} across @param {number} far */
 function ahead(start, target, across, far) {
   const x = target.x - start.x;
   const y = target.y - start.y;
@@ -124,11 +135,13 @@ function ahead(start, target, across, far) {
   return {x: start.x + (x / size) * far + across.x * 9, y: start.y + (y / size) * far + across.y * 9};
 }
 
+/** @param {Point} center @param {Point} handle @returns {Arc} */
 function loop(center, handle) {
   const axis = {x: handle.x - center.x, y: handle.y - center.y};
   const size = length(axis.x, axis.y);
   const normal = size < 2 ? {x: 0, y: -1} : {x: axis.x / size, y: axis.y / size};
   const angle = Math.atan2(normal.y, normal.x);
+  /** @param {number} turn @param {number} radius */
   const on = (turn, radius) => ({
     x: center.x + Math.cos(angle + turn) * radius,
     y: center.y + Math.sin(angle + turn) * radius,
@@ -153,7 +166,14 @@ function loop(center, handle) {
   };
 }
 
-/** A transition that lacks an end, in a document that is not sound. */
+/**
+ * A transition that lacks an end, in a document that is not sound.
+ *
+ * @param {Point | undefined} from
+ * @param {Point | undefined} to
+ * @param {Point} handle
+ * @returns {Arc}
+ */
 function stub(from, to, handle) {
   const known = from ?? to;
   if (!known) return {path: "", head: "", middle: handle, normal: {x: 0, y: -1}, first: handle, box: boxOf([handle])};
@@ -169,7 +189,14 @@ function stub(from, to, handle) {
   };
 }
 
-/** The arc of a transition that is being drawn, from a state to a point or another state. */
+/**
+ * The arc of a transition that is being drawn, from a state to a point or another state.
+ *
+ * @param {Point} from
+ * @param {Point} target
+ * @param {boolean} isState
+ * @returns {Arc}
+ */
 export function drawnArc(from, target, isState) {
   if (isState && distance(from, target) < 1) return loop(from, {x: from.x, y: from.y - LOOP});
   if (isState) return arc(from, target, between(from, target));
@@ -184,12 +211,15 @@ export function drawnArc(from, target, isState) {
 /**
  * Handles for transitions that have no place in the file: in a fan between two states, around a state for loops.
  *
- * @param {{id: number, x: number, y: number, origin: number, destination: number}[]} transitions
+ * @template {{x: number, y: number, origin: number, destination: number}} T
+ * @param {T[]} transitions
  * @param {Map<number, Point>} places of the states
- * @returns {Map<object, Point>} the handle of every transition
+ * @returns {Map<T, Point>} the handle of every transition
  */
 export function handles(transitions, places) {
+  /** @type {Map<T, Point>} */
   const found = new Map();
+  /** @type {Map<string, number>} */
   const used = new Map();
   for (const transition of transitions) {
     const {origin, destination, x, y} = transition;
@@ -216,7 +246,7 @@ export function handles(transitions, places) {
   return found;
 }
 
-/** The box around states with their rims and arcs. */
+/** The box around states with their rims and arcs. @param {Point[]} states @param {{box: Box}[]} arcs */
 export function bounds(states, arcs) {
   const boxes = [
     ...states.map(({x, y}) => ({left: x - RADIUS, right: x + RADIUS, top: y - RADIUS, bottom: y + RADIUS})),
@@ -239,6 +269,7 @@ export function bounds(states, arcs) {
  * @returns {T | undefined}
  */
 export function neighbor(things, from, [dx, dy]) {
+  /** @type {T | undefined} */
   let best;
   let least = Infinity;
   for (const each of things) {

@@ -2,25 +2,34 @@
  * What the pointer does between pressing and letting go: pan, select in a box, move, bend, connect.
  *
  * Each gesture has `move(event)`, `end(event)` and `cancel()`; nothing of it is in the document before the end.
+ *
+ * @import {HfsmCanvas} from "./canvas.js"
+ * @import {Point} from "./geometry.js"
+ * @import {State} from "../store.js"
  */
 
 import {moveSelected} from "../commands.js";
 import {page} from "../page.js";
+import {required} from "../required.js";
 import {drawnArc} from "./geometry.js";
 import {make} from "./svg.js";
 
 const CLICK = 3; // pixels that a hand trembles
 
 export class Pan {
+  /** @param {HfsmCanvas} canvas @param {PointerEvent} event */
   constructor(canvas, event) {
     this.canvas = canvas;
-    [this.x, this.y] = [event.clientX, event.clientY];
+    this.x = event.clientX;
+    this.y = event.clientY;
     canvas.classList.add("panning");
   }
 
+  /** @param {PointerEvent} event */
   move({clientX, clientY}) {
     this.canvas.viewport.pan(clientX - this.x, clientY - this.y);
-    [this.x, this.y] = [clientX, clientY];
+    this.x = clientX;
+    this.y = clientY;
   }
 
   end() {
@@ -34,6 +43,7 @@ export class Pan {
 
 /** Select all states and handles in a box. */
 export class Band {
+  /** @param {HfsmCanvas} canvas @param {PointerEvent} event */
   constructor(canvas, event) {
     this.canvas = canvas;
     this.start = canvas.point(event);
@@ -45,19 +55,21 @@ export class Band {
     canvas.sketch.append(this.box);
   }
 
+  /** @param {PointerEvent} event */
   move(event) {
     const {start} = this;
     const point = this.canvas.point(event);
     const [left, right] = [Math.min(start.x, point.x), Math.max(start.x, point.x)];
     const [top, bottom] = [Math.min(start.y, point.y), Math.max(start.y, point.y)];
     for (const [name, value] of Object.entries({x: left, y: top, width: right - left, height: bottom - top})) {
-      this.box.setAttribute(name, value);
+      this.box.setAttribute(name, String(value));
     }
+    /** @param {string} key */
     const within = (key) => {
       const place = this.canvas.scene.places.get(key); // none yet for what another window has just added
       return place && place.x >= left && place.x <= right && place.y >= top && place.y <= bottom;
     };
-    const {states, transitions} = page.automaton;
+    const {states, transitions} = page.automaton ?? {states: [], transitions: []};
     page.select({
       states: new Set([...this.before.states, ...states.map((each) => each.id).filter((id) => within(`s${id}`))]),
       transitions: new Set([
@@ -79,16 +91,26 @@ export class Band {
 
 /** Move the selected states and handles; the other handles at these states follow. */
 export class Move {
-  /** @param {() => void} click what to do when nothing was moved after all */
+  /**
+   * @param {HfsmCanvas} canvas
+   * @param {PointerEvent} event
+   * @param {() => void} click what to do when nothing was moved after all
+   */
   constructor(canvas, event, click) {
     this.canvas = canvas;
     this.click = click;
     this.start = canvas.point(event);
-    [this.x, this.y] = [event.clientX, event.clientY];
+    this.x = event.clientX;
+    this.y = event.clientY;
     this.began = false;
+    this.dx = 0;
+    this.dy = 0;
+    /** Keys of the transitions that move with both their states. @type {Set<string>} */
+    this.carried = new Set();
     this.before = new Map(canvas.scene.places);
   }
 
+  /** @param {PointerEvent} event */
   move(event) {
     if (!this.began && Math.hypot(event.clientX - this.x, event.clientY - this.y) < CLICK) return;
     if (!this.began) this.#begin();
@@ -101,21 +123,22 @@ export class Move {
 
   #begin() {
     this.began = true;
-    this.carried = new Set();
-    for (const {id, origin, destination} of page.automaton.transitions) {
+    for (const {id, origin, destination} of page.shownAutomaton.transitions) {
       if (page.states.has(origin) && page.states.has(destination)) this.carried.add(`t${id}`);
     }
   }
 
   #places() {
+    /** @type {Map<string, Point>} */
     const moved = new Map();
+    /** @param {string} key @param {number} part */
     const shift = (key, part) => {
       const place = this.before.get(key);
       if (place) moved.set(key, {x: place.x + this.dx * part, y: place.y + this.dy * part});
     };
     for (const id of page.states) shift(`s${id}`, 1);
-    for (const {id, origin, destination} of page.automaton.transitions) {
-      const ends = page.states.has(origin) + page.states.has(destination);
+    for (const {id, origin, destination} of page.shownAutomaton.transitions) {
+      const ends = Number(page.states.has(origin)) + Number(page.states.has(destination));
       if (page.transitions.has(id)) shift(`t${id}`, 1);
       else if (ends) shift(`t${id}`, ends / 2);
     }
@@ -136,10 +159,13 @@ export class Move {
 
 /** Draw a transition from a state to where the pointer is let go; on the ground, a click there ends it, too. */
 export class Link {
+  /** @param {HfsmCanvas} canvas @param {number} origin */
   constructor(canvas, origin) {
     this.canvas = canvas;
     this.origin = origin;
-    this.from = canvas.scene.places.get(`s${origin}`);
+    this.from = required(canvas.scene.places.get(`s${origin}`), "state");
+    /** @type {number | undefined} */
+    this.destination = undefined;
     this.path = make("path", {class: "line"});
     this.head = make("path", {class: "head"});
     this.group = make("g", {class: "transition drawn"}, this.path, this.head);
@@ -147,12 +173,13 @@ export class Link {
     canvas.classList.add("linking");
   }
 
+  /** @param {PointerEvent} event */
   move(event) {
     this.lead(this.canvas.stateAt(this.canvas.point(event)), this.canvas.point(event));
     this.canvas.autoPan(event);
   }
 
-  /** Let it lead to a state, or to a point. */
+  /** Let it lead to a state, or to a point. @param {State | undefined} state @param {Point} point */
   lead(state, point) {
     this.destination = state?.id;
     const made = drawnArc(this.from, state ?? point, Boolean(state));

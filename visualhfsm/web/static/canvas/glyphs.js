@@ -1,6 +1,6 @@
 /** The small marks of the drawing, as paths around (0, 0), and their words. */
 
-/** By what a transition fires. */
+/** By what a transition fires. @type {Record<string, {path: string, word: string, filled: boolean}>} */
 export const TRIGGERS = {
   time: {path: "M0-5A5 5 0 1 1-.01-5M0-2.7V0L2 1.3", word: "after a time", filled: false},
   condition: {path: "M0-5L5 0L0 5L-5 0Z", word: "on a condition", filled: false},
@@ -16,7 +16,7 @@ export const CODES = {
   exit: {path: "M-3.5-3.5V3.5M-1 0H4M1.5-2.5L4 0L1.5 2.5", word: "exit code"},
 };
 
-/** What hangs on a state. */
+/** What hangs on a state. @satisfies {Record<string, {path: string, word: string}>} */
 export const BADGES = {
   child: {path: "M-4.5-1.5L0-4.5L4.5-1.5L0 1.5ZM-4.5 1.5L0 4.5L4.5 1.5", word: "sub-automaton"},
   imported: {path: "M-4-4H1M-4-4V4H4V1M4-4L-1 1M-1-2.5V1H2.5", word: "imported from another file"},
@@ -26,7 +26,7 @@ export const BADGES = {
   restart: {path: "M3.6-1.5A4 4 0 1 0 4 1M4-4.5V-1.2H.8", word: "restarts on entry"},
 };
 
-/** Seconds or milliseconds as a person would say them. */
+/** Seconds or milliseconds as a person would say them. @param {string} milliseconds */
 export function spokenTime(milliseconds) {
   const value = Number(milliseconds);
   if (!milliseconds.trim() || !Number.isFinite(value)) return milliseconds.trim() || "no time";

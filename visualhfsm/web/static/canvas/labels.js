@@ -3,8 +3,12 @@
  *
  * Each name tries some places around its handle, the best first, and takes the first that is free.
  *
- * @typedef {{key: any, handle: {x: number, y: number}, normal: {x: number, y: number}, width: number, height: number}}
- *   Label
+ * @import {Box, Point} from "./geometry.js"
+ */
+
+/**
+ * @template K
+ * @typedef {{key: K, handle: Point, normal: Point, width: number, height: number}} Label
  */
 
 import {RADIUS} from "./geometry.js";
@@ -15,8 +19,10 @@ export const HANDLE = 9; // radius
 
 /** A set of boxes that knows quickly whether another one overlaps any of them. */
 class Boxes {
+  /** @type {Map<number, Box[]>} */
   #cells = new Map();
 
+  /** @param {Box} box */
   add(box) {
     this.#each(box, (key) => {
       const known = this.#cells.get(key);
@@ -25,13 +31,13 @@ class Boxes {
     });
   }
 
-  /** How much of a box is covered, in square pixels. */
-  covered(box, except) {
+  /** How much of a box is covered, in square pixels. @param {Box} box */
+  covered(box) {
     const seen = new Set();
     let area = 0;
     this.#each(box, (key) => {
       for (const other of this.#cells.get(key) ?? []) {
-        if (other === except || seen.has(other)) continue;
+        if (seen.has(other)) continue;
         seen.add(other);
         const width = Math.min(box.right, other.right) - Math.max(box.left, other.left);
         const height = Math.min(box.bottom, other.bottom) - Math.max(box.top, other.top);
@@ -41,6 +47,7 @@ class Boxes {
     return area;
   }
 
+  /** @param {Box} box @param {(key: number) => void} visit */
   #each(box, visit) {
     const [left, right] = [Math.floor(box.left / CELL), Math.floor(box.right / CELL)];
     const [top, bottom] = [Math.floor(box.top / CELL), Math.floor(box.bottom / CELL)];
@@ -51,15 +58,17 @@ class Boxes {
 /**
  * Where the middle of each label is to be.
  *
- * @param {Label[]} labels
- * @param {{x: number, y: number}[]} states
- * @returns {Map<any, {x: number, y: number}>}
+ * @template K
+ * @param {Label<K>[]} labels
+ * @param {Point[]} states
+ * @returns {Map<K, Point>}
  */
 export function placeLabels(labels, states) {
   const taken = new Boxes();
   const side = RADIUS * 0.88;
   for (const {x, y} of states) taken.add({left: x - side, right: x + side, top: y - side, bottom: y + side});
   for (const {handle} of labels) taken.add(around(handle, HANDLE * 2, HANDLE * 2));
+  /** @type {Map<K, Point>} */
   const found = new Map();
   for (const label of labels) {
     if (!label.width) continue;
@@ -81,7 +90,12 @@ export function placeLabels(labels, states) {
   return found;
 }
 
-/** The middle of a label that stands in some direction of its handle. */
+/**
+ * The middle of a label that stands in some direction of its handle.
+ *
+ * @param {Omit<Label<unknown>, "key">} label
+ * @param {Point} direction
+ */
 export function beside(label, direction, far = 0) {
   const {handle, width, height} = label;
   const [ax, ay] = [Math.abs(direction.x), Math.abs(direction.y)];
@@ -92,6 +106,7 @@ export function beside(label, direction, far = 0) {
   return {x: handle.x + direction.x * reach, y: handle.y + direction.y * reach};
 }
 
+/** @param {Point} normal */
 function directions(normal) {
   return [
     normal,
@@ -107,6 +122,7 @@ function directions(normal) {
   ];
 }
 
+/** @param {Point} middle @param {number} width @param {number} height @returns {Box} */
 function around({x, y}, width, height) {
   return {left: x - width / 2, right: x + width / 2, top: y - height / 2, bottom: y + height / 2};
 }

@@ -1,9 +1,16 @@
-/** Automatic layout with dagre: ranks from the initial state on, as few crossings as it finds. */
+/**
+ * Automatic layout with dagre: ranks from the initial state on, as few crossings as it finds.
+ *
+ * @import {Automaton, Transition} from "../store.js"
+ * @import {Point} from "./geometry.js"
+ * @typedef {[id: number, x: number, y: number]} Placed
+ */
 
 import * as dagre from "dagre";
 
 import {apply} from "../commands.js";
 import {notify} from "../notices.js";
+import {required} from "../required.js";
 import {LOOP, RADIUS} from "./geometry.js";
 import {width} from "./text.js";
 
@@ -18,13 +25,14 @@ const LOOP_ANGLES = [-90, 90, -60, -120, 60, 120, -30, -150, 30, 150, 0, 180].ma
   (degrees) => (degrees * Math.PI) / 180,
 );
 
+/** @param {number} value */
 const rounded = (value) => Math.round(value / GRID) * GRID;
 
 /**
  * Where the states and handles of an automaton are to stand.
  *
- * @param {import("../store.js").Automaton} automaton
- * @returns {{automaton: number, states: [number, number, number][], transitions: [number, number, number][]}}
+ * @param {Automaton} automaton
+ * @returns {{automaton: number, states: Placed[], transitions: Placed[]}}
  */
 function placement(automaton) {
   const graph = new dagre.graphlib.Graph({multigraph: true});
@@ -50,8 +58,9 @@ function placement(automaton) {
   dagre.layout(graph);
   const placed = automaton.states.map(({id}) => {
     const {x, y} = graph.node(String(id));
-    return [id, rounded(x), rounded(y)];
+    return /** @type {Placed} */ ([id, rounded(x), rounded(y)]);
   });
+  /** @type {Placed[]} */
   const handles = [];
   for (const {id, origin, destination} of arcs) {
     if (origin === destination) continue;
@@ -61,20 +70,29 @@ function placement(automaton) {
   return {automaton: automaton.id, states: placed, transitions: [...handles, ...loopHandles(arcs, placed, handles)]};
 }
 
-/** Handles of transitions to the same state: each where most room is between the arcs of its state. */
+/**
+ * Handles of transitions to the same state: each where most room is between the arcs of its state.
+ *
+ * @param {Transition[]} arcs
+ * @param {Placed[]} states
+ * @param {Placed[]} handles
+ */
 function loopHandles(arcs, states, handles) {
   const places = new Map(states.map(([id, x, y]) => [id, {x, y}]));
   const knobs = new Map(handles.map(([id, x, y]) => [id, {x, y}]));
-  const taken = new Map(states.map(([id]) => [id, []]));
+  const taken = /** @type {Map<number, number[]>} */ (new Map(states.map(([id]) => [id, []])));
   for (const {id, origin, destination} of arcs) {
     if (origin === destination) continue;
-    for (const state of [origin, destination]) taken.get(state).push(direction(places.get(state), knobs.get(id)));
+    const knob = required(knobs.get(id), "handle");
+    for (const state of [origin, destination])
+      taken.get(state)?.push(direction(required(places.get(state), "state"), knob));
   }
   return arcs
     .filter(({origin, destination}) => origin === destination)
     .map(({id, origin}) => {
-      const {x, y} = places.get(origin);
-      const angles = taken.get(origin);
+      const {x, y} = required(places.get(origin), "state");
+      const angles = required(taken.get(origin), "state");
+      /** @param {number} angle */
       const room = (angle) =>
         Math.min(
           Math.PI,
@@ -82,13 +100,14 @@ function loopHandles(arcs, states, handles) {
         );
       const best = LOOP_ANGLES.reduce((a, b) => (room(b) > room(a) + 0.01 ? b : a));
       angles.push(best);
-      return [id, Math.round(x + LOOP * Math.cos(best)), Math.round(y + LOOP * Math.sin(best))];
+      return /** @type {Placed} */ ([id, Math.round(x + LOOP * Math.cos(best)), Math.round(y + LOOP * Math.sin(best))]);
     });
 }
 
+/** @param {Point} from @param {Point} to */
 const direction = (from, to) => Math.atan2(to.y - from.y, to.x - from.x);
 
-/** Arrange automata, as one step. */
+/** Arrange automata, as one step. @param {Automaton[]} automata @param {import("./canvas.js").HfsmCanvas} canvas */
 export async function arrange(automata, canvas) {
   const own = automata.filter(({imported, states}) => !imported && states.length);
   if (!own.length) return;

@@ -13,6 +13,7 @@ import {make, set} from "./svg.js";
 
 const DIAGONAL = RADIUS * Math.SQRT1_2;
 const FINISHED = `M-8 ${14 - RADIUS}l5 5L7 ${9 - RADIUS}`;
+/** @type {Record<string, string>} */
 const BREAKPOINTS = {set: "breakpoint", conditional: "breakpoint with a condition", hit: "paused at this breakpoint"};
 
 /** @param {import("./state-view.js").StateView} view @param {Live} [live] */
@@ -26,29 +27,30 @@ export function markState(view, {status, trail = 0, finished = false, breakpoint
   set(view.glow, "opacity", trail && !status ? trail.toFixed(2) : undefined);
   markWith(group, "finished-sign", finished, () => make("path", {class: "finished-sign", d: FINISHED}));
   markBreakpoint(group, breakpoint, -DIAGONAL, -DIAGONAL, 7);
-  say(group, [view.words, status, note, BREAKPOINTS[breakpoint]]);
+  say(group, [view.words, status, note, breakpoint && BREAKPOINTS[breakpoint]]);
 }
 
 /** @param {import("./transition-view.js").TransitionView} view @param {Live} [live] */
 export function markTransition(view, {timer = 0, remaining, fired = 0, guard, breakpoint} = {}) {
   const {group} = view;
   const {classList} = group;
-  set(view.timer, "stroke-dasharray", timer > 0 ? `${timer.toFixed(3)} 1` : undefined);
+  if (view.timer) set(view.timer, "stroke-dasharray", timer > 0 ? `${timer.toFixed(3)} 1` : undefined);
   set(view.glow, "opacity", fired ? fired.toFixed(2) : undefined);
   classList.toggle("waiting", timer > 0);
   classList.toggle("fired", fired > 0);
   classList.toggle("guard-true", guard === true);
   classList.toggle("guard-false", guard === false);
-  markBreakpoint(view.handle, breakpoint, -9, -9, 5.5);
+  if (view.handle) markBreakpoint(view.handle, breakpoint, -9, -9, 5.5);
   say(group, [
     view.words,
     timer > 0 && remaining !== undefined && `in ${Math.ceil(remaining)} s`,
     fired > 0 && "fired last",
     guard !== undefined && `condition ${guard ? "true" : "false"}`,
-    BREAKPOINTS[breakpoint],
+    breakpoint && BREAKPOINTS[breakpoint],
   ]);
 }
 
+/** @param {SVGElement} group @param {Live["breakpoint"]} kind @param {number} x @param {number} y @param {number} r */
 function markBreakpoint(group, kind, x, y, r) {
   const sign = markWith(group, "breakpoint-sign", Boolean(kind), () =>
     make(
@@ -63,14 +65,22 @@ function markBreakpoint(group, kind, x, y, r) {
   sign?.classList.toggle("hit", kind === "hit");
 }
 
-/** Have an element with a class among the children of a group, or not. */
+/**
+ * Have an element with a class among the children of a group, or not.
+ *
+ * @param {SVGElement} group
+ * @param {string} name
+ * @param {boolean} wanted
+ * @param {() => SVGElement} build
+ */
 function markWith(group, name, wanted, build) {
   let found = [...group.children].find((each) => each.classList.contains(name));
   if (wanted && !found) group.append((found = build()));
-  else if (!wanted && found) found = found.remove();
-  return found;
+  else if (!wanted) found?.remove();
+  return wanted ? found : undefined;
 }
 
+/** @param {SVGElement} group @param {(string | false | undefined)[]} parts */
 function say(group, parts) {
   const words = parts.filter(Boolean).join(", ");
   if (group.getAttribute("aria-label") !== words) group.setAttribute("aria-label", words);

@@ -4,6 +4,7 @@
  */
 
 import {page} from "../page.js";
+import {required} from "../required.js";
 import {contains, RADIUS} from "./geometry.js";
 
 const WIDTH = 176;
@@ -16,14 +17,23 @@ const MANY = 400; // states
 const RING = 1.5; // pixels around what is selected
 const PATIENCE = 250; // ms that a picture may be old while there is more to do
 
-const whenIdle = window.requestIdleCallback?.bind(window) ?? ((action) => setTimeout(action, PATIENCE));
+/** @param {() => void} action */
+const whenIdle = (action) =>
+  window.requestIdleCallback ? window.requestIdleCallback(action, {timeout: PATIENCE}) : setTimeout(action, PATIENCE);
 
 /** The automaton is painted when nothing else is to be done, and kept as a picture; only the frame follows at once. */
 export class Minimap {
   #waiting = false;
   #queued = false;
   #unpainted = true; // it shows nothing that is not seen beside it
+  /** What the map shows, and where a point of the drawing is on it. @type {import("./geometry.js").Box | undefined} */
+  #box = undefined;
+  #scale = 1;
+  #x = 0;
+  #y = 0;
+  #accent = "";
 
+  /** @param {import("./canvas.js").HfsmCanvas} canvas */
   constructor(canvas) {
     this.canvas = canvas;
     this.element = document.createElement("canvas");
@@ -49,14 +59,11 @@ export class Minimap {
   draw() {
     if (this.#waiting) return;
     this.#waiting = true;
-    whenIdle(
-      () => {
-        this.#waiting = false;
-        this.#paint();
-        this.frame();
-      },
-      {timeout: PATIENCE},
-    );
+    whenIdle(() => {
+      this.#waiting = false;
+      this.#paint();
+      this.frame();
+    });
   }
 
   /** Draw the frame around what is seen again, with the next picture of the screen. */
@@ -65,7 +72,7 @@ export class Minimap {
     this.#queued = true;
     requestAnimationFrame(() => {
       this.#queued = false;
-      this.element.hidden = !this.box || contains(this.canvas.viewport.seen, this.box);
+      this.element.hidden = !this.#box || contains(this.canvas.viewport.seen, this.#box);
       if (this.element.hidden) return;
       if (this.#unpainted) this.draw();
       else this.#drawFrame();
@@ -76,18 +83,19 @@ export class Minimap {
     const {scene, viewport} = this.canvas;
     const few = scene.states.size < FROM || viewport.size().width < NARROW;
     const box = few ? undefined : scene.bounds();
-    this.box = box;
+    this.#box = box;
     this.#unpainted = !box || contains(viewport.seen, box);
-    if (this.#unpainted) return;
+    if (!box || this.#unpainted) return;
     const style = getComputedStyle(this.canvas);
+    /** @param {string} name */
     const color = (name) => style.getPropertyValue(name);
     const context = this.#cleared(this.picture);
-    this.scale = Math.min(
+    this.#scale = Math.min(
       (WIDTH - 2 * MARGIN) / (box.right - box.left),
       (HEIGHT - 2 * MARGIN) / (box.bottom - box.top),
     );
-    this.x = WIDTH / 2 - ((box.left + box.right) / 2) * this.scale;
-    this.y = HEIGHT / 2 - ((box.top + box.bottom) / 2) * this.scale;
+    this.#x = WIDTH / 2 - ((box.left + box.right) / 2) * this.#scale;
+    this.#y = HEIGHT / 2 - ((box.top + box.bottom) / 2) * this.#scale;
     context.strokeStyle = color("--arc");
     context.lineWidth = 0.6;
     context.beginPath();
@@ -104,10 +112,10 @@ export class Minimap {
     context.stroke();
     const circles = {"--plain-line": new Path2D(), "--parent-line": new Path2D()};
     const rings = new Path2D();
-    const radius = Math.max(scene.states.size > MANY ? SMALLEST / 3 : SMALLEST, RADIUS * this.scale);
+    const radius = Math.max(scene.states.size > MANY ? SMALLEST / 3 : SMALLEST, RADIUS * this.#scale);
     for (const [key, {state}] of scene.states) {
       const path = circles[state.children.length ? "--parent-line" : "--plain-line"];
-      const [x, y] = this.#at(scene.places.get(key));
+      const [x, y] = this.#at(required(scene.places.get(key), "state"));
       path.moveTo(x + radius, y);
       path.arc(x, y, radius, 0, 2 * Math.PI);
       if (!page.states.has(state.id)) continue;
@@ -121,34 +129,44 @@ export class Minimap {
     context.strokeStyle = color("--select");
     context.lineWidth = RING;
     context.stroke(rings);
-    this.accent = color("--accent");
+    this.#accent = color("--accent");
   }
 
   #drawFrame() {
     const context = this.#cleared(this.element);
     context.drawImage(this.picture, 0, 0, WIDTH, HEIGHT);
     const {seen} = this.canvas.viewport;
-    context.strokeStyle = this.accent;
+    context.strokeStyle = this.#accent;
     context.lineWidth = 1.5;
     const [left, top] = this.#at({x: seen.left, y: seen.top});
     const [right, bottom] = this.#at({x: seen.right, y: seen.bottom});
     context.strokeRect(left, top, right - left, bottom - top);
   }
 
-  /** Where a point of the drawing is on the map. */
+  /**
+   * Where a point of the drawing is on the map.
+   *
+   * @param {import("./geometry.js").Point} point
+   * @returns {[number, number]}
+   */
   #at({x, y}) {
-    return [x * this.scale + this.x, y * this.scale + this.y];
+    return [x * this.#scale + this.#x, y * this.#scale + this.#y];
   }
 
+  /** @param {HTMLCanvasElement} canvas */
   #cleared(canvas) {
-    const context = canvas.getContext("2d");
+    const context = required(canvas.getContext("2d"), "canvas");
     context.setTransform(this.ratio, 0, 0, this.ratio, 0, 0);
     context.clearRect(0, 0, WIDTH, HEIGHT);
     return context;
   }
 
+  /** @param {PointerEvent} event */
   #go({clientX, clientY}) {
     const {left, top} = this.element.getBoundingClientRect();
-    this.canvas.viewport.center({x: (clientX - left - this.x) / this.scale, y: (clientY - top - this.y) / this.scale});
+    this.canvas.viewport.center({
+      x: (clientX - left - this.#x) / this.#scale,
+      y: (clientY - top - this.#y) / this.#scale,
+    });
   }
 }

@@ -5,8 +5,10 @@ import {neighbor} from "./geometry.js";
 
 export class Order {
   #current = ""; // key of what Tab reaches
+  /** @type {SVGElement | undefined} */
   #focusable;
 
+  /** @param {import("./canvas.js").HfsmCanvas} canvas */
   constructor(canvas) {
     this.canvas = canvas;
     canvas.svg.addEventListener("focusin", (event) => this.#focused(event));
@@ -21,7 +23,9 @@ export class Order {
   select(key, add = false) {
     const id = idOf(key);
     const kind = key.startsWith("s") ? "states" : "transitions";
-    const chosen = add ? {states: new Set(page.states), transitions: new Set(page.transitions)} : {[kind]: new Set()};
+    /** @param {Set<number>} known */
+    const begun = (known) => new Set(add ? known : []);
+    const chosen = {states: begun(page.states), transitions: begun(page.transitions)};
     if (add && chosen[kind].has(id)) chosen[kind].delete(id);
     else chosen[kind].add(id);
     this.#current = key;
@@ -41,7 +45,7 @@ export class Order {
     }
     this.#focusable = view?.group;
     if (!view) return;
-    this.#current = view.group.dataset.key;
+    this.#current = view.group.dataset.key ?? "";
     if (former && !former.isConnected && document.activeElement === document.body)
       view.group.focus({preventScroll: true});
   }
@@ -61,33 +65,39 @@ export class Order {
     if (next) this.#focus(next.key);
   }
 
-  /** Select the next thing in the order of reading: each state, then the transitions out of it. */
+  /** Select the next thing in the order of reading: each state, then the transitions out of it. @param {number} step */
   goOn(step) {
     const {states = [], transitions = []} = page.automaton ?? {};
+    /** @type {Map<number, string[]>} */
     const leaving = new Map(states.map(({id}) => [id, []]));
+    /** @type {string[]} */
     const lost = []; // they leave no state
     for (const {id, origin} of transitions) (leaving.get(origin) ?? lost).push(`t${id}`);
-    const keys = [...states.flatMap(({id}) => [`s${id}`, ...leaving.get(id)]), ...lost];
-    if (keys.length) this.#focus(keys.at((keys.indexOf(this.#here) + step) % keys.length));
+    const keys = [...states.flatMap(({id}) => [`s${id}`, ...(leaving.get(id) ?? [])]), ...lost];
+    const next = keys.length ? keys.at((keys.indexOf(this.#here) + step) % keys.length) : undefined;
+    if (next) this.#focus(next);
   }
 
   get #here() {
     return this.canvas.selectedKeys()[0] ?? this.#current;
   }
 
+  /** @param {string} key */
   #focus(key) {
     this.select(key);
-    this.canvas.viewport.reveal(this.canvas.scene.places.get(key));
-    this.canvas.scene.view(key).group.focus({preventScroll: true});
+    const place = this.canvas.scene.places.get(key);
+    if (place) this.canvas.viewport.reveal(place);
+    this.canvas.scene.view(key)?.group.focus({preventScroll: true});
   }
 
+  /** @param {FocusEvent} event */
   #focused(event) {
-    const key = event.target.dataset?.key;
+    const key = event.target instanceof SVGElement ? event.target.dataset.key : undefined;
     if (!key) return;
     this.#current = key;
     if (!this.canvas.pointer.isBusy && !this.canvas.selectedKeys().includes(key)) this.select(key);
   }
 }
 
-/** The id of a thing by its key; those that share one differ by what follows it. */
+/** The id of a thing by its key; those that share one differ by what follows it. @param {string} key */
 export const idOf = (key) => Number.parseInt(key.slice(1), 10);

@@ -2,7 +2,13 @@
  * What the pointer does on the canvas: begins gestures, uses tools, opens things, zooms, and shows tips and the menu.
  *
  * A tool draws without holding a button: a new state or transition is placed with arrows and Enter, or with clicks.
- * It has `hint`, `move(event)`, `click(event)`, `key(event)` that says whether it took the key, and `cancel()`.
+ *
+ * @import {State} from "../store.js"
+ * @import {HfsmCanvas} from "./canvas.js"
+ * @import {Point} from "./geometry.js"
+ * @typedef {{hint: string, move: (event: PointerEvent) => void, click: (event: PointerEvent) => void,
+ *   key: (event: KeyboardEvent) => boolean, cancel: () => void}} DrawingTool `key` says whether it took the key
+ * @typedef {{move: (event: PointerEvent) => void, end: () => unknown, cancel: () => void}} Gesture
  */
 
 import {applyHere} from "../commands.js";
@@ -15,17 +21,24 @@ import {make} from "./svg.js";
 const WHEEL = 600; // pixels of a wheel for a zoom by e
 const LINE = 16; // pixels of a line, for wheels that count those
 const STEP = 20;
+/** @type {Record<string, [number, number]>} */
 const ARROWS = {ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1]};
 
-const keyOf = (element) => element.closest?.("[data-key]")?.dataset.key;
+/** The state or transition at an element. @param {EventTarget | null} target @returns {SVGElement | null} */
+const groupAt = (target) => (target instanceof Element ? target.closest("[data-key]") : null);
 
 export class Pointer {
+  /** @type {Gesture | undefined} */
   #gesture;
-  #finger; // the pointer of the gesture; others are not heard
-  #pressed; // what it was last pressed on
+  /** The pointer of the gesture; others are not heard. @type {number | undefined} */
+  #finger;
+  /** What it was last pressed on. @type {EventTarget | null} */
+  #pressed = null;
   #spaceHeld = false;
+  /** @type {(() => void) | undefined} */
   #whenDone;
 
+  /** @param {HfsmCanvas} canvas */
   constructor(canvas) {
     this.canvas = canvas;
     const {svg} = canvas;
@@ -40,7 +53,10 @@ export class Pointer {
     canvas.addEventListener("keydown", (event) => this.#key(event));
     canvas.addEventListener("keyup", (event) => event.key === " " && (this.#spaceHeld = false));
     // Let go elsewhere.
-    canvas.addEventListener("focusout", (event) => canvas.contains(event.relatedTarget) || (this.#spaceHeld = false));
+    canvas.addEventListener(
+      "focusout",
+      (event) => canvas.contains(/** @type {Node | null} */ (event.relatedTarget)) || (this.#spaceHeld = false),
+    );
   }
 
   /** Whether something is being dragged. */
@@ -48,12 +64,13 @@ export class Pointer {
     return Boolean(this.#gesture);
   }
 
-  /** Do something as soon as nothing is dragged. */
+  /** Do something as soon as nothing is dragged. @param {() => void} action */
   whenFree(action) {
     if (this.#gesture) this.#whenDone = action;
     else action();
   }
 
+  /** @param {PointerEvent} event */
   #isOther(event) {
     return Boolean(this.#gesture) && event.pointerId !== this.#finger;
   }
@@ -73,6 +90,7 @@ export class Pointer {
     action?.();
   }
 
+  /** @param {KeyboardEvent} event */
   #key(event) {
     const {canvas} = this;
     if (event.key === " ") this.#spaceHeld = true;
@@ -88,6 +106,7 @@ export class Pointer {
     event.stopPropagation();
   }
 
+  /** @param {PointerEvent} event */
   #down(event) {
     if (this.#gesture) return;
     const {canvas} = this;
@@ -100,12 +119,12 @@ export class Pointer {
       canvas.tool.click(event);
       return;
     }
-    const group = event.target.closest?.("[data-key]");
+    const group = groupAt(event.target);
     if (pans) {
       event.preventDefault();
       this.#gesture = new Pan(canvas, event);
     } else if (group) {
-      this.#gesture = this.#grab(event, group.dataset.key);
+      this.#gesture = this.#grab(event, group.dataset.key ?? "");
     } else {
       canvas.svg.focus({preventScroll: true});
       this.#gesture = new Band(canvas, event);
@@ -115,9 +134,15 @@ export class Pointer {
     if (this.#gesture) (group ?? canvas.svg).setPointerCapture(event.pointerId);
   }
 
+  /** @param {PointerEvent} event @param {string} key */
   #grab(event, key) {
     const {canvas} = this;
-    if (event.target.classList.contains("rim") && !event.shiftKey && !canvas.readOnly) {
+    if (
+      event.target instanceof Element &&
+      event.target.classList.contains("rim") &&
+      !event.shiftKey &&
+      !canvas.readOnly
+    ) {
       canvas.order.select(key);
       return new Link(canvas, idOf(key));
     }
@@ -141,33 +166,39 @@ export class Pointer {
     }
   }
 
+  /** @param {MouseEvent} event */
   #doubleClick(event) {
     const {canvas} = this;
     const target = this.#pressed; // that of the event is what has captured the pointer
-    const key = keyOf(target);
-    if (!key) {
+    /** @param {KeyboardEvent} event */
+    const key = groupAt(target)?.dataset.key;
+    if (!(target instanceof Element) || !key) {
       const {x, y} = canvas.point(event);
       if (!canvas.readOnly && page.automaton) canvas.add("state", "addState", {x: Math.round(x), y: Math.round(y)});
       return;
     }
-    const [kind, id] = [key.startsWith("s") ? "state" : "transition", idOf(key)];
-    const state = kind === "state" ? page.automaton.states.find((each) => each.id === id) : undefined;
+    const kind = key.startsWith("s") ? "state" : "transition";
+    const id = idOf(key);
+    const state = kind === "state" ? page.shownAutomaton.states.find((each) => each.id === id) : undefined;
     if (target.closest(".label")) canvas.beginRename(kind, id);
     else if (target.closest(".handle") && !canvas.readOnly) applyHere("resetHandles", {transitions: [id]});
     else if (state?.children.length) page.open(state.children[0]);
-    else page.edit({kind, automaton: page.automaton.id, id, part: state ? "code" : "trigger"});
+    else page.edit({kind, automaton: page.shownAutomaton.id, id, part: state ? "code" : "trigger"});
   }
 
+  /** @param {MouseEvent} event */
   #menu(event) {
     event.preventDefault();
     const {canvas} = this;
-    const key = keyOf(event.target);
+    /** @param {KeyboardEvent} event */
+    const key = groupAt(event.target)?.dataset.key;
     if (key && !canvas.selectedKeys().includes(key)) canvas.order.select(key);
     else if (!key) page.select({});
     const detail = {x: event.clientX, y: event.clientY, point: canvas.point(event)};
     canvas.dispatchEvent(new CustomEvent("hfsm-menu", {bubbles: true, detail}));
   }
 
+  /** @param {WheelEvent} event */
   #wheel(event) {
     event.preventDefault();
     const {viewport} = this.canvas;
@@ -181,14 +212,18 @@ export class Pointer {
     viewport.zoom(factor, event.clientX - left, event.clientY - top);
   }
 
-  /** Only what the pointer is on has a tip, or screen readers would say everything twice. */
+  /**
+   * Only what the pointer is on has a tip, or screen readers would say everything twice.
+   *
+   * @param {PointerEvent} event
+   */
   #showTip(event) {
     const {tip, scene} = this.canvas;
-    const group = event.target.closest?.("[data-key]") ?? null;
+    const group = groupAt(event.target);
     if (tip.parentNode === group) return;
     tip.remove();
     if (!group) return;
-    tip.textContent = scene.view(group.dataset.key)?.tip ?? "";
+    tip.textContent = scene.view(group.dataset.key ?? "")?.tip ?? "";
     group.append(tip);
   }
 }
@@ -197,22 +232,27 @@ export class Pointer {
 export class StateTool {
   hint = "New state: click, or move it with the arrows and press Enter. Esc cancels.";
 
+  /** @param {HfsmCanvas} canvas */
   constructor(canvas) {
     this.canvas = canvas;
     this.circle = make("circle", {class: "placed", r: RADIUS});
     canvas.sketch.append(this.circle);
-    this.#to(freePlace(canvas));
+    this.point = freePlace(canvas);
+    this.#to(this.point);
   }
 
+  /** @param {PointerEvent} event */
   move(event) {
     this.#to(this.canvas.point(event));
   }
 
+  /** @param {PointerEvent} event */
   click(event) {
     this.#to(this.canvas.point(event));
     this.#place();
   }
 
+  /** @param {KeyboardEvent} event */
   key(event) {
     const arrow = ARROWS[event.key];
     if (arrow) this.#to({x: this.point.x + arrow[0] * STEP, y: this.point.y + arrow[1] * STEP});
@@ -226,10 +266,11 @@ export class StateTool {
     this.circle.remove();
   }
 
+  /** @param {Point} point */
   #to({x, y}) {
     this.point = {x: Math.round(x), y: Math.round(y)};
-    this.circle.setAttribute("cx", x);
-    this.circle.setAttribute("cy", y);
+    this.circle.setAttribute("cx", String(x));
+    this.circle.setAttribute("cy", String(y));
   }
 
   #place() {
@@ -240,8 +281,13 @@ export class StateTool {
 
 /** Connect two states; begins at the selected one, if there is one. */
 export class TransitionTool {
+  /** @param {HfsmCanvas} canvas */
   constructor(canvas) {
     this.canvas = canvas;
+    /** The transition that is drawn, once it is known where it begins. @type {Link | undefined} */
+    this.link = undefined;
+    /** The state that was chosen last. @type {State | undefined} */
+    this.chosen = undefined;
     const origin = page.state;
     if (origin) this.#begin(origin);
   }
@@ -252,10 +298,12 @@ export class TransitionTool {
       : "New transition: click the state where it begins, or choose it with the arrows and press Enter. Esc cancels.";
   }
 
+  /** @param {PointerEvent} event */
   move(event) {
     this.link?.move(event);
   }
 
+  /** @param {PointerEvent} event */
   click(event) {
     const state = this.canvas.stateAt(this.canvas.point(event));
     if (!state) this.canvas.useTool(undefined);
@@ -263,6 +311,7 @@ export class TransitionTool {
     else this.#begin(state);
   }
 
+  /** @param {KeyboardEvent} event */
   key(event) {
     const arrow = ARROWS[event.key];
     if (arrow) this.#choose(arrow);
@@ -280,6 +329,7 @@ export class TransitionTool {
     this.canvas.markTarget(undefined);
   }
 
+  /** @param {State} state */
   #begin(state) {
     this.canvas.markTarget(undefined);
     this.link = new Link(this.canvas, state.id);
@@ -288,14 +338,16 @@ export class TransitionTool {
     this.canvas.showHint(this.hint);
   }
 
-  /** The first arrow leads on from where it begins; until then it is a loop. */
+  /** The first arrow leads on from where it begins; until then it is a loop. @param {[number, number]} arrow */
   #choose(arrow) {
-    const states = page.automaton.states;
-    const from = this.chosen ?? (this.link && states.find((each) => each.id === this.link.origin)) ?? page.state;
+    const {states} = page.shownAutomaton;
+    const origin = this.link?.origin;
+    const from = this.chosen ?? states.find((each) => each.id === origin) ?? page.state;
     const next = from ? neighbor(states, from, arrow) : states[0];
     if (next) this.#lead(next);
   }
 
+  /** @param {State} state */
   #lead(state) {
     this.chosen = state;
     if (this.link) this.link.lead(state, state);
@@ -304,16 +356,17 @@ export class TransitionTool {
     this.canvas.announce(this.link ? `to ${state.name}` : `from ${state.name}`);
   }
 
+  /** @param {State} state */
   #end(state) {
     const {link} = this;
-    link.lead(state, state);
+    link?.lead(state, state);
     this.link = undefined;
     this.canvas.useTool(undefined);
-    link.end();
+    link?.end();
   }
 }
 
-/** A place near the middle of what is seen, where no state stands. */
+/** A place near the middle of what is seen, where no state stands. @param {HfsmCanvas} canvas */
 function freePlace(canvas) {
   const {left, top, right, bottom} = canvas.viewport.seen;
   const middle = {x: Math.round((left + right) / 2), y: Math.round((top + bottom) / 2)};

@@ -8,8 +8,10 @@ import {width} from "./text.js";
 const SIZE = 13;
 
 export class Rename {
+  /** @type {{kind: "state" | "transition", id: number, name: string} | undefined} */
   #what;
 
+  /** @param {import("./canvas.js").HfsmCanvas} canvas */
   constructor(canvas) {
     this.canvas = canvas;
     this.input = document.createElement("input");
@@ -22,7 +24,7 @@ export class Rename {
     this.input.addEventListener("blur", () => this.commit());
   }
 
-  /** @param {"state" | "transition"} kind */
+  /** @param {"state" | "transition"} kind @param {number} id */
   begin(kind, id) {
     const list = kind === "state" ? page.automaton?.states : page.automaton?.transitions;
     const item = list?.find((each) => each.id === id);
@@ -32,7 +34,8 @@ export class Rename {
     this.input.value = item.name;
     this.input.setAttribute("aria-label", `Name of the ${kind}`);
     this.input.hidden = false;
-    this.canvas.viewport.reveal(this.#place());
+    const place = this.#place();
+    if (place) this.canvas.viewport.reveal(place);
     this.follow();
     this.input.focus({preventScroll: true});
     this.input.select();
@@ -71,11 +74,14 @@ export class Rename {
   }
 
   #place() {
+    if (!this.#what) return undefined;
     const {kind, id} = this.#what;
-    const view = this.canvas.scene.view(`${kind === "state" ? "s" : "t"}${id}`);
-    return kind === "state" ? this.canvas.scene.places.get(`s${id}`) : (view?.nameAt ?? view?.arc.middle);
+    if (kind === "state") return this.canvas.scene.places.get(`s${id}`);
+    const view = this.canvas.scene.transitions.get(`t${id}`);
+    return view?.nameAt ?? view?.arc.middle;
   }
 
+  /** @param {KeyboardEvent} event */
   #key(event) {
     if (event.key === "Enter") this.commit();
     else if (event.key === "Escape") this.cancel();

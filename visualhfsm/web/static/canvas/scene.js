@@ -6,6 +6,7 @@
  */
 
 import {outgoing} from "../outline.js";
+import {required} from "../required.js";
 import {bounds, handles} from "./geometry.js";
 import {placeLabels} from "./labels.js";
 import {markState, markTransition} from "./live-marks.js";
@@ -17,10 +18,11 @@ import {TINY, VERY_FAR} from "./viewport.js";
 const LARGE = 1000; // states and transitions, from which on what is not seen is not made
 
 /**
- * @typedef {import("./geometry.js").Point} Point
- * @typedef {{imported: (state: object) => boolean, problem: (kind: "state" | "transition", id: number) => {severity:
- *   string, message: string} | undefined,
- *   marks?: Map<string, string>}} More what is drawn besides, by keys such as `s1` and `t2`
+ * @import {Automaton, Problem, State, Transition} from "../store.js"
+ * @import {Box, Point} from "./geometry.js"
+ * @import {Live} from "./live-marks.js"
+ * @typedef {{imported: (state: State) => boolean, problem: (kind: "state" | "transition", id: number) => Problem |
+ *   undefined, marks?: Map<string, string>}} More what is drawn besides, by keys such as `s1` and `t2`
  */
 
 export class Scene {
@@ -36,6 +38,7 @@ export class Scene {
     this.transitions = new Map();
     /** Where everything stands at this moment, also while it is dragged. @type {Map<string, Point>} */
     this.places = new Map();
+    /** @type {Automaton | undefined} */
     this.automaton = undefined;
   }
 
@@ -43,7 +46,7 @@ export class Scene {
   #bare = new Set();
   #isLarge = false;
 
-  /** The view of a key such as `s1` or `t2`. */
+  /** The view of a key such as `s1` or `t2`. @param {string} key @returns {StateView | TransitionView | undefined} */
   view(key) {
     return key.startsWith("s") ? this.states.get(key) : this.transitions.get(key);
   }
@@ -51,7 +54,7 @@ export class Scene {
   /**
    * Show an automaton as the document has it.
    *
-   * @param {import("../store.js").Automaton | undefined} automaton
+   * @param {Automaton | undefined} automaton
    * @param {More} more
    */
   update(automaton, more) {
@@ -65,9 +68,11 @@ export class Scene {
     }
     this.places.clear();
     let changed = other;
+    /** @type {Map<number, Point>} */
     const points = new Map();
+    /** @type {Map<number, string>} */
     const names = new Map();
-    this.#sync(this.states, this.circles, states, "s", StateView, (view, state, key) => {
+    this.#sync(this.states, this.circles, states, "s", newState, (view, state, key) => {
       view.update(state, {
         problem: more.problem("state", state.id),
         imported: more.imported(state),
@@ -82,7 +87,7 @@ export class Scene {
     });
     const ranks = ranksOf(transitions);
     const grips = handles(transitions, points);
-    this.#sync(this.transitions, this.arcs, transitions, "t", TransitionView, (view, transition, key) => {
+    this.#sync(this.transitions, this.arcs, transitions, "t", newTransition, (view, transition, key) => {
       const from = names.get(transition.origin) ?? "nothing";
       const to = names.get(transition.destination) ?? "nothing";
       const rewritten = view.update(transition, {
@@ -92,7 +97,7 @@ export class Scene {
         problem: more.problem("transition", transition.id),
         mark: more.marks?.get(key),
       });
-      const handle = grips.get(transition);
+      const handle = required(grips.get(transition), "handle");
       this.places.set(key, handle);
       const replaced = view.place(
         points.get(transition.origin),
@@ -136,7 +141,7 @@ export class Scene {
         !view.place(
           this.places.get(`s${origin}`),
           this.places.get(`s${destination}`),
-          this.places.get(key),
+          required(this.places.get(key), "handle"),
           origin === destination,
         )
       )
@@ -151,7 +156,7 @@ export class Scene {
   /**
    * Make what is needed to see a part of the drawing.
    *
-   * @param {import("./geometry.js").Box} seen
+   * @param {Box} seen
    * @param {number} scale
    */
   look(seen, scale) {
@@ -160,13 +165,19 @@ export class Scene {
     if (this.#detailed && this.#stale) this.#placeDetails();
   }
 
-  /** Finish what is seen, and then also what is near, so that moving a little finds nothing to do. */
+  /**
+   * Finish what is seen, and then also what is near, so that moving a little finds nothing to do.
+   *
+   * @param {Box} seen
+   */
   #approach(seen) {
+    /** @param {Box} box */
     const within = (box) =>
       [...this.#bare].filter((view) => (this.#detailed || view instanceof StateView) && view.isIn(box));
     if (within(wider(seen, 0.1)).length) within(wider(seen, 0.5)).forEach((view) => this.#finish(view));
   }
 
+  /** @param {StateView | TransitionView} view */
   #finish(view) {
     if (!this.#bare.delete(view)) return;
     view.finish();
@@ -183,26 +194,32 @@ export class Scene {
   /** Put all names where none covers another. */
   #placeNames() {
     const views = [...this.transitions.values()].filter((view) => view.complete);
-    const circles = [...this.states.keys()].map((key) => this.places.get(key));
     const found = placeLabels(
       views.map((view) => view.asLabel()),
-      circles,
+      this.#circles(),
     );
     for (const view of views) view.placeName(found.get(view));
   }
 
+  /** Where the states stand. */
+  #circles() {
+    return [...this.states.keys()].flatMap((key) => this.places.get(key) ?? []);
+  }
+
   /** Put badges where no arc begins or ends. */
   #placeBadges() {
+    /** @type {Map<number, number[]>} */
     const angles = new Map();
     for (const {arc, transition} of this.transitions.values()) {
-      for (const [id, point] of [
-        [transition.origin, arc.start],
-        [transition.destination, arc.end],
+      for (const {id, point} of [
+        {id: transition.origin, point: arc.start},
+        {id: transition.destination, point: arc.end},
       ]) {
         const place = this.places.get(`s${id}`);
         if (!place || !point) continue;
         const angle = Math.atan2(point.y - place.y, point.x - place.x);
-        if (angles.has(id)) angles.get(id).push(angle);
+        const known = angles.get(id);
+        if (known) known.push(angle);
         else angles.set(id, [angle]);
       }
     }
@@ -215,33 +232,39 @@ export class Scene {
     for (const view of this.transitions.values()) mark(view, transitions.has(view.transition.id));
   }
 
+  /** @type {Map<string, Live> | undefined} */
   #live;
 
   /**
    * Show what a running component does.
    *
-   * @param {Map<string, import("./live-marks.js").Live> | undefined} live by key; undefined for nothing
+   * @param {Map<string, Live> | undefined} live by key; undefined for nothing
    */
   showLive(live) {
     if (!live && !this.#live) return;
-    for (const [views, show] of [
-      [this.states, markState],
-      [this.transitions, markTransition],
-    ]) {
-      for (const [key, view] of views) {
-        const now = live?.get(key);
-        if (!now && !this.#live?.has(key)) continue;
-        if (now) this.#finish(view);
-        show(view, now);
-      }
-    }
+    this.#mark(this.states, markState, live);
+    this.#mark(this.transitions, markTransition, live);
     this.#live = live;
     if (this.#stale && this.#detailed) this.#placeDetails();
   }
 
+  /**
+   * @template {StateView | TransitionView} View
+   * @param {Map<string, View>} views
+   * @param {(view: View, live?: Live) => void} show
+   * @param {Map<string, Live> | undefined} live
+   */
+  #mark(views, show, live) {
+    for (const [key, view] of views) {
+      const now = live?.get(key);
+      if (!now && !this.#live?.has(key)) continue;
+      if (now) this.#finish(view);
+      show(view, now);
+    }
+  }
+
   /** The box around everything. */
   bounds() {
-    const circles = [...this.states.keys()].map((key) => this.places.get(key));
     const boxes = [...this.transitions.values()].flatMap((view) => {
       const {nameAt, width, height, arc} = view;
       if (!nameAt || !width) return [arc];
@@ -253,7 +276,7 @@ export class Scene {
       };
       return [arc, {box: name}];
     });
-    return bounds(circles, boxes);
+    return bounds(this.#circles(), boxes);
   }
 
   #clear() {
@@ -263,7 +286,20 @@ export class Scene {
     this.#bare.clear();
   }
 
-  #sync(views, parent, items, prefix, View, draw) {
+  /**
+   * Have a view for each item: known ones are kept, and what is gone is removed.
+   *
+   * @template {State | Transition} Item
+   * @template {StateView | TransitionView} View
+   * @param {Map<string, View>} views
+   * @param {SVGElement} parent
+   * @param {Item[]} items
+   * @param {"s" | "t"} prefix of the keys
+   * @param {(item: Item) => View} made
+   * @param {(view: View, item: Item, key: string) => void} draw
+   */
+  #sync(views, parent, items, prefix, made, draw) {
+    /** @type {Set<string>} */
     const wanted = new Set();
     const fresh = document.createDocumentFragment();
     const labels = document.createDocumentFragment();
@@ -272,7 +308,7 @@ export class Scene {
       while (wanted.has(key)) key += "'"; // two of one number in a document that is not sound
       wanted.add(key);
       const known = views.get(key);
-      const view = known ?? new View();
+      const view = known ?? made(item);
       draw(view, item, key);
       if (known) continue;
       views.set(key, view);
@@ -297,27 +333,45 @@ export class Scene {
   }
 }
 
-/** A box with more around it: a part of its own width and height on each side. */
+/** @param {State} state */
+const newState = (state) => new StateView(state);
+/** @param {Transition} transition */
+const newTransition = (transition) => new TransitionView(transition);
+
+/**
+ * A box with more around it: a part of its own width and height on each side.
+ *
+ * @param {Box} box
+ * @param {number} part
+ * @returns {Box}
+ */
 function wider({left, right, top, bottom}, part) {
   const [x, y] = [(right - left) * part, (bottom - top) * part];
   return {left: left - x, right: right + x, top: top - y, bottom: bottom + y};
 }
 
+/** @param {StateView | TransitionView} view @param {boolean} selected */
 function mark(view, selected) {
   if (view.group.classList.contains("selected") === selected) return;
   view.group.classList.toggle("selected", selected);
-  view.group.setAttribute("aria-pressed", selected);
+  view.group.setAttribute("aria-pressed", String(selected));
   view.label?.classList.toggle("selected", selected);
 }
 
-/** The place of each transition among those out of its state, where there are several. */
+/**
+ * The place of each transition among those out of its state, where there are several.
+ *
+ * @param {Transition[]} transitions
+ */
 function ranksOf(transitions) {
+  /** @type {Map<number, Transition[]>} */
   const byOrigin = new Map();
   for (const transition of transitions) {
     const known = byOrigin.get(transition.origin);
     if (known) known.push(transition);
     else byOrigin.set(transition.origin, [transition]);
   }
+  /** @type {Map<Transition, number>} */
   const found = new Map();
   for (const group of byOrigin.values()) {
     if (group.length < 2) continue;

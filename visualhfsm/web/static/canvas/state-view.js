@@ -1,4 +1,10 @@
-/** One state in the drawing. */
+/**
+ * One state in the drawing.
+ *
+ * @import {Problem, State} from "../store.js"
+ * @import {Point} from "./geometry.js"
+ * @typedef {{problem?: Problem, imported: boolean, mark?: string}} More
+ */
 
 import {sameProblem} from "../problems.js";
 import {BADGES, CODES} from "./glyphs.js";
@@ -19,30 +25,43 @@ const CLEAR = 0.5; // radians between a badge and an arc
 const TURNS = [0, 0.35, -0.35, 0.7, -0.7, 1.05, -1.05, 1.4, -1.4, 1.9, -1.9, 2.4, -2.4];
 const CODES_AT = RADIUS - 13;
 
-/** @typedef {import("../store.js").State} State */
-
-/** The angle between two directions. */
+/** The angle between two directions. @param {number} a @param {number} b */
 const apart = (a, b) => Math.abs(((a - b + Math.PI * 3) % (Math.PI * 2)) - Math.PI);
 
 export class StateView {
-  constructor() {
+  words = "";
+  /** What is shown beside the pointer. */
+  tip = "";
+
+  /** @param {State} state */
+  constructor(state) {
+    this.state = state;
     this.group = blank();
-    [this.glow, this.body] = this.group.children;
-    this.badges = null;
-    /** Whether its details are drawn, too. */
-    this.complete = false;
+    [this.glow, this.#body] = this.group.children;
   }
 
+  glow;
+  #body;
+  /** @type {SVGElement | undefined} */
+  #badges = undefined;
+  /** What is not seen from far away, once it is drawn. @type {{name: Element, codes: Element} | undefined} */
+  #details = undefined;
   #signature = "";
+  /** @type {Partial<More>} */
   #more = {};
-  #x;
-  #y;
+  #x = NaN;
+  #y = NaN;
+
+  /** Its name is a part of it. */
+  get label() {
+    return undefined;
+  }
 
   /**
    * Draw a state; does nothing when nothing that is drawn differs.
    *
    * @param {State} state
-   * @param {{problem?: {severity: string, message: string}, imported: boolean, mark?: string}} more
+   * @param {More} more
    */
   update(state, more) {
     const {problem, imported, mark = ""} = more;
@@ -85,25 +104,23 @@ export class StateView {
     group.setAttribute("class", kinds.filter(Boolean).join(" "));
     this.words = describe(state, imported, problem, mark);
     group.setAttribute("aria-label", this.words);
-    /** What is shown beside the pointer. */
     this.tip = [state.name || "a state without a name", ...has.map((part) => CODES[part].word), problem?.message]
       .filter(Boolean)
       .join("\n");
-    if (this.complete) this.#drawDetails();
+    this.#drawDetails();
   }
 
   /** Draw what is not seen from far away, too. */
   finish() {
-    if (this.complete) return;
-    this.complete = true;
+    if (this.#details) return;
     const details = blankDetails();
     const [, name, codes] = details.children;
-    Object.assign(this, {name, codes});
-    this.body.after(details);
+    this.#details = {name, codes};
+    this.#body.after(details);
     this.#drawDetails();
   }
 
-  /** Put it somewhere; returns whether it was elsewhere. */
+  /** Put it somewhere; returns whether it was elsewhere. @param {Point} point */
   place({x, y}) {
     if (x === this.#x && y === this.#y) return false;
     [this.#x, this.#y] = [x, y];
@@ -117,43 +134,21 @@ export class StateView {
   }
 
   #drawDetails() {
+    if (!this.#details) return;
     const {state} = this;
     const has = codesOf(state);
-    this.#drawName(state.name, has.length > 0, state.initial || state.final);
-    this.#drawCodes(has);
+    drawName(this.#details.name, state.name, has.length > 0, state.initial || state.final);
+    drawCodes(this.#details.codes, has);
     this.#drawBadges(state, this.#more.imported, this.#more.problem);
-  }
-
-  #drawName(name, hasCodes, isInitial) {
-    const {lines, size} = fitCircle(name, isInitial);
-    const high = lineHeight(size);
-    const top = -((lines.length - 1) * high) / 2 + size * 0.35 - (hasCodes ? 2 : 0);
-    this.name.setAttribute("font-size", size);
-    this.name.replaceChildren(
-      ...lines.map((line, index) => {
-        const span = make("tspan", {x: 0, y: +(top + index * high).toFixed(1)});
-        span.textContent = index < lines.length - 1 && name.includes(`${line} `) ? `${line} ` : line; // as it is read
-        return span;
-      }),
-    );
-  }
-
-  #drawCodes(has) {
-    const start = -(has.length - 1) * 6;
-    this.codes.replaceChildren(
-      ...has.map((part, index) =>
-        make("path", {d: CODES[part].path, transform: `translate(${start + index * 12},${CODES_AT})`}),
-      ),
-    );
   }
 
   /** Put the badges where no arc is, by the angles (rad) at which arcs touch the rim. @param {number[]} angles */
   placeBadges(angles) {
     this.#angles = angles;
-    if (!this.badges) return;
+    if (!this.#badges) return;
     const taken = [...angles];
-    for (const each of this.badges.children) {
-      const wanted = Number(each.dataset.angle);
+    for (const each of this.#badges.children) {
+      const wanted = Number(each.getAttribute("data-angle"));
       const angle =
         TURNS.map((turn) => wanted + turn).find((free) => taken.every((other) => apart(free, other) > CLEAR)) ?? wanted;
       taken.push(angle);
@@ -164,14 +159,23 @@ export class StateView {
     }
   }
 
+  /** @type {number[]} */
   #angles = [];
 
+  /** @param {State} state @param {boolean | undefined} imported @param {Problem | undefined} problem */
   #drawBadges(state, imported, problem) {
-    this.badges?.remove();
-    this.badges = null;
+    this.#badges?.remove();
+    this.#badges = undefined;
     const all = [];
     const history = state.history.trim();
-    if (problem) all.push(badge(`problem ${problem.severity}`, -0.25, BADGES[problem.severity].path));
+    if (problem)
+      all.push(
+        badge(
+          `problem ${problem.severity}`,
+          -0.25,
+          (problem.severity === "error" ? BADGES.error : BADGES.warning).path,
+        ),
+      );
     if (state.children.length) {
       const count = state.children.length;
       all.push(badge("child", 0.25, BADGES.child.path, count));
@@ -179,16 +183,49 @@ export class StateView {
     if (history) all.push(badge("history", 0.75, (history === "restart" ? BADGES.restart : BADGES.resume).path));
     if (imported) all.push(badge("imported", -0.75, BADGES.imported.path));
     if (!all.length) return;
-    this.badges = make("g", {class: "badges", "aria-hidden": "true"}, ...all);
-    this.group.append(this.badges);
+    this.#badges = make("g", {class: "badges", "aria-hidden": "true"}, ...all);
+    this.group.append(this.#badges);
     this.placeBadges(this.#angles);
   }
 }
 
-/** The parts in which a state has code. */
-const codesOf = (state) => Object.keys(CODES).filter((part) => state[part]?.trim());
+/** @param {Element} element @param {string} name @param {boolean} hasCodes @param {boolean} hasRing */
+function drawName(element, name, hasCodes, hasRing) {
+  const {lines, size} = fitCircle(name, hasRing);
+  const high = lineHeight(size);
+  const top = -((lines.length - 1) * high) / 2 + size * 0.35 - (hasCodes ? 2 : 0);
+  element.setAttribute("font-size", String(size));
+  element.replaceChildren(
+    ...lines.map((line, index) => {
+      const span = make("tspan", {x: 0, y: +(top + index * high).toFixed(1)});
+      span.textContent = index < lines.length - 1 && name.includes(`${line} `) ? `${line} ` : line; // as it is read
+      return span;
+    }),
+  );
+}
 
-/** A small thing at a state's rim, at so many half turns, with a glyph, and with a bar for each of several. */
+/** @param {Element} element @param {(keyof typeof CODES)[]} has */
+function drawCodes(element, has) {
+  const start = -(has.length - 1) * 6;
+  element.replaceChildren(
+    ...has.map((part, index) =>
+      make("path", {d: CODES[part].path, transform: `translate(${start + index * 12},${CODES_AT})`}),
+    ),
+  );
+}
+
+const PARTS = /** @type {(keyof typeof CODES)[]} */ (Object.keys(CODES));
+
+/** The parts in which a state has code. @param {State} state */
+const codesOf = (state) => PARTS.filter((part) => state[part].trim());
+
+/**
+ * A small thing at a state's rim, at so many half turns, with a glyph, and with a bar for each of several.
+ *
+ * @param {string} kind
+ * @param {number} halfTurns
+ * @param {string} path
+ */
 function badge(kind, halfTurns, path, count = 1) {
   const bars = count > 1 ? Math.min(count, MOST_BARS) : 0;
   const group = make("g", {class: `badge ${kind}`, "data-angle": halfTurns * Math.PI});
@@ -200,6 +237,7 @@ function badge(kind, halfTurns, path, count = 1) {
   return group;
 }
 
+/** @param {State} state @param {boolean} imported @param {Problem | undefined} problem @param {string} mark */
 function describe(state, imported, problem, mark) {
   const count = state.children.length;
   return [

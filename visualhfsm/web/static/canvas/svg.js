@@ -1,15 +1,17 @@
 /** Make SVG quickly: templates are parsed once and cloned. */
 
+import {required} from "../required.js";
+
 const NAMESPACE = "http://www.w3.org/2000/svg";
 
-/** Parse the content of an SVG; returns a function that makes a copy of its first element. */
+/** Parse the content of an SVG; returns a function that makes a copy of its first element. @param {string} text */
 export function template(text) {
   const parsed = new DOMParser().parseFromString(`<svg xmlns="${NAMESPACE}">${text}</svg>`, "image/svg+xml");
-  const element = document.importNode(parsed.documentElement.firstElementChild, true);
-  return () => element.cloneNode(true);
+  const element = document.importNode(required(parsed.documentElement.firstElementChild, "element in it"), true);
+  return () => /** @type {SVGElement} */ (element.cloneNode(true));
 }
 
-/** The same for several elements; the function makes a fragment with copies of all of them. */
+/** The same for several elements; the function makes a fragment with copies of all of them. @param {string} text */
 export function templates(text) {
   const copy = template(`<g>${text}</g>`);
   return () => {
@@ -19,16 +21,30 @@ export function templates(text) {
   };
 }
 
-/** Make an element with attributes. */
+/**
+ * Make an element with attributes.
+ *
+ * @template {keyof SVGElementTagNameMap} Name
+ * @param {Name} name
+ * @param {Record<string, string | number>} attributes
+ * @param {...Node} children
+ * @returns {SVGElementTagNameMap[Name]}
+ */
 export function make(name, attributes = {}, ...children) {
   const element = document.createElementNS(NAMESPACE, name);
-  for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, value);
+  for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, String(value));
   element.append(...children);
   return element;
 }
 
-/** Set an attribute, or remove it when there is no value. */
+/**
+ * Set an attribute, or remove it when there is no value.
+ *
+ * @param {Element} element
+ * @param {string} name
+ * @param {unknown} value
+ */
 export function set(element, name, value) {
   if (value === undefined || value === null || value === false) element.removeAttribute(name);
-  else element.setAttribute(name, value);
+  else element.setAttribute(name, String(value));
 }

@@ -1,24 +1,33 @@
 /** Fit texts into the drawing: widths are measured once and remembered. */
 
+import {required} from "../required.js";
 import {RADIUS} from "./geometry.js";
 
 const FAMILY = '"Inter", system-ui, "Segoe UI", "Helvetica Neue", "DejaVu Sans", Arial, sans-serif';
 const SIZES = [13, 12, 11, 10];
-/** Sizes and numbers of lines, the best first: a single line may be a little smaller than several. */
-const FITS = [[13, 1], [12, 1], ...SIZES.flatMap((size) => [1, 2, 3].map((count) => [size, count]))];
+/**
+ * Sizes and numbers of lines, the best first: a single line may be a little smaller than several.
+ *
+ * @type {[number, number][]}
+ */
+const FITS = [
+  [13, 1],
+  [12, 1],
+  ...SIZES.flatMap((size) => [1, 2, 3].map((count) => /** @type {[number, number]} */ ([size, count]))),
+];
 const LINE = 1.16;
 const MARGIN = 5; // between a name and its state's rim
 const RING_MARGIN = 10;
 const ELLIPSIS = "…";
 
-const context = document.createElement("canvas").getContext("2d");
+const context = required(document.createElement("canvas").getContext("2d"), "canvas");
 /** @type {Map<string, number>} */
 const widths = new Map();
 /** @type {Map<string, {lines: string[], size: number}>} */
 const fits = new Map();
 const REMEMBERED = 20_000;
 
-/** Width of a text in pixels. */
+/** Width of a text in pixels. @param {string} text @param {number} size */
 export function width(text, size, weight = 400) {
   const key = `${weight} ${size} ${text}`;
   let known = widths.get(key);
@@ -31,7 +40,13 @@ export function width(text, size, weight = 400) {
   return known;
 }
 
-/** A text that is no wider than some pixels, shortened at its end. */
+/**
+ * A text that is no wider than some pixels, shortened at its end.
+ *
+ * @param {string} text
+ * @param {number} size
+ * @param {number} wanted
+ */
 export function shortened(text, size, wanted, weight = 400) {
   if (width(text, size, weight) <= wanted) return text;
   let [low, high] = [0, text.length];
@@ -47,6 +62,8 @@ export function shortened(text, size, wanted, weight = 400) {
  * The lines in which a name stands in a state's circle, and the size of its letters.
  *
  * It is broken at spaces, underscores and before capitals.
+ *
+ * @param {string} name
  */
 export function fitCircle(name, hasRing = false) {
   const key = `${hasRing} ${name}`;
@@ -59,15 +76,16 @@ export function fitCircle(name, hasRing = false) {
   return known;
 }
 
+/** @param {string} name @param {number} radius */
 function fit(name, radius) {
   const text = name.trim().replace(/\s+/g, " ");
   if (!text) return {lines: [], size: SIZES[0]};
-  const words = text.match(/[^\s_-]*?[\p{Ll}\d](?=\p{Lu})|[^\s_-]*[\s_-]?/gu).filter(Boolean);
+  const words = text.match(/[^\s_-]*?[\p{Ll}\d](?=\p{Lu})|[^\s_-]*[\s_-]?/gu)?.filter(Boolean) ?? [text];
   for (const [size, count] of FITS) {
     const lines = broken(words, size, count, radius);
     if (lines) return {lines, size};
   }
-  const size = SIZES.at(-1);
+  const size = SIZES[SIZES.length - 1];
   const rest = [];
   let left = words;
   for (let line = 0; line < 3 && left.length; line++) {
@@ -92,6 +110,7 @@ function fit(name, radius) {
   return {lines: rest, size};
 }
 
+/** @param {string[]} words @param {number} size @param {number} count @param {number} radius */
 function broken(words, size, count, radius) {
   const lines = [];
   let current = "";
@@ -111,7 +130,14 @@ function broken(words, size, count, radius) {
     : undefined;
 }
 
-/** How wide a line may be so that it stays in the circle. */
+/**
+ * How wide a line may be so that it stays in the circle.
+ *
+ * @param {number} index
+ * @param {number} count
+ * @param {number} size
+ * @param {number} radius
+ */
 function chord(index, count, size, radius) {
   const height = size * LINE;
   const top = Math.abs((index - count / 2) * height);
@@ -120,5 +146,5 @@ function chord(index, count, size, radius) {
   return 2 * Math.sqrt(Math.max(0, radius ** 2 - far ** 2));
 }
 
-/** Distance between two lines. */
+/** Distance between two lines. @param {number} size */
 export const lineHeight = (size) => size * LINE;

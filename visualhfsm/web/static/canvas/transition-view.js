@@ -1,4 +1,11 @@
-/** One transition in the drawing: its arc, its handle and its name. */
+/**
+ * One transition in the drawing: its arc, its handle and its name.
+ *
+ * @import {Problem, Transition} from "../store.js"
+ * @import {Arc, Box, Point} from "./geometry.js"
+ * @typedef {{from: string, to: string, rank: number, problem?: Problem, mark?: string}} More `rank` is its place among
+ *   those out of its state, 0 when it is the only one
+ */
 
 import {sameProblem} from "../problems.js";
 import {arc} from "./geometry.js";
@@ -23,25 +30,61 @@ const NAME = 12;
 const DETAIL = 10.5;
 const WIDEST = 150;
 
-/** @typedef {import("../store.js").Transition} Transition */
+/** Where what was not placed yet is. @type {Arc} */
+const NOWHERE = arc(undefined, undefined, {x: 0, y: 0});
 
 export class TransitionView {
-  constructor() {
+  words = "";
+  /** What is shown beside the pointer. */
+  tip = "";
+  arc = NOWHERE;
+  /** Where the middle of its name is. @type {Point | undefined} */
+  nameAt = undefined;
+  /** The same relative to the handle, so that it can come along when that is dragged. @type {Point | undefined} */
+  offset = undefined;
+  width = 0;
+  height = 0;
+
+  /** @param {Transition} transition */
+  constructor(transition) {
+    this.transition = transition;
     this.group = blank();
-    [this.hit, this.glow, this.line, this.head] = this.group.children;
-    /** Whether it has its handle and its label. */
-    this.complete = false;
+    [this.#hit, this.glow, this.#line, this.#head] = this.group.children;
   }
 
+  #hit;
+  glow;
+  #line;
+  #head;
   #signature = "";
+  /** @type {Partial<More>} */
   #more = {};
+  /** Its handle and its name, once they are drawn. @type {ReturnType<typeof detailsOf> | undefined} */
+  #details = undefined;
+  #hasName = false;
+
+  /** Whether it has its handle and its label. */
+  get complete() {
+    return this.#details !== undefined;
+  }
+
+  get handle() {
+    return this.#details?.handle;
+  }
+
+  get timer() {
+    return this.#details?.timer;
+  }
+
+  get label() {
+    return this.#details?.label;
+  }
 
   /**
    * Write what a transition is; does nothing when nothing that is drawn differs.
    *
    * @param {Transition} transition
-   * @param {{from: string, to: string, rank: number, problem?: {severity: string, message: string}, mark?: string}}
-   *   more `rank` is its place among those out of its state, 0 when it is the only one
+   * @param {More} more
    * @returns {boolean} whether anything differed
    */
   update(transition, more) {
@@ -96,7 +139,6 @@ export class TransitionView {
       .filter(Boolean)
       .join(", ");
     this.group.setAttribute("aria-label", this.words);
-    /** What is shown beside the pointer. */
     this.tip = [
       `${name}: ${kind.word}`,
       trigger.trim(),
@@ -106,60 +148,67 @@ export class TransitionView {
     ]
       .filter(Boolean)
       .join("\n");
-    if (this.complete) this.#write();
+    this.#write();
     return true;
   }
 
   /** Draw its handle and its label, too; the label is then to be placed. */
   finish() {
-    if (this.complete) return;
-    this.complete = true;
-    this.handle = blankHandle();
-    [, , this.glyph, this.timer] = this.handle.children;
-    this.label = blankLabel();
-    [this.rank] = this.label.children;
-    [this.nameSpan, this.detailSpan] = this.label.lastElementChild.children;
-    this.group.append(this.handle);
-    this.label.classList.toggle("selected", this.group.classList.contains("selected"));
+    if (this.#details) return;
+    this.#details = detailsOf(blankHandle(), blankLabel());
+    const {handle, label} = this.#details;
+    this.group.append(handle);
+    label.classList.toggle("selected", this.group.classList.contains("selected"));
     this.#write();
-    if (this.arc) this.#placeHandle();
   }
 
-  /** Whether a part of its arc may be in a box. @param {import("./geometry.js").Box} box */
+  /** Whether a part of its arc may be in a box. @param {Box} box */
   isIn({left, right, top, bottom}) {
     const {box} = this.arc;
     return box.right > left && box.left < right && box.bottom > top && box.top < bottom;
   }
 
   #write() {
+    if (!this.#details) return;
+    const {label, glyph, rank, nameSpan, detailSpan} = this.#details;
     const {id, name, type} = this.transition;
     const kind = TRIGGERS[type] ?? UNKNOWN_TRIGGER;
-    this.label.dataset.key = `t${id}`;
-    set(this.glyph, "d", kind.path);
-    this.glyph.classList.toggle("filled", kind.filled);
-    this.rank.textContent = this.#more.rank || "";
-    this.shortName = shortened(name.trim(), NAME, WIDEST, 500);
-    this.detail = shortened(whatFires(this.transition), DETAIL, WIDEST);
-    this.nameSpan.textContent = this.shortName;
-    this.detailSpan.textContent = this.detail;
-    this.width = Math.max(width(this.shortName, NAME, 500), width(this.detail, DETAIL)) + 6;
-    this.lines = Number(Boolean(this.shortName)) + Number(Boolean(this.detail));
-    this.height = this.lines * 13.5 + 2;
-    if (!this.lines) this.width = 0;
-    if (this.arc) this.#placeHandle();
+    label.dataset.key = `t${id}`;
+    set(glyph, "d", kind.path);
+    glyph.classList.toggle("filled", kind.filled);
+    rank.textContent = this.#more.rank ? String(this.#more.rank) : "";
+    const shortName = shortened(name.trim(), NAME, WIDEST, 500);
+    const detail = shortened(whatFires(this.transition), DETAIL, WIDEST);
+    nameSpan.textContent = shortName;
+    detailSpan.textContent = detail;
+    const lines = Number(Boolean(shortName)) + Number(Boolean(detail));
+    this.#hasName = Boolean(shortName);
+    this.width = lines ? Math.max(width(shortName, NAME, 500), width(detail, DETAIL)) + 6 : 0;
+    this.height = lines * 13.5 + 2;
+    this.#placeHandle();
   }
 
   #placeHandle() {
+    if (!this.#details) return;
+    const {handle, rank} = this.#details;
     const {middle, first} = this.arc;
-    this.handle.setAttribute("transform", `translate(${middle.x},${middle.y})`);
-    if (!this.rank.textContent) return;
-    this.rank.setAttribute("x", first.x.toFixed(1));
-    this.rank.setAttribute("y", (first.y + 3.5).toFixed(1));
+    handle.setAttribute("transform", `translate(${middle.x},${middle.y})`);
+    if (!rank.textContent) return;
+    rank.setAttribute("x", first.x.toFixed(1));
+    rank.setAttribute("y", (first.y + 3.5).toFixed(1));
   }
 
+  /** @type {unknown[]} */
   #placed = [];
 
-  /** Draw the arc between two points through a handle; returns whether anything differs from before. */
+  /**
+   * Draw the arc between two points through a handle; returns whether anything differs from before.
+   *
+   * @param {Point | undefined} from
+   * @param {Point | undefined} to
+   * @param {Point} handle
+   * @param {boolean} isLoop
+   */
   place(from, to, handle, isLoop) {
     if (this.#carried) {
       this.#carried = false;
@@ -171,17 +220,15 @@ export class TransitionView {
     this.#placed = placed;
     const made = arc(from, to, handle, isLoop);
     this.arc = made;
-    this.hit.setAttribute("d", made.path);
-    this.glow.setAttribute("d", made.path);
-    this.line.setAttribute("d", made.path);
-    this.head.setAttribute("d", made.head);
-    if (this.complete) this.#placeHandle();
+    for (const each of [this.#hit, this.glow, this.#line]) each.setAttribute("d", made.path);
+    this.#head.setAttribute("d", made.head);
+    this.#placeHandle();
     return true;
   }
 
   #carried = false;
 
-  /** Show it elsewhere as it is. */
+  /** Show it elsewhere as it is. @param {number} dx @param {number} dy */
   carry(dx, dy) {
     this.#carried = true;
     this.group.setAttribute("transform", `translate(${dx},${dy})`);
@@ -195,23 +242,32 @@ export class TransitionView {
 
   /** Put the name beside the handle, with its middle at a point, or where it stands best alone. */
   placeName(middle = beside(this.asLabel(), this.arc.normal)) {
+    if (!this.#details) return;
+    const {nameSpan, detailSpan} = this.#details;
     const [x, y] = [middle.x.toFixed(1), middle.y];
     const top = y - this.height / 2 + 11;
-    this.nameSpan.setAttribute("x", x);
-    this.nameSpan.setAttribute("y", top.toFixed(1));
-    this.detailSpan.setAttribute("x", x);
-    this.detailSpan.setAttribute("y", (top + (this.shortName ? 13.5 : 0)).toFixed(1));
-    /** Relative to the handle, so that it can come along when that is dragged. */
+    nameSpan.setAttribute("x", x);
+    nameSpan.setAttribute("y", top.toFixed(1));
+    detailSpan.setAttribute("x", x);
+    detailSpan.setAttribute("y", (top + (this.#hasName ? 13.5 : 0)).toFixed(1));
     this.offset = {x: middle.x - this.arc.middle.x, y: middle.y - this.arc.middle.y};
     this.nameAt = middle;
   }
 }
 
-/** What makes a transition fire, in a few words. */
+/** The parts of a handle and of a label. @param {SVGElement} handle @param {SVGElement} label */
+function detailsOf(handle, label) {
+  const [, , glyph, timer] = handle.children;
+  const [rank, text] = label.children;
+  const [nameSpan, detailSpan] = text.children;
+  return {handle, glyph, timer, label, rank, nameSpan, detailSpan};
+}
+
+/** What makes a transition fire, in a few words. @param {Transition} transition */
 function whatFires({type, trigger, guard}) {
   const text = trigger.trim().split("\n")[0];
   const first =
-    {time: () => spokenTime(trigger), event: () => text || "no event", condition: () => text}[type]?.() ?? "";
+    type === "time" ? spokenTime(trigger) : type === "event" ? text || "no event" : type === "condition" ? text : "";
   const if_ = guard.trim().split("\n")[0];
   return [first, if_ && `[${if_}]`].filter(Boolean).join(" ");
 }

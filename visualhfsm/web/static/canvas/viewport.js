@@ -1,4 +1,8 @@
-/** Which part of the drawing is seen, and how large. */
+/**
+ * Which part of the drawing is seen, and how large.
+ *
+ * @import {Box, Point} from "./geometry.js"
+ */
 
 /** Below these scales ever less is drawn, see canvas.css. */
 export const FAR = 0.55;
@@ -22,12 +26,12 @@ export class Viewport {
     this.changed = changed;
   }
 
-  /** Where a point of the window is in the drawing. */
+  /** Where a point of the window is in the drawing. @param {number} x @param {number} y */
   toDrawing(x, y) {
     return {x: (x - this.x) / this.scale, y: (y - this.y) / this.scale};
   }
 
-  /** Where a point of the drawing is in the window. */
+  /** Where a point of the drawing is in the window. @param {Point} point */
   toWindow({x, y}) {
     return {x: x * this.scale + this.x, y: y * this.scale + this.y};
   }
@@ -40,7 +44,13 @@ export class Viewport {
     return {left: start.x, top: start.y, right: end.x, bottom: end.y};
   }
 
-  /** Zoom so that the point of the drawing at (x, y) of the window stays there; by default its middle. */
+  /**
+   * Zoom so that the point of the drawing at (x, y) of the window stays there; by default its middle.
+   *
+   * @param {number} factor
+   * @param {number} x
+   * @param {number} y
+   */
   zoom(factor, x = this.size().width / 2, y = this.size().height / 2) {
     const scale = Math.min(LARGEST, Math.max(SMALLEST, this.scale * factor));
     this.x = x - ((x - this.x) * scale) / this.scale;
@@ -49,13 +59,14 @@ export class Viewport {
     this.changed();
   }
 
+  /** @param {number} dx @param {number} dy */
   pan(dx, dy) {
     this.x += dx;
     this.y += dy;
     this.changed();
   }
 
-  /** Show a box whole, in the middle. */
+  /** Show a box whole, in the middle. @param {Box} [box] */
   fit(box) {
     const {width, height} = this.size();
     if (!width || !height) return;
@@ -71,7 +82,7 @@ export class Viewport {
     this.changed();
   }
 
-  /** Move only as far as needed to see a point, with some pixels around it. */
+  /** Move only as far as needed to see a point, with some pixels around it. @param {Point} point */
   reveal(point, margin = 70) {
     const {width, height} = this.size();
     const {x, y} = this.toWindow(point);
@@ -80,6 +91,7 @@ export class Viewport {
     if (dx || dy) this.pan(dx, dy);
   }
 
+  /** @param {Point} point */
   center(point) {
     const {width, height} = this.size();
     this.x = width / 2 - point.x * this.scale;

@@ -1,4 +1,8 @@
-/** Dialogs: the browser's own, which hold the focus, close with Esc and give the focus back. */
+/**
+ * Dialogs: the browser's own, which hold the focus, close with Esc and give the focus back.
+ *
+ * @typedef {[value: string, label: string, kind?: string]} Choice
+ */
 
 import {html, nothing, render} from "lit";
 
@@ -57,7 +61,7 @@ export function showDialog({title, content, footer, wide = false}) {
 /**
  * Ask for a decision. The last choice has the focus: the one that loses nothing.
  *
- * @param {{title: string, text: string, choices: [string, string, string?][]}} options choices as [value, label, kind]
+ * @param {{title: string, text: string, choices: Choice[]}} options
  * @returns {Promise<string | undefined>}
  */
 export function confirm({title, text, choices}) {

@@ -54,12 +54,12 @@ export async function chooseFile({title, verb, suggestion, kind = "document"}) {
 
   const key = (event, close) => {
     const last = rows().length - 1;
-    const next = {
+    const next = /** @type {Record<string, number>} */ ({
       ArrowDown: Math.min(last, state.chosen + 1),
       ArrowUp: Math.max(0, state.chosen - 1),
       Home: 0,
       End: last,
-    }[event.key];
+    })[event.key];
     if (next !== undefined) state.chosen = next;
     else if (event.key === "Enter" && rows()[state.chosen]) take(rows()[state.chosen], close);
     else if (event.key === "Backspace" && state.parent !== null) list(state.parent);

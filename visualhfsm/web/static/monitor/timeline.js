@@ -242,7 +242,7 @@ class Timeline extends MonitorElement {
   #key = (event) => {
     const {time} = scrubbing;
     const far = event.shiftKey ? 10 : 1;
-    const act = {
+    const act = /** @type {Record<string, number>} */ ({
       ArrowLeft: () => scrubbing.to(time - 0.1 * far),
       ArrowRight: () => scrubbing.to(time + 0.1 * far),
       PageDown: () => scrubbing.toChange(-1),
@@ -250,7 +250,7 @@ class Timeline extends MonitorElement {
       Home: () => scrubbing.to(monitor.past.start),
       End: () => scrubbing.to(monitor.recording ? monitor.past.end : Infinity),
       " ": () => (scrubbing.plays ? scrubbing.pause() : scrubbing.play()),
-    }[event.key];
+    })[event.key];
     if (!act || event.ctrlKey || event.altKey || event.metaKey) return;
     event.preventDefault();
     event.stopPropagation();

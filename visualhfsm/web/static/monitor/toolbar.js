@@ -83,7 +83,12 @@ class MonitorToolbar extends MonitorElement {
   #key = (event) => {
     const items = [...this.querySelectorAll("[role=menuitem]")];
     const index = items.indexOf(document.activeElement);
-    const next = {ArrowDown: index + 1, ArrowUp: index - 1, Home: 0, End: items.length - 1}[event.key];
+    const next = /** @type {Record<string, number>} */ ({
+      ArrowDown: index + 1,
+      ArrowUp: index - 1,
+      Home: 0,
+      End: items.length - 1,
+    })[event.key];
     if (next !== undefined) items.at(next % items.length).focus();
     else if (event.key === "Escape" || event.key === "Tab") this.toggle(false);
     else return;

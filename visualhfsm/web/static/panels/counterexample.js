@@ -22,7 +22,12 @@ export function counterexamplePlayer(counterexample, index, choose) {
   const {steps, repeats} = counterexample;
   const last = steps.length - 1;
   const press = (event) => {
-    const to = {ArrowRight: index + 1, ArrowLeft: index - 1, Home: 0, End: last}[event.key];
+    const to = /** @type {Record<string, number>} */ ({
+      ArrowRight: index + 1,
+      ArrowLeft: index - 1,
+      Home: 0,
+      End: last,
+    })[event.key];
     if (event.key === "Escape") choose(null);
     else if (to === undefined) return;
     else choose(Math.min(last, Math.max(0, to)));

@@ -160,7 +160,7 @@ class Entries extends LitElement {
   }
 
   #press(event, index) {
-    const step = {ArrowUp: -1, ArrowDown: 1}[event.key];
+    const step = /** @type {Record<string, number>} */ ({ArrowUp: -1, ArrowDown: 1})[event.key];
     if (!step || !event.altKey || this.readonly) return;
     event.preventDefault();
     event.stopPropagation();

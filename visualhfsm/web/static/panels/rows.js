@@ -2,7 +2,9 @@
 
 /** Move the keyboard to the row above or below; a handler of `keydown` of the list. */
 export function moveAmongRows(event) {
-  const step = {ArrowDown: 1, ArrowUp: -1, Home: -Infinity, End: Infinity}[event.key];
+  const step = /** @type {Record<string, number>} */ ({ArrowDown: 1, ArrowUp: -1, Home: -Infinity, End: Infinity})[
+    event.key
+  ];
   if (step === undefined || event.altKey || event.ctrlKey || event.metaKey) return;
   const rows = [...event.currentTarget.querySelectorAll("button.row")];
   const index = rows.indexOf(document.activeElement);

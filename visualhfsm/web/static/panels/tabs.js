@@ -10,7 +10,9 @@ import {html, nothing} from "lit";
  */
 export function tabStrip({label, tabs, chosen, choose, prefix}) {
   const press = (event) => {
-    const step = {ArrowRight: 1, ArrowLeft: -1, Home: -Infinity, End: Infinity}[event.key];
+    const step = /** @type {Record<string, number>} */ ({ArrowRight: 1, ArrowLeft: -1, Home: -Infinity, End: Infinity})[
+      event.key
+    ];
     if (step === undefined || event.altKey || event.ctrlKey || event.metaKey) return;
     event.preventDefault();
     const index = tabs.findIndex((each) => each.id === chosen);
