@@ -1,4 +1,10 @@
-/** The page: what stands where, and what is loaded when. */
+/**
+ * The page: what stands where, and what is loaded when.
+ *
+ * @import {HfsmCanvas} from "./canvas/canvas.js"
+ * @import {Automaton, OpenDocument, Place, Target} from "./store.js"
+ * @import {At} from "./page.js"
+ */
 
 import {html, nothing, render} from "lit";
 
@@ -10,7 +16,7 @@ import {PageElement} from "./element.js";
 import {holdKeys} from "./holding.js";
 import {icon} from "./icons.js";
 import {listenForKeys} from "./keys.js";
-import {notify, notifyError} from "./notices.js";
+import {messageOf, notify, notifyError} from "./notices.js";
 import {page} from "./page.js";
 import {monitor} from "./monitor/monitor.js";
 import {planned} from "./monitor/breakpoints.js";
@@ -21,7 +27,13 @@ import {actionButton, banner, resizer, restoreSizes} from "./shell.js";
 import {currentTheme, initTheme, switchTheme} from "./theme.js";
 import {store} from "./store.js";
 
-/** Elements that are loaded when they are first shown, and their modules. */
+/**
+ * An element that is loaded when it is first shown: a panel, or a part of the monitor.
+ *
+ * @typedef {PageElement & {focusFirst?: () => void, revealed?: Promise<unknown>}} Panel
+ */
+
+/** Elements that are loaded when they are first shown, and their modules. @type {Record<string, string>} */
 const LAZY = {
   "hfsm-code-panel": "./panels/code.js",
   "hfsm-data-panel": "./panels/data.js",
@@ -50,6 +62,7 @@ const BOTTOM = [
 
 export class HfsmApp extends PageElement {
   static properties = {side: {state: true}, bottom: {state: true}};
+  /** @type {typeof PageElement.watches} */
   static watches = {
     page: ["tab", "automaton", "selection"],
     store: ["workspace", "document", "connection", "run", "outside"],
@@ -61,9 +74,21 @@ export class HfsmApp extends PageElement {
     this.side = "";
     /** Tag of the element below the canvas, "" for none. */
     this.bottom = "";
-    this.canvas = document.createElement("hfsm-canvas");
-    this.context = {app: this, canvas: this.canvas};
+    this.canvas = /** @type {HfsmCanvas} */ (document.createElement("hfsm-canvas"));
+    /** Those of `LAZY` that are loaded. @type {Map<string, Panel>} */
     this.elements = new Map();
+    /** The timeline below the canvas. @type {(Panel & {compact?: boolean}) | undefined} */
+    this.strip = undefined;
+    /** The tabs that there were. @type {Set<number> | undefined} */
+    this.knownTabs = undefined;
+    /** Whether the output was opened for a run. */
+    this.outputOpened = false;
+    /** Resolves when the overlay of the canvas is there. @type {Promise<void> | undefined} */
+    this.overlay = undefined;
+  }
+
+  get context() {
+    return {app: this, canvas: this.canvas};
   }
 
   connectedCallback() {
@@ -73,12 +98,8 @@ export class HfsmApp extends PageElement {
     this.listen(page, "data", (event) => this.#showData(event.detail));
     this.listen(page, "tab", () => this.#titleWindow());
     this.listen(page, "save", () => perform("save", this.context));
-    this.listen(page, "highlight", () => this.canvas.showLive(page.highlight?.get(page.automaton?.id)));
-    this.listen(
-      page,
-      "automaton",
-      () => page.highlight && this.canvas.showLive(page.highlight.get(page.automaton?.id)),
-    );
+    this.listen(page, "highlight", () => this.canvas.showLive(highlighted()));
+    this.listen(page, "automaton", () => page.highlight && this.canvas.showLive(highlighted()));
     this.listen(page, "focus-canvas", () => this.canvas.focusSelected());
     this.listen(store, "workspace", () => this.#follow());
     this.listen(store, "document", ({detail}) => {
@@ -86,8 +107,12 @@ export class HfsmApp extends PageElement {
     });
     this.listen(store, "closed", ({detail}) => page.forget(detail.tab));
     this.listen(store, "failure", ({detail}) => notifyError(detail.error));
-    this.listen(this.canvas, "hfsm-menu", async ({detail}) =>
-      (await import("./menu.js")).showMenu(detail, this.context),
+    this.listen(
+      /** @type {Target<{"hfsm-menu": Parameters<typeof import("./menu.js").showMenu>[0], tool: null}>} */ (
+        this.canvas
+      ),
+      "hfsm-menu",
+      async ({detail}) => (await import("./menu.js")).showMenu(detail, this.context),
     );
     this.listen(this.canvas, "tool", () => this.requestUpdate());
     takeDrops(this);
@@ -106,19 +131,19 @@ export class HfsmApp extends PageElement {
     store.connect();
   }
 
-  /** Show an element beside the canvas; an empty tag closes it. */
+  /** Show an element beside the canvas; an empty tag closes it. @param {string} tag */
   async showSide(tag) {
-    const element = tag && (await this.#load(tag));
+    const element = tag ? await this.#load(tag) : undefined;
     if (tag && !element) return undefined;
     this.side = tag;
     await this.updateComplete;
     return element;
   }
 
-  /** Show an element below the canvas; an empty tag closes it. */
+  /** Show an element below the canvas; an empty tag closes it. @param {string} tag */
   async showBottom(tag) {
     return holdKeys(async () => {
-      const element = tag && (await this.#load(tag));
+      const element = tag ? await this.#load(tag) : undefined;
       if (tag && !element) return undefined;
       this.bottom = tag;
       await this.updateComplete;
@@ -134,7 +159,11 @@ export class HfsmApp extends PageElement {
     return done;
   }
 
-  /** Start the component of the shown tab, and follow it; `options` are those of its command line. */
+  /**
+   * Start the component of the shown tab, and follow it; `options` are those of its command line.
+   *
+   * @param {string[]} options
+   */
   async run(options = []) {
     const {tab} = page;
     runs.dismiss(tab);
@@ -146,12 +175,14 @@ export class HfsmApp extends PageElement {
 
   /** Show which components run. */
   async showRunning() {
-    const toolbar = await this.#showMonitor("hfsm-monitor-toolbar");
+    const toolbar = /** @type {import("./monitor/toolbar.js").MonitorToolbar | undefined} */ (
+      await this.#showMonitor("hfsm-monitor-toolbar")
+    );
     await toolbar?.updateComplete;
     toolbar?.toggle(true);
   }
 
-  /** Follow a component that runs, and show its document. */
+  /** Follow a component that runs, and show its document. @param {string} component */
   async follow(component) {
     const writable = runs.tabs.some((tab) => monitor.isOf(component, tab));
     if (!(await monitor.attach(component, {writable}))) return;
@@ -170,7 +201,7 @@ export class HfsmApp extends PageElement {
     this.canvas.minimap?.draw();
   }
 
-  /** Show the document beside the shown one. */
+  /** Show the document beside the shown one. @param {number} step */
   showNeighbor(step) {
     const {tabs} = store.workspace;
     if (!tabs.length) return;
@@ -186,7 +217,7 @@ export class HfsmApp extends PageElement {
             ? html`<span class="brand">${icon("layout")}VisualHFSM</span>`
             : html`<h1 class="brand">${icon("layout")}VisualHFSM</h1>`
         }
-        <hfsm-tabs .context=${this.context}></hfsm-tabs>
+        <hfsm-tabs></hfsm-tabs>
         <div class="monitor-area">${this.elements.get("hfsm-monitor-toolbar") ?? nothing}</div>
         ${actionButton("search", this.context, {label: false})}
         <button
@@ -256,12 +287,13 @@ export class HfsmApp extends PageElement {
           ${starting && store.online ? this.#start() : nothing}
         </main>
         <aside class="right" aria-label="Actions" ?hidden=${starting}>
-          <hfsm-actions .context=${this.context}></hfsm-actions>
+          <hfsm-actions></hfsm-actions>
         </aside>
       </div>
-      <footer><hfsm-status .context=${this.context}></hfsm-status></footer>`;
+      <footer><hfsm-status></hfsm-status></footer>`;
   }
 
+  /** @param {string[][]} list @param {string} shown @param {(tag: string) => void} show */
   #panelTabs(list, shown, show) {
     return html`<div class="panel-tabs">
       <div role="tablist" aria-label="Panels">
@@ -293,35 +325,46 @@ export class HfsmApp extends PageElement {
     return element ?? nothing;
   }
 
-  /** Load the module of an element once; reports when that is not possible. */
+  /**
+   * Load the module of an element once; reports when that is not possible.
+   *
+   * @param {string} tag
+   * @returns {Promise<Panel | undefined>}
+   */
   async #load(tag) {
     try {
       await import(LAZY[tag]);
     } catch (error) {
-      notifyError(new Error(`${LAZY[tag]} could not be loaded: ${error.message}`));
+      notifyError(new Error(`${LAZY[tag]} could not be loaded: ${messageOf(error)}`));
       return undefined;
     }
     if (!this.elements.has(tag)) {
-      const element = document.createElement(tag);
-      element.context = this.context;
+      const element = /** @type {Panel} */ (document.createElement(tag));
       this.elements.set(tag, element);
     }
     return this.elements.get(tag);
   }
 
+  /** @param {Place & At} place */
   async #edit(place) {
     await this.#reveal("hfsm-code-panel", {place});
   }
 
+  /** @param {{section: string, place?: Place & At}} data */
   async #showData({section, place}) {
     await this.#reveal("hfsm-data-panel", {section, place});
   }
 
-  /** Show something in a panel, which takes the keys that are pressed until it is there. */
+  /**
+   * Show something in a panel, which takes the keys that are pressed until it is there.
+   *
+   * @param {string} tag
+   * @param {object} wanted
+   */
   #reveal(tag, wanted) {
     return holdKeys(async () => {
       const panel = await this.showSide(tag);
-      await Object.assign(panel ?? {}, wanted).revealed;
+      if (panel) await Object.assign(panel, wanted).revealed;
     });
   }
 
@@ -340,7 +383,7 @@ export class HfsmApp extends PageElement {
     document.title = title ? `${dirty ? "• " : ""}${title} – VisualHFSM` : "VisualHFSM";
   }
 
-  /** Load an element of the monitor, and draw the page with it. */
+  /** Load an element of the monitor, and draw the page with it. @param {string} tag */
   async #showMonitor(tag) {
     const element = await this.#load(tag);
     this.requestUpdate();
@@ -365,8 +408,7 @@ export class HfsmApp extends PageElement {
       if (this.bottom === "hfsm-output" && !outputLog.of(monitor.tab).length) this.showBottom("");
     }
     if (!monitor.component || this.strip) return;
-    this.strip = document.createElement("hfsm-monitor-timeline");
-    this.strip.compact = true;
+    this.strip = Object.assign(/** @type {Panel} */ (document.createElement("hfsm-monitor-timeline")), {compact: true});
     const [whyNot] = await Promise.all([
       import("./monitor/why-not.js"),
       this.#showOverlay(),
@@ -378,7 +420,11 @@ export class HfsmApp extends PageElement {
   }
 }
 
-const holdsFiles = (event) => event.dataTransfer?.types.includes("Files");
+/** What is marked in the shown automaton though nothing runs. */
+const highlighted = () => page.highlight?.get(page.automaton?.id ?? 0);
+
+/** @param {DragEvent} event */
+const holdsFiles = (event) => event.dataTransfer?.types.includes("Files") ?? false;
 
 /** Let files be dropped anywhere, and say so while they are dragged. @param {HTMLElement} element */
 function takeDrops(element) {
@@ -398,7 +444,7 @@ function takeDrops(element) {
     if (!holdsFiles(event)) return;
     event.preventDefault();
     sign.hidden = true;
-    const files = [...event.dataTransfer.files]; // gone once others run
+    const files = [...(event.dataTransfer?.files ?? [])]; // gone once others run
     try {
       await (await import("./files.js")).openDropped(files);
     } catch (error) {
@@ -423,6 +469,7 @@ function showImports() {
   page.addEventListener("tab", () => lookAtImports(page.tab, true)); // the other file may have been changed there
 }
 
+/** @param {number} tab */
 async function lookAtImports(tab, again = false) {
   const document = store.documents.get(tab);
   const asked = importsOf(document);
@@ -435,11 +482,10 @@ async function lookAtImports(tab, again = false) {
   store.showContent(tab, content);
 }
 
-/** The imports of a document in a text, which changes when they do. */
+/** The imports of a document in a text, which changes when they do. @param {OpenDocument | undefined} document */
 const importsOf = (document) =>
   [...(document?.own.values() ?? [])]
-    .filter((each) => each.imported)
-    .map((each) => `${each.id} ${each.imported.automaton} ${each.imported.file}`)
+    .flatMap(({id, imported: from}) => (from ? `${id} ${from.automaton} ${from.file}` : []))
     .join("\n");
 
 initTheme();

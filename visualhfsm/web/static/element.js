@@ -1,13 +1,23 @@
 /**
  * What the elements of the page have in common.
  *
+ * @import {Context} from "./actions.js"
+ * @import {HfsmApp} from "./app.js"
  * @import {PageEvents} from "./page.js"
  * @import {StoreEvents, Target} from "./store.js"
+ */
+
+/**
+ * An event of an element, as a template hears it.
+ *
+ * @template {Element} E
+ * @typedef {Event & {target: E, currentTarget: E}} From
  */
 
 import {LitElement} from "lit";
 
 import {page} from "./page.js";
+import {required} from "./required.js";
 import {store} from "./store.js";
 
 /**
@@ -20,6 +30,13 @@ export class PageElement extends LitElement {
   static watches = {page: ["change"], store: ["document", "workspace"]};
 
   #stop = new AbortController();
+  /** @type {Context | undefined} */
+  #context = undefined;
+
+  /** What actions are done with, once the element was shown. */
+  get context() {
+    return required(this.#context, "page around this element");
+  }
 
   createRenderRoot() {
     return this;
@@ -27,6 +44,7 @@ export class PageElement extends LitElement {
 
   connectedCallback() {
     super.connectedCallback();
+    this.#context = /** @type {HfsmApp | null} */ (this.closest("hfsm-app"))?.context ?? this.#context;
     this.#stop = new AbortController();
     const {page: ofPage = [], store: ofStore = []} = /** @type {typeof PageElement} */ (this.constructor).watches;
     const redraw = () => this.requestUpdate();

@@ -50,7 +50,10 @@ export function notify(text, kind = "info", link = undefined) {
   return () => notice.remove();
 }
 
+/** What an error says. @param {unknown} error as it was caught */
+export const messageOf = (error) => (error instanceof Error ? error.message : String(error));
+
 /** Show why something could not be done. @param {unknown} error */
 export function notifyError(error) {
-  notify(error instanceof Error ? error.message : String(error), "error");
+  notify(messageOf(error), "error");
 }

@@ -67,7 +67,7 @@ class Runs {
       notify(
         `${outcome}${text === undefined ? "." : `: ${text}`}`,
         "error",
-        place && {label: `line ${line}`, run: () => showPlace(tab, place, line)},
+        place ? {label: `line ${line}`, run: () => showPlace(tab, place, line)} : undefined,
       ),
     );
   }

@@ -1,11 +1,14 @@
 /**
  * The small parts around the canvas: tabs, breadcrumbs, buttons, banners, the line of status, and the lines between
  * areas.
+ *
+ * @import {From} from "./element.js"
+ * @import {Target} from "./store.js"
  */
 
 import {html, nothing} from "lit";
 
-import {actions, isEnabled, perform, selectionActions, selectionTitle} from "./actions.js";
+import {actionOf, isEnabled, perform, selectionActions, selectionTitle} from "./actions.js";
 import {ask, askTab} from "./commands.js";
 import {PageElement} from "./element.js";
 import {icon} from "./icons.js";
@@ -16,9 +19,15 @@ import {page} from "./page.js";
 import {countOf} from "./problems.js";
 import {store} from "./store.js";
 
-/** A button that does an action. @param {string} id @param {import("./actions.js").Context} context */
+/**
+ * A button that does an action.
+ *
+ * @param {string} id
+ * @param {import("./actions.js").Context} context
+ * @param {{label?: boolean | "short", kind?: string}} options a `short` label leaves out the key
+ */
 export function actionButton(id, context, {label = true, kind = ""} = {}) {
-  const action = actions.get(id);
+  const action = actionOf(id);
   const key = action.keys?.[0];
   const title = `${action.label}${action.hint ? `: ${action.hint}` : ""}${key ? ` (${spoken(key)})` : ""}`;
   return html`<button
@@ -42,8 +51,6 @@ export function actionButton(id, context, {label = true, kind = ""} = {}) {
 }
 
 class Tabs extends PageElement {
-  static properties = {context: {attribute: false}};
-
   render() {
     const {tabs} = store.workspace;
     return html`<div role="tablist" aria-label="Open documents" @keydown=${this.#key}>
@@ -57,7 +64,7 @@ class Tabs extends PageElement {
                 tabindex=${each.tab === page.tab ? 0 : -1}
                 title=${each.path || "not saved yet"}
                 @click=${() => page.show(each.tab)}
-                @auxclick=${(event) => event.button === 1 && this.#close(each.tab)}
+                @auxclick=${(/** @type {MouseEvent} */ event) => event.button === 1 && this.#close(each.tab)}
               >
                 <span class="text">${each.title}</span>${
                   each.dirty
@@ -90,10 +97,12 @@ class Tabs extends PageElement {
     this.querySelector(".tab.chosen")?.scrollIntoView({block: "nearest", inline: "nearest"});
   }
 
+  /** @param {number} tab */
   async #close(tab) {
     (await import("./files.js")).closeTab(tab);
   }
 
+  /** @param {KeyboardEvent} event */
   async #key(event) {
     if (event.key === "Delete") {
       event.preventDefault();
@@ -105,7 +114,7 @@ class Tabs extends PageElement {
     event.preventDefault();
     this.context.app.showNeighbor(step);
     await this.updateComplete;
-    this.querySelector('[aria-selected="true"]')?.focus();
+    /** @type {HTMLElement | null} */ (this.querySelector('[aria-selected="true"]'))?.focus();
   }
 }
 
@@ -136,7 +145,7 @@ class Breadcrumbs extends PageElement {
     const {automaton, document} = page;
     const owner =
       automaton &&
-      document.automata.get(automaton.father)?.states.find((state) => state.children.includes(automaton.id));
+      document?.automata.get(automaton.father)?.states.find((state) => state.children.includes(automaton.id));
     if (!owner || owner.children.length < 2) return nothing;
     return html`<div class="siblings" role="group" aria-label="Automata of ${owner.name}">
       ${owner.children.map(
@@ -156,8 +165,9 @@ class Breadcrumbs extends PageElement {
 
 /** The five groups of buttons at the right, and those for what is selected. */
 class ActionBar extends PageElement {
-  static properties = {context: {attribute: false}};
+  /** @type {typeof PageElement.watches} */
   static watches = {page: ["change"], store: ["document", "workspace", "run"]};
+  /** @type {[string, string[]][]} */
   static groups = [
     ["Navigation", ["up"]],
     ["Figures", ["newState", "newTransition"]],
@@ -199,11 +209,11 @@ class ActionBar extends PageElement {
 }
 
 class Status extends PageElement {
-  static properties = {context: {attribute: false}};
+  /** @type {typeof PageElement.watches} */
   static watches = {page: ["change"], store: ["document", "workspace", "problems", "connection", "run"]};
 
   firstUpdated() {
-    this.listen(this.context.canvas, "view", () => this.#showZoom());
+    this.listen(/** @type {Target<{view: null}>} */ (this.context.canvas), "view", () => this.#showZoom());
   }
 
   updated() {
@@ -215,6 +225,7 @@ class Status extends PageElement {
     if (!document) return html`<span>${store.online ? "Connected" : "Connecting"}</span>`;
     const errors = countOf(document.problems, "error");
     const warnings = countOf(document.problems, "warning");
+    /** @param {number} number @param {string} noun */
     const count = (number, noun) => `${number} ${noun}${number === 1 ? "" : "s"}`;
     return html` <button
         type="button"
@@ -299,7 +310,7 @@ function fileBanner() {
   const outside = page.tabState?.outside;
   if (!outside) return unsavedBanner();
   return html`<div class="banner" role="alert">
-    Another program ${outside} the file of ${page.tabState.title}.
+    Another program ${outside} the file of ${page.tabState?.title}.
     ${
       outside === "deleted"
         ? nothing
@@ -310,6 +321,7 @@ function fileBanner() {
   </div>`;
 }
 
+/** @param {"mine" | "theirs" | "merge"} choice */
 async function resolve(choice) {
   const done = await askTab("resolve", {choice});
   const conflicts = done?.conflicts ?? [];
@@ -322,7 +334,7 @@ function unsavedBanner() {
   const lost = path && store.workspace.recoverable.find((each) => each.path === path);
   if (!lost) return nothing;
   return html`<div class="banner" role="alert">
-    Changes to ${page.tabState.title} of ${new Date(lost.changedAt * 1000).toLocaleString()} were not saved when the
+    Changes to ${page.tabState?.title} of ${new Date(lost.changedAt * 1000).toLocaleString()} were not saved when the
     editor ended.
     <button type="button" @click=${async () => (await import("./files.js")).recover(lost.journal)}>Recover them</button>
     <button type="button" @click=${() => ask("discard", {journal: lost.journal})}>Discard them</button>
@@ -357,16 +369,19 @@ export function restoreSizes() {
  */
 export function resizer({name, variable, along, sign, smallest, largest}) {
   const value = () => {
-    if (!sizes.has(variable)) sizes.set(variable, Number.parseFloat(getComputedStyle(root).getPropertyValue(variable)));
-    return sizes.get(variable);
+    const size = sizes.get(variable) ?? Number.parseFloat(getComputedStyle(root).getPropertyValue(variable));
+    sizes.set(variable, size);
+    return size;
   };
+  /** @param {HTMLElement} element @param {number} wanted */
   const set = (element, wanted) => {
     const next = Math.round(Math.min(largest, Math.max(smallest, wanted)));
     root.style.setProperty(variable, `${next}px`);
     sizes.set(variable, next);
-    element.setAttribute("aria-valuenow", next);
-    localStorage.setItem(`visualhfsm.size${variable}`, next);
+    element.setAttribute("aria-valuenow", String(next));
+    localStorage.setItem(`visualhfsm.size${variable}`, String(next));
   };
+  /** @param {PointerEvent & From<HTMLElement>} event */
   const down = (event) => {
     const element = event.currentTarget;
     element.setPointerCapture(event.pointerId);
@@ -375,6 +390,7 @@ export function resizer({name, variable, along, sign, smallest, largest}) {
       set(element, start.value + ((along === "x" ? move.clientX : move.clientY) - start.at) * sign);
     element.onlostpointercapture = () => (element.onpointermove = null);
   };
+  /** @param {KeyboardEvent & From<HTMLElement>} event */
   const key = (event) => {
     const step = /** @type {Record<string, number>} */ ({
       ArrowLeft: -RESIZE_STEP,

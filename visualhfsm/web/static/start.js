@@ -8,6 +8,7 @@ import {openFile, openNew, openPath, recentFiles, recover} from "./files.js";
 import {icon} from "./icons.js";
 import {store} from "./store.js";
 
+/** @param {number} x @param {number} y */
 const circle = (x, y, parent = false, initial = false) => {
   const color = `var(--${parent ? "parent" : "plain"})`;
   const line = `var(--${parent ? "parent" : "plain"}-line)`;
@@ -16,6 +17,7 @@ const circle = (x, y, parent = false, initial = false) => {
     ${initial ? svg`<circle cx=${x} cy=${y} r="9" stroke=${line} stroke-width="1.4"></circle>` : nothing}
   </g>`;
 };
+/** @param {string} path */
 const arcs = (path) => svg`<path d=${path} fill="none" stroke="var(--arc)" stroke-width="1.6"></path>`;
 
 /** The paper's three behaviors, and nothing. */
@@ -52,6 +54,7 @@ const BEGINNINGS = [
 ];
 
 class Start extends PageElement {
+  /** @type {typeof PageElement.watches} */
   static watches = {page: [], store: ["workspace"]};
 
   render() {

@@ -80,8 +80,9 @@
  * What the events of an object carry as their detail, by their names.
  *
  * @template M
- * @typedef {Omit<EventTarget, "addEventListener"> & {readonly details?: M, addEventListener<K extends keyof M & string>(
- *   kind: K, listener: (event: CustomEvent<M[K]>) => void, options?: AddEventListenerOptions): void}} Target
+ * @typedef {Omit<EventTarget, "addEventListener" | "removeEventListener"> & {readonly details?: M, addEventListener<K extends keyof M & string>(
+ *   kind: K, listener: (event: CustomEvent<M[K]>) => void, options?: AddEventListenerOptions): void,
+ *   removeEventListener<K extends keyof M & string>(kind: K, listener: (event: CustomEvent<M[K]>) => void): void}} Target
  */
 
 /**

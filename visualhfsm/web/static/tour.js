@@ -1,4 +1,8 @@
-/** A short guided tour through the page. */
+/**
+ * A short guided tour through the page.
+ *
+ * @import {TemplateResult} from "lit"
+ */
 
 import {html, render} from "lit";
 
@@ -8,7 +12,7 @@ import {page} from "./page.js";
 const EXAMPLE = "dance_and_follow";
 const GAP = 12;
 
-/** What is shown, and what is said of it. */
+/** What is shown, and what is said of it. @type {[selector: string, title: string, text: TemplateResult][]} */
 const STEPS = [
   [
     "hfsm-canvas",
@@ -73,6 +77,7 @@ export async function startTour(context) {
     removeEventListener("resize", show);
     context.canvas.focusSelected();
   };
+  /** @param {number} step */
   const go = (step) => {
     index += step;
     if (index >= STEPS.length) end();
@@ -93,7 +98,7 @@ export async function startTour(context) {
       bubble,
     );
     place(document.querySelector(selector) ?? context.canvas, frame, bubble);
-    bubble.querySelector(".primary").focus();
+    /** @type {HTMLElement | null} */ (bubble.querySelector(".primary"))?.focus();
   };
   bubble.addEventListener("keydown", (event) => {
     const step = /** @type {Record<string, number>} */ ({ArrowRight: 1, ArrowLeft: -1})[event.key];
@@ -104,8 +109,8 @@ export async function startTour(context) {
       return;
     } else {
       const buttons = [...bubble.querySelectorAll("button")];
-      const at = buttons.indexOf(document.activeElement);
-      buttons.at((at + (event.shiftKey ? -1 : 1)) % buttons.length).focus();
+      const at = buttons.findIndex((each) => each === document.activeElement);
+      buttons.at((at + (event.shiftKey ? -1 : 1)) % buttons.length)?.focus();
     }
     event.preventDefault();
     event.stopPropagation();
@@ -114,7 +119,13 @@ export async function startTour(context) {
   show();
 }
 
-/** Put the frame around an element, and the bubble beside it where there is most room. */
+/**
+ * Put the frame around an element, and the bubble beside it where there is most room.
+ *
+ * @param {Element} element
+ * @param {HTMLElement} frame
+ * @param {HTMLElement} bubble
+ */
 function place(element, frame, bubble) {
   const box = element.getBoundingClientRect();
   const {width, height} = bubble.getBoundingClientRect();
@@ -124,6 +135,7 @@ function place(element, frame, bubble) {
     width: `${box.width + 8}px`,
     height: `${box.height + 8}px`,
   });
+  /** @param {number} value @param {number} size @param {number} most */
   const within = (value, size, most) => Math.max(GAP, Math.min(value, most - size - GAP));
   const rooms = [
     [innerWidth - box.right, box.right + GAP, box.top],

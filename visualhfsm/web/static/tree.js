@@ -10,29 +10,39 @@ import {problemOf, problemOfAutomaton} from "./problems.js";
 const MOST = 4000; // rows; a larger tree is folded below the first level
 const BLOCK = 50; // rows that are drawn together, and not laid out while none of them is seen
 
-/** @typedef {{key: string, level: number, name: string, kind: string, automaton: number, state?: number, open?:
- * boolean,
- *   child?: number, count: number, index: number}} Row */
+/**
+ * @import {From} from "./element.js"
+ * @import {Automaton, State} from "./store.js"
+ * @typedef {{key: string, level: number, name: string, kind: string, automaton: number, state?: number, open?: boolean,
+ *   child?: number, count: number, index: number}} Row
+ */
 
 class Tree extends PageElement {
+  /** @type {typeof PageElement.watches} */
   static watches = {page: ["change"], store: ["document", "workspace", "problems"]};
 
+  /** What is seen, from top to bottom. @type {Row[]} */
+  rows = [];
+  /** Keys of rows. @type {Set<string>} */
   #folded = new Set();
   #focused = "";
+  /** @type {string | undefined} */
   #revealed = "";
 
-  /** @returns {Row[]} what is seen, from top to bottom */
   #rows() {
-    const {document} = page;
+    const document = page.shownDocument;
+    /** @type {Row[]} */
     const rows = [];
+    /** @type {Set<number>} */
     const seen = new Set();
+    /** @param {Automaton | undefined} automaton @param {number} level @param {string} prefix */
     const visit = (automaton, level, prefix) => {
       if (!automaton || seen.has(automaton.id) || rows.length > MOST) return;
       seen.add(automaton.id);
       automaton.states.forEach((state, index) => {
         const children = state.children.filter((id) => document.automata.has(id));
         const key = `${prefix}/${automaton.id}.${state.id}`;
-        const opens = children.length > 1 || children.some((id) => document.automata.get(id).states.length);
+        const opens = children.length > 1 || children.some((id) => document.automata.get(id)?.states.length);
         const open = opens && !this.#folded.has(key);
         rows.push({
           key,
@@ -60,7 +70,7 @@ class Tree extends PageElement {
               kind: "automaton",
               automaton: id,
               child: id,
-              open: child.states.length ? unfolded : undefined,
+              open: child?.states.length ? unfolded : undefined,
               count: children.length,
               index: number,
             });
@@ -127,6 +137,7 @@ class Tree extends PageElement {
       </div>`;
   }
 
+  /** @type {Map<string, "active" | "ghost">} */
   #live = new Map();
 
   /** Mark what runs. @param {Map<string, "active" | "ghost">} live by automaton and state, such as `1.2` */
@@ -137,7 +148,9 @@ class Tree extends PageElement {
 
   /** Not by drawing all of it again: states may change many times a second. */
   #markLive() {
-    for (const branch of this.querySelectorAll("[role=treeitem]")) {
+    /** @type {NodeListOf<HTMLElement>} */
+    const branches = this.querySelectorAll("[role=treeitem]");
+    for (const branch of branches) {
       const row = this.rows[Number(branch.dataset.index)];
       const status = row && row.state !== undefined ? (this.#live.get(`${row.automaton}.${row.state}`) ?? "") : "";
       if ((branch.dataset.live ?? "") === status) continue;
@@ -149,17 +162,20 @@ class Tree extends PageElement {
 
   updated() {
     if (this.#live.size) this.#markLive();
-    const key = this.rows?.find(isSelected)?.key;
+    const key = this.rows.find(isSelected)?.key;
     if (key === this.#revealed) return; // scrolling makes the browser lay out everything at once
     this.#revealed = key;
     this.querySelector('[aria-selected="true"]')?.scrollIntoView({block: "nearest"});
   }
 
+  /** @param {From<HTMLElement>} event */
   #row(event) {
+    /** @type {HTMLElement | null} */
     const element = event.target.closest("[role=treeitem]");
-    return element && this.rows[Number(element.dataset.index)];
+    return element ? this.rows[Number(element.dataset.index)] : undefined;
   }
 
+  /** @param {From<HTMLElement>} event */
   #click(event) {
     const row = this.#row(event);
     if (!row) return;
@@ -168,20 +184,24 @@ class Tree extends PageElement {
     else choose(row);
   }
 
+  /** @param {From<HTMLElement>} event */
   #open(event) {
     const row = this.#row(event);
     if (row && !event.target.classList.contains("twist")) enter(row);
   }
 
+  /** @param {Row} row @param {boolean} folded */
   #fold(row, folded) {
     if (folded) this.#folded.add(row.key);
     else this.#folded.delete(row.key);
     this.requestUpdate();
   }
 
+  /** @param {KeyboardEvent & From<HTMLElement>} event */
   async #key(event) {
     if (event.ctrlKey || event.altKey || event.metaKey) return;
     const row = this.#row(event);
+    if (!row) return;
     const index = this.rows.indexOf(row);
     let next;
     switch (event.key) {
@@ -221,10 +241,11 @@ class Tree extends PageElement {
     choose(next);
     this.requestUpdate();
     await this.updateComplete;
-    this.querySelector('[tabindex="0"]')?.focus();
+    /** @type {HTMLElement | null} */ (this.querySelector('[tabindex="0"]'))?.focus();
   }
 }
 
+/** @template T @param {T[]} rows */
 const inBlocks = (rows) =>
   Array.from({length: Math.ceil(rows.length / BLOCK)}, (_, index) => rows.slice(index * BLOCK, (index + 1) * BLOCK));
 
@@ -232,6 +253,7 @@ const inBlocks = (rows) =>
  * A row of the tree, `index` among all.
  *
  * @param {{row: Row, selected: boolean, problem: string, shown: boolean, focused: boolean}} each
+ * @param {number} index
  */
 const branch = ({row, selected, problem, shown, focused}, index) =>
   html` <div
@@ -252,21 +274,24 @@ const branch = ({row, selected, problem, shown, focused}, index) =>
     ${problem ? html`<span class="problem ${problem}" title=${problem}></span>` : nothing}
   </div>`;
 
+/** @param {State} state */
 const kindOf = (state) =>
   `${state.children.length ? "parent" : "plain"}${state.initial ? " initial" : ""}${state.final ? " final" : ""}`;
 
+/** @param {Row} row */
 function isSelected(row) {
   if (row.state === undefined)
     return row.automaton === page.automaton?.id && page.states.size + page.transitions.size === 0;
   return row.automaton === page.automaton?.id && page.states.has(row.state);
 }
 
+/** @param {Row} row */
 function choose(row) {
   page.open(row.automaton, row.state === undefined ? {} : {states: [row.state]});
   page.dispatchEvent(new Event("reveal"));
 }
 
-/** Open the sub-automaton of a row, or the code of a state without one. */
+/** Open the sub-automaton of a row, or the code of a state without one. @param {Row} row */
 function enter(row) {
   if (row.child !== undefined) page.open(row.child);
   else page.edit({kind: "state", automaton: row.automaton, id: row.state, part: "code"});
@@ -275,13 +300,15 @@ function enter(row) {
 /**
  * How grave the worst problem of a row is: of a state, and of the automaton that the row opens, such as one that is not
  * found where it is imported from.
+ *
+ * @param {Row} row
  */
 function problemAt({automaton, state, child}) {
-  const {problems} = page.document;
+  const {problems} = page.shownDocument;
   const found = [
     state !== undefined && problemOf(problems, automaton, "state", state),
     child !== undefined && problemOfAutomaton(problems, child),
-  ].filter(Boolean);
+  ].flatMap((each) => each || []);
   return found.find(({severity}) => severity === "error")?.severity ?? found[0]?.severity ?? "";
 }
 

@@ -12,8 +12,9 @@ import {monitor, STATUS} from "./monitor.js";
 import {STOP_KEY} from "./stop.js";
 
 class MonitorBar extends MonitorElement {
+  /** @type {typeof MonitorElement.kinds} */
   static kinds = ["shown", "mode", "structure", "running"];
-  static properties = {context: {attribute: false}};
+  /** @type {typeof MonitorElement.watches} */
   static watches = {page: ["tab", "automaton"], store: ["connection"]};
 
   render() {

@@ -11,6 +11,7 @@ const TITLES = {Camera: "Top camera", CameraBottom: "Bottom camera", CameraOutsi
 const COLORS = ["red", "green", "blue", "yellow", "magenta", "cyan"];
 
 class Cameras extends MonitorElement {
+  /** @type {typeof MonitorElement.kinds} */
   static kinds = ["mode", "structure"];
 
   render() {
@@ -69,6 +70,7 @@ function drawMarks(canvas, marks) {
 }
 
 class Camera extends MonitorElement {
+  /** @type {typeof MonitorElement.kinds} */
   static kinds = ["shown"];
   static properties = {name: {attribute: false}, images: {attribute: false}, problem: {state: true}};
 

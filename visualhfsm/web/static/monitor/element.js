@@ -1,4 +1,9 @@
-/** What the elements of the monitor have in common. */
+/**
+ * What the elements of the monitor have in common.
+ *
+ * @import {PropertyValues} from "lit"
+ * @import {MonitorEvents} from "./monitor.js"
+ */
 
 import {PageElement} from "../element.js";
 import {monitor} from "./monitor.js";
@@ -7,7 +12,9 @@ const PACE = 100; // ms between two moments that numbers and lists show; the can
 
 /** Drawn again at the events of the monitor that `kinds` names. */
 export class MonitorElement extends PageElement {
+  /** @type {typeof PageElement.watches} */
   static watches = {page: [], store: []};
+  /** @type {(keyof MonitorEvents)[]} */
   static kinds = ["shown", "mode", "structure"];
 
   #drawn = 0;
@@ -15,7 +22,7 @@ export class MonitorElement extends PageElement {
 
   connectedCallback() {
     super.connectedCallback();
-    for (const kind of this.constructor.kinds)
+    for (const kind of /** @type {typeof MonitorElement} */ (this.constructor).kinds)
       this.listen(monitor, kind, kind === "shown" ? () => this.#later() : () => this.requestUpdate());
     this.requestUpdate();
   }
@@ -26,6 +33,7 @@ export class MonitorElement extends PageElement {
     this.#waiting = 0;
   }
 
+  /** @param {PropertyValues} changed */
   updated(changed) {
     super.updated(changed);
     this.#drawn = performance.now();

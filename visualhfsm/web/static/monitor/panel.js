@@ -2,8 +2,9 @@
 
 import {html, nothing, svg} from "lit";
 
-import {notifyError} from "../notices.js";
+import {messageOf, notifyError} from "../notices.js";
 import {tabStrip} from "../panels/tabs.js";
+import {required} from "../required.js";
 import {MonitorElement} from "./element.js";
 import {monitor} from "./monitor.js";
 
@@ -22,6 +23,7 @@ const ROOMY = 480; // px of height from which on the signs are explained without
 
 /* What the signs on the canvas mean while a component is followed. */
 
+/** @param {string} kind */
 const circle = (kind) =>
   svg`<g class="state ${kind}" transform="translate(15,12)">
     <circle class="glow" r="10.5"></circle><circle class="body" r="8"></circle></g>`;
@@ -48,6 +50,7 @@ const SIGNS = [
   ["breakpoint", svg`<circle class="legend-break" cx="15" cy="12" r="5.5"></circle>`],
 ];
 
+/** @param {boolean} open */
 const liveLegend = (open) =>
   html`<details class="live-legend" ?open=${open}>
     <summary>Signs on the canvas</summary>
@@ -62,22 +65,25 @@ const liveLegend = (open) =>
   </details>`;
 
 class MonitorPanel extends MonitorElement {
-  static properties = {context: {attribute: false}, chosen: {state: true}};
+  static properties = {chosen: {state: true}};
 
   constructor() {
     super();
     this.chosen = "variables";
+    /** The elements of the tabs that were chosen. @type {Map<string, HTMLElement>} */
     this.elements = new Map();
+    /** Whether there is room to explain the signs. */
+    this.roomy = false;
   }
 
   connectedCallback() {
     super.connectedCallback();
-    this.roomy = this.parentElement.clientHeight > ROOMY;
+    this.roomy = (this.parentElement?.clientHeight ?? 0) > ROOMY;
     this.choose(this.chosen);
   }
 
   focusFirst() {
-    this.querySelector("[role=tab][aria-selected=true]")?.focus();
+    /** @type {HTMLElement | null} */ (this.querySelector("[role=tab][aria-selected=true]"))?.focus();
   }
 
   render() {
@@ -97,19 +103,21 @@ class MonitorPanel extends MonitorElement {
     </div>`;
   }
 
-  /** Show one of the tabs. */
+  /** Show one of the tabs. @param {string} id */
   async choose(id) {
     this.chosen = id;
     if (this.elements.has(id)) return;
-    const {tag, module} = TABS.find((each) => each.id === id);
+    const {tag, module} = required(
+      TABS.find((each) => each.id === id),
+      "such tab",
+    );
     try {
       await import(module);
     } catch (error) {
-      notifyError(new Error(`${module} could not be loaded: ${error.message}`));
+      notifyError(new Error(`${module} could not be loaded: ${messageOf(error)}`));
       return;
     }
-    if (!this.elements.has(id))
-      this.elements.set(id, Object.assign(document.createElement(tag), {context: this.context}));
+    if (!this.elements.has(id)) this.elements.set(id, document.createElement(tag));
     this.requestUpdate();
   }
 }

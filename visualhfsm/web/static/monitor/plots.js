@@ -12,6 +12,7 @@ const MOST_LINES = 8; // of a plot
 const MOST_NAMES = 1000; // of numbers to choose from; the server keeps no more
 
 class Plots extends MonitorElement {
+  /** @type {typeof MonitorElement.kinds} */
   static kinds = ["mode", "structure"];
   static properties = {span: {state: true}};
 

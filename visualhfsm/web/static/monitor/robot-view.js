@@ -8,6 +8,7 @@ import {monitor} from "./monitor.js";
 import {RobotScene} from "./robot-scene.js";
 
 class RobotView extends MonitorElement {
+  /** @type {typeof MonitorElement.kinds} */
   static kinds = ["mode", "shown"];
   static properties = {problem: {state: true}};
 

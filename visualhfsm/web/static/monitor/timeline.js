@@ -21,6 +21,7 @@ const WINDOW = 60; // s that are shown of a longer run, unless all of it is
 
 class Timeline extends MonitorElement {
   static properties = {compact: {type: Boolean}, whole: {state: true}};
+  /** @type {typeof MonitorElement.watches} */
   static watches = {page: ["tab", "automaton"], store: ["document"]};
 
   constructor() {

@@ -7,9 +7,15 @@ import {icon} from "../icons.js";
 import {MonitorElement} from "./element.js";
 import {monitor} from "./monitor.js";
 
-class MonitorToolbar extends MonitorElement {
-  static properties = {context: {attribute: false}, open: {state: true}};
+export class MonitorToolbar extends MonitorElement {
+  static properties = {open: {state: true}};
+  /** @type {typeof MonitorElement.kinds} */
   static kinds = ["mode", "running"];
+
+  constructor() {
+    super();
+    this.open = false;
+  }
 
   render() {
     const {running} = monitor;
@@ -31,9 +37,10 @@ class MonitorToolbar extends MonitorElement {
   async toggle(open = !this.open) {
     this.open = open;
     await this.updateComplete;
-    (open ? this.querySelector("[role=menuitem]") : this.querySelector("button"))?.focus();
+    /** @type {HTMLElement | null} */ (this.querySelector(open ? "[role=menuitem]" : "button"))?.focus();
   }
 
+  /** @param {string[]} running */
   #menu(running) {
     return html`<div
       class="menu running-menu"
@@ -65,31 +72,35 @@ class MonitorToolbar extends MonitorElement {
     </div>`;
   }
 
+  /** @param {string} name */
   async #choose(name) {
     this.open = false;
     await this.context.app.follow(name);
     this.context.canvas.focusSelected();
   }
 
+  /** @param {string} id */
   #do(id) {
     this.open = false;
     perform(id, this.context);
   }
 
+  /** @param {FocusEvent} event */
   #left = (event) => {
-    if (!this.contains(event.relatedTarget)) this.open = false;
+    if (!this.contains(/** @type {Node | null} */ (event.relatedTarget))) this.open = false;
   };
 
+  /** @param {KeyboardEvent} event */
   #key = (event) => {
-    const items = [...this.querySelectorAll("[role=menuitem]")];
-    const index = items.indexOf(document.activeElement);
+    const items = [.../** @type {NodeListOf<HTMLElement>} */ (this.querySelectorAll("[role=menuitem]"))];
+    const index = items.findIndex((each) => each === document.activeElement);
     const next = /** @type {Record<string, number>} */ ({
       ArrowDown: index + 1,
       ArrowUp: index - 1,
       Home: 0,
       End: items.length - 1,
     })[event.key];
-    if (next !== undefined) items.at(next % items.length).focus();
+    if (next !== undefined) items.at(next % items.length)?.focus();
     else if (event.key === "Escape" || event.key === "Tab") this.toggle(false);
     else return;
     event.preventDefault();

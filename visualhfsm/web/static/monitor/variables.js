@@ -11,6 +11,7 @@ import {valueIn} from "./values.js";
 const FRESH = 600; // ms for which a value that has changed is marked
 
 class LiveVariables extends MonitorElement {
+  /** @type {typeof MonitorElement.watches} */
   static watches = {page: ["automaton", "tab"], store: []};
 
   /** Values of the moment before, to show what has changed. */

@@ -1,11 +1,21 @@
-/** Help from the server for who types Python: completion, parameters of calls, what a name means, and marks. */
+/**
+ * Help from the server for who types Python: completion, parameters of calls, what a name means, and marks.
+ *
+ * @import {Completion, CompletionContext, Diagnostic, EditorState, Text, Tooltip} from "codemirror"
+ * @import {Place, Problem} from "../store.js"
+ * @typedef {{name: string, parameters: string[], active: number, result: string, documentation: string}} Signature
+ * @typedef {{typed: number, options: {label: string, type?: string, detail?: string, info?: string,
+ *   boost?: number}[]}} Completions
+ * @typedef {{name: string, detail: string, documentation: string}} Explanation
+ * @typedef {{complete: Completions, explain: Explanation, signature: Signature, lint: Problem[]}} Wanted
+ */
 
 import {EditorView, StateEffect, StateField, autocompletion, hoverTooltip, linter, showTooltip} from "codemirror";
 import {store} from "../store.js";
 import {problemsAt} from "./places.js";
 
 /**
- * @typedef {{items: import("../store.js").Problem[], current: boolean}} Known the problems of the document, and whether
+ * @typedef {{items: Problem[], current: boolean}} Known the problems of the document, and whether
  *   they are those of the text that is shown
  */
 
@@ -18,7 +28,7 @@ export const recheck = StateEffect.define();
 /**
  * Extensions that ask the server about one piece of code.
  *
- * @param {{tab: number, place: import("./places.js").Place, problems: () => Known}} about
+ * @param {{tab: number, place: Place, problems: () => Known}} about
  */
 export function assistance({tab, place, problems}) {
   const help = new Help(tab, place);
@@ -34,12 +44,21 @@ export function assistance({tab, place, problems}) {
 }
 
 class Help {
+  /** @param {number} tab @param {Place} place */
   constructor(tab, place) {
     this.tab = tab;
     this.place = place;
   }
 
-  /** Ask about a position in the code; null when there is no answer: help is never worth an error message. */
+  /**
+   * Ask about a position in the code; null when there is no answer: help is never worth an error message.
+   *
+   * @template {keyof Wanted} K
+   * @param {K} wanted
+   * @param {EditorState} state
+   * @param {number} position
+   * @returns {Promise<Wanted[K] | null>}
+   */
   async ask(wanted, {doc}, position = 0) {
     if (doc.length > LARGEST) return null;
     const at = doc.lineAt(position);
@@ -57,7 +76,7 @@ class Help {
     }
   }
 
-  /** @param {import("@codemirror/autocomplete").CompletionContext} context */
+  /** @param {CompletionContext} context */
   async complete(context) {
     const word = context.matchBefore(/[\w.]+$/);
     if (!context.explicit && (!word || /^\d/.test(word.text))) return null;
@@ -77,14 +96,17 @@ class Help {
     const {found} = this.#linted;
     const {items, current} = problems();
     // What was said of a former text is better than nothing, and worse than what is said of this one.
-    const known = current || !found ? problemsAt(items, this.place).filter((each) => each.line > 0) : [];
+    const known = current || !found ? problemsAt(items, this.place).filter((each) => each.line) : [];
+    /** @type {Map<string, Problem>} */
     const marks = new Map();
     for (const each of [...(found ?? []), ...known]) marks.set(`${each.line} ${each.message}`, each);
     return [...marks.values()].map((each) => asMark(doc, each)).sort((one, other) => one.from - other.from);
   }
 
-  #linted = null;
+  /** What was said last of a text. @type {{doc: Text, found: Problem[] | null} | undefined} */
+  #linted = undefined;
 
+  /** @param {EditorView} view @param {number} position */
   async hover(view, position) {
     const word = view.state.wordAt(position);
     if (!word) return null;
@@ -102,14 +124,21 @@ class Help {
 /**
  * A completion of the server for CodeMirror.
  *
- * @param {{label: string, type?: string, detail?: string, info?: string, boost?: number}} found
+ * @param {Completions["options"][number]} found
+ * @returns {Completion}
  */
 function asOption({info, boost = 0, ...found}) {
   return {...found, boost, info: info ? () => explain([], info) : undefined};
 }
 
-/** Something wrong as CodeMirror marks it; line and column count from 1. */
-function asMark(doc, {line, column = 1, length = 0, severity, message}) {
+/**
+ * Something wrong as CodeMirror marks it; line and column count from 1.
+ *
+ * @param {Text} doc
+ * @param {Problem} problem
+ * @returns {Diagnostic}
+ */
+function asMark(doc, {line = 1, column = 1, length = 0, severity, message}) {
   const at = doc.line(Math.min(Math.max(line, 1), doc.lines));
   // What is missing at the end of a line is marked at what stands there.
   const from = Math.max(at.from, Math.min(at.from + Math.max(column - 1, 0), at.to - 1));
@@ -118,7 +147,12 @@ function asMark(doc, {line, column = 1, length = 0, severity, message}) {
   return {from, to, severity: severity === "note" ? "info" : severity, message};
 }
 
-/** An explanation as an element: lines of code and text below; nothing in it is taken for HTML. */
+/**
+ * An explanation as an element: lines of code and text below; nothing in it is taken for HTML.
+ *
+ * @param {string[]} code
+ * @param {string} text
+ */
 function explain(code, text) {
   const dom = document.createElement("div");
   dom.className = "cm-help";
@@ -137,9 +171,10 @@ function explain(code, text) {
 
 /** Show the parameters of the call in which the cursor stands, after `(` or `,` was typed. @param {Help} help */
 function signatures(help) {
+  /** @type {import("codemirror").StateEffectType<Tooltip | null>} */
   const show = StateEffect.define();
   const shown = StateField.define({
-    create: () => null,
+    create: () => /** @type {Tooltip | null} */ (null),
     update(value, transaction) {
       for (const effect of transaction.effects) if (effect.is(show)) return effect.value;
       if (value && transaction.docChanged) return {...value, pos: transaction.changes.mapPos(value.pos)};
@@ -179,7 +214,7 @@ function signatures(help) {
   return [shown, follow, close];
 }
 
-/** @param {{name: string, parameters: string[], active: number, result: string, documentation: string}} found */
+/** @param {Signature} found @param {number} pos @returns {Tooltip} */
 function tip(found, pos) {
   return {
     pos,

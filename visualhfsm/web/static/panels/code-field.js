@@ -1,9 +1,14 @@
-/** A piece of code in a panel: a label, and the editor, which is loaded when the first one is shown. */
+/**
+ * A piece of code in a panel: a label, and the editor, which is loaded when the first one is shown.
+ *
+ * @import {Place} from "../store.js"
+ */
 
 import {LitElement, css, html, nothing} from "lit";
 import {page} from "../page.js";
 import {store} from "../store.js";
-import {notifyError} from "../notices.js";
+import {messageOf, notifyError} from "../notices.js";
+import {required} from "../required.js";
 import {Draft, flushEdits} from "./draft.js";
 import {commandFor, keyOf} from "./places.js";
 
@@ -11,7 +16,7 @@ import {commandFor, keyOf} from "./places.js";
  * Ask for what stands in a separate shadow root: the editor's styles reach nothing else, and need no exception from
  * the page's policy.
  */
-class CodeField extends LitElement {
+export class CodeField extends LitElement {
   static properties = {
     tab: {type: Number},
     place: {attribute: false},
@@ -56,6 +61,9 @@ class CodeField extends LitElement {
 
   constructor() {
     super();
+    this.tab = 0;
+    /** @type {Place} */
+    this.place = {kind: "document"};
     this.text = "";
     this.label = "Code";
     this.hint = "";
@@ -63,14 +71,15 @@ class CodeField extends LitElement {
     this.readonly = false;
     this.failed = "";
     this.ready = false;
-    this.#awaitEditor();
   }
 
-  #resolve;
+  #resolve = () => {};
+  /** Resolves when the editor is there; another one each time that the field is shown again. */
+  #loaded = this.#awaitEditor();
+
   /** @type {import("./editor.js").Editor | null} there as long as the field is shown */
   #editor = null;
   #cursor = 0; // where it stood when the field was shown last
-  #python = true;
   #draft = new Draft((text, whole) => this.#show(text, whole));
 
   connectedCallback() {
@@ -94,7 +103,6 @@ class CodeField extends LitElement {
   }
 
   willUpdate() {
-    if (!this.place) return;
     this.#draft.take(this.tab, keyOf(this.place), this.text, this.#send(this.place));
   }
 
@@ -106,30 +114,31 @@ class CodeField extends LitElement {
     this.#editor?.rename(this.label);
   }
 
-  /** Put the cursor somewhere in the code; line and column from 1. */
+  /** Put the cursor somewhere in the code; line and column from 1. @param {number} line @param {number} [column] */
   async goTo(line, column, {focus = true} = {}) {
-    await this.loaded;
+    await this.#loaded;
     this.#editor?.goTo(line, column);
     if (focus) this.#editor?.focus();
   }
 
   async focus() {
-    await this.loaded;
+    await this.#loaded;
     this.#editor?.focus();
   }
 
-  /** Type a text where the cursor stands. */
+  /** Type a text where the cursor stands. @param {string} text */
   insert(text) {
     this.#editor?.insert(text);
   }
 
+  /** @param {Place} place @returns {(tab: number, text: string) => Promise<import("../store.js").Done>} */
   #send = (place) => (tab, text) => store.do(tab, commandFor(place, text));
 
   async #load() {
     try {
       const {Editor} = await import("./editor.js");
       if (!this.isConnected || this.#editor) return;
-      this.#editor = new Editor(this.renderRoot.querySelector(".editor"), this.#content(), {
+      this.#editor = new Editor(required(this.renderRoot.querySelector(".editor"), "place for it"), this.#content(), {
         typed: (text) => this.#draft.type(text),
         undo: () => this.#step("undo"),
         redo: () => this.#step("redo"),
@@ -138,7 +147,7 @@ class CodeField extends LitElement {
       });
       this.ready = true;
     } catch (error) {
-      this.failed = `The code editor could not be loaded: ${error.message}`;
+      this.failed = `The code editor could not be loaded: ${messageOf(error)}`;
     }
     this.#resolve();
   }
@@ -150,29 +159,20 @@ class CodeField extends LitElement {
     this.#editor.destroy();
     this.#editor = null;
     this.ready = false;
-    this.#awaitEditor();
+    this.#loaded = this.#awaitEditor();
   }
 
+  /** @returns {Promise<void>} */
   #awaitEditor() {
-    /** Resolves when the editor is there. */
-    this.loaded = new Promise((resolve) => (this.#resolve = resolve));
+    return new Promise((resolve) => (this.#resolve = resolve));
   }
 
   #content() {
     const {tab, place, label, hint, wraps, readonly} = this;
-    return {
-      text: this.#draft.text,
-      cursor: this.#cursor,
-      tab,
-      place,
-      label,
-      hint,
-      wraps,
-      readonly,
-      python: this.#python,
-    };
+    return {text: this.#draft.text, cursor: this.#cursor, tab, place, label, hint, wraps, readonly};
   }
 
+  /** @param {string} text @param {boolean} whole */
   #show(text, whole) {
     if (whole) this.#cursor = 0;
     if (!this.#editor) return;
@@ -185,6 +185,7 @@ class CodeField extends LitElement {
     return {items: problems, current: checked === revision && !this.#draft.busy};
   }
 
+  /** @param {"undo" | "redo"} op */
   async #step(op) {
     await flushEdits();
     try {
@@ -194,6 +195,7 @@ class CodeField extends LitElement {
     }
   }
 
+  /** @param {CustomEvent<{tab: number}>} event */
   #recheck = ({detail}) => {
     if (detail.tab === this.tab) this.#editor?.recheck();
   };

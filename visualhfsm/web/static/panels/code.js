@@ -1,4 +1,11 @@
-/** What the selected state or transition does: its code, and all else that is known of it. */
+/**
+ * What the selected state or transition does: its code, and all else that is known of it.
+ *
+ * @import {At} from "../page.js"
+ * @import {Place} from "../store.js"
+ * @import {CodeField} from "./code-field.js"
+ * @import {TextField} from "./text-field.js"
+ */
 
 import {html} from "lit";
 import {PageElement} from "../element.js";
@@ -9,17 +16,21 @@ import {stateEditor} from "./state-editor.js";
 import {transitionEditor} from "./transition-editor.js";
 
 class CodePanel extends PageElement {
-  static properties = {place: {attribute: false}, part: {state: true}};
+  static properties = {place: {attribute: false}, shownPart: {state: true}};
+  /** @type {typeof PageElement.watches} */
   static watches = {page: ["change"], store: ["document", "problems"]};
 
   constructor() {
     super();
     /** The part of a state that is shown. */
-    this.part = "code";
-    this.context = undefined;
+    this.shownPart = "code";
   }
 
-  /** Show a piece of code; set by the page when somebody wants to edit it. */
+  /**
+   * Show a piece of code; set by the page when somebody wants to edit it.
+   *
+   * @param {Place & At & {focus?: boolean}} place
+   */
   set place(place) {
     if (place) this.revealed = this.#reveal(place);
   }
@@ -29,16 +40,13 @@ class CodePanel extends PageElement {
 
   render() {
     const {document, automaton, state, transition} = page;
-    if (!document || !(state || transition)) return this.#hint();
+    if (!document || !automaton) return this.#hint();
     const readonly = Boolean(automaton.imported);
     const about = {tab: page.tab, document, automaton, readonly};
-    return html`<div class="code-panel" @keydown=${this.#press}>
-      ${
-        state
-          ? stateEditor({...about, state, part: this.part, choose: (part) => this.#choose(part)})
-          : transitionEditor({...about, transition})
-      }
-    </div>`;
+    const editor = state
+      ? stateEditor({...about, state, part: this.shownPart, choose: (part) => this.#choose(part)})
+      : transition && transitionEditor({...about, transition});
+    return editor ? html`<div class="code-panel" @keydown=${this.#press}>${editor}</div>` : this.#hint();
   }
 
   #hint() {
@@ -51,23 +59,28 @@ class CodePanel extends PageElement {
     </div>`;
   }
 
+  /** @param {string} part */
   async #choose(part) {
-    this.part = part;
+    this.shownPart = part;
     await this.updateComplete;
   }
 
+  /** @param {Place & At & {focus?: boolean}} place */
   async #reveal({kind, part, name, line, column, focus = true}) {
-    if (kind === "state" && part && part !== "name") this.part = part;
+    if (kind === "state" && part && part !== "name") this.shownPart = part;
     this.requestUpdate();
     await this.updateComplete;
-    const fields = [...this.querySelectorAll("[data-part]")].filter((each) => each.dataset.part === part);
+    /** @type {NodeListOf<CodeField | TextField>} */
+    const all = this.querySelectorAll("[data-part]");
+    const fields = [...all].filter((each) => each.dataset.part === part);
     const field = fields.find((each) => (each.dataset.name ?? "") === (name ?? "")) ?? fields[0];
     if (!field) return;
     field.scrollIntoView({block: "nearest"});
-    if (field.goTo && line) await field.goTo(line, column, {focus});
+    if ("goTo" in field && line) await field.goTo(line, column, {focus});
     else if (focus) await field.focus();
   }
 
+  /** @param {KeyboardEvent} event */
   #press = (event) => {
     if (event.key !== "Escape" || event.defaultPrevented) return;
     event.preventDefault();

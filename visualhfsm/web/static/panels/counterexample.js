@@ -1,10 +1,8 @@
 /**
  * How a property is violated, played on the canvas step by step.
  *
- * @typedef {{timeMs: number, automaton: number, kind: string, text: string, state: number, origin?: number,
- *   transition?: number}} Step
- *   as visualhfsm/editing/problems.py has them
- * @typedef {{steps: Step[], endsMs: number, repeats?: number}} Counterexample
+ * @import {Live} from "../canvas/live-marks.js"
+ * @import {Counterexample, OpenDocument, Step} from "../store.js"
  */
 
 import {html, nothing} from "lit";
@@ -21,6 +19,7 @@ import {page} from "../page.js";
 export function counterexamplePlayer(counterexample, index, choose) {
   const {steps, repeats} = counterexample;
   const last = steps.length - 1;
+  /** @param {KeyboardEvent} event */
   const press = (event) => {
     const to = /** @type {Record<string, number>} */ ({
       ArrowRight: index + 1,
@@ -96,17 +95,21 @@ export function counterexamplePlayer(counterexample, index, choose) {
 /**
  * Fill the states that are current after a step, and open the automaton in which it happens.
  *
- * @param {import("../store.js").OpenDocument} document
+ * @param {OpenDocument} document
  * @param {Step[]} steps
+ * @param {number} index
  */
 export function showStep(document, steps, index) {
+  /** @type {Map<number, number>} */
   const current = new Map();
+  /** @type {Set<number>} */
   const ghosts = new Set();
   for (const {kind, automaton, state} of steps.slice(0, index + 1)) {
     if (kind === "fires" || kind === "enters" || kind === "resumes" || kind === "ghost") current.set(automaton, state);
     if (kind === "ghost") ghosts.add(automaton);
     else if (kind === "enters" || kind === "resumes") ghosts.delete(automaton);
   }
+  /** @type {Map<number, Map<string, Live>>} */
   const highlight = new Map();
   for (const [automaton, state] of current)
     highlight.set(automaton, new Map([[`s${state}`, {status: ghosts.has(automaton) ? "ghost" : "active"}]]));

@@ -1,4 +1,12 @@
-/** The data of the shown automaton and of the component, beside the canvas. */
+/**
+ * The data of the shown automaton and of the component, beside the canvas.
+ *
+ * @import {At} from "../page.js"
+ * @import {Automaton, InterfaceDescription, OpenDocument, Place} from "../store.js"
+ * @import {CodeField} from "./code-field.js"
+ * @import {Entries} from "./entries.js"
+ * @import {TextField} from "./text-field.js"
+ */
 
 import {html, nothing} from "lit";
 import {PageElement} from "../element.js";
@@ -23,15 +31,15 @@ const OF_AUTOMATON = new Set(["timing", "period", "variables", "functions", "inp
 
 class DataPanel extends PageElement {
   static properties = {section: {attribute: false}, place: {attribute: false}, half: {state: true}};
+  /** @type {typeof PageElement.watches} */
   static watches = {page: ["change"], store: ["document", "problems"]};
 
   #wanted = 0;
 
   constructor() {
     super();
-    /** @type {"automaton" | "component"} */
+    /** @type {string} `automaton` or `component` */
     this.half = "automaton";
-    this.context = undefined;
   }
 
   connectedCallback() {
@@ -39,12 +47,16 @@ class DataPanel extends PageElement {
     for (const loaded of [loadInterfaces(), loadIdentities()]) loaded.then(() => this.requestUpdate());
   }
 
-  /** Show a section; set by the page when somebody wants to see it, and followed by `place`. */
+  /**
+   * Show a section; set by the page when somebody wants to see it, and followed by `place`.
+   *
+   * @param {string} section
+   */
   set section(section) {
-    if (section) this.revealed = this.#reveal({part: section});
+    if (section) this.revealed = this.#reveal({kind: "document", part: section});
   }
 
-  /** Show a place in a section. */
+  /** Show a place in a section. @param {Place & At & {focus?: boolean}} place */
   set place(place) {
     if (place) this.revealed = this.#reveal(place);
   }
@@ -74,31 +86,37 @@ class DataPanel extends PageElement {
             : componentData({
                 ...about,
                 known: knownInterfaces(),
-                showProblems: () => this.context?.app.showBottom("hfsm-problems"),
+                showProblems: () => this.context.app.showBottom("hfsm-problems"),
               })
         }
       </div>
     </div>`;
   }
 
+  /** @param {Place & At & {focus?: boolean}} place */
   async #reveal(place) {
     const part = place.part === "timing" ? "period" : place.part;
-    this.half = OF_AUTOMATON.has(place.part) ? "automaton" : "component";
+    this.half = OF_AUTOMATON.has(place.part ?? "") ? "automaton" : "component";
     const number = ++this.#wanted;
     this.requestUpdate();
     await this.updateComplete;
     if (number !== this.#wanted) return;
+    /** @type {HTMLElement | Entries | CodeField | null} */
     const section = this.querySelector(`[data-section="${part}"]`);
     if (!section) return;
     section.scrollIntoView({block: "start"});
     const {line, column, focus = true} = place;
-    if (section.reveal)
+    if ("reveal" in section)
       await (place.index === undefined ? focusFirst(section) : section.reveal(place.index, place.name));
-    else if (section.goTo && line) await section.goTo(line, column, {focus});
-    else if (focus)
-      await (section.goTo ? section : (section.querySelector("hfsm-text-field, hfsm-code-field") ?? section)).focus();
+    else if ("goTo" in section && line) await section.goTo(line, column, {focus});
+    else if (focus) {
+      /** @type {TextField | CodeField | null} */
+      const inner = section.querySelector("hfsm-text-field, hfsm-code-field");
+      await ("goTo" in section ? section : (inner ?? section)).focus();
+    }
   }
 
+  /** @param {KeyboardEvent} event */
   #press = (event) => {
     if (event.key !== "Escape" || event.defaultPrevented) return;
     event.preventDefault();
@@ -106,24 +124,24 @@ class DataPanel extends PageElement {
   };
 }
 
+/** @param {Entries} list */
 async function focusFirst(list) {
   await list.updateComplete;
-  list.querySelector("input, button.add")?.focus();
+  /** @type {HTMLElement | null} */ (list.querySelector("input, button.add"))?.focus();
 }
 
 /**
  * The data of one automaton: its period, variables, functions, inputs, and where its content comes from.
  *
- * @param {{tab: number, document: import("../store.js").OpenDocument, automaton: import("../store.js").Automaton}}
- *   about
+ * @param {{tab: number, document: OpenDocument, automaton: Automaton}} about
  */
 function automatonData({tab, document, automaton}) {
+  /** @type {Place} */
   const place = {kind: "automaton", automaton: automaton.id};
   const isRoot = automaton.father === 0;
   const {imported} = automaton;
-  const readonly = Boolean(imported);
   return html` ${
-    readonly
+    imported
       ? html`<p class="explain">The content of this automaton comes from ${imported.file}; change it there.</p>`
       : html` <div data-section="period" class="section">
             <hfsm-text-field
@@ -177,7 +195,7 @@ function automatonData({tab, document, automaton}) {
   ${isRoot || !document.own.has(automaton.id) ? "" : importSection(tab, automaton, place)}`;
 }
 
-/** How often that is, in words. */
+/** How often that is, in words. @param {string} period */
 function rate(period) {
   const milliseconds = Number(period.trim());
   if (!(milliseconds > 0)) return "";
@@ -185,10 +203,12 @@ function rate(period) {
   return `${hertz >= 10 ? Math.round(hertz) : Number(hertz.toPrecision(2))} Hz.`;
 }
 
+/** @param {number} tab @param {Automaton} automaton @param {Place} place */
 function importSection(tab, automaton, place) {
   const {imported} = automaton;
   const isEmpty = !automaton.states.length && !automaton.transitions.length && !automaton.inputs.length;
   if (!imported && !isEmpty) return "";
+  /** @param {(text: string) => object} fields @returns {TextField["send"]} */
   const set = (fields) => (to, text) => {
     const former = store.documents.get(to)?.automata.get(automaton.id)?.imported;
     return store.do(to, {
@@ -226,16 +246,17 @@ function importSection(tab, automaton, place) {
   </div>`;
 }
 
-/** What stands in the document; an empty one is "stop". */
+/** What stands in the document; an empty one is "stop". @param {string} text @returns {Options} */
 const afterError = (text) => [
   [text.trim() === "stop" ? "stop" : "", "Stop the robot and halt"],
   ["continue", "Go on without that piece of code"],
 ];
-/** The same; an empty one is "pause". */
+/** The same; an empty one is "pause". @param {string} text @returns {Options} */
 const afterRefusal = (text) => [
   [text.trim() === "pause" ? "pause" : "", "Pause until the robot takes commands again"],
   ["error", "Treat it as an error in the code"],
 ];
+/** @type {Options} */
 const LANGUAGES = [
   ["", "Python"],
   ["C++", "C++: kept, and not run"],
@@ -244,11 +265,16 @@ const LANGUAGES = [
 /**
  * The data of the component: what it is for, what it uses, and what is to be proved of it.
  *
- * @param {{tab: number, document: import("../store.js").OpenDocument,
- *   known: import("./known-interfaces.js").KnownInterface[] | undefined, showProblems: () => void}} about
+ * @param {{tab: number, document: OpenDocument, known: InterfaceDescription[] | undefined, showProblems: () => void}}
+ *   about
  */
 function componentData({tab, document, known, showProblems}) {
   const {fields, problems} = document;
+  /**
+   * @param {"description" | "onError" | "onRefused" | "language"} part
+   * @param {string} label
+   * @param {{kind: string, options?: Options, hint?: string}} rest
+   */
   const text = (part, label, rest) =>
     html`<hfsm-text-field
       data-section=${part}
@@ -261,6 +287,10 @@ function componentData({tab, document, known, showProblems}) {
       .options=${rest.options ?? []}
       hint=${rest.hint ?? ""}
     ></hfsm-text-field>`;
+  /**
+   * @param {"interfaces" | "libraries" | "parameters" | "events" | "properties"} name
+   * @param {Partial<Pick<Entries, "details" | "suggest">>} more
+   */
   const list = (name, more = {}) =>
     html`<hfsm-entries
       data-section=${name}
@@ -276,8 +306,9 @@ function componentData({tab, document, known, showProblems}) {
   ${text("onRefused", "After a refused command", {kind: "select", options: afterRefusal(fields.onRefused ?? "")})}
   ${text("language", "Language of the code", {kind: "select", options: LANGUAGES})}
   ${list("interfaces", {
-    details: (entry) => interfaceDetails(entry, known),
-    suggest: (field, {type}) => ({type: () => interfaceNames(known), proxy: () => identitiesOf(type)})[field]?.() ?? [],
+    details: ({name, type}) => interfaceDetails({name, type}, known),
+    suggest: (field, {type}) =>
+      field === "type" ? interfaceNames(known) : field === "proxy" ? identitiesOf(type) : [],
   })}
   ${list("libraries", {suggest: (field) => (field === "name" ? ["math", "numpy as np", "cv2", "random", "json"] : [])})}
   ${list("parameters")} ${list("events")}
@@ -285,8 +316,10 @@ function componentData({tab, document, known, showProblems}) {
 }
 
 const nothingMore = () => nothing;
+/** @returns {string[]} */
 const noSuggestions = () => [];
 
+/** @param {OpenDocument} document @param {number} index @param {() => void} showProblems */
 function verdict(document, index, showProblems) {
   const found = verdictOf(document, index);
   if (!found) return nothing;
@@ -303,14 +336,18 @@ function verdict(document, index, showProblems) {
 /**
  * The lists of a document that are edited as such, and what each entry has.
  *
- * @typedef {{name: string, label: string, kind?: string, options?: [string, string][], hint?: string, mono?: boolean,
+ * @typedef {[value: string, label: string][]} Options
+ * @typedef {{name: string, label: string, kind?: string, options?: Options, hint?: string, mono?: boolean,
  *   unit?: string, wide?: boolean}} Field `wide` takes a whole line
  * @typedef {{list: string, title: string, noun: string, explain: string, fields: Field[]}} EntryList
  */
 
+/** @type {Options} */
 const TYPES = ["int", "float", "bool", "str"].map((each) => [each, each]);
+/** @type {Options} */
 const INPUT_TYPES = [...TYPES, ["object", "object"]];
 
+/** @param {Options} types @param {string} hint @returns {Field[]} */
 const parameterFields = (types, hint) => [
   {name: "name", label: "Name", mono: true},
   {name: "type", label: "Type", kind: "select", options: types},

@@ -3,10 +3,12 @@
  *
  * What is typed is sent to the server after a short pause; the server makes one step for undo of what belongs
  * together. What changes elsewhere (undo, another window) is shown at once, but never takes away what is being typed.
+ *
+ * @import {Done} from "../store.js"
  */
 
 import {notifyError} from "../notices.js";
-import {store} from "../store.js";
+import {RequestError, store} from "../store.js";
 
 const PAUSE = 250; // ms
 
@@ -29,7 +31,8 @@ export class Draft {
   text = "";
 
   #show;
-  #send = null;
+  /** @type {(tab: number, text: string) => Promise<Done>} */
+  #send = () => Promise.reject(new Error("there is no piece of text"));
   #tab = 0;
   #key = "";
   #known = "";
@@ -48,7 +51,7 @@ export class Draft {
    * @param {number} tab
    * @param {string} key which piece of text it is
    * @param {string} text
-   * @param {(tab: number, text: string) => Promise<any>} send
+   * @param {(tab: number, text: string) => Promise<Done>} send
    */
   take(tab, key, text, send) {
     if (tab !== this.#tab || key !== this.#key) {
@@ -66,7 +69,7 @@ export class Draft {
     if (!this.busy) this.#replace(text, false);
   }
 
-  /** Say what was typed. */
+  /** Say what was typed. @param {string} text */
   type(text) {
     if (text === this.text) return;
     this.text = text;
@@ -86,9 +89,9 @@ export class Draft {
     this.#sending += 1;
     let revision = 0;
     try {
-      revision = (await this.#send(tab, this.text))?.revision ?? 0;
+      revision = (await this.#send(tab, this.text)).revision;
     } catch (error) {
-      if (error.kind === "offline") this.#keep(tab, key);
+      if (error instanceof RequestError && error.kind === "offline") this.#keep(tab, key);
       else notifyError(error);
     } finally {
       this.#sending -= 1;
@@ -99,7 +102,7 @@ export class Draft {
       this.#replace(this.#known, false);
   }
 
-  /** Go on waiting with what could not be sent. */
+  /** Go on waiting with what could not be sent. @param {number} tab @param {string} key */
   #keep(tab, key) {
     if (tab !== this.#tab || key !== this.#key) return;
     this.#typed = true;
@@ -111,6 +114,7 @@ export class Draft {
     return this.#typed || this.#sending > 0;
   }
 
+  /** @param {string} text @param {boolean} whole */
   #replace(text, whole) {
     if (text === this.text && !whole) return;
     this.text = text;

@@ -127,13 +127,14 @@ const shared = [
   tooltips({position: "fixed"}),
   syntaxHighlighting(colors),
   theme,
-  EditorView.cspNonce.of(document.querySelector('meta[name="style-nonce"]').content),
+  EditorView.cspNonce.of(
+    /** @type {HTMLMetaElement | null} */ (document.querySelector('meta[name="style-nonce"]'))?.content ?? "",
+  ),
 ];
 
 /**
- * @typedef {{text: string, cursor: number, place: import("./places.js").Place, tab: number, label: string, hint:
- *   string, wraps: boolean, python: boolean, readonly: boolean}} Content `cursor` is where it stands in the text at
- *   first
+ * @typedef {{text: string, cursor: number, place: import("../store.js").Place, tab: number, label: string, hint:
+ *   string, wraps: boolean, readonly: boolean}} Content `cursor` is where it stands in the text at first
  * @typedef {{typed: (text: string) => void, undo: () => void, redo: () => void, save: () => void,
  *   problems: () => import("./assistance.js").Known}} Actions what the editor reports and asks
  */
@@ -186,7 +187,7 @@ export class Editor {
     this.#view.dispatch({effects: recheck.of(null)});
   }
 
-  /** Put the cursor somewhere; line and column from 1. */
+  /** Put the cursor somewhere; line and column from 1. @param {number} line */
   goTo(line, column = 1) {
     const {doc} = this.#view.state;
     const at = doc.line(Math.min(Math.max(line, 1), doc.lines));
@@ -211,9 +212,10 @@ export class Editor {
   }
 
   /** @param {Content} content */
-  #stateOf({text, cursor, place, tab, label, hint, wraps, python: isPython, readonly}) {
+  #stateOf({text, cursor, place, tab, label, hint, wraps, readonly}) {
     const {typed, undo, redo, save, problems} = this.#actions;
     this.#label = label;
+    /** @param {() => void} action */
     const run = (action) => () => {
       action();
       return true;
@@ -241,7 +243,8 @@ export class Editor {
           ...standardKeys,
         ]),
         shared,
-        isPython ? [python(), assistance({tab, place, problems})] : [],
+        python(),
+        assistance({tab, place, problems}),
         EditorView.contentAttributes.of(() => ({
           tabindex: "0",
           "aria-label": this.#label,
@@ -259,7 +262,12 @@ export class Editor {
   }
 }
 
-/** The one piece in which two texts differ, as a change of the first; undefined when they do not. */
+/**
+ * The one piece in which two texts differ, as a change of the first; undefined when they do not.
+ *
+ * @param {string} former
+ * @param {string} text
+ */
 export function difference(former, text) {
   if (former === text) return undefined;
   const shorter = Math.min(former.length, text.length);

@@ -1,4 +1,11 @@
-/** A list of a document, such as its parameters: entries to add, change, move and remove. */
+/**
+ * A list of a document, such as its parameters: entries to add, change, move and remove.
+ *
+ * @import {Problem, Place} from "../store.js"
+ * @import {EntryList} from "./data.js"
+ * @import {TextField} from "./text-field.js"
+ * @typedef {Record<string, string>} Entry of a list, such as a parameter
+ */
 
 import {LitElement, html, nothing} from "lit";
 import {apply} from "../commands.js";
@@ -9,7 +16,7 @@ import {placeOf} from "./places.js";
  * `details(entry, index)` gives what is shown below the fields of an entry, `suggest(field, entry)` what is offered for
  * one.
  */
-class Entries extends LitElement {
+export class Entries extends LitElement {
   static properties = {
     tab: {type: Number},
     automaton: {type: Number},
@@ -23,11 +30,19 @@ class Entries extends LitElement {
 
   constructor() {
     super();
+    this.tab = 0;
     this.automaton = 0;
+    /** @type {EntryList} */
+    this.of = {list: "", title: "", noun: "", explain: "", fields: []};
+    /** @type {Entry[]} */
     this.entries = [];
+    /** @type {Problem[]} */
     this.problems = [];
+    /** @type {(entry: Entry, index: number) => unknown} */
     this.details = () => nothing;
+    /** @type {(field: string, entry: Entry) => string[]} */
     this.suggest = () => [];
+    this.readonly = false;
   }
 
   createRenderRoot() {
@@ -51,19 +66,22 @@ class Entries extends LitElement {
       <div class="entries">${this.entries.map((entry, index) => this.#entry(entry, index))}</div>`;
   }
 
-  /** Put the keyboard into a field of an entry. */
+  /** Put the keyboard into a field of an entry. @param {number} index @param {string} [field] */
   async reveal(index, field) {
     await drawn();
     const entry = this.querySelectorAll(".entry")[index];
     entry?.scrollIntoView({block: "nearest"});
+    /** @type {TextField | null | undefined} */
     const wanted = entry?.querySelector(`hfsm-text-field[data-field="${field || "name"}"]`);
     await wanted?.updateComplete;
     wanted?.focus();
   }
 
+  /** @param {Entry} entry @param {number} index */
   #entry(entry, index) {
     const {list, noun, fields} = this.of;
     const words = `${noun} ${entry.name || index + 1}`;
+    /** @type {Place} */
     const place = {kind: this.automaton ? "automaton" : "document", automaton: this.automaton, part: list, index};
     const own = this.problems.filter((each) => {
       const other = placeOf(each);
@@ -72,7 +90,12 @@ class Entries extends LitElement {
       );
     });
     const last = this.entries.length - 1;
-    return html`<div class="entry" role="group" aria-label=${words} @keydown=${(event) => this.#press(event, index)}>
+    return html`<div
+      class="entry"
+      role="group"
+      aria-label=${words}
+      @keydown=${(/** @type {KeyboardEvent} */ event) => this.#press(event, index)}
+    >
       <div class="entry-fields">
         ${fields.map(
           (field) =>
@@ -146,19 +169,24 @@ class Entries extends LitElement {
     this.querySelectorAll(".entry")[index]?.querySelector("input")?.select();
   };
 
+  /** @param {number} index @param {number} to */
   async #move(index, to) {
     if (to < 0 || to >= this.entries.length) return;
     if ((await apply("reorderEntry", {list: this.of.list, index, to, automaton: this.automaton})) !== undefined)
       await this.reveal(to);
   }
 
+  /** @param {number} index */
   async #remove(index) {
     if ((await apply("removeEntry", {list: this.of.list, index, automaton: this.automaton})) === undefined) return;
     await drawn();
     const left = this.querySelectorAll(".entry");
-    (left[Math.min(index, left.length - 1)]?.querySelector("input") ?? this.querySelector(".add"))?.focus();
+    /** @type {HTMLElement | null} */
+    const next = left[Math.min(index, left.length - 1)]?.querySelector("input") ?? this.querySelector(".add");
+    next?.focus();
   }
 
+  /** @param {KeyboardEvent} event @param {number} index */
   #press(event, index) {
     const step = /** @type {Record<string, number>} */ ({ArrowUp: -1, ArrowDown: 1})[event.key];
     if (!step || !event.altKey || this.readonly) return;
@@ -170,6 +198,7 @@ class Entries extends LitElement {
 
 /** Resolves when what the server has just said is drawn. */
 const drawn = () => new Promise((resolve) => requestAnimationFrame(() => setTimeout(resolve)));
+/** @param {string} noun */
 const article = (noun) => `${/^[aeiou]/.test(noun) ? "an" : "a"} ${noun}`;
 
 customElements.define("hfsm-entries", Entries);

@@ -7,10 +7,11 @@ import {page} from "../page.js";
 import {moveAmongRows} from "./rows.js";
 
 class History extends PageElement {
+  /** @type {typeof PageElement.watches} */
   static watches = {page: ["tab"], store: ["document"]};
 
   focusFirst() {
-    this.querySelector('[aria-current="step"]')?.focus();
+    /** @type {HTMLElement | null} */ (this.querySelector('[aria-current="step"]'))?.focus();
   }
 
   updated() {
@@ -65,6 +66,7 @@ class History extends PageElement {
     </div>`;
   }
 
+  /** @param {"undo" | "redo"} op @param {number} steps */
   async #go(op, steps) {
     if (!steps) return;
     await ask(op, {tab: page.tab, steps});

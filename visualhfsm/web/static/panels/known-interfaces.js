@@ -1,15 +1,15 @@
 /**
  * The interfaces that documents may declare, with what their operations do.
  *
- * @typedef {{name: string, scoped: string, operations: {name: string, signature: string, result: string, documentation:
- *   string, streamed: boolean}[]}} KnownInterface see visualhfsm/code_help/worker.py
+ * @import {InterfaceDescription} from "../store.js"
  */
 
 import {html, nothing} from "lit";
 import {store} from "../store.js";
 
-/** @type {KnownInterface[] | undefined} */
+/** @type {InterfaceDescription[] | undefined} */
 let interfaces;
+/** @type {Promise<unknown> | undefined} */
 let loading;
 
 /** What is known, undefined before it is loaded. */
@@ -35,14 +35,16 @@ export async function loadIdentities() {
 /** Identities to offer for an interface: those that have it, and all as long as it has none. @param {string} type */
 export function identitiesOf(type) {
   const wanted = type.trim().replace(/^::/, "");
+  /** @param {string} each */
   const fits = (each) => each.replace(/^::/, "") === wanted || each.endsWith(`::${wanted}`);
   return Object.keys(identities).filter(
     (each) => !each.startsWith("Hfsm.") && (!wanted || identities[each].some(fits)),
   );
 }
 
-/** Names to write into a document: plain where that is enough. */
+/** Names to write into a document: plain where that is enough. @param {InterfaceDescription[]} all */
 export function interfaceNames(all = []) {
+  /** @param {string} name */
   const count = (name) => all.filter((each) => each.name === name).length;
   return all.map((each) => (count(each.name) > 1 ? each.scoped : each.name)).sort();
 }
@@ -51,7 +53,7 @@ export function interfaceNames(all = []) {
  * What an entry's interface offers.
  *
  * @param {{name: string, type: string}} entry
- * @param {KnownInterface[] | undefined} all
+ * @param {InterfaceDescription[] | undefined} all
  */
 export function interfaceDetails(entry, all) {
   const type = entry.type.trim();
@@ -72,7 +74,7 @@ export function interfaceDetails(entry, all) {
   </details>`;
 }
 
-/** An operation as it is called. */
+/** An operation as it is called. @param {InterfaceDescription["operations"][number]} operation */
 function called({name, signature, result}) {
   const parameters = signature.replace(/^\(self(, )?/, "(");
   return `${name}${parameters}${result && result !== "None" ? ` → ${result}` : ""}`;

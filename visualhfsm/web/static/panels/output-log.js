@@ -9,10 +9,13 @@ const BEHIND = / at \S+:\d+ \(\S+:\d+\)$/;
 /** The line below a traceback. */
 const EXCEPTION = /^[A-Za-z_][\w.]*(Error|Exception|Interrupt|Exit)\b/;
 
-/** @typedef {{text: string, stream: "out" | "err", place?: import("./places.js").Place, line?: number}} Line */
+/**
+ * @typedef {{lines: {tab: number, lines: Line[]}, reset: {tab: number}}} LogEvents
+ * @typedef {{text: string, stream: "out" | "err", place?: import("../store.js").Place | null, line?: number}} Line
+ */
 
 /** Events: `lines` {tab, lines}, `reset` {tab}. */
-class OutputLog extends EventTarget {
+class OutputLog extends /** @type {new () => import("../store.js").Target<LogEvents>} */ (EventTarget) {
   /** @type {Map<number, Line[]>} */
   #lines = new Map();
 
@@ -22,7 +25,7 @@ class OutputLog extends EventTarget {
     store.addEventListener("closed", ({detail}) => this.#lines.delete(detail.tab));
   }
 
-  /** The lines of a tab. @returns {Line[]} */
+  /** The lines of a tab. @returns {Line[]} @param {number} tab */
   of(tab) {
     return this.#lines.get(tab) ?? [];
   }
@@ -31,6 +34,7 @@ class OutputLog extends EventTarget {
    * The last error that the component of a tab reported, with its place in the code if it has one.
    *
    * @returns {Line | undefined}
+   * @param {number} tab
    */
   lastError(tab) {
     const lines = this.of(tab);
@@ -39,13 +43,16 @@ class OutputLog extends EventTarget {
     return logged && {...logged, text: logged.text.replace(BEFORE, "").replace(BEHIND, "")};
   }
 
+  /** @param {number} tab */
   clear(tab) {
     this.#lines.delete(tab);
     this.#emit("reset", {tab});
   }
 
+  /** @param {import("../store.js").Output} output */
   #take({tab, lines, dropped = 0, whole = false}) {
     if (whole) this.clear(tab);
+    /** @type {Line[]} */
     const fresh = dropped ? [{text: `… ${dropped} lines are left out …`, stream: "err"}, ...lines] : lines;
     const kept = this.of(tab);
     kept.push(...fresh);
@@ -54,6 +61,7 @@ class OutputLog extends EventTarget {
     this.#emit("lines", {tab, lines: fresh});
   }
 
+  /** @param {keyof LogEvents} kind @param {object} detail */
   #emit(kind, detail) {
     this.dispatchEvent(new CustomEvent(kind, {detail}));
   }

@@ -9,10 +9,12 @@ import {outputLog} from "./output-log.js";
 const SHOWN = 2000; // lines
 const NEAR = 30; // px from the end that count as there
 
+/** @type {Record<string, string>} */
 const STATUS = {generating: "Generating…", starting: "Starting…", running: "Running", stopping: "Stopping…"};
 
 class Output extends PageElement {
   static properties = {follows: {state: true}};
+  /** @type {typeof PageElement.watches} */
   static watches = {page: ["tab"], store: ["run"]};
 
   constructor() {
@@ -30,7 +32,7 @@ class Output extends PageElement {
   }
 
   focusFirst() {
-    this.querySelector(".lines")?.focus();
+    this.#lines?.focus();
   }
 
   render() {
@@ -57,6 +59,7 @@ class Output extends PageElement {
     return run.message ? `Ended: ${run.message}.` : "Ended.";
   }
 
+  /** @returns {HTMLElement | null} */
   get #lines() {
     return this.querySelector(".lines");
   }
@@ -66,21 +69,31 @@ class Output extends PageElement {
     this.#append(outputLog.of(this.shownTab));
   }
 
-  /** Lines come by the hundreds a second: they are appended, never drawn again. */
+  /**
+   * Lines come by the hundreds a second: they are appended, never drawn again.
+   *
+   * @param {import("./output-log.js").Line[]} lines
+   */
   #append(lines) {
     const list = this.#lines;
     if (!list) return;
     list.append(...lines.slice(-SHOWN).map(asElement));
-    while (list.childElementCount > SHOWN) list.firstElementChild.remove();
+    while (list.childElementCount > SHOWN) list.firstElementChild?.remove();
     if (this.follows) list.scrollTop = list.scrollHeight;
   }
 
+  /** @param {import("../element.js").From<HTMLInputElement>} event */
   #follow = ({target}) => {
     this.follows = target.checked;
-    if (this.follows) this.#lines.scrollTop = this.#lines.scrollHeight;
+    const list = this.#lines;
+    if (this.follows && list) list.scrollTop = list.scrollHeight;
   };
 
-  /** Who scrolls back wants to read, and who scrolls to the end to follow. */
+  /**
+   * Who scrolls back wants to read, and who scrolls to the end to follow.
+   *
+   * @param {import("../element.js").From<HTMLElement>} event
+   */
   #scrolled = ({target}) => {
     this.follows = target.scrollHeight - target.scrollTop - target.clientHeight < NEAR;
   };

@@ -1,13 +1,13 @@
 /**
  * Places in a document: what a problem, a hit of a search or a field of a panel is about.
  *
- * @typedef {{kind: "document" | "automaton" | "state" | "transition", automaton?: number, id?: number, part?: string,
- *   index?: number, name?: string, child?: number}} Place see visualhfsm/editing/places.py
+ * @import {Automaton, OpenDocument, Place, Problem} from "../store.js"
  */
 
 import {ownerOf, pathTo, titleOf} from "../outline.js";
 
 const LISTS = new Set(["parameters", "inputs", "events", "properties", "libraries", "interfaces"]);
+/** @type {Record<string, string>} */
 const WORDS = {
   entry: "entry code",
   code: "code",
@@ -39,28 +39,27 @@ export function keyOf({kind, automaton = 0, id = 0, part = "", index = 0, name =
   return JSON.stringify([kind, automaton, id, part, index, name, child]);
 }
 
-/** Whether two places are the same piece of text; an argument's child may be left out. */
+/**
+ * Whether two places are the same piece of text; an argument's child may be left out.
+ *
+ * @param {Place} one
+ * @param {Place} other
+ */
 function samePlace(one, other) {
   return keyOf({...one, child: 0}) === keyOf({...other, child: 0});
 }
 
-/** The place that a problem is about. @param {import("../store.js").Problem} problem @returns {Place} */
-export function placeOf(problem) {
-  if (problem.place) return problem.place;
-  const {automaton = 0, state, transition, part = ""} = problem;
-  if (state !== undefined && state !== null) return {kind: "state", automaton, id: state, part};
-  if (transition !== undefined && transition !== null) return {kind: "transition", automaton, id: transition, part};
-  return {kind: automaton ? "automaton" : "document", automaton, part};
-}
+/** The place that a problem is about. @param {Problem} problem @returns {Place} */
+export const placeOf = (problem) => problem.place ?? {kind: "document"};
 
-/** The problems at a piece of text. @param {Place} place */
+/** The problems at a piece of text. @param {Place} place @param {Problem[]} problems */
 export function problemsAt(problems, place) {
   return problems.filter((problem) => samePlace(placeOf(problem), place));
 }
 
 /** The command that sets the text at a place. @param {Place} place @param {string} text */
 export function commandFor(place, text) {
-  const {kind, automaton, id, part, index, name, child = 0} = place;
+  const {kind, automaton, id, part = "", index, name = "", child = 0} = place;
   switch (kind) {
     case "state":
       if (part === "name") return {command: "renameState", automaton, state: id, name: text};
@@ -84,11 +83,12 @@ export function commandFor(place, text) {
  * A place in words, from the whole to the part, such as `["robot", "patrol", "wander", "exit code"]`: the automata
  * down to the one that it is in, so that copies can be distinguished.
  *
- * @param {import("../store.js").OpenDocument} document
+ * @param {OpenDocument} document
  * @param {Place} place
  */
 export function wordsFor(document, place) {
   const {kind, automaton, id, part = "", index = 0, name = ""} = place;
+  /** @type {string[]} */
   const found = [];
   const shown = automaton ? document.automata.get(automaton) : undefined;
   if (automaton)
@@ -98,19 +98,27 @@ export function wordsFor(document, place) {
   if (kind === "state") found.push(nameOf(shown?.states, id, "state"));
   if (kind === "transition") found.push(nameOf(shown?.transitions, id, "transition"));
   if (kind === "document") found.push("component");
-  const list = kind === "automaton" ? shown?.[part] : document.fields[part];
+  const lists = /** @type {Record<string, {name: string}[] | undefined>} */ (
+    kind === "automaton" ? {inputs: shown?.inputs} : document.fields
+  );
   if (LISTS.has(part))
-    found.push(`${WORDS[part]} ${list?.[index]?.name || index + 1}`, ...(name && name !== "name" ? [name] : []));
+    found.push(`${WORDS[part]} ${lists[part]?.[index]?.name || index + 1}`, ...(name && name !== "name" ? [name] : []));
   else if (part === "argument") found.push(`argument ${name}`);
   else if (part) found.push(WORDS[part] ?? part);
   return found;
 }
 
-/** What an automaton is called, with its number where its state has several. */
+/**
+ * What an automaton is called, with its number where its state has several.
+ *
+ * @param {OpenDocument} document
+ * @param {Automaton} automaton
+ */
 function wordFor(document, automaton) {
   const children = ownerOf(document, automaton)?.children ?? [];
-  const title = titleOf(document, automaton, document.fields?.name);
+  const title = titleOf(document, automaton, document.fields.name);
   return children.length > 1 ? `${title} (${children.indexOf(automaton.id) + 1})` : title;
 }
 
+/** @param {{id: number, name: string}[] | undefined} items @param {number | undefined} id @param {string} kind */
 const nameOf = (items, id, kind) => items?.find((each) => each.id === id)?.name || `${kind} ${id}`;

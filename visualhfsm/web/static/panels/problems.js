@@ -1,4 +1,9 @@
-/** What the checks say of the shown document; each problem leads to its place. */
+/**
+ * What the checks say of the shown document; each problem leads to its place.
+ *
+ * @import {OpenDocument, Place, Problem, Step} from "../store.js"
+ * @typedef {{key: string, step: number}} Played the problem whose counterexample is played, and the step
+ */
 
 import {html, nothing} from "lit";
 import {PageElement} from "../element.js";
@@ -15,13 +20,14 @@ const SEVERITIES = [
 
 class Problems extends PageElement {
   static properties = {played: {state: true}};
+  /** @type {typeof PageElement.watches} */
   static watches = {page: ["tab"], store: ["document", "problems"]};
 
   constructor() {
     super();
-    /** Severities that are left out. */
+    /** Severities that are left out. @type {Set<string>} */
     this.left = new Set();
-    /** The problem whose counterexample is played, and the step. @type {{key: string, step: number} | null} */
+    /** @type {Played | null} */
     this.played = null;
   }
 
@@ -41,7 +47,7 @@ class Problems extends PageElement {
   }
 
   focusFirst() {
-    this.querySelector("button.row")?.focus();
+    /** @type {HTMLElement | null} */ (this.querySelector("button.row"))?.focus();
   }
 
   render() {
@@ -79,14 +85,16 @@ class Problems extends PageElement {
     </div>`;
   }
 
+  /** @param {OpenDocument} document @param {Problem} problem */
   #row(document, problem) {
     const place = placeOf(problem);
     const words = problem.file
       ? [problem.file, problem.line && `line ${problem.line}`]
-      : [...wordsFor(document, place), problem.line > 0 && `line ${problem.line}`];
+      : [...wordsFor(document, place), problem.line && `line ${problem.line}`];
     const key = keyOf(problem);
-    const isPlayed = this.played?.key === key;
-    const {steps = []} = problem.counterexample ?? {};
+    const {played} = this;
+    const {counterexample} = problem;
+    const {steps = []} = counterexample ?? {};
     const notes = (problem.notes ?? []).filter((each) => !steps.length || !each.includes("\n"));
     return html`<li>
       <button type="button" class="row" @click=${() => this.#go(problem, place)}>
@@ -102,9 +110,9 @@ class Problems extends PageElement {
           : nothing
       }
       ${
-        steps.length
-          ? isPlayed
-            ? counterexamplePlayer(problem.counterexample, this.played.step, (step) =>
+        counterexample && steps.length
+          ? played?.key === key
+            ? counterexamplePlayer(counterexample, played.step, (step) =>
                 this.#play(step === null ? null : {key, step}, steps),
               )
             : html`<button type="button" class="play" @click=${() => this.#play({key, step: 0}, steps)}>
@@ -115,23 +123,26 @@ class Problems extends PageElement {
     </li>`;
   }
 
+  /** @param {string} severity */
   #toggle(severity) {
     if (!this.left.delete(severity)) this.left.add(severity);
     this.requestUpdate();
   }
 
+  /** @param {Problem} problem @param {Place} place */
   #go(problem, place) {
     page.jump(place, problem.file ? {} : {line: problem.line || 1, column: problem.column || 1});
   }
 
+  /** @param {Played | null} played @param {Step[]} steps */
   #play(played, steps = []) {
     this.played = played;
-    if (played) showStep(page.document, steps, played.step);
+    if (played) showStep(page.shownDocument, steps, played.step);
     else showNoStep();
   }
 }
 
-/** What distinguishes a problem from others, also when the checks have run again. */
+/** What distinguishes a problem from others, also when the checks have run again. @param {Problem} problem */
 const keyOf = (problem) => `${problem.code} ${JSON.stringify(placeOf(problem))} ${problem.line} ${problem.message}`;
 
 customElements.define("hfsm-problems", Problems);

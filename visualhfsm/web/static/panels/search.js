@@ -2,6 +2,7 @@
 
 import {html, nothing} from "lit";
 import {PageElement} from "../element.js";
+import {messageOf} from "../notices.js";
 import {page} from "../page.js";
 import {store} from "../store.js";
 import {wordsFor} from "./places.js";
@@ -11,12 +12,13 @@ const PAUSE = 150; // ms
 const SHOWN = 200;
 
 /**
- * @typedef {{place: import("./places.js").Place, line: number, column: number, length: number, excerpt: string, tab:
- *   number}} Hit
+ * @import {From} from "../element.js"
+ * @typedef {import("../store.js").Hit & {tab: number}} Hit
  */
 
 class Search extends PageElement {
   static properties = {text: {state: true}, hits: {state: true}, everywhere: {state: true}, failed: {state: true}};
+  /** @type {typeof PageElement.watches} */
   static watches = {page: ["tab"], store: []};
 
   #timer = 0;
@@ -38,6 +40,7 @@ class Search extends PageElement {
   }
 
   focusFirst() {
+    /** @type {HTMLInputElement | null} */
     const input = this.querySelector("input[type=search]");
     input?.focus();
     input?.select();
@@ -101,37 +104,48 @@ class Search extends PageElement {
     </li>`;
   }
 
+  /** @param {Hit} hit */
   #marked({excerpt, length}) {
     const at = excerpt.toLowerCase().indexOf(this.text.toLowerCase());
     if (at < 0) return excerpt;
     return html`${excerpt.slice(0, at)}<mark>${excerpt.slice(at, at + length)}</mark>${excerpt.slice(at + length)}`;
   }
 
+  /** @param {Hit} hit */
   #go(hit) {
     page.show(hit.tab);
     page.jump(hit.place, {line: hit.line, column: hit.column});
   }
 
+  /** @param {From<HTMLInputElement>} event */
   #type = ({target}) => {
     this.text = target.value;
     this.#soon();
   };
 
+  /** @param {From<HTMLInputElement>} event */
   #widen = ({target}) => {
     this.everywhere = target.checked;
     this.#soon();
   };
 
+  /** @param {Event} event */
   #submit = (event) => {
     event.preventDefault();
-    this.querySelector("button.row")?.click();
+    this.#first?.click();
   };
 
+  /** @param {KeyboardEvent} event */
   #press = (event) => {
     if (event.key !== "ArrowDown") return;
     event.preventDefault();
-    this.querySelector("button.row")?.focus();
+    this.#first?.focus();
   };
+
+  /** The first hit. @returns {HTMLElement | null} */
+  get #first() {
+    return this.querySelector("button.row");
+  }
 
   #soon() {
     clearTimeout(this.#timer);
@@ -151,7 +165,7 @@ class Search extends PageElement {
       this.hits = found.flatMap(({tab, hits}) => hits.map((hit) => ({...hit, tab})));
       this.failed = "";
     } catch (error) {
-      if (number === this.#asked) this.failed = error.message;
+      if (number === this.#asked) this.failed = messageOf(error);
     }
   }
 }

@@ -1,4 +1,13 @@
-/** A state in the panel beside the canvas: its name, its marks, its code and what it hands to its automata. */
+/**
+ * A state in the panel beside the canvas: its name, its marks, its code and what it hands to its automata.
+ *
+ * @import {From} from "../element.js"
+ * @import {Argument, Automaton, OpenDocument, Parameter, Place, State} from "../store.js"
+ * @import {Tab} from "./tabs.js"
+ * @typedef {{tab: number, document: OpenDocument, automaton: Automaton, state: State, part: string,
+ *   choose: (part: string) => void, readonly: boolean}} About
+ * @typedef {{child: number, automaton: Automaton | undefined, input: Parameter}} Input of an automaton of a state
+ */
 
 import {html, keyed, live, nothing} from "lit";
 import {apply} from "../commands.js";
@@ -12,18 +21,19 @@ const CODES = {
   exit: {label: "Exit", hint: "Runs once when a transition leaves the state"},
 };
 
-/**
- * @param {{tab: number, document: import("../store.js").OpenDocument, automaton: import("../store.js").Automaton,
- *   state: import("../store.js").State, part: string, choose: (part: string) => void, readonly: boolean}} about
- */
+const PARTS = /** @type {(keyof typeof CODES)[]} */ (Object.keys(CODES));
+
+/** @param {About} about */
 export function stateEditor(about) {
   const {tab, document, automaton, state, choose, readonly} = about;
+  /** @type {Place} */
   const place = {kind: "state", automaton: automaton.id, id: state.id};
   const problems = document.problems.filter((each) => isAt(placeOf(each), place));
   const inputs = inputsOf(document, state);
-  const tabs = Object.entries(CODES).map(([id, {label}]) => ({
+  /** @type {Tab[]} */
+  const tabs = PARTS.map((id) => ({
     id,
-    label,
+    label: CODES[id].label,
     filled: state[id].trim() !== "",
     problems: problems.filter((each) => placeOf(each).part === id),
   }));
@@ -35,7 +45,9 @@ export function stateEditor(about) {
       problems: problems.filter((each) => placeOf(each).part === "argument"),
     });
   }
-  const part = tabs.some((each) => each.id === about.part) ? about.part : "code";
+  const part = PARTS.find((each) => each === about.part) ?? "code";
+  const showsArguments = about.part === "argument" && tabs.some((each) => each.id === "argument");
+  const chosen = showsArguments ? "argument" : part;
   const own = problems.filter((each) => !placeOf(each).part);
   return html` <div class="about">
       <hfsm-text-field
@@ -62,7 +74,7 @@ export function stateEditor(about) {
             type="checkbox"
             .checked=${live(isFinal(place, state))}
             ?disabled=${readonly}
-            @change=${({target}) => markFinal(place, state, target)}
+            @change=${(/** @type {From<HTMLInputElement>} */ {target}) => markFinal(place, state, target)}
           />
           Final</label
         >
@@ -76,10 +88,10 @@ export function stateEditor(about) {
           : nothing
       }
     </div>
-    ${tabStrip({label: "Code of the state", tabs, chosen: part, choose, prefix: "state"})}
-    <div class="tab-panel" role="tabpanel" id="state-panel" aria-labelledby="state-tab-${part}">
+    ${tabStrip({label: "Code of the state", tabs, chosen, choose, prefix: "state"})}
+    <div class="tab-panel" role="tabpanel" id="state-panel" aria-labelledby="state-tab-${chosen}">
       ${
-        part === "argument"
+        showsArguments
           ? argumentList(about, place, inputs)
           : html`<hfsm-code-field
               class="fill"
@@ -102,8 +114,10 @@ export function stateEditor(about) {
  */
 let chosenFinal;
 
+/** @param {Place} place @param {State} state */
 const isFinal = (place, state) => (chosenFinal?.key === keyOf(place) ? chosenFinal.final : state.final);
 
+/** @param {Place} place @param {State} state @param {HTMLInputElement} target */
 async function markFinal(place, state, target) {
   const mine = (chosenFinal = {key: keyOf(place), final: target.checked});
   const done = await apply("markFinal", {...at(place), final: target.checked});
@@ -112,10 +126,14 @@ async function markFinal(place, state, target) {
   if (done === undefined) target.checked = state.final;
 }
 
+/** @param {Place} place */
 const at = ({automaton, id}) => ({automaton, state: id});
+/** @param {Place} one @param {Place} place */
 const isAt = (one, place) => one.kind === place.kind && one.automaton === place.automaton && one.id === place.id;
 
+/** @param {Place} place @param {State} state @param {boolean} readonly */
 function history(place, state, readonly) {
+  /** @param {From<HTMLSelectElement>} event */
   const choose = ({target}) => apply("setHistory", {...at(place), history: target.value});
   return html`<label class="again"
     >When entered again
@@ -126,7 +144,13 @@ function history(place, state, readonly) {
   >`;
 }
 
-/** The inputs of the automata of a state, and what is handed to each. */
+/**
+ * The inputs of the automata of a state, and what is handed to each.
+ *
+ * @param {OpenDocument} document
+ * @param {State} state
+ * @returns {Input[]}
+ */
 function inputsOf(document, state) {
   return state.children.flatMap((child) => {
     const automaton = document.automata.get(child);
@@ -134,12 +158,15 @@ function inputsOf(document, state) {
   });
 }
 
+/** @param {About} about @param {Place} place @param {Input[]} inputs */
 function argumentList({tab, document, state, readonly}, place, inputs) {
   const names = inputs.map((each) => each.input.name);
+  /** @param {Argument} argument @param {number} child @param {string} name */
   const isFor = (argument, child, name) => argument.name === name && (argument.child === child || argument.child === 0);
   const strays = state.arguments.filter(
     (argument) => !inputs.some(({child, input}) => isFor(argument, child, input.name)),
   );
+  /** @type {{name: string, child: number, input?: Parameter, given?: Argument, words: string}[]} */
   const rows = inputs.map(({child, input}) => {
     const given = state.arguments.find((argument) => isFor(argument, child, input.name));
     const several = names.filter((name) => name === input.name).length > 1;

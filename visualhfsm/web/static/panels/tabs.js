@@ -1,14 +1,19 @@
-/** Tabs inside a panel, as the pattern of the WAI has them. */
+/**
+ * Tabs inside a panel, as the pattern of the WAI has them.
+ *
+ * @import {From} from "../element.js"
+ * @import {Problem} from "../store.js"
+ * @typedef {{id: string, label: string, filled?: boolean, problems?: Problem[]}} Tab
+ */
 
 import {html, nothing} from "lit";
 
 /**
- * @param {{label: string, tabs: {id: string, label: string, filled?: boolean, problems?:
- *   import("../store.js").Problem[]}[],
- *   chosen: string, choose: (id: string) => void, prefix: string}} options `prefix` begins the ids of tabs and their
+ * @param {{label: string, tabs: Tab[], chosen: string, choose: (id: string) => void, prefix: string}} options `prefix` begins the ids of tabs and their
  *   panels
  */
 export function tabStrip({label, tabs, chosen, choose, prefix}) {
+  /** @param {KeyboardEvent & From<HTMLElement>} event */
   const press = (event) => {
     const step = /** @type {Record<string, number>} */ ({ArrowRight: 1, ArrowLeft: -1, Home: -Infinity, End: Infinity})[
       event.key
@@ -18,8 +23,9 @@ export function tabStrip({label, tabs, chosen, choose, prefix}) {
     const index = tabs.findIndex((each) => each.id === chosen);
     const next = Number.isFinite(step) ? (index + step + tabs.length) % tabs.length : step < 0 ? 0 : tabs.length - 1;
     choose(tabs[next].id);
-    event.currentTarget.children[next].focus();
+    /** @type {HTMLElement} */ (event.currentTarget.children[next]).focus();
   };
+  /** @param {Tab} tab */
   const words = ({label: text, filled, problems = []}) =>
     [text, filled && "not empty", problems.length && counted(problems)].filter(Boolean).join(", ");
   return html`<div class="inner-tabs" role="tablist" aria-label=${label} @keydown=${press}>
@@ -43,9 +49,10 @@ export function tabStrip({label, tabs, chosen, choose, prefix}) {
   </div>`;
 }
 
+/** @param {Problem[]} problems */
 const counted = (problems) => `${problems.length} problem${problems.length === 1 ? "" : "s"}`;
 
-/** How many problems there are, colored by the gravest; for the eye alone. */
+/** How many problems there are, colored by the gravest; for the eye alone. @param {Problem[]} problems */
 export function badge(problems) {
   if (!problems.length) return nothing;
   const gravest = ["error", "warning", "note"].find((severity) => problems.some((each) => each.severity === severity));

@@ -1,4 +1,9 @@
-/** A short text in a panel with its label, and what the checks say of it. */
+/**
+ * A short text in a panel with its label, and what the checks say of it.
+ *
+ * @import {From} from "../element.js"
+ * @import {Done, Place, Problem} from "../store.js"
+ */
 
 import {LitElement, html, live, nothing} from "lit";
 import {store} from "../store.js";
@@ -12,7 +17,7 @@ let count = 0;
  * `kind` is `text`, `number`, `area`, or `select` with `options` of [value, label]. `suggestions` are offered and not
  * demanded. `send(tab, text)` does something else with the text than the command for its place.
  */
-class TextField extends LitElement {
+export class TextField extends LitElement {
   static properties = {
     tab: {type: Number},
     place: {attribute: false},
@@ -30,10 +35,21 @@ class TextField extends LitElement {
 
   constructor() {
     super();
+    this.tab = 0;
+    /** @type {Place} */
+    this.place = {kind: "document"};
+    this.label = "";
+    this.unit = "";
+    this.readonly = false;
+    this.mono = false;
+    /** @type {((tab: number, text: string) => Promise<Done>) | undefined} */
+    this.send = undefined;
     this.text = "";
     this.kind = "text";
     this.hint = "";
+    /** @type {string[]} */
     this.suggestions = [];
+    /** @type {[value: string, label: string][]} */
     this.options = [];
     this.number = ++count;
   }
@@ -57,13 +73,12 @@ class TextField extends LitElement {
 
   willUpdate() {
     const {place, send} = this;
-    if (place)
-      this.#draft.take(
-        this.tab,
-        keyOf(place),
-        this.text,
-        send ?? ((tab, text) => store.do(tab, commandFor(place, text))),
-      );
+    this.#draft.take(
+      this.tab,
+      keyOf(place),
+      this.text,
+      send ?? ((tab, text) => store.do(tab, commandFor(place, text))),
+    );
   }
 
   render() {
@@ -95,9 +110,10 @@ class TextField extends LitElement {
   }
 
   focus() {
-    this.querySelector("input, textarea, select")?.focus();
+    /** @type {HTMLElement | null} */ (this.querySelector("input, textarea, select"))?.focus();
   }
 
+  /** @param {string} id @param {Problem[]} problems */
   #input(id, problems) {
     const {kind, hint, readonly} = this;
     const text = this.#draft.text;
@@ -153,8 +169,10 @@ class TextField extends LitElement {
     />`;
   }
 
+  /** @param {From<HTMLInputElement | HTMLTextAreaElement>} event */
   #type = ({target}) => this.#draft.type(target.value);
 
+  /** @param {From<HTMLSelectElement>} event */
   #choose = ({target}) => {
     this.#draft.type(target.value);
     this.#draft.flush();
@@ -162,10 +180,12 @@ class TextField extends LitElement {
 
   #leave = () => this.#draft.flush();
 
+  /** @param {KeyboardEvent} event */
   #press = (event) => {
     if (event.key === "Enter") this.#draft.flush();
   };
 
+  /** @param {CustomEvent<{tab: number}>} event */
   #recheck = ({detail}) => {
     if (detail.tab === this.tab) this.requestUpdate();
   };

@@ -1,4 +1,12 @@
-/** A transition in the panel beside the canvas: by what it fires, its guard, its priority and its code. */
+/**
+ * A transition in the panel beside the canvas: by what it fires, its guard, its priority and its code.
+ *
+ * @import {From} from "../element.js"
+ * @import {Automaton, OpenDocument, Place, Transition} from "../store.js"
+ * @typedef {{tab: number, document: OpenDocument, automaton: Automaton, transition: Transition, readonly: boolean}}
+ *   About
+ * @typedef {{automaton: number, transition: number}} Fields of a command about the transition
+ */
 
 import {html, live, nothing} from "lit";
 import {apply} from "../commands.js";
@@ -13,22 +21,22 @@ const TYPES = [
   ["finished", "Finished", "when every automaton of the state has finished"],
 ];
 
-/**
- * @param {{tab: number, document: import("../store.js").OpenDocument, automaton: import("../store.js").Automaton,
- *   transition: import("../store.js").Transition, readonly: boolean}} about
- */
+/** @param {About} about */
 export function transitionEditor(about) {
   const {tab, document, automaton, transition, readonly} = about;
+  /** @type {Place} */
   const place = {kind: "transition", automaton: automaton.id, id: transition.id};
   const own = document.problems.filter((each) => {
     const other = placeOf(each);
     return other.kind === "transition" && other.automaton === automaton.id && other.id === transition.id && !other.part;
   });
   const fields = {automaton: automaton.id, transition: transition.id};
+  /** @param {"origin" | "destination"} end */
   const retarget =
     (end) =>
-    ({target}) =>
+    (/** @type {From<HTMLSelectElement>} */ {target}) =>
       apply("retargetTransition", {...fields, [end]: Number(target.value)});
+  /** @param {"origin" | "destination"} end @param {string} label */
   const ends = (end, label) =>
     html`<label
       >${label}
@@ -105,7 +113,9 @@ export function transitionEditor(about) {
     </div>`;
 }
 
+/** @param {Transition} transition @param {Fields} fields @param {boolean} readonly */
 function typeChoice(transition, fields, readonly) {
+  /** @param {string} type */
   const choose = (type) => apply("setTransitionType", {...fields, type});
   return html`<fieldset class="type-choice">
     <legend>Fires</legend>
@@ -125,6 +135,7 @@ function typeChoice(transition, fields, readonly) {
   </fieldset>`;
 }
 
+/** @param {About} about @param {Place} place */
 function trigger({tab, document, transition, readonly}, place) {
   const where = {...place, part: "trigger"};
   switch (transition.type) {
@@ -173,15 +184,17 @@ function trigger({tab, document, transition, readonly}, place) {
   }
 }
 
-/** The unit of a time, and the time in seconds where that is easier to read. */
+/** The unit of a time, and the time in seconds where that is easier to read. @param {string} milliseconds */
 function seconds(milliseconds) {
   const number = Number(milliseconds.trim());
   return milliseconds.trim() && Number.isFinite(number) && Math.abs(number) >= 1000 ? `ms = ${number / 1000} s` : "ms";
 }
 
+/** @param {About} about @param {Place} place @param {Fields} fields */
 function priority({tab, automaton, transition, readonly}, place, fields) {
   const order = outgoing(automaton.transitions.filter((each) => each.origin === transition.origin));
   const index = order.indexOf(transition);
+  /** @param {number} step */
   const move = (step) => apply("reorderTransition", {...fields, index: index + step});
   return html`<div class="section inline">
     <hfsm-text-field
@@ -222,9 +235,14 @@ function priority({tab, automaton, transition, readonly}, place, fields) {
   </div>`;
 }
 
-/** Names of events: those that are declared, those that code sends, and those by which other transitions fire. */
+/**
+ * Names of events: those that are declared, those that code sends, and those by which other transitions fire.
+ *
+ * @param {OpenDocument} document
+ * @param {Transition} shown
+ */
 function knownEvents(document, shown) {
-  const names = new Set(document.fields.events?.map((each) => each.name));
+  const names = new Set(document.fields.events.map((each) => each.name));
   const sent = /\bself\.send\(\s*(["'])((?:(?!\1).){1,100})\1/g;
   for (const {states, transitions, functions} of document.automata.values()) {
     const texts = [

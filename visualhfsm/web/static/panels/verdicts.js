@@ -2,6 +2,12 @@
 
 import {placeOf} from "./places.js";
 
+/**
+ * @import {OpenDocument, Problem} from "../store.js"
+ * @typedef {{kind: "holds" | "violated" | "undecided" | "invalid" | "unknown", words: string}} Verdict
+ */
+
+/** @type {Record<string, Verdict>} */
 const BY_CODE = {
   E610: {kind: "violated", words: "Violated."},
   W611: {kind: "undecided", words: "Undecided: the search was too long."},
@@ -9,7 +15,7 @@ const BY_CODE = {
   E613: {kind: "invalid", words: "Not understood."},
 };
 
-/** Whether a problem says what became of a property that is understood. */
+/** Whether a problem says what became of a property that is understood. @param {Problem} problem */
 export const isVerdict = ({code}) => code === "E610" || code === "W611";
 
 /**
@@ -19,11 +25,13 @@ export const isVerdict = ({code}) => code === "E610" || code === "W611";
  * among the problems of
  * the present revision holds.
  *
- * @param {import("../store.js").OpenDocument} document
- * @returns {{kind: "holds" | "violated" | "undecided" | "invalid" | "unknown", words: string} | undefined}
+ * @param {OpenDocument} document
+ * @returns {Verdict | undefined}
+ * @param {number} index
  */
 export function verdictOf(document, index) {
   const {problems, revision, checked} = document;
+  /** @param {Problem} problem */
   const isOfProperty = (problem) => problem.code in BY_CODE;
   const own = problems.find(
     (each) => isOfProperty(each) && placeOf(each).part === "properties" && (placeOf(each).index ?? 0) === index,
