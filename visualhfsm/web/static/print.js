@@ -86,7 +86,7 @@ const code = (title, text) =>
         <pre>${text}</pre>`
     : nothing;
 
-/** @param {string} title @param {string[]} columns @param {Record<string, any>[] | undefined} rows */
+/** @param {string} title @param {string[]} columns @param {Record<string, unknown>[] | undefined} rows */
 function table(title, columns, rows) {
   if (!rows?.length) return nothing;
   return html`<h3>${title}</h3>

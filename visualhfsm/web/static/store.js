@@ -34,8 +34,8 @@
  * @typedef {{journal: string, name: string, path: string, changedAt: number}} Recoverable
  * @typedef {{tabs: TabState[], recoverable: Recoverable[], running: {component: string}[], clipboard: number,
  *   robotStopped?: string}} Workspace
- * @typedef {{tab: number, status: "generating" | "starting" | "running" | "stopping" | "ended", exitCode?: number | null,
- *   message: string}} Run
+ * @typedef {{tab: number, status: "generating" | "starting" | "running" | "stopping" | "ended", message: string,
+ *   exitCode?: number | null}} Run
  * @typedef {{text: string, stream: "out" | "err", place: Place | null, line: number}} OutputLine
  * @typedef {{tab: number, lines: OutputLine[], dropped: number, whole: boolean}} Output
  * @typedef {{tab: number, revision: number, undo: string[], redo: string[], dirty: boolean,
@@ -65,24 +65,32 @@
  *   after?: string}} Difference
  * @typedef {{name: string, scoped: string, operations: {name: string, signature: string, result: string,
  *   documentation: string, streamed: boolean}[]}} InterfaceDescription
+ * @typedef {Followed & {component: string, file: string, document: string, complete: boolean}} Recording
  * @typedef {{hello: Greeting, do: Done, undo: Done, redo: Done, copy: null, cut: Done, paste: Done, extract: Done,
  *   inline: Done, open: Opened, new: Opened, openText: Opened, recover: Opened, discard: null, close: null,
  *   save: {path: string}, saveAs: {path: string}, resolve: {conflicts?: string[]} | null,
  *   listFiles: {directory: string, parent: string | null, entries: Entry[]}, export: {name: string, text: string},
  *   search: {tab: number, hits: Hit[]}[], diff: {differences: Difference[], before: Automaton[]},
- *   imported: Automaton[], locate: {place: Place, line: number} | null, codeHelp: any,
+ *   imported: Automaton[], locate: {place: Place, line: number} | null, codeHelp: unknown,
  *   interfaces: InterfaceDescription[], generate: {path: string}, run: null, stopRun: null, attach: Followed,
- *   detach: null, control: any, recording: Followed & {component: string, complete: boolean}}} Answers `codeHelp` and
+ *   detach: null, control: unknown, recording: Recording}} Answers `codeHelp` and
  *   `control` answer what is asked for
  */
 
 /**
- * What the events of an object carry as their detail, by their names.
+ * What hears an event that carries a detail.
+ *
+ * @template D
+ * @typedef {(event: CustomEvent<D>) => void} Listener
+ */
+
+/**
+ * An object with events; `M` has what each carries as its detail, by their names.
  *
  * @template M
- * @typedef {Omit<EventTarget, "addEventListener" | "removeEventListener"> & {readonly details?: M, addEventListener<K extends keyof M & string>(
- *   kind: K, listener: (event: CustomEvent<M[K]>) => void, options?: AddEventListenerOptions): void,
- *   removeEventListener<K extends keyof M & string>(kind: K, listener: (event: CustomEvent<M[K]>) => void): void}} Target
+ * @typedef {Omit<EventTarget, "addEventListener" | "removeEventListener"> & {readonly details?: M,
+ *   addEventListener<K extends keyof M & string>(kind: K, heard: Listener<M[K]>, options?: AddEventListenerOptions):
+ *   void, removeEventListener<K extends keyof M & string>(kind: K, heard: Listener<M[K]>): void}} Target
  */
 
 /**
@@ -91,6 +99,10 @@
  *   problems: {tab: number, revision: number, items: Problem[]}, output: Output, run: Run,
  *   snapshot: {component: string, value: Snapshot}, structure: {component: string, value: LiveStructure},
  *   stale: {component: string, since: number}, outside: {tab: number, state: string, message: string}}} StoreEvents
+ * @typedef {Exclude<keyof StoreEvents, "connection" | "request" | "document" | "failure">} Pushed
+ * @typedef {{[Kind in Pushed]: StoreEvents[Kind] & {push: Kind}}[Pushed]} Push
+ * @typedef {{push?: undefined, re: number, ok?: unknown, error?: string, kind: string}} Answer
+ * @typedef {Answer | Push | (DocumentPush & {push: "document"})} Message of the server
  */
 
 const FIRST_RETRY = 250; // ms
@@ -126,7 +138,7 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
   /** @type {WebSocket | undefined} */
   #socket = undefined;
   #number = 0;
-  /** @type {Map<number, {resolve: (value: any) => void, reject: (error: RequestError) => void}>} */
+  /** @type {Map<number, {resolve(value: unknown): void, reject(error: RequestError): void}>} */
   #waiting = new Map();
   #retry = FIRST_RETRY;
   #timer = 0;
@@ -222,14 +234,14 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
     this.#retry = Math.min(LAST_RETRY, this.#retry * 2);
   }
 
-  /** @param {any} message */
+  /** @param {Message} message */
   #receive(message) {
     if (message.push === "document") this.#takeDocument(message);
     else if (message.push) this.#push(message);
     else this.#settle(message);
   }
 
-  /** @param {{re: number, ok?: unknown, error?: string, kind: string}} message */
+  /** @param {Answer} message */
   #settle(message) {
     const waiting = this.#waiting.get(message.re);
     this.#waiting.delete(message.re);
@@ -242,7 +254,7 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
     }
   }
 
-  /** @param {{[Kind in keyof StoreEvents]: StoreEvents[Kind] & {push: Kind}}[keyof StoreEvents]} message */
+  /** @param {Push} message */
   #push(message) {
     switch (message.push) {
       case "workspace":
@@ -353,7 +365,7 @@ function patchedItems(list, change) {
   return order ? inOrder(byId, order) : [...byId.values()];
 }
 
-/** Those that there are, in an order. @template T @param {Map<number, T>} byId @param {number[]} order @returns {T[]} */
+/** Those that are there. @template T @param {Map<number, T>} byId @param {number[]} order @returns {T[]} */
 const inOrder = (byId, order) => order.flatMap((id) => byId.get(id) ?? []);
 
 /** The one connection of the page. */

@@ -17,7 +17,7 @@ const BLOCK = 50; // rows that are drawn together, and not laid out while none o
  *   child?: number, count: number, index: number}} Row
  */
 
-class Tree extends PageElement {
+export class Tree extends PageElement {
   /** @type {typeof PageElement.watches} */
   static watches = {page: ["change"], store: ["document", "workspace", "problems"]};
 

@@ -4,6 +4,11 @@
  * @typedef {[value: string, label: string, kind?: string]} Choice
  */
 
+/**
+ * @template T
+ * @typedef {(value?: T) => void} Close a dialog
+ */
+
 import {html, nothing, render} from "lit";
 
 import {icon} from "../icons.js";
@@ -11,17 +16,20 @@ import {icon} from "../icons.js";
 /**
  * Show a dialog until it is closed.
  *
- * @param {{title: string, content: (close: (value?: any) => void, redraw: () => void) => unknown,
- *   footer?: (close: (value?: any) => void) => unknown, wide?: boolean}} options
- * @returns {Promise<any>} what it was closed with, undefined after Esc
+ * @template T
+ * @param {{title: string, content: (close: Close<T>, redraw: () => void) => unknown,
+ *   footer?: (close: Close<T>) => unknown, wide?: boolean}} options
+ * @returns {Promise<T | undefined>} what it was closed with, undefined after Esc
  */
 export function showDialog({title, content, footer, wide = false}) {
   const dialog = document.createElement("dialog");
   dialog.className = wide ? "wide" : "";
   dialog.setAttribute("aria-labelledby", "dialog-title");
-  const before = document.activeElement;
+  const before = /** @type {HTMLElement | null} */ (document.activeElement);
   return new Promise((resolve) => {
+    /** @type {T | undefined} */
     let value;
+    /** @type {Close<T>} */
     const close = (given) => {
       value = given;
       dialog.close();
@@ -54,7 +62,7 @@ export function showDialog({title, content, footer, wide = false}) {
     dialog.addEventListener("pointerdown", (event) => event.target === dialog && close());
     document.body.append(dialog);
     dialog.showModal();
-    dialog.querySelector("[autofocus]")?.focus();
+    /** @type {HTMLElement | null} */ (dialog.querySelector("[autofocus]"))?.focus();
   });
 }
 
@@ -68,7 +76,7 @@ export function confirm({title, text, choices}) {
   return showDialog({
     title,
     content: () => html`<p>${text}</p>`,
-    footer: (close) =>
+    footer: (/** @type {Close<string>} */ close) =>
       html`<button type="button" class="button" @click=${() => close()}>Cancel</button> ${choices.map(
           ([value, label, kind = ""], index) =>
             html`<button

@@ -5,13 +5,14 @@ import {html} from "lit";
 import {askTab} from "../commands.js";
 import {download, pngOf, svgText} from "../canvas/export.js";
 import {icon} from "../icons.js";
-import {notifyError} from "../notices.js";
+import {messageOf, notifyError} from "../notices.js";
 import {page} from "../page.js";
 import {showDialog} from "./dialog.js";
 
+/** @type {[value: string, label: string, text: string, isPicture?: boolean][]} */
 const CHOICES = [
-  ["svg", "Picture of this automaton (SVG)", "Lines that stay sharp at any size, for papers and the web."],
-  ["png", "Picture of this automaton (PNG)", "At twice the size of the drawing, for slides and pages."],
+  ["svg", "Picture of this automaton (SVG)", "Lines that stay sharp at any size, for papers and the web.", true],
+  ["png", "Picture of this automaton (PNG)", "At twice the size of the drawing, for slides and pages.", true],
   ["pages", "The whole component", "All automata with their code and data, for print or PDF."],
   ["document", "The document (XML)", "As it would be saved now, with all that is not saved yet."],
 ];
@@ -19,9 +20,9 @@ const CHOICES = [
 export async function showExport() {
   const choice = await showDialog({
     title: "Export",
-    content: (close) =>
+    content: (/** @type {import("./dialog.js").Close<string>} */ close) =>
       html`<div class="choices">
-        ${CHOICES.map(
+        ${CHOICES.filter(([, , , isPicture]) => page.automaton || !isPicture).map(
           ([value, label, text], index) =>
             html` <button type="button" class="choice" ?autofocus=${index === 0} @click=${() => close(value)}>
               ${icon(value === "document" ? "file" : "exportFile")}<span><strong>${label}</strong><br />${text}</span>
@@ -33,18 +34,19 @@ export async function showExport() {
   try {
     await run(choice);
   } catch (error) {
-    notifyError(new Error(`The export failed: ${error.message}`));
+    notifyError(new Error(`The export failed: ${messageOf(error)}`));
   }
 }
 
+/** @param {string} choice */
 async function run(choice) {
-  const automaton = page.automaton;
-  const name = `${page.component}${automaton.father ? `-${page.title(automaton)}` : ""}`.replace(
+  const {automaton} = page;
+  const name = `${page.component}${automaton?.father ? `-${page.title(automaton)}` : ""}`.replace(
     /[^\p{L}\p{N}._-]+/gu,
     "_",
   );
-  if (choice === "svg") download(`${name}.svg`, new Blob([svgText(automaton)], {type: "image/svg+xml"}));
-  else if (choice === "png") download(`${name}.png`, await pngOf(automaton));
+  if (choice === "svg") download(`${name}.svg`, new Blob([svgText(page.shownAutomaton)], {type: "image/svg+xml"}));
+  else if (choice === "png") download(`${name}.png`, await pngOf(page.shownAutomaton));
   else if (choice === "pages") await (await import("../print.js")).printComponent();
   else {
     const done = await askTab("export");

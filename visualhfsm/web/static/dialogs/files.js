@@ -1,8 +1,15 @@
-/** Choose a document among those that the server reaches. */
+/**
+ * Choose a document among those that the server reaches.
+ *
+ * @import {From} from "../element.js"
+ * @import {Entry} from "../store.js"
+ * @typedef {import("./dialog.js").Close<string>} Close
+ */
 
 import {html, nothing} from "lit";
 
 import {icon} from "../icons.js";
+import {messageOf} from "../notices.js";
 import {store} from "../store.js";
 import {showDialog} from "./dialog.js";
 
@@ -14,23 +21,32 @@ import {showDialog} from "./dialog.js";
 export async function chooseFile({title, verb, suggestion, kind = "document"}) {
   const saving = suggestion !== undefined;
   const [, folder = "", name = ""] = /^(?:(.*)\/)?([^/]*)$/.exec(suggestion ?? "") ?? [];
+  /**
+   * @type {{directory: string, parent: string | null, entries: Entry[], error: string, name: string, chosen: number}}
+   */
   const state = {directory: folder, parent: null, entries: [], error: "", name, chosen: 0};
   let draw = () => {};
 
-  /** List a directory, or the root when that is not possible; `error` is shown besides. */
+  /**
+   * List a directory, or the root when that is not possible; `error` is shown besides.
+   *
+   * @param {string} directory
+   * @returns {Promise<void>}
+   */
   const list = async (directory, error = "") => {
     try {
       Object.assign(state, await store.request("listFiles", {directory}), {error, chosen: 0});
     } catch (reason) {
-      if (directory) return list("", reason.message);
-      state.error = reason.message;
+      if (directory) return list("", messageOf(reason));
+      state.error = messageOf(reason);
     }
     draw();
     return undefined;
   };
 
+  /** @returns {Entry[]} */
   const rows = () => [
-    ...(state.parent === null ? [] : [{name: "..", path: state.parent, kind: "directory"}]),
+    ...(state.parent === null ? [] : [{name: "..", path: state.parent, kind: /** @type {const} */ ("directory")}]),
     ...state.entries.filter(
       (each) => each.kind === "directory" || (each.kind === kind && !(saving && /\.scxml$/i.test(each.name))),
     ),
@@ -38,6 +54,7 @@ export async function chooseFile({title, verb, suggestion, kind = "document"}) {
   const path = () =>
     (state.directory ? `${state.directory}/` : "") + (/\.xml$/i.test(state.name) ? state.name : `${state.name}.xml`);
 
+  /** @param {Entry} row @param {Close} close */
   const take = (row, close) => {
     if (row.kind === "directory") list(row.path);
     else if (saving) {
@@ -46,12 +63,14 @@ export async function chooseFile({title, verb, suggestion, kind = "document"}) {
     } else close(row.path);
   };
 
+  /** @param {Close} close */
   const accept = (close) => {
     if (saving) {
       if (state.name.trim()) close(path());
     } else if (rows()[state.chosen]) take(rows()[state.chosen], close);
   };
 
+  /** @param {KeyboardEvent} event @param {Close} close */
   const key = (event, close) => {
     const last = rows().length - 1;
     const next = /** @type {Record<string, number>} */ ({
@@ -69,9 +88,16 @@ export async function chooseFile({title, verb, suggestion, kind = "document"}) {
     document.getElementById(`file-${state.chosen}`)?.scrollIntoView({block: "nearest"});
   };
 
+  /** @param {KeyboardEvent} event @param {Close} close */
+  const enter = (event, close) => {
+    if (event.key !== "Enter") return;
+    event.preventDefault();
+    accept(close);
+  };
+
   const shown = showDialog({
     title,
-    content: (close, redraw) => {
+    content: (/** @type {Close} */ close, redraw) => {
       draw = redraw;
       return html`<p class="folder">${state.directory || store.greeting.root || "."}</p>
         ${state.error ? html`<p role="alert">${state.error}</p>` : nothing}
@@ -82,7 +108,7 @@ export async function chooseFile({title, verb, suggestion, kind = "document"}) {
           aria-label=${kind === "recording" ? "Recordings and folders" : "Documents and folders"}
           aria-activedescendant=${rows().length ? `file-${state.chosen}` : nothing}
           ?autofocus=${!saving}
-          @keydown=${(event) => key(event, close)}
+          @keydown=${(/** @type {KeyboardEvent} */ event) => key(event, close)}
         >
           ${rows().map(
             (row, index) =>
@@ -118,9 +144,9 @@ export async function chooseFile({title, verb, suggestion, kind = "document"}) {
                   id="file-name"
                   autofocus
                   .value=${state.name}
-                  @focus=${({target}) => target.select()}
-                  @input=${(event) => (state.name = event.target.value)}
-                  @keydown=${(event) => event.key === "Enter" && (event.preventDefault(), accept(close))}
+                  @focus=${(/** @type {From<HTMLInputElement>} */ {target}) => target.select()}
+                  @input=${(/** @type {From<HTMLInputElement>} */ {target}) => (state.name = target.value)}
+                  @keydown=${(/** @type {KeyboardEvent} */ event) => enter(event, close)}
                 />
               </div>`
             : nothing

@@ -1,4 +1,8 @@
-/** Help: what the signs of the drawing mean, and every key. */
+/**
+ * Help: what the signs of the drawing mean, and every key.
+ *
+ * @import {Automaton, State, Transition} from "../store.js"
+ */
 
 import {html} from "lit";
 
@@ -7,6 +11,7 @@ import {keyTable} from "../keys.js";
 import {currentTheme} from "../theme.js";
 import {showDialog} from "./dialog.js";
 
+/** @type {State} */
 const plain = {
   id: 1,
   name: "state",
@@ -21,6 +26,7 @@ const plain = {
   exit: "",
   arguments: [],
 };
+/** @type {Transition} */
 const arc = {
   id: 1,
   name: "",
@@ -35,6 +41,7 @@ const arc = {
   code: "",
 };
 
+/** @type {[text: string, fields: Partial<State>][]} */
 const SIGNS = [
   ["A state", {}],
   ["The initial one", {initial: true}],
@@ -56,7 +63,7 @@ export async function showHelp(context) {
   const tour = await showDialog({
     title: "Help",
     wide: true,
-    content: () =>
+    content: (/** @type {import("./dialog.js").Close<boolean>} */ _close) =>
       html`<div class="signs">
           ${SIGNS.map(
             ([text, fields]) =>
@@ -100,11 +107,13 @@ export async function showHelp(context) {
   if (tour) (await import("../tour.js")).startTour(context);
 }
 
+/** @param {Partial<State>} fields */
 const stateSign = (fields) =>
   sign({
     states: [{...plain, ...fields, name: fields.initial ? "initial" : fields.final ? "final" : "state"}],
     transitions: [],
   });
+/** @param {string} type */
 const transitionSign = (type, trigger = "") =>
   sign(
     {
@@ -117,10 +126,12 @@ const transitionSign = (type, trigger = "") =>
     "-52 -48 104 96",
   );
 
-function sign(automaton, viewBox) {
-  const made = picture({id: 0, father: 0, ...automaton}, currentTheme());
-  made.querySelector("rect").remove();
-  made.querySelector("title").remove();
+/** @param {Pick<Automaton, "states" | "transitions">} drawn @param {string} [viewBox] */
+function sign(drawn, viewBox) {
+  const automaton = {id: 0, father: 0, period: "", variables: "", functions: "", inputs: [], imported: null, ...drawn};
+  const made = picture(automaton, currentTheme());
+  made.querySelector("rect")?.remove();
+  made.querySelector("title")?.remove();
   made.setAttribute("aria-hidden", "true");
   if (viewBox) made.setAttribute("viewBox", viewBox);
   return made;

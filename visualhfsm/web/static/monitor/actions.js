@@ -2,6 +2,7 @@
 
 import {page} from "../page.js";
 import {notify} from "../notices.js";
+import {required} from "../required.js";
 import {breakpointAt} from "./breakpoints.js";
 import {monitor} from "./monitor.js";
 import {STOP_KEY, stopRobot} from "./stop.js";
@@ -16,30 +17,34 @@ const selected = () => page.state ?? page.transition;
 const breakable = () => Boolean(page.document && selected()) && (monitor.breakpoints.arePlanned(page.tab) || steers());
 const kind = () => (page.state ? "state" : "transition");
 
+/** What is selected, for what is done only with that. */
+const theSelected = () => required(selected(), "selected state or transition");
+
 const dialogs = () => import("./dialogs.js");
 
 /** The action with which the shown automaton's selected thing has or has not a breakpoint. */
 function toggleBreakpoint() {
-  const [automaton, id] = [page.automaton.id, selected().id];
+  const [automaton, id] = [page.shownAutomaton.id, theSelected().id];
   const known = breakpointAt(monitor.breakpoints.of(page.tab), automaton, kind(), id);
   return monitor.breakpoints.set(page.tab, automaton, kind(), id, known ? undefined : "");
 }
 
 /** Fire the selected transition, which has to leave the current state. */
 function force() {
-  const {automaton, transition} = page;
+  const automaton = page.shownAutomaton;
+  const transition = required(page.transition, "selected transition");
   const {state} = monitor.now(automaton.id) ?? {};
   if (transition.origin === state)
     return monitor.steer("forceTransition", {automaton: automaton.id, transition: transition.id});
   notify(
     `${transition.name || "The transition"} leaves ${monitor.stateName(automaton.id, transition.origin)}, ` +
-      `and ${page.title()} is in ${monitor.stateName(automaton.id, state)} now.`,
+      `and ${page.title()} is in ${monitor.stateName(automaton.id, state ?? 0)} now.`,
     "error",
   );
   return undefined;
 }
 
-/** Generate the component and reload it. */
+/** Generate the component and reload it. @param {import("../actions.js").Context} context */
 async function reload(context) {
   if (!(await context.app.generate({quiet: true}))) return;
   const report = await monitor.steer("reload");
@@ -98,7 +103,7 @@ export const monitorActions = [
     keys: ["F10"],
     scope: "typing",
     enabled: () => steers() && paused() && here(),
-    run: () => monitor.steer("step", {automaton: page.automaton.id}),
+    run: () => monitor.steer("step", {automaton: page.shownAutomaton.id}),
     hint: "one cycle of the shown automaton",
   },
   {
@@ -192,7 +197,7 @@ export const monitorActions = [
     icon: "breakpointIf",
     keys: ["Shift+B"],
     enabled: breakable,
-    run: async () => (await dialogs()).askCondition(page.automaton.id, kind(), selected()),
+    run: async () => (await dialogs()).askCondition(page.shownAutomaton.id, kind(), theSelected()),
   },
   {
     id: "startHere",
@@ -201,7 +206,7 @@ export const monitorActions = [
     keys: ["Alt+F5"],
     scope: "typing",
     enabled: () => Boolean(page.state),
-    run: ({app}) => app.run(["--begin-at", `${page.automaton.id}.${page.state.id}`]),
+    run: ({app}) => app.run(["--begin-at", `${page.shownAutomaton.id}.${page.state?.id}`]),
     hint: "runs the component with this as its first state",
   },
   {

@@ -2,7 +2,7 @@
 
 import {html, nothing} from "lit";
 
-import {actions, isEnabled, perform} from "../actions.js";
+import {actionOf, isEnabled, perform} from "../actions.js";
 import {icon} from "../icons.js";
 import {spoken} from "../keys.js";
 import {page} from "../page.js";
@@ -26,7 +26,7 @@ class MonitorBar extends MonitorElement {
       <span
         class="live-status ${status}"
         role="status"
-        title=${monitor.isOver ? `Ended at ${clockTime(monitor.ended.at)}` : (why ?? nothing)}
+        title=${monitor.ended && monitor.isOver ? `Ended at ${clockTime(monitor.ended.at)}` : (why ?? nothing)}
         ><span class="sign" aria-hidden="true"></span>${word}</span
       >
       <strong class="component" title=${monitor.recording?.file || monitor.component}
@@ -88,8 +88,9 @@ class MonitorBar extends MonitorElement {
     </div>`;
   }
 
-  #button(id, image = actions.get(id).icon, label = actions.get(id).label) {
-    const {hint, keys = []} = actions.get(id);
+  /** @param {string} id */
+  #button(id, image = actionOf(id).icon, label = actionOf(id).label) {
+    const {hint, keys = []} = actionOf(id);
     return html`<button
       type="button"
       class="action bare"
@@ -123,7 +124,7 @@ function statusOf() {
   const {since, newest, recording, looking} = monitor;
   if (recording) return {status: "recording", word: recording.complete ? "Recording" : "Recording, its beginning"};
   if (!store.online) return {status: "stale", word: "The server is offline"};
-  if (monitor.isOver) return {status: "ended", word: spokenEnd(monitor.ended)};
+  if (monitor.ended && monitor.isOver) return {status: "ended", word: spokenEnd(monitor.ended)};
   if (since)
     return {
       status: "stale",
@@ -140,7 +141,10 @@ function statusOf() {
 /** How a component ended. @param {{message: string, exitCode?: number}} ended */
 function spokenEnd({message, exitCode}) {
   const how = message.replace(/^it (has ended |ended |was )?/, "");
-  const code = Number.isInteger(exitCode) && exitCode >= 0 && !how.includes("exit code") ? `exit code ${exitCode}` : "";
+  const code =
+    exitCode !== undefined && Number.isInteger(exitCode) && exitCode >= 0 && !how.includes("exit code")
+      ? `exit code ${exitCode}`
+      : "";
   return `Ended${how.startsWith("with") ? " " : ": "}${[how, code].filter(Boolean).join(", ")}`;
 }
 

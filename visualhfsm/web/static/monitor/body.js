@@ -2,6 +2,8 @@
 
 import {Group, Quaternion, Vector3} from "three";
 
+import {required} from "../required.js";
+
 /** Metres by which the other sole must fit better for the body to stand on that one. */
 const LEVEL = 0.005;
 
@@ -19,26 +21,35 @@ const THICKNESS = 0.05;
  * vertical, and where a simulation has the torso (position in m, and a quaternion x, y, z, w).
  *
  * @typedef {{joints: Record<string, number>, tilt: number | null, torso: number[] | null}} BodyState
+ * @typedef {[number, number, number]} Triple
+ * @typedef {{name: string, parent?: string, joint?: string, axis?: Triple, origin?: Triple}} Link
+ * @typedef {{links: Link[], soles: Record<string, Triple[]>}} DescribedBody as `nao_h25.json` has it
  */
 
 export class Body {
-  /** @param {{links: object[], soles: Record<string, number[][]>}} described as `nao_h25.json` has it */
+  /** @param {DescribedBody} described */
   constructor({links, soles}) {
     /** Each sits at its parent joint, and is parallel to the torso when all joints are 0. @type {Map<string, Group>} */
     this.links = new Map();
+    /** @type {{link: Group, joint: string, axis: Vector3}[]} */
     this.joints = [];
     for (const {name, parent, joint, axis = [0, 0, 1], origin = [0, 0, 0]} of links) {
       const link = new Group();
       link.position.fromArray(origin);
       this.links.set(name, link);
-      if (parent) this.links.get(parent).add(link);
+      if (parent) this.#link(parent).add(link);
       if (joint) this.joints.push({link, joint, axis: new Vector3(...axis)});
     }
-    this.torso = this.links.get(links[0].name);
+    this.torso = this.#link(links[0].name);
     this.soles = Object.entries(soles).map(([name, outline]) => ({
-      foot: this.links.get(name),
+      foot: this.#link(name),
       outline: outline.map((point) => new Vector3(...point)),
     }));
+  }
+
+  /** @param {string} name */
+  #link(name) {
+    return required(this.links.get(name), `link ${name}`);
   }
 
   /** Put the links where they are. @param {BodyState} state */
@@ -86,6 +97,8 @@ export class Body {
   /**
    * Lay a body down that is tilted so and cannot stand so, the way that it leans or else forward; all links are on the
    * floor then.
+   *
+   * @param {number} tilt
    */
   #fall(tilt) {
     const {torso} = this;
@@ -103,10 +116,10 @@ export class Body {
   }
 }
 
-/** The least height of some points that are turned. */
+/** The least height of some points that are turned. @param {Vector3[]} points @param {Quaternion} turn */
 const lowest = (points, turn) => Math.min(...points.map((point) => point.clone().applyQuaternion(turn).z));
 
-/** A rotation turned about the vertical so that its x axis looks along the world's. */
+/** A rotation turned about the vertical so that its x axis looks along the world's. @param {Quaternion} rotation */
 function withoutYaw(rotation) {
   const {x, y} = new Vector3(1, 0, 0).applyQuaternion(rotation);
   return new Quaternion().setFromAxisAngle(new Vector3(0, 0, 1), -Math.atan2(y, x)).multiply(rotation);

@@ -1,12 +1,22 @@
-/** What the robot's cameras see, and what the component marks on it. */
+/**
+ * What the robot's cameras see, and what the component marks on it.
+ *
+ * @import {PropertyValues} from "lit"
+ * @import {Mark} from "./monitor.js"
+ */
 
 import {html, nothing} from "lit";
 
+import {required} from "../required.js";
 import {MonitorElement} from "./element.js";
 import {receiveFrames} from "./frames.js";
 import {monitor} from "./monitor.js";
 
+/** @type {Record<string, string>} */
 const TITLES = {Camera: "Top camera", CameraBottom: "Bottom camera", CameraOutside: "From outside"};
+
+/** @param {HTMLCanvasElement} canvas */
+const penOf = (canvas) => required(canvas.getContext("2d"), "canvas");
 
 const COLORS = ["red", "green", "blue", "yellow", "magenta", "cyan"];
 
@@ -32,14 +42,15 @@ class Cameras extends MonitorElement {
 
 /** The cameras on whose pictures a recorded component marked something. */
 function markedCameras() {
-  const names = [...monitor.past.numbers].map((name) => /^mark\.([^/]*)\//.exec(name)?.[1]);
-  return [...new Set(names.filter(Boolean))].sort();
+  const names = [...monitor.past.numbers].flatMap((name) => /^mark\.([^/]*)\//.exec(name)?.[1] || []);
+  return [...new Set(names)].sort();
 }
 
 /**
  * The marks on a camera's picture, of now or of the moment of a recording.
  *
- * @returns {{u: number, v: number, label: string}[]}
+ * @param {string} camera
+ * @returns {Mark[]}
  */
 function marksOn(camera) {
   const snapshot = monitor.recording ? monitor.snapshot : monitor.newest;
@@ -47,15 +58,20 @@ function marksOn(camera) {
   return silent || !snapshot ? [] : snapshot.component.marks.filter((mark) => mark.camera === camera);
 }
 
-/** Draw a cross at each mark, in the color that its label names. */
+/**
+ * Draw a cross at each mark, in the color that its label names.
+ *
+ * @param {HTMLCanvasElement} canvas
+ * @param {Mark[]} marks
+ */
 function drawMarks(canvas, marks) {
-  const pen = canvas.getContext("2d");
+  const pen = penOf(canvas);
   const arm = canvas.width / 24;
   for (const {u, v, label} of marks) {
     const words = label.toLowerCase().split(/\s+/);
-    for (const [width, color] of [
-      [canvas.width / 80, "black"],
-      [canvas.width / 160, COLORS.find((each) => words.includes(each)) ?? "white"],
+    for (const {width, color} of [
+      {width: canvas.width / 80, color: "black"},
+      {width: canvas.width / 160, color: COLORS.find((each) => words.includes(each)) ?? "white"},
     ]) {
       pen.lineWidth = width;
       pen.strokeStyle = color;
@@ -74,6 +90,17 @@ class Camera extends MonitorElement {
   static kinds = ["shown"];
   static properties = {name: {attribute: false}, images: {attribute: false}, problem: {state: true}};
 
+  constructor() {
+    super();
+    this.name = "";
+    /** Whether there are any; a recording holds none. */
+    this.images = false;
+    /** @type {string | undefined} */
+    this.problem = undefined;
+    /** @type {ReturnType<typeof receiveFrames> | undefined} */
+    this.frames = undefined;
+  }
+
   render() {
     const title = TITLES[this.name] ?? this.name;
     const marks = marksOn(this.name).map(({u, v, label}) => `${label} ${Math.round(u)}, ${Math.round(v)}`.trim());
@@ -86,6 +113,7 @@ class Camera extends MonitorElement {
     </figure>`;
   }
 
+  /** @param {PropertyValues<Camera>} changed */
   updated(changed) {
     super.updated(changed);
     if (!this.images) this.#drawWithoutImage();
@@ -97,9 +125,9 @@ class Camera extends MonitorElement {
     this.frames = receiveFrames(`/camera/${encodeURIComponent(this.name)}`, {
       draw: async (frame) => {
         const image = await createImageBitmap(new Blob([frame], {type: "image/jpeg"}));
-        const canvas = this.querySelector("canvas");
+        const canvas = this.#canvas;
         if (canvas.width !== image.width) Object.assign(canvas, {width: image.width, height: image.height});
-        canvas.getContext("2d").drawImage(image, 0, 0);
+        penOf(canvas).drawImage(image, 0, 0);
         image.close();
         drawMarks(canvas, marksOn(this.name));
         this.problem = undefined;
@@ -118,13 +146,17 @@ class Camera extends MonitorElement {
     });
   }
 
+  get #canvas() {
+    return required(this.querySelector("canvas"), "canvas");
+  }
+
   /** Draw the marks of a recording, on a picture that is at least as large as they need. */
   #drawWithoutImage() {
-    const canvas = this.querySelector("canvas");
+    const canvas = this.#canvas;
     const marks = marksOn(this.name);
     while (canvas.width < 2560 && marks.some(({u, v}) => u >= canvas.width || v >= canvas.height))
       Object.assign(canvas, {width: 2 * canvas.width, height: 2 * canvas.height});
-    canvas.getContext("2d").clearRect(0, 0, canvas.width, canvas.height);
+    penOf(canvas).clearRect(0, 0, canvas.width, canvas.height);
     drawMarks(canvas, marks);
   }
 

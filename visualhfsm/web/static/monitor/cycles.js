@@ -6,6 +6,7 @@ import {page} from "../page.js";
 import {MonitorElement, spokenSeconds} from "./element.js";
 import {monitor} from "./monitor.js";
 
+/** @param {number} seconds */
 const ms = (seconds) => (seconds < 0.0995 ? (seconds * 1000).toFixed(1) : Math.round(seconds * 1000).toString());
 
 class Cycles extends MonitorElement {
@@ -36,6 +37,7 @@ class Cycles extends MonitorElement {
     </div>`;
   }
 
+  /** @param {import("./monitor.js").AutomatonNow} now @param {number} time */
   #row({id, state, ghost, finished, enteredAt, overruns, cycles, lastCycle, longestCycle}, time) {
     const {name = `automaton ${id}`, period = 0} = monitor.automaton(id) ?? {};
     const part = period > 0 ? lastCycle / period : 0;

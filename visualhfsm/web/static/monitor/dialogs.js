@@ -1,4 +1,8 @@
-/** What is asked for while a component is steered. */
+/**
+ * What is asked for while a component is steered.
+ *
+ * @import {From} from "../element.js"
+ */
 
 import {html, nothing} from "lit";
 
@@ -9,7 +13,8 @@ import {breakpointAt} from "./breakpoints.js";
 import {monitor} from "./monitor.js";
 import {valueIn} from "./values.js";
 
-const onEnter = (act) => (event) => {
+/** @param {() => void} act */
+const onEnter = (act) => (/** @type {KeyboardEvent} */ event) => {
   if (event.key !== "Enter") return;
   event.preventDefault();
   act();
@@ -17,13 +22,14 @@ const onEnter = (act) => (event) => {
 
 /** Ask which event to send, and send it. */
 export async function askEvent() {
+  /** @type {Set<string>} */
   const known = new Set();
   for (const {transitions} of monitor.structure?.automata ?? [])
     for (const {event} of transitions) if (event) known.add(event);
   const state = {name: [...known][0] ?? "", data: ""};
   const sent = await showDialog({
     title: "Send an event",
-    content: (close) =>
+    content: (/** @type {import("../dialogs/dialog.js").Close<boolean>} */ close) =>
       html`<div @keydown=${onEnter(() => close(true))}>
         <div class="field">
           <label for="event-name">Event</label
@@ -32,7 +38,7 @@ export async function askEvent() {
             list="event-names"
             autofocus
             .value=${state.name}
-            @input=${({target}) => (state.name = target.value)}
+            @input=${(/** @type {From<HTMLInputElement>} */ {target}) => (state.name = target.value)}
           />
           <datalist id="event-names">${[...known].map((name) => html`<option value=${name}></option>`)}</datalist>
         </div>
@@ -42,7 +48,7 @@ export async function askEvent() {
             id="event-data"
             class="mono"
             .value=${state.data}
-            @input=${({target}) => (state.data = target.value)}
+            @input=${(/** @type {From<HTMLInputElement>} */ {target}) => (state.data = target.value)}
           />
         </div>
       </div>`,
@@ -60,7 +66,13 @@ export async function askEvent() {
   if ((await monitor.steer("sendEvent", event)) !== undefined) notify(`Sent ${event.name}.`);
 }
 
-/** Ask when a breakpoint is to count. */
+/**
+ * Ask when a breakpoint is to count.
+ *
+ * @param {number} automaton
+ * @param {"state" | "transition"} kind
+ * @param {{id: number, name: string}} item
+ */
 export async function askCondition(automaton, kind, {id, name}) {
   const {tab} = page;
   const known = breakpointAt(monitor.breakpoints.of(tab), automaton, kind, id);
@@ -68,7 +80,7 @@ export async function askCondition(automaton, kind, {id, name}) {
   const state = {condition: known?.condition ?? ""};
   const chosen = await showDialog({
     title: `Breakpoint at ${name || kind}`,
-    content: (close) =>
+    content: (/** @type {import("../dialogs/dialog.js").Close<"set" | "remove">} */ close) =>
       html`<p>
           The component pauses when
           ${kind === "state" ? "the state has been entered, before its code runs" : "the transition has fired"}, if this
@@ -86,7 +98,7 @@ export async function askCondition(automaton, kind, {id, name}) {
             spellcheck="false"
             .value=${state.condition}
             @keydown=${onEnter(() => close("set"))}
-            @input=${({target}) => (state.condition = target.value)}
+            @input=${(/** @type {From<HTMLInputElement>} */ {target}) => (state.condition = target.value)}
           />
         </div>`,
     footer: (close) =>

@@ -1,4 +1,8 @@
-/** Open what a component runs elsewhere: its document, and recordings of its runs. */
+/**
+ * Open what a component runs elsewhere: its document, and recordings of its runs.
+ *
+ * @import {Entry, Recording} from "../store.js"
+ */
 
 import {ask} from "../commands.js";
 import {chooseFile} from "../dialogs/files.js";
@@ -28,14 +32,18 @@ export async function openFollowed() {
     );
 }
 
+/** @param {string} name */
 async function find(name) {
   let level = [""];
   let looked = 0;
   for (let depth = 0; depth <= DEPTH && level.length; depth += 1) {
+    /** @type {string[]} */
     const next = [];
     for (const directory of level) {
       if ((looked += 1) > MOST) return undefined;
-      const {entries} = await store.request("listFiles", {directory}).catch(() => ({entries: []}));
+      const {entries} = await store
+        .request("listFiles", {directory})
+        .catch(() => ({entries: /** @type {Entry[]} */ ([])}));
       const found = entries.find((each) => each.kind === "document" && each.name === name);
       if (found) return found.path;
       next.push(...entries.filter((each) => each.kind === "directory").map((each) => each.path));
@@ -52,17 +60,19 @@ export async function openRecording() {
   if (found) await show(path, found);
 }
 
+/** @param {string} path @param {Recording} found */
 async function show(path, found) {
   await monitor.lookAtRecording(path, found);
   await showDocument(found);
   if (!found.complete) notify("The recording is long: only its beginning was read.");
 }
 
-/** Show the document that a recording holds, unless it is open. */
-async function showDocument({document, structure: {structure}}) {
+/** Show the document that a recording holds, unless it is open. @param {Recording} recording */
+async function showDocument({document, structure}) {
+  const shown = structure?.structure;
   if (monitor.tab) page.show(monitor.tab);
   else if (document) {
-    const name = structure.document || `${structure.name}.xml`;
+    const name = shown?.document || `${shown?.name}.xml`;
     const opened = await ask("openText", {name: name.replace(/^.*\//, ""), text: document});
     if (opened) page.show(opened.tab);
   } else notify("The recording does not hold its document: open it to see the states.");

@@ -64,7 +64,12 @@ class LiveErrors extends MonitorElement {
   }
 }
 
-/** The newest of each error with how often it came, the latest first. */
+/**
+ * The newest of each error with how often it came, the latest first.
+ *
+ * @param {import("./monitor.js").ErrorReport[]} errors
+ * @returns {[import("./monitor.js").ErrorReport, number][]}
+ */
 function grouped(errors) {
   const found = new Map();
   for (const each of errors.toReversed()) {
@@ -76,7 +81,11 @@ function grouped(errors) {
   return [...found.values()];
 }
 
-/** Show the code that failed: its very line where that is known, else the code of the state. */
+/**
+ * Show the code that failed: its very line where that is known, else the code of the state.
+ *
+ * @param {import("./monitor.js").ErrorReport} error
+ */
 async function jump({automaton, state, location}) {
   const {tab} = monitor;
   if (!tab) return;

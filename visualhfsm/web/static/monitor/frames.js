@@ -1,5 +1,7 @@
 /** Pictures from the server, the newest each time that the last one was drawn. */
 
+import {messageOf} from "../notices.js";
+
 const AGAIN = 1500; // ms until a lost connection is tried again
 
 /**
@@ -12,13 +14,14 @@ const AGAIN = 1500; // ms until a lost connection is tried again
  * @returns {{close: () => void}}
  */
 export function receiveFrames(path, {draw, lost}) {
+  /** @type {WebSocket | undefined} */
   let socket;
   let timer = 0;
   let closed = false;
   const open = () => {
-    socket = new WebSocket(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}${path}`);
-    socket.binaryType = "arraybuffer";
-    const mine = socket;
+    const mine = new WebSocket(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}${path}`);
+    mine.binaryType = "arraybuffer";
+    socket = mine;
     let isFirst = true;
     mine.addEventListener("message", async ({data}) => {
       try {
@@ -26,7 +29,7 @@ export function receiveFrames(path, {draw, lost}) {
         isFirst = false;
         await draw(data, begins);
       } catch (error) {
-        lost(error.message);
+        lost(messageOf(error));
       }
       if (mine.readyState === WebSocket.OPEN) mine.send("drawn");
     });
@@ -41,7 +44,7 @@ export function receiveFrames(path, {draw, lost}) {
     close() {
       closed = true;
       clearTimeout(timer);
-      socket.close();
+      socket?.close();
     },
   };
 }

@@ -5,6 +5,7 @@ import {html, nothing} from "lit";
 import {MonitorElement, whyUnknown} from "./element.js";
 import {monitor} from "./monitor.js";
 
+/** @param {number} angle */
 const degrees = (angle) => `${((angle * 180) / Math.PI).toFixed(1)}°`;
 const NEAR = 0.05; // part of the range from a limit
 
@@ -26,8 +27,9 @@ class Joints extends MonitorElement {
     </div>`;
   }
 
+  /** @param {string} name @param {number} angle */
   #row(name, angle) {
-    const {lower, upper} = monitor.robot.limits.get(name) ?? {};
+    const {lower, upper} = monitor.robot.limits.get(name) ?? {lower: 0, upper: 0};
     const part = upper > lower ? (angle - lower) / (upper - lower) : undefined;
     const near = part !== undefined && (part < NEAR || part > 1 - NEAR);
     return html`<tr>
@@ -58,6 +60,7 @@ class Joints extends MonitorElement {
     </tr>`;
   }
 
+  /** @param {import("./monitor.js").HealthReport} health */
   #health({realTimeFactor, lag, torsoTilt, fallen, cameraRates, limitedCommands, velocityTimeouts}) {
     const rates = Object.entries(cameraRates ?? {});
     const facts = [

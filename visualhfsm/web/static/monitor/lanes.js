@@ -1,12 +1,16 @@
 /** Draws the states of automata over time, a lane each. */
 
+import {required} from "../required.js";
 import {monitor} from "./monitor.js";
 
 const NAMED = 34; // px that a span must be wide for its name
 const FONT = "11px Inter, system-ui, 'DejaVu Sans', sans-serif";
 
 /**
+ * @import {Span} from "./past.js"
  * @typedef {{id: number, name: string}} Lane
+ * @typedef {{empty: string, muted: string, plain: string[], parent: string[]}} Palette of a state's `plain` and
+ *   `parent` the ground, the line and the letters
  * @typedef {{start: number, end: number}} Range component times at the left and right edge, s
  */
 
@@ -22,11 +26,12 @@ export function drawLanes(canvas, {lanes, range, laneHeight, gap, axis}) {
   const ratio = devicePixelRatio;
   if (canvas.width !== Math.round(width * ratio)) canvas.width = Math.round(width * ratio);
   if (canvas.height !== Math.round(height * ratio)) canvas.height = Math.round(height * ratio);
-  const pen = canvas.getContext("2d");
+  const pen = required(canvas.getContext("2d"), "canvas");
   pen.setTransform(ratio, 0, 0, ratio, 0, 0);
   pen.clearRect(0, 0, width, height);
   const colors = palette();
   const scale = width / Math.max(1e-3, range.end - range.start);
+  /** @param {number} time */
   const x = (time) => (time - range.start) * scale;
   pen.font = FONT;
   pen.textBaseline = "middle";
@@ -41,9 +46,15 @@ export function drawLanes(canvas, {lanes, range, laneHeight, gap, axis}) {
   return x;
 }
 
+/**
+ * @param {CanvasRenderingContext2D} pen
+ * @param {Palette} colors
+ * @param {Span} span
+ * @param {{id: number, left: number, right: number, top: number, laneHeight: number, width: number}} where
+ */
 function drawSpan(pen, colors, {state, ghost}, {id, left, right, top, laneHeight, width}) {
   const [from, to] = [Math.max(0, left), Math.min(width, right)];
-  const isParent = monitor.automaton(id)?.states.find((each) => each.id === state)?.children.length > 0;
+  const isParent = monitor.automaton(id)?.states.some((each) => each.id === state && each.children.length > 0);
   const [fill, line, ink] = isParent ? colors.parent : colors.plain;
   pen.globalAlpha = ghost ? 0.35 : 1;
   pen.fillStyle = fill;
@@ -71,6 +82,11 @@ function drawSpan(pen, colors, {state, ghost}, {id, left, right, top, laneHeight
   pen.globalAlpha = 1;
 }
 
+/**
+ * @param {CanvasRenderingContext2D} pen
+ * @param {Palette} colors
+ * @param {{range: Range, x: (time: number) => number, width: number, top: number}} where
+ */
 function drawAxis(pen, colors, {range, x, width, top}) {
   const step = stepOf((range.end - range.start) / (width / 90));
   pen.fillStyle = colors.muted;
@@ -84,7 +100,13 @@ function drawAxis(pen, colors, {range, x, width, top}) {
   }
 }
 
-/** Spans that are seen, without those too far left or right. */
+/**
+ * Spans that are seen, without those too far left or right.
+ *
+ * @param {Span[]} spans
+ * @param {Range} range
+ * @returns {Span[]}
+ */
 function seen(spans, {start, end}) {
   let [low, high] = [0, spans.length];
   while (low < high) {
@@ -97,13 +119,15 @@ function seen(spans, {start, end}) {
   return found;
 }
 
+/** @param {number} wanted */
 function stepOf(wanted) {
   const power = 10 ** Math.floor(Math.log10(Math.max(wanted, 1e-3)));
-  return [1, 2, 5, 10].map((each) => each * power).find((each) => each >= wanted);
+  return [1, 2, 5, 10].map((each) => each * power).find((each) => each >= wanted) ?? 10 * power;
 }
 
+/** @type {Palette | undefined} */
 let known;
-let theme;
+let theme = "";
 
 /** The colors of the style, read again when that changes. */
 function palette() {
@@ -111,6 +135,7 @@ function palette() {
   if (known && theme === now) return known;
   theme = now;
   const style = getComputedStyle(document.documentElement);
+  /** @param {string} name */
   const color = (name) => style.getPropertyValue(name).trim();
   known = {
     empty: color("--ground"),

@@ -25,13 +25,20 @@
  *   parameters: Record<string, string>, stoppedAt: Breakpoint[], errors: ErrorReport[], marks: Mark[],
  *   refusal: string}} ComponentNow
  * @typedef {{realTimeFactor: number, lag: number, torsoTilt: number, fallen: boolean,
- *   cameraRates: Record<string, number>}} HealthReport
+ *   cameraRates: Record<string, number>, limitedCommands: number, velocityTimeouts: number,
+ *   events: {time: number, level: number, source: string, message: string}[]}} HealthReport
  * @typedef {{joints: Record<string, number>, pan: number | null, tilt: number | null, health: HealthReport | null,
  *   trouble?: string}} RobotState
  * @typedef {{at: number, component: ComponentNow, robot: RobotState}} Snapshot
  * @typedef {{name: string, lower: number, upper: number}} JointLimits
  * @typedef {{limits: JointLimits[], cameras: string[]}} Facts
  * @typedef {{structure: ComponentStructure, run: number, breakpoints: Breakpoint[], cameras: string[]}} LiveStructure
+ * @typedef {{transition: number, order: number, asked: boolean, value: boolean, reason: string}} TransitionExplanation
+ * @typedef {{state: number, ghost: boolean, transitions: TransitionExplanation[], summary: string}} Explanation
+ * @typedef {{facts: Facts, at: Snapshot | null, explain: Explanation, pause: null, resume: null, step: null,
+ *   series: {times: number[], values: Record<string, (number | null)[]>}, setBreakpoints: null, setVariable: null,
+ *   forceTransition: null, sendEvent: null, reload: {generation: number, held: number, notKept: string[]},
+ *   emergencyStop: {stopped: string[], failed: Record<string, string>}}} Controls what each action answers
  * @typedef {{start: number, end: number, changes: [number, number, number, number, number][],
  *   spans: [number, number, boolean, number, number][], numbers: string[]}} Timeline
  * @typedef {{structure: LiveStructure | null, snapshot: Snapshot | null, timeline: Timeline, since: number | null,
@@ -184,7 +191,7 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
 
   #expected = ""; // a component that was just started here
   #tab = 0; // that it was started from
-  #known = new Structure();
+  #known = new Structure(undefined);
   /**
    * What is to be followed, and what came of it before the answer.
    *
@@ -309,7 +316,7 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
     return true;
   }
 
-  /** The component that is followed has ended. @param {string} message how @param {number} [exitCode] */
+  /** The component that is followed has ended. @param {string} message how @param {number | null} [exitCode] */
   end(message, exitCode) {
     this.ended = {at: Date.now() / 1000, message, exitCode: exitCode ?? this.ended?.exitCode};
     this.#emit("mode", "shown");
@@ -376,20 +383,24 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
   /**
    * Ask something of the component, or have it do something.
    *
-   * @returns {Promise<any>} what it gives; rejected with a RequestError
-   * @param {string} action
+   * @template {keyof Controls} Action
+   * @param {Action} action
    * @param {object} args
+   * @returns {Promise<Controls[Action]>} what it gives; rejected with a RequestError
    */
   control(action, args = {}) {
-    return store.request("control", {component: this.component, action, arguments: args});
+    return /** @type {Promise<Controls[typeof action]>} */ (
+      store.request("control", {component: this.component, action, arguments: args})
+    );
   }
 
   /**
    * The same for an action of a person, who sees when it is refused.
    *
-   * @returns {Promise<any>} undefined then
-   * @param {string} action
+   * @template {keyof Controls} Action
+   * @param {Action} action
    * @param {object} args
+   * @returns {Promise<Controls[Action] | null | undefined>} undefined then
    */
   async steer(action, args = {}) {
     if (!this.steers) return undefined;
@@ -405,7 +416,7 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
   #begin({structure, snapshot, timeline, since = 0, facts}) {
     this.since = since ?? 0;
     this.ended = undefined;
-    this.past = new Past(timeline);
+    this.past = new Past(timeline ?? undefined);
     this.robot.take(facts);
     this.newest = undefined;
     this.looking = undefined;

@@ -1,4 +1,10 @@
-/** Draws on the canvas what the followed component does. */
+/**
+ * Draws on the canvas what the followed component does.
+ *
+ * @import {Live} from "../canvas/live-marks.js"
+ * @import {Breakpoint} from "./breakpoints.js"
+ * @import {Snapshot} from "./monitor.js"
+ */
 
 import {page} from "../page.js";
 import {store} from "../store.js";
@@ -14,17 +20,20 @@ const AFTERGLOW = 0.3;
 /**
  * What an automaton does, by the keys of its states and transitions.
  *
- * @returns {Map<string, import("../canvas/live-marks.js").Live>}
+ * @param {number} id
+ * @param {Snapshot} snapshot
+ * @returns {Map<string, Live>}
  */
-function liveOf(id) {
+function liveOf(id, {component}) {
+  /** @type {Map<string, Live>} */
   const live = new Map();
+  /** @param {string} key @param {Live} what */
   const put = (key, what) => live.set(key, {...live.get(key), ...what});
-  const {component} = monitor.snapshot;
   const now = monitor.now(id);
   if (now) {
     const {state, ghost, finished, timers, guards} = now;
-    const [newest, ...older] = monitor.past.latest(id, component.time, 12);
-    const left = [newest, ...older].filter(Boolean).map(({origin, time}) => ({origin, time}));
+    const left = monitor.past.latest(id, component.time, 12);
+    const newest = left.at(0);
     for (const {origin, time} of left) {
       const seen = [...live.values()].filter((each) => each.trail).length;
       if (seen === TRAIL.length) break;
@@ -38,7 +47,7 @@ function liveOf(id) {
       put(`t${newest.transition}`, {fired: age < FLASH && !ghost ? Math.max(AFTERGLOW, 1 - age / FLASH) : AFTERGLOW});
     }
     for (const {transition, remaining} of timers) {
-      const {kind, seconds} = monitor.transition(id, transition) ?? {};
+      const {kind, seconds = 0} = monitor.transition(id, transition) ?? {};
       const part = kind === ON_TIME && seconds > 0 ? remaining / seconds : 0;
       put(`t${transition}`, {timer: Math.min(1, Math.max(0.001, part)), remaining});
     }
@@ -56,7 +65,9 @@ function liveOf(id) {
 /**
  * What an automaton shows whose component is not followed: where it is to pause.
  *
- * @returns {Map<string, import("../canvas/live-marks.js").Live>}
+ * @param {number} id
+ * @param {Breakpoint[]} breakpoints
+ * @returns {Map<string, Live>}
  */
 const plannedOf = (id, breakpoints) =>
   new Map(
@@ -66,7 +77,7 @@ const plannedOf = (id, breakpoints) =>
     ]),
   );
 
-/** The breakpoints of an automaton. @param {import("./breakpoints.js").Breakpoint[]} breakpoints */
+/** The breakpoints of an automaton. @param {number} id @param {Breakpoint[]} breakpoints */
 const breakpointsIn = (id, breakpoints) =>
   breakpoints
     .filter(({automaton}) => automaton === id)
@@ -87,42 +98,40 @@ export function showOn(canvas) {
   let marked = "";
   const draw = () => {
     if (page.highlight) return;
-    const here = monitor.snapshot && page.tab && page.tab === monitor.tab && !monitor.isOver;
+    const here = page.tab && page.tab === monitor.tab && !monitor.isOver ? monitor.snapshot : undefined;
     canvas.classList.toggle("live", Boolean(here));
     canvas.classList.toggle("stale", Boolean(here && monitor.isLost));
     document.documentElement.classList.toggle("live-lost", monitor.isLost);
     canvas.classList.toggle("past", Boolean(here && monitor.looking));
-    const running = here ? monitor.snapshot.component.automata : [];
+    const running = here?.component.automata ?? [];
     const signature = running.map(({id, state, ghost}) => `${id}.${state}${ghost ? "g" : ""}`).join();
     if (signature !== marked) {
       marked = signature;
-      document
-        .querySelector("hfsm-tree")
-        ?.showLive(new Map(running.map(({id, state, ghost}) => [`${id}.${state}`, ghost ? "ghost" : "active"])));
+      /** @type {import("../tree.js").Tree | null} */
+      const tree = document.querySelector("hfsm-tree");
+      tree?.showLive(new Map(running.map(({id, state, ghost}) => [`${id}.${state}`, ghost ? "ghost" : "active"])));
     }
     const planned = here || !page.automaton ? [] : monitor.breakpoints.of(page.tab);
     if (!here && !shown && !planned.length) return;
     shown = Boolean(here || planned.length);
-    if (here && monitor.follows) followDeepest();
+    if (here && monitor.follows) followDeepest(here);
     canvas.showLive(
-      !page.automaton ? undefined : here ? liveOf(page.automaton.id) : plannedOf(page.automaton.id, planned),
+      !page.automaton ? undefined : here ? liveOf(page.automaton.id, here) : plannedOf(page.automaton.id, planned),
     );
   };
-  for (const kind of ["shown", "mode", "structure"]) monitor.addEventListener(kind, draw);
-  for (const kind of ["tab", "automaton", "highlight"]) page.addEventListener(kind, draw);
+  for (const kind of /** @type {const} */ (["shown", "mode", "structure"])) monitor.addEventListener(kind, draw);
+  for (const kind of /** @type {const} */ (["tab", "automaton", "highlight"])) page.addEventListener(kind, draw);
   store.addEventListener("document", draw);
   draw();
 }
 
-/** Show the automaton that is active deepest below the root, in the order of the document. */
-function followDeepest() {
-  const {automata} = page.document;
-  const active = new Map(
-    monitor.snapshot.component.automata.filter((each) => !each.ghost).map((each) => [each.id, each]),
-  );
+/** Show the automaton that is active deepest below the root, in the order of the document. @param {Snapshot} now */
+function followDeepest({component}) {
+  const {automata} = page.shownDocument;
+  const active = new Map(component.automata.filter((each) => !each.ghost).map((each) => [each.id, each]));
   let each = [...automata.values()].find(({father}) => father === 0);
   for (;;) {
-    const {state} = active.get(each?.id) ?? {};
+    const {state} = active.get(each?.id ?? 0) ?? {};
     const below = each?.states
       .find(({id}) => id === state)
       ?.children.find((id) => active.has(id) && automata.get(id)?.states.length);

@@ -1,4 +1,8 @@
-/** One plot over component time. */
+/**
+ * One plot over component time.
+ *
+ * @import {AlignedData} from "uplot"
+ */
 
 import uPlot from "uplot";
 
@@ -17,8 +21,12 @@ export class Plot {
   /** Numbers by their names. @type {string[]} */
   names = [];
 
+  /** @type {uPlot | undefined} */
   #chart;
+  /** Component times, and of each number its values then. @type {(number | null)[][]} */
   #data = [[]];
+  /** That it is drawn in. @type {string | undefined} */
+  #theme = "";
   #drawn = 0;
   #timer = 0;
   #filling = 0;
@@ -38,6 +46,7 @@ export class Plot {
       this.#chart && this.element.clientWidth && this.#chart.setSize({width: this.element.clientWidth, height: HEIGHT}),
   );
 
+  /** @param {string[]} names */
   choose(names) {
     this.names = names;
     this.#chart?.destroy();
@@ -73,10 +82,10 @@ export class Plot {
       this.#past = monitor.past; // the component was restarted
       this.#data = [[], ...this.names.map(() => [])];
     }
-    if (this.#data[0].at(-1) >= time) return; // the server has sent it already
+    if ((this.#data[0].at(-1) ?? -Infinity) >= time) return; // the server has sent it already
     this.#data[0].push(time);
     this.names.forEach((name, index) => this.#data[index + 1].push(numbers.get(name) ?? null));
-    const old = this.#data[0].findIndex((each) => each >= time - this.span - 1);
+    const old = this.#data[0].findIndex((each) => (each ?? 0) >= time - this.span - 1);
     if (old > 200) for (const column of this.#data) column.splice(0, old);
     this.draw();
   }
@@ -104,23 +113,28 @@ export class Plot {
     const width = this.element.clientWidth;
     if (!width || !this.names.length) return;
     const theme = document.documentElement.dataset.theme;
-    if (this.theme !== theme) this.#chart = this.#chart?.destroy();
-    this.theme = theme;
-    this.#chart ??= this.#make(width);
+    if (this.#theme !== theme) {
+      this.#chart?.destroy();
+      this.#chart = undefined;
+    }
+    this.#theme = theme;
+    const chart = (this.#chart ??= this.#make(width));
     const at = monitor.snapshot?.component.time ?? 0;
     const end =
       monitor.looking && !monitor.recording
         ? Math.max(at, Math.min(monitor.past.end, at + this.span / 2))
         : monitor.past.end;
-    this.#chart.setData(this.#data, false);
-    this.#chart.batch(() => {
+    chart.setData(/** @type {AlignedData} */ (this.#data), false);
+    chart.batch(() => {
       const start = monitor.recording ? 0 : Math.max(Math.min(this.#data[0][0] ?? 0, end), end - this.span);
-      this.#chart.setScale("x", {min: start, max: Math.max(end, start + 1)});
+      chart.setScale("x", {min: start, max: Math.max(end, start + 1)});
     });
   }
 
+  /** @param {number} width */
   #make(width) {
     const style = getComputedStyle(document.documentElement);
+    /** @param {string} name */
     const color = (name) => style.getPropertyValue(name).trim();
     const axis = {
       stroke: color("--muted"),
@@ -153,17 +167,17 @@ export class Plot {
             dash: dashes[Math.floor(index / 2) % 4],
             points: {show: false},
             spanGaps: false,
-            paths: uPlot.paths.stepped({align: 1}),
+            paths: uPlot.paths.stepped?.({align: 1}),
           })),
         ],
         hooks: {draw: [(chart) => this.#drawMoment(chart, color("--select"))]},
       },
-      this.#data,
+      /** @type {AlignedData} */ (this.#data),
       this.element,
     );
   }
 
-  /** While somebody looks back, where that is. */
+  /** While somebody looks back, where that is. @param {uPlot} chart @param {string} color */
   #drawMoment(chart, color) {
     if (!monitor.looking) return;
     const x = chart.valToPos(monitor.looking.component.time, "x", true);

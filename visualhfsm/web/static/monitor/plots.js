@@ -1,4 +1,9 @@
-/** Any number of plots of anything that is a number. uPlot is loaded with this module. */
+/**
+ * Any number of plots of anything that is a number. uPlot is loaded with this module.
+ *
+ * @import {PropertyValues} from "lit"
+ * @import {From} from "../element.js"
+ */
 
 import {html, nothing} from "lit";
 
@@ -10,6 +15,17 @@ import {numbersOf} from "./values.js";
 
 const MOST_LINES = 8; // of a plot
 const MOST_NAMES = 1000; // of numbers to choose from; the server keeps no more
+
+/** What numbers are called that are of no automaton, by how their names begin. @type {Record<string, string>} */
+const GROUPS = {
+  joint: "Joints (rad)",
+  self: "Parameters",
+  robot: "Robot",
+  images: "Images a second",
+  mark: "Marks (pixels)",
+};
+/** What is measured of each automaton. @type {Record<string, string>} */
+const MEASURED = {lastCycle: "cycle (s)", overruns: "overruns"};
 
 class Plots extends MonitorElement {
   /** @type {typeof MonitorElement.kinds} */
@@ -23,6 +39,7 @@ class Plots extends MonitorElement {
     super();
     this.span = 30;
     this.component = "";
+    /** Names of all numbers that can be plotted. @type {Set<string>} */
     this.names = new Set();
   }
 
@@ -42,7 +59,10 @@ class Plots extends MonitorElement {
         ><span class="room"></span>
         <label
           >Window
-          <select aria-label="Window" @change=${({target}) => this.#resize(Number(target.value))}>
+          <select
+            aria-label="Window"
+            @change=${(/** @type {From<HTMLSelectElement>} */ {target}) => this.#resize(Number(target.value))}
+          >
             ${[10, 30, 60, 300, 1800].map(
               (each) =>
                 html`<option value=${each} ?selected=${each === this.span}>
@@ -83,7 +103,7 @@ class Plots extends MonitorElement {
                   ? html`<select
                       class="pick"
                       aria-label="Add a number to plot ${index + 1}"
-                      @change=${({target}) => {
+                      @change=${(/** @type {From<HTMLSelectElement>} */ {target}) => {
                         if (target.value) this.#choose(plot, [...plot.names, target.value]);
                         target.value = "";
                       }}
@@ -124,23 +144,27 @@ class Plots extends MonitorElement {
     return (variables.length ? variables : head.length ? head : [...this.names]).slice(0, 3);
   }
 
+  /** @param {string[]} names */
   #add(names) {
     const plot = new Plot(this.span, (name) => this.#titleOf(name));
     this.plots = [...this.plots, plot];
     this.#choose(plot, names);
   }
 
+  /** @param {Plot} plot @param {string[]} names */
   #choose(plot, names) {
     plot.choose(names);
     this.requestUpdate();
   }
 
+  /** @param {Plot} plot */
   #remove(plot) {
     plot.close();
     this.plots = this.plots.filter((each) => each !== plot);
     this.requestUpdate();
   }
 
+  /** @param {number} span */
   #resize(span) {
     this.span = span;
     for (const plot of this.plots) {
@@ -149,6 +173,7 @@ class Plots extends MonitorElement {
     }
   }
 
+  /** @param {PropertyValues} changed */
   updated(changed) {
     super.updated(changed);
     this.#showMoment();
@@ -178,35 +203,33 @@ class Plots extends MonitorElement {
   #showMoment() {
     for (const plot of this.plots) plot.draw();
     const numbers = monitor.snapshot ? numbersOf(monitor.snapshot) : new Map();
-    for (const output of this.querySelectorAll("output[data-name]")) {
-      const value = numbers.get(output.dataset.name);
+    /** @type {NodeListOf<HTMLElement>} */
+    const outputs = this.querySelectorAll("output[data-name]");
+    for (const output of outputs) {
+      const value = numbers.get(output.dataset.name ?? "");
       output.textContent = value === undefined ? "" : String(+value.toPrecision(4));
     }
   }
 
   /** @returns {[string, string[]][]} */
   #groups() {
+    /** @type {Map<string, string[]>} */
     const groups = new Map();
     for (const name of [...this.names].sort()) {
       const title = /^\d+[.:]/.test(name)
         ? (monitor.automaton(Number.parseInt(name, 10))?.name ?? "Automaton")
-        : ({
-            joint: "Joints (rad)",
-            self: "Parameters",
-            robot: "Robot",
-            images: "Images a second",
-            mark: "Marks (pixels)",
-          }[name.split(".")[0]] ?? "Other");
+        : (GROUPS[name.split(".")[0]] ?? "Other");
       groups.set(title, [...(groups.get(title) ?? []), name]);
     }
     return [...groups];
   }
 
+  /** @param {string} name */
   #titleOf(name) {
     const [, id, sign, rest] = /^(\d+)([.:])(.*)$/.exec(name) ?? [];
     if (!id) return name.replace(/^(joint|self)\./, "");
     const automaton = monitor.automaton(Number(id))?.name ?? id;
-    return `${automaton} ${sign === ":" ? ({lastCycle: "cycle (s)", overruns: "overruns"}[rest] ?? rest) : rest}`;
+    return `${automaton} ${sign === ":" ? (MEASURED[rest] ?? rest) : rest}`;
   }
 }
 

@@ -2,6 +2,8 @@
 
 import {html} from "lit";
 
+import {messageOf} from "../notices.js";
+import {required} from "../required.js";
 import {MonitorElement, whyUnknown} from "./element.js";
 import {receiveFrames} from "./frames.js";
 import {monitor} from "./monitor.js";
@@ -12,6 +14,16 @@ class RobotView extends MonitorElement {
   static kinds = ["mode", "shown"];
   static properties = {problem: {state: true}};
 
+  constructor() {
+    super();
+    /** @type {string | undefined} */
+    this.problem = undefined;
+    /** @type {ReturnType<typeof receiveFrames> | undefined} */
+    this.frames = undefined;
+    /** @type {RobotScene | undefined} */
+    this.scene = undefined;
+  }
+
   render() {
     return html`<div class="robot-view">
       <div class="stage"></div>
@@ -19,6 +31,7 @@ class RobotView extends MonitorElement {
     </div>`;
   }
 
+  /** @param {import("lit").PropertyValues} changed */
   updated(changed) {
     super.updated(changed);
     if (!this.frames && this.isConnected) this.#begin();
@@ -32,11 +45,12 @@ class RobotView extends MonitorElement {
   }
 
   #begin() {
+    /** @type {HTMLElement | null} */
     const stage = this.querySelector(".stage");
     try {
-      this.scene = new RobotScene(stage);
+      this.scene = new RobotScene(required(stage, "place for it"));
     } catch (error) {
-      this.problem = `This browser cannot draw in 3D: ${error.message}`;
+      this.problem = `This browser cannot draw in 3D: ${messageOf(error)}`;
       this.frames = {close() {}};
       return;
     }

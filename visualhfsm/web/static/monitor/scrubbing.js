@@ -7,13 +7,14 @@ const NEAR_NOW = 0.15; // s from the end of the run that count as now
 const FRAME = 80; // ms between two moments while it plays
 
 /** Events: `play` when playing begins or ends. */
-class Scrubbing extends EventTarget {
+class Scrubbing extends /** @type {new () => import("../store.js").Target<{play: null}>} */ (EventTarget) {
   /** Whether it plays. */
   plays = false;
   /** How fast, in component seconds a second. */
   speed = 1;
 
-  #wanted; // the component time that is asked for next
+  /** The component time that is asked for next. @type {number | undefined} */
+  #wanted;
   #busy = false;
   #timer = 0;
 
@@ -27,7 +28,7 @@ class Scrubbing extends EventTarget {
     return this.#wanted ?? monitor.snapshot?.component.time ?? 0;
   }
 
-  /** Show a moment; at the end of a run that goes on, what happens now. */
+  /** Show a moment; at the end of a run that goes on, what happens now. @param {number} time */
   async to(time) {
     const {start, end} = monitor.past;
     if (!monitor.recording && time >= end - NEAR_NOW) {
@@ -40,6 +41,7 @@ class Scrubbing extends EventTarget {
     this.#busy = true;
     try {
       while (this.#wanted !== undefined) {
+        /** @type {number} */
         const asked = this.#wanted;
         const found = await monitor.control("at", {time: asked});
         if (this.#wanted === undefined) break; // back to now
@@ -78,7 +80,7 @@ class Scrubbing extends EventTarget {
     this.dispatchEvent(new Event("play"));
   }
 
-  /** Show the change of a state before or after the shown moment. */
+  /** Show the change of a state before or after the shown moment. @param {number} step */
   toChange(step) {
     const times = monitor.past.changes.map((each) => each.time);
     const {time} = this;

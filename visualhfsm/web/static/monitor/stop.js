@@ -1,6 +1,6 @@
 /** The operator's red button: it asks nothing, waits for nothing, and works in every mode. */
 
-import {notify} from "../notices.js";
+import {messageOf, notify} from "../notices.js";
 import {monitor} from "./monitor.js";
 
 /** Three keys at once, the largest among them: found blindly, and hit by nobody who types. */
@@ -18,7 +18,7 @@ export async function stopRobot() {
       notify("There was nothing to stop: neither the robot nor the component is there.", "error");
     if (problems.length) notify(`Not stopped. ${problems.join("; ")}`, "error");
   } catch (error) {
-    notify(`STOP did not reach the robot: ${error.message} Use the robot's own button.`, "error");
+    notify(`STOP did not reach the robot: ${messageOf(error)} Use the robot's own button.`, "error");
   }
 }
 

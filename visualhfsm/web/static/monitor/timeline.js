@@ -1,12 +1,17 @@
 /**
  * The run from its beginning to now, to look back through: below the canvas the shown automaton and those above it,
  * as a panel all of them with a list of what happened.
+ *
+ * @import {PropertyValues} from "lit"
+ * @import {From} from "../element.js"
+ * @import {Range} from "./lanes.js"
  */
 
 import {html, nothing} from "lit";
 
 import {icon} from "../icons.js";
 import {page} from "../page.js";
+import {required} from "../required.js";
 import {MonitorElement, spokenSeconds} from "./element.js";
 import {drawLanes} from "./lanes.js";
 import {monitor} from "./monitor.js";
@@ -28,12 +33,15 @@ class Timeline extends MonitorElement {
     super();
     this.compact = false;
     this.whole = false;
+    this.sizes = new ResizeObserver(() => this.#draw());
+    /** The canvas whose size is watched. @type {HTMLCanvasElement | undefined} */
+    this.watched = undefined;
   }
 
   connectedCallback() {
     super.connectedCallback();
     this.listen(scrubbing, "play", () => this.requestUpdate());
-    this.sizes = new ResizeObserver(() => this.#draw());
+    if (this.watched) this.sizes.observe(this.watched);
   }
 
   disconnectedCallback() {
@@ -42,7 +50,7 @@ class Timeline extends MonitorElement {
   }
 
   focusFirst() {
-    this.querySelector("[role=slider]")?.focus();
+    /** @type {HTMLElement | null} */ (this.querySelector("[role=slider]"))?.focus();
   }
 
   render() {
@@ -82,7 +90,7 @@ class Timeline extends MonitorElement {
             ? nothing
             : html`<label
                 ><span class="faint">Speed</span>
-                <select aria-label="Speed" @change=${({target}) => (scrubbing.speed = Number(target.value))}>
+                <select aria-label="Speed" @change=${this.#setSpeed}>
                   ${[0.25, 0.5, 1, 2, 5, 10].map(
                     (each) => html`<option value=${each} ?selected=${each === scrubbing.speed}>${each}×</option>`,
                   )}
@@ -93,7 +101,11 @@ class Timeline extends MonitorElement {
           monitor.recording
             ? nothing
             : html`<label class="whole"
-                ><input type="checkbox" .checked=${this.whole} @change=${({target}) => (this.whole = target.checked)} />
+                ><input
+                  type="checkbox"
+                  .checked=${this.whole}
+                  @change=${(/** @type {From<HTMLInputElement>} */ {target}) => (this.whole = target.checked)}
+                />
                 All</label
               >`
         }
@@ -132,6 +144,7 @@ class Timeline extends MonitorElement {
     </div>`;
   }
 
+  /** @param {PropertyValues} changed */
   updated(changed) {
     super.updated(changed);
     const canvas = this.querySelector("canvas");
@@ -161,7 +174,9 @@ class Timeline extends MonitorElement {
     if (!canvas?.clientWidth) return;
     const range = this.#range();
     const x = drawLanes(canvas, {lanes: this.#lanes(), range, laneHeight: LANE, gap: GAP, axis: AXIS});
+    /** @type {HTMLElement | null} */
     const cursor = this.querySelector(".cursor");
+    if (!cursor) return;
     const at = Math.min(canvas.clientWidth - 1, Math.max(0, x(scrubbing.time)));
     cursor.style.transform = `translateX(${at.toFixed(1)}px)`;
     cursor.classList.toggle("left", at > canvas.clientWidth - 70);
@@ -183,7 +198,7 @@ class Timeline extends MonitorElement {
       wanted.length > MOST_LANES
         ? wanted.slice(Math.max(0, path.length - MOST_LANES), Math.max(MOST_LANES, path.length))
         : wanted;
-    return chosen.length ? chosen.map((id) => all.find((each) => each.id === id)) : all.slice(0, MOST_LANES);
+    return chosen.length ? chosen.flatMap((id) => all.find((each) => each.id === id) ?? []) : all.slice(0, MOST_LANES);
   }
 
   #list() {
@@ -209,20 +224,29 @@ class Timeline extends MonitorElement {
     </ol>`;
   }
 
+  /** @param {string} image @param {string} label @param {() => void} act */
   #button(image, label, act) {
     return html`<button type="button" class="action bare" aria-label=${label} title=${label} @click=${act}>
       ${icon(image)}
     </button>`;
   }
 
-  #dragged; // what was shown when a drag began: it does not move meanwhile
+  /** What was shown when a drag began: it does not move meanwhile. @type {Range | undefined} */
+  #dragged;
 
+  /** @param {PointerEvent} event */
   #timeAt({clientX}) {
-    const box = this.querySelector("canvas").getBoundingClientRect();
+    const box = required(this.querySelector("canvas"), "canvas").getBoundingClientRect();
     const {start, end} = this.#range();
     return start + ((clientX - box.left) / box.width) * (end - start);
   }
 
+  /** @param {From<HTMLSelectElement>} event */
+  #setSpeed = ({target}) => {
+    scrubbing.speed = Number(target.value);
+  };
+
+  /** @param {PointerEvent & From<HTMLElement>} event */
   #down = (event) => {
     if (event.button !== 0) return;
     this.#dragged = this.#range();
@@ -231,6 +255,7 @@ class Timeline extends MonitorElement {
     scrubbing.to(this.#timeAt(event));
   };
 
+  /** @param {PointerEvent} event */
   #move = (event) => {
     if (this.#dragged) scrubbing.to(this.#timeAt(event));
   };
@@ -240,10 +265,11 @@ class Timeline extends MonitorElement {
     this.#draw();
   };
 
+  /** @param {KeyboardEvent} event */
   #key = (event) => {
     const {time} = scrubbing;
     const far = event.shiftKey ? 10 : 1;
-    const act = /** @type {Record<string, number>} */ ({
+    const act = /** @type {Record<string, () => unknown>} */ ({
       ArrowLeft: () => scrubbing.to(time - 0.1 * far),
       ArrowRight: () => scrubbing.to(time + 0.1 * far),
       PageDown: () => scrubbing.toChange(-1),
@@ -259,6 +285,7 @@ class Timeline extends MonitorElement {
   };
 }
 
+/** @param {number} value */
 const round = (value) => (Number.isFinite(value) ? value.toFixed(1) : 0);
 
 customElements.define("hfsm-monitor-timeline", Timeline);

@@ -1,4 +1,9 @@
-/** Variables of the automata and parameters of the component; while it is steered they can be set. */
+/**
+ * Variables of the automata and parameters of the component; while it is steered they can be set.
+ *
+ * @import {From} from "../element.js"
+ * @import {ParameterStructure} from "./monitor.js"
+ */
 
 import {html, live, nothing} from "lit";
 
@@ -15,10 +20,13 @@ class LiveVariables extends MonitorElement {
   static watches = {page: ["automaton", "tab"], store: []};
 
   /** Values of the moment before, to show what has changed. */
-  #before = new Map();
-  #values = new Map();
-  /** When each was seen to change, ms. */
+  #before = /** @type {Map<string, string>} */ (new Map());
+  #values = /** @type {Map<string, string>} */ (new Map());
+  /** When each was seen to change, ms. @type {Map<string, number>} */
   #changed = new Map();
+  /** The value that is being typed, and which one it is. @type {string | undefined} */
+  editing = undefined;
+  typed = "";
 
   render() {
     const {snapshot} = monitor;
@@ -52,15 +60,7 @@ class LiveVariables extends MonitorElement {
               <h3>Head</h3>
               <table>
                 <tbody>
-                  ${["pan", "tilt"]
-                    .filter((each) => robot[each] !== null)
-                    .map(
-                      (each) =>
-                        html`<tr>
-                          <th scope="row">${each}</th>
-                          <td>${((robot[each] * 180) / Math.PI).toFixed(1)}°</td>
-                        </tr>`,
-                    )}
+                  ${angle("pan", robot.pan)}${angle("tilt", robot.tilt)}
                 </tbody>
               </table>
             </section>`
@@ -68,6 +68,13 @@ class LiveVariables extends MonitorElement {
     </div>`;
   }
 
+  /**
+   * @param {string} title
+   * @param {number} automaton
+   * @param {[string, string][]} entries
+   * @param {string} note
+   * @param {Map<string, ParameterStructure>} [types]
+   */
   #table(title, automaton, entries, note, types) {
     return html`<section>
       <h3>${title}${note ? html` <span class="faint">${note}</span>` : nothing}</h3>
@@ -79,6 +86,7 @@ class LiveVariables extends MonitorElement {
     </section>`;
   }
 
+  /** @param {number} automaton @param {string} name @param {string} text @param {ParameterStructure} [type] */
   #row(automaton, name, text, type) {
     const key = `${automaton}.${name}`;
     this.#values.set(key, text);
@@ -97,9 +105,10 @@ class LiveVariables extends MonitorElement {
                 aria-label="${name}"
                 spellcheck="false"
                 .value=${live(this.editing === key ? this.typed : text)}
-                @focus=${(event) => this.#begin(key, text, event.target)}
-                @input=${(event) => (this.typed = event.target.value)}
-                @keydown=${(event) => this.#key(event, automaton, name, text)}
+                @focus=${(/** @type {From<HTMLInputElement>} */ {target}) => this.#begin(key, text, target)}
+                @input=${(/** @type {From<HTMLInputElement>} */ {target}) => (this.typed = target.value)}
+                @keydown=${(/** @type {KeyboardEvent & From<HTMLInputElement>} */ event) =>
+                  this.#key(event, automaton, name, text)}
                 @blur=${() => this.#end()}
               />`
             : html`<span class="mono" title=${text}>${text}</span>`
@@ -108,6 +117,7 @@ class LiveVariables extends MonitorElement {
     </tr>`;
   }
 
+  /** @param {string} key @param {string} text @param {HTMLInputElement} input */
   #begin(key, text, input) {
     this.editing = key;
     this.typed = text;
@@ -119,7 +129,14 @@ class LiveVariables extends MonitorElement {
     this.requestUpdate();
   }
 
-  /** Enter sets the value, Escape leaves it. */
+  /**
+   * Enter sets the value, Escape leaves it.
+   *
+   * @param {KeyboardEvent & From<HTMLInputElement>} event
+   * @param {number} automaton
+   * @param {string} name
+   * @param {string} text
+   */
   async #key(event, automaton, name, text) {
     if (event.key === "Escape") {
       event.target.blur();
@@ -138,5 +155,14 @@ class LiveVariables extends MonitorElement {
     if (target.value !== text) notify(`Set ${name} to ${target.value}.`);
   }
 }
+
+/** @param {string} name @param {number | null} radians */
+const angle = (name, radians) =>
+  radians === null
+    ? nothing
+    : html`<tr>
+        <th scope="row">${name}</th>
+        <td>${((radians * 180) / Math.PI).toFixed(1)}°</td>
+      </tr>`;
 
 customElements.define("hfsm-live-variables", LiveVariables);

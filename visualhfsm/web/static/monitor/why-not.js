@@ -1,4 +1,10 @@
-/** "Why not?": what keeps the transitions out of a state from firing, beside the pointer or the selected thing. */
+/**
+ * "Why not?": what keeps the transitions out of a state from firing, beside the pointer or the selected thing.
+ *
+ * @import {HfsmCanvas} from "../canvas/canvas.js"
+ * @import {Explanation} from "./monitor.js"
+ * @typedef {{canvas: HfsmCanvas, group: SVGElement, pinned: boolean, automaton: number, transition: number}} Shown
+ */
 
 import {html, nothing, render} from "lit";
 
@@ -8,18 +14,21 @@ import {monitor} from "./monitor.js";
 const PATIENCE = 220; // ms that the pointer rests before anything is shown
 const AGAIN = 400; // ms after which an explanation is asked for again
 
+/** @type {HTMLElement | undefined} */
 let element;
 let timer = 0;
-let shown; // {automaton, transition, spot, pinned}
+/** @type {Shown | undefined} */
+let shown;
 
 /**
  * Explain what the pointer rests on, for as long as a component is followed.
  *
- * @param {import("../canvas/canvas.js").HfsmCanvas} canvas
+ * @param {HfsmCanvas} canvas
  */
 export function explainUnderPointer(canvas) {
   canvas.svg.addEventListener("pointerover", (event) => {
-    const group = event.target.closest?.("[data-key]");
+    /** @type {SVGElement | null} */
+    const group = event.target instanceof Element ? event.target.closest("[data-key]") : null;
     clearTimeout(timer);
     if (shown && !shown.pinned && shown.group !== group) hide();
     if (!group || !isExplained() || event.buttons) return;
@@ -35,7 +44,7 @@ export function explainUnderPointer(canvas) {
     hide();
   });
   canvas.addEventListener("view", () => hide());
-  for (const kind of ["tab", "automaton"]) page.addEventListener(kind, () => hide());
+  for (const kind of /** @type {const} */ (["tab", "automaton"])) page.addEventListener(kind, () => hide());
   monitor.addEventListener("mode", () => !isExplained() && hide());
   document.addEventListener(
     "keydown",
@@ -52,36 +61,32 @@ export function explainUnderPointer(canvas) {
 /**
  * Explain the selected state or transition, or the state that the shown automaton is in.
  *
- * @param {import("../canvas/canvas.js").HfsmCanvas} canvas
+ * @param {HfsmCanvas} canvas
  */
 export function explainSelected(canvas) {
   if (shown?.pinned) return hide();
-  const key = canvas.selectedKeys()[0] ?? `s${monitor.now(page.automaton.id)?.state}`;
+  const key = canvas.selectedKeys()[0] ?? `s${monitor.now(page.shownAutomaton.id)?.state}`;
   const view = canvas.scene.view(key);
   return view && show(canvas, view.group, true);
 }
 
 const isExplained = () => monitor.isLive && page.tab === monitor.tab;
 
+/** @param {HfsmCanvas} canvas @param {SVGElement} group @param {boolean} pinned */
 async function show(canvas, group, pinned) {
   hide();
-  const {key} = group.dataset;
+  const {key = ""} = group.dataset;
+  const automaton = page.shownAutomaton;
   const id = Number(key.slice(1).replaceAll("'", ""));
   const transition = key.startsWith("t") ? id : 0;
-  const now = monitor.now(page.automaton.id);
+  const now = monitor.now(automaton.id);
   if (!now) return;
-  const origin = transition ? page.automaton.transitions.find((each) => each.id === transition)?.origin : id;
+  const origin = transition ? automaton.transitions.find((each) => each.id === transition)?.origin : id;
   if (origin !== now.state) {
     if (pinned) canvas.announce(`The automaton is in ${monitor.stateName(now.id, now.state)} now.`);
     else return;
   }
-  const current = {
-    canvas,
-    group,
-    pinned,
-    automaton: page.automaton.id,
-    transition: origin === now.state ? transition : 0,
-  };
+  const current = {canvas, group, pinned, automaton: automaton.id, transition: origin === now.state ? transition : 0};
   shown = current;
   let said = false;
   while (shown === current && monitor.isLive) {
@@ -102,6 +107,7 @@ async function show(canvas, group, pinned) {
   if (shown === current) hide();
 }
 
+/** @param {Shown} about @param {Explanation} explanation */
 function draw({canvas, group, automaton, transition}, explanation) {
   if (!element) {
     element = document.createElement("div");
@@ -132,9 +138,10 @@ function draw({canvas, group, automaton, transition}, explanation) {
       }`,
     element,
   );
-  place(group.getBoundingClientRect());
+  place(element, group.getBoundingClientRect());
 }
 
+/** @param {number} automaton @param {number} id */
 function nameOf(automaton, id) {
   const transition = monitor.transition(automaton, id);
   return transition
@@ -142,13 +149,18 @@ function nameOf(automaton, id) {
     : `transition ${id}`;
 }
 
-/** Beside what it is about, where there is room. */
-function place(box) {
-  const {width, height} = element.getBoundingClientRect();
+/**
+ * Put the explanation beside what it is about, where there is room.
+ *
+ * @param {HTMLElement} bubble
+ * @param {DOMRect} box
+ */
+function place(bubble, box) {
+  const {width, height} = bubble.getBoundingClientRect();
   const middle = Math.min(Math.max(8, box.left + box.width / 2 - width / 2), innerWidth - width - 8);
   const below = box.bottom + 10 + height < innerHeight;
-  element.style.left = `${middle}px`;
-  element.style.top = `${below ? box.bottom + 10 : Math.max(8, box.top - height - 10)}px`;
+  bubble.style.left = `${middle}px`;
+  bubble.style.top = `${below ? box.bottom + 10 : Math.max(8, box.top - height - 10)}px`;
 }
 
 function hide() {

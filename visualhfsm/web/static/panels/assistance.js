@@ -63,7 +63,7 @@ class Help {
     if (doc.length > LARGEST) return null;
     const at = doc.lineAt(position);
     try {
-      return await store.request("codeHelp", {
+      const found = await store.request("codeHelp", {
         wanted,
         tab: this.tab,
         place: this.place,
@@ -71,6 +71,7 @@ class Help {
         line: at.number,
         column: position - at.from,
       });
+      return /** @type {Wanted[K] | null} */ (found);
     } catch {
       return null;
     }

@@ -29,7 +29,8 @@ let identities = {};
 
 /** Ask what is served in the realm now; nothing is where nothing can be followed. */
 export async function loadIdentities() {
-  identities = await store.request("control", {component: "", action: "identities"}).catch(() => ({}));
+  const asked = store.request("control", {component: "", action: "identities"});
+  identities = /** @type {Record<string, string[]>} */ (await asked.catch(() => ({})));
 }
 
 /** Identities to offer for an interface: those that have it, and all as long as it has none. @param {string} type */

@@ -9,8 +9,8 @@
 import {html, nothing} from "lit";
 
 /**
- * @param {{label: string, tabs: Tab[], chosen: string, choose: (id: string) => void, prefix: string}} options `prefix` begins the ids of tabs and their
- *   panels
+ * @param {{label: string, tabs: Tab[], chosen: string, choose: (id: string) => void, prefix: string}} options `prefix`
+ *   begins the ids of tabs and their panels
  */
 export function tabStrip({label, tabs, chosen, choose, prefix}) {
   /** @param {KeyboardEvent & From<HTMLElement>} event */
