@@ -234,6 +234,28 @@ def test_an_automaton_is_exported_as_svg_and_png(shown: EditorPage, tmp_path: Pa
     assert (width, height) == (2 * float(picture.attrib["width"]), 2 * float(picture.attrib["height"]))
 
 
+def test_a_document_without_automata_can_be_selected_in_and_exported(
+    shown: EditorPage, tmp_path: Path
+) -> None:
+    drop(shown, "nothing.xml", "<VisualHFSM></VisualHFSM>")
+    expect(tab(shown, "nothing")).to_have_attribute("aria-selected", "true")
+    shown.page.locator("hfsm-canvas svg[role=application]").click()
+    shown.press("Control+a")
+    x, y = shown.middle(shown.page.locator("hfsm-canvas"))
+    shown.page.mouse.move(x, y)
+    shown.page.mouse.down()
+    shown.page.mouse.move(x + 60, y + 40, steps=3)
+    shown.page.mouse.up()
+    shown.press("Control+e")
+    dialog = shown.page.get_by_role("dialog", name="Export")
+    expect(dialog.get_by_role("button", name="Picture")).to_have_count(0)
+    with shown.page.expect_download() as download:
+        dialog.get_by_role("button", name="The document (XML)").click()
+    download.value.save_as(tmp_path / "nothing.xml")
+    assert ElementTree.parse(tmp_path / "nothing.xml").getroot().tag == "VisualHFSM"
+    expect(shown.page.get_by_role("alert")).to_have_count(0)
+
+
 def test_a_folder_that_cannot_be_listed_is_told(shown: EditorPage, root: Path) -> None:
     (root / "folder").mkdir()
     shown.press("Control+o")
