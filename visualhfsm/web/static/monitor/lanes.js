@@ -107,7 +107,7 @@ function drawAxis(pen, colors, {range, x, width, top}) {
  * @param {Range} range
  * @returns {Span[]}
  */
-function seen(spans, {start, end}) {
+export function seen(spans, {start, end}) {
   let [low, high] = [0, spans.length];
   while (low < high) {
     const middle = (low + high) >> 1;
@@ -120,7 +120,7 @@ function seen(spans, {start, end}) {
 }
 
 /** @param {number} wanted */
-function stepOf(wanted) {
+export function stepOf(wanted) {
   const power = 10 ** Math.floor(Math.log10(Math.max(wanted, 1e-3)));
   return [1, 2, 5, 10].map((each) => each * power).find((each) => each >= wanted) ?? 10 * power;
 }

@@ -1,0 +1,136 @@
+import assert from "node:assert/strict";
+import {beforeEach, test} from "node:test";
+
+import {Socket, STATIC} from "./page.js";
+
+globalThis.addEventListener ??= () => {};
+
+const {actions, isEnabled, perform, selectionActions, selectionTitle} = await import(
+  new URL("actions.js", STATIC).href
+);
+const {keyTable, spoken, written} = await import(new URL("keys.js", STATIC).href);
+const {page} = await import(new URL("page.js", STATIC).href);
+const {store} = await import(new URL("store.js", STATIC).href);
+
+const state = (id, fields = {}) => ({id, name: `s${id}`, initial: false, final: false, children: [], ...fields});
+const transition = (id, origin, destination, priority = "") => ({id, name: `t${id}`, origin, destination, priority});
+const automaton = (id, father, states, transitions = []) => ({id, father, imported: null, states, transitions});
+
+/** @type {Socket} */
+let socket;
+const context = {app: {}, canvas: {}};
+
+/** Show a document; the actions work on it. */
+function show(...automata) {
+  socket.push({
+    push: "document",
+    tab: 1,
+    revision: 1,
+    undo: ["Move"],
+    redo: [],
+    dirty: true,
+    full: {name: "a", automata},
+  });
+  page.show(1);
+}
+
+/** What was asked last. */
+const asked = () => socket.sent.at(-1);
+
+beforeEach(() => {
+  store.documents.clear();
+  page.show(0);
+  page.forget(1);
+  if (!socket) {
+    store.connect();
+    socket = Socket.made.at(-1);
+    socket.open();
+  }
+});
+
+test("no key does two things where both count", () => {
+  const taken = new Map();
+  for (const {id, keys = [], scope} of actions.values()) {
+    for (const key of keys) {
+      assert.ok(!taken.has(key), `${key} is of ${taken.get(key)} and of ${id}`);
+      taken.set(key, id);
+      assert.ok(scope !== "typing" || /^(Ctrl|Alt|F\d|Shift\+F\d)/.test(key), `${id} takes ${key} from who types`);
+    }
+  }
+});
+
+test("what is in the menus and in the list of keys are actions, each with words", () => {
+  for (const {title, rows} of keyTable()) {
+    assert.ok(title && rows.length);
+    for (const {keys, text} of rows) assert.ok(text && keys.length, `${text} has no key`);
+  }
+  show(automaton(1, 0, [state(1), state(2), state(3)], [transition(1, 1, 2), transition(2, 2, 3)]));
+  for (const selection of [{states: [1]}, {transitions: [1]}, {states: [1, 2]}, {transitions: [1, 2]}, {}]) {
+    page.select(selection);
+    for (const id of selectionActions().flat()) assert.ok(actions.get(id)?.label, `${id} is no action`);
+  }
+});
+
+test("without a document only what needs none can be done", () => {
+  for (const id of ["save", "run", "undo", "selectAll", "newState", "copy", "delete", "stopRun", "pauseResume"])
+    assert.equal(isEnabled(id, context), false, id);
+  for (const id of ["new", "open", "help", "openRecording"]) assert.equal(isEnabled(id, context), true, id);
+  assert.equal(perform("undo", context), undefined);
+});
+
+test("a document without automata offers its first state, and nothing to select", () => {
+  show();
+  assert.equal(isEnabled("newState", context), true);
+  assert.equal(isEnabled("newTransition", context), false);
+  assert.equal(isEnabled("selectAll", context), false);
+});
+
+test("what is imported is looked at, and not changed", () => {
+  show(automaton(1, 0, [state(1, {children: [2]})]), {...automaton(2, 1, []), imported: {file: "b.xml", automaton: 0}});
+  page.select({states: [1]});
+  assert.equal(isEnabled("inline", context), true);
+  assert.equal(isEnabled("extract", context), false);
+  page.open(2);
+  for (const id of ["newState", "paste", "layout"]) assert.equal(isEnabled(id, context), false, id);
+  assert.equal(isEnabled("fit", context), true);
+});
+
+test("an action asks for a command about what is selected", () => {
+  show(automaton(1, 0, [state(1), state(2)], [transition(1, 1, 2), transition(2, 1, 2)]));
+  page.select({states: [1, 2], transitions: [2]});
+  assert.equal(selectionTitle(), "2 states, 1 transition");
+  perform("moveRight", context);
+  assert.deepEqual(asked().command, {
+    command: "moveItems",
+    automaton: 1,
+    states: [1, 2],
+    transitions: [2],
+    dx: 10,
+    dy: 0,
+  });
+  page.select({states: [2]});
+  assert.equal(selectionTitle(), "State s2");
+  perform("toggleFinal", context);
+  assert.deepEqual(asked().command, {command: "markFinal", automaton: 1, state: 2, final: true});
+  assert.equal(actions.get("toggleFinal").checked(), false);
+});
+
+test("a transition is evaluated earlier or later among those of its state, as far as there are others", () => {
+  show(automaton(1, 0, [state(1), state(2)], [transition(1, 1, 2), transition(2, 2, 1), transition(3, 1, 2)]));
+  page.select({transitions: [3]});
+  perform("tryEarlier", context);
+  assert.deepEqual(asked().command, {command: "reorderTransition", automaton: 1, transition: 3, index: 0});
+  const before = socket.sent.length;
+  perform("tryLater", context);
+  assert.equal(socket.sent.length, before);
+});
+
+test("keys are written as the table has them, and shown as people know them", () => {
+  const event = (key, held = {}) => ({key, ctrlKey: false, altKey: false, shiftKey: false, metaKey: false, ...held});
+  assert.equal(written(event("z", {ctrlKey: true})), "Ctrl+Z");
+  assert.equal(written(event("Z", {metaKey: true, shiftKey: true})), "Ctrl+Shift+Z");
+  assert.equal(written(event("?", {shiftKey: true})), "?");
+  assert.equal(written(event("Enter", {shiftKey: true})), "Shift+Enter");
+  assert.equal(spoken("Ctrl+ArrowUp"), "Ctrl+↑");
+  assert.equal(spoken("+"), "+");
+});

@@ -1,0 +1,113 @@
+import assert from "node:assert/strict";
+import {beforeEach, test} from "node:test";
+
+import {Socket, STATIC} from "./page.js";
+
+const {seen, stepOf} = await import(new URL("monitor/lanes.js", STATIC).href);
+const {monitor} = await import(new URL("monitor/monitor.js", STATIC).href);
+const {Past} = await import(new URL("monitor/past.js", STATIC).href);
+const {scrubbing} = await import(new URL("monitor/scrubbing.js", STATIC).href);
+const {store} = await import(new URL("store.js", STATIC).href);
+
+const now = (id, state, fields = {}) => ({id, state, ghost: false, enteredAt: 0, lastTransition: 0, ...fields});
+const span = (state, start, end, ghost = false) => ({state, ghost, start, end});
+const settled = () => new Promise((resolve) => setImmediate(resolve));
+
+/** @type {Socket} */
+let socket;
+
+beforeEach(async () => {
+  store.connect();
+  socket = Socket.made.at(-1);
+  if (socket.readyState !== Socket.OPEN) {
+    socket.open();
+    socket.push({re: socket.sent[0].id, ok: {}});
+    await settled();
+  }
+});
+
+test("a span lasts as long as its state is the current one", () => {
+  const past = new Past();
+  past.add({time: 1, automata: [now(1, 5)]});
+  past.add({time: 2, automata: [now(1, 5)]});
+  past.add({time: 3, automata: [now(1, 6, {enteredAt: 2.5, lastTransition: 9})]});
+  assert.deepEqual(past.spans.get(1), [span(5, 1, 3), span(6, 3, 3)]);
+  assert.deepEqual(past.changes, [{time: 2.5, automaton: 1, origin: 5, destination: 6, transition: 9}]);
+  assert.deepEqual([past.start, past.end], [1, 3]);
+});
+
+test("a state that is entered again begins another span, one that becomes a ghost changes nothing", () => {
+  const past = new Past();
+  past.add({time: 1, automata: [now(1, 5, {enteredAt: 1})]});
+  past.add({time: 2, automata: [now(1, 5, {enteredAt: 2, lastTransition: 3})]});
+  past.add({time: 3, automata: [now(1, 5, {enteredAt: 2, ghost: true})]});
+  assert.deepEqual(past.spans.get(1), [span(5, 1, 2), span(5, 2, 3), span(5, 3, 3, true)]);
+  assert.equal(past.changes.length, 1);
+});
+
+test("what the server kept goes on with what comes, and nothing older is taken", () => {
+  const past = new Past({start: 0, end: 4, changes: [[2, 1, 5, 6, 9]], spans: [[1, 6, false, 2, 4]], numbers: ["x"]});
+  past.add({time: 3, automata: [now(1, 7)]});
+  past.add({time: 5, automata: [now(1, 6, {enteredAt: 2})]});
+  assert.deepEqual(past.spans.get(1), [span(6, 2, 5)]);
+  assert.deepEqual([...past.numbers], ["x"]);
+  past.add({time: 6, automata: [now(1, 5, {enteredAt: 5.5})]});
+  assert.deepEqual(
+    past.latest(1, 6, 5).map(({time}) => time),
+    [5.5, 2],
+  );
+  assert.deepEqual(
+    past.latest(1, 3, 5).map(({time}) => time),
+    [2],
+  );
+  assert.deepEqual(past.latest(2, 6, 5), []);
+});
+
+test("of a long run the oldest spans and changes are forgotten, and what is now stays", () => {
+  const past = new Past();
+  for (let time = 1; time <= 20_050; time += 1)
+    past.add({time, automata: [now(1, time % 2, {enteredAt: time}), now(2, 1)]});
+  const kept = past.spans.get(1).length + past.spans.get(2).length;
+  assert.ok(kept <= 20_000 && kept > 15_000, `${kept} spans`);
+  assert.ok(past.changes.length <= 20_000);
+  assert.deepEqual(past.spans.get(2), [span(1, 1, 20_050)]);
+  assert.equal(past.spans.get(1).at(-1).end, 20_050);
+});
+
+test("only spans that are seen are drawn", () => {
+  const spans = [span(1, 0, 1), span(2, 1, 2), span(3, 2, 3), span(4, 3, 4)];
+  const shown = (start, end) => seen(spans, {start, end}).map(({state}) => state);
+  assert.deepEqual(shown(1.5, 2.5), [2, 3]);
+  assert.deepEqual(shown(-5, 9), [1, 2, 3, 4]);
+  assert.deepEqual(shown(5, 9), []);
+  assert.deepEqual(seen([], {start: 0, end: 1}), []);
+});
+
+test("the times below the lanes are round", () => {
+  assert.deepEqual(
+    [0.3, 0.5, 3, 7, 45, 0].map(stepOf).map((step) => Number(step.toPrecision(3))),
+    [0.5, 0.5, 5, 10, 50, 0.001],
+  );
+});
+
+test("a moment of the past is asked for, the latest only, and the end of a run is what happens now", async () => {
+  monitor.past = new Past({start: 0, end: 10, changes: [[4, 1, 1, 2, 3]], spans: [], numbers: []});
+  const at = (time) => ({component: {time}});
+  scrubbing.to(3);
+  scrubbing.to(5);
+  scrubbing.to(-2);
+  assert.equal(scrubbing.time, 0);
+  const [first, ...others] = socket.sent.filter(({action}) => action === "at");
+  assert.deepEqual([first.arguments.time, others], [3, []]);
+  socket.push({re: first.id, ok: at(3)});
+  await settled();
+  const second = socket.sent.at(-1);
+  assert.equal(second.arguments.time, 0);
+  socket.push({re: second.id, ok: at(0)});
+  await settled();
+  assert.deepEqual(monitor.looking, at(0));
+  scrubbing.toChange(1);
+  assert.equal(socket.sent.at(-1).arguments.time, 4);
+  scrubbing.to(9.9);
+  assert.equal(monitor.looking, undefined);
+});
