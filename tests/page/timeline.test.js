@@ -65,12 +65,14 @@ test("what the server kept goes on with what comes, and nothing older is taken",
 
 test("of a long run the oldest spans and changes are forgotten, and what is now stays", () => {
   const past = new Past();
+  past.add({time: 0, automata: [now(3, 7)]});
   for (let time = 1; time <= 20_050; time += 1)
     past.add({time, automata: [now(1, time % 2, {enteredAt: time}), now(2, 1)]});
   const kept = past.spans.get(1).length + past.spans.get(2).length;
   assert.ok(kept <= 20_000 && kept > 15_000, `${kept} spans`);
   assert.ok(past.changes.length <= 20_000);
   assert.deepEqual(past.spans.get(2), [span(1, 1, 20_050)]);
+  assert.deepEqual(past.spans.get(3), [span(7, 0, 0)]);
   assert.equal(past.spans.get(1).at(-1).end, 20_050);
 });
 
