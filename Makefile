@@ -8,8 +8,8 @@ VENV := .venv
 BIN := $(VENV)/bin
 PIP := PIP_CONSTRAINT=$(CURDIR)/constraints.txt PIP_DISABLE_PIP_VERSION_CHECK=1 $(BIN)/python -m pip
 SECONDS ?=
-# What the tests compile beforehand: where PYTHONDONTWRITEBYTECODE is set, as in many containers, each of the
-# hundreds of processes that they start would compile it anew, which takes a third of their time.
+# Compiled before the tests: where PYTHONDONTWRITEBYTECODE is set, as in many containers, each of the
+# hundreds of processes that they start would compile it again, which takes a third of their time.
 PACKAGES := $(patsubst %/__init__.py,%,$(wildcard */__init__.py))
 
 .PHONY: help demo check test types quick-tests all-tests docs lint lint-page format bench bench-transport oracle codegen constraints vendor packages system browser clean
@@ -74,10 +74,10 @@ oracle: $(VENV)/bench.stamp ## Compare the Slice compiler with ZeroC's (needs a 
 codegen: $(VENV)/dev.stamp ## Generate the Python of interfaces/ and behaviors/, and of the tests' documents
 	$(BIN)/codegen interfaces/*.idl behaviors/*.xml tests/data/components/*.xml
 
-constraints: ## Resolve the newest versions anew into constraints.txt
+constraints: ## Resolve the newest versions into constraints.txt
 	sh deploy/setup/resolve_constraints.sh
 
-vendor: ## Bundle the libraries of the editor's page anew (needs Node.js and npm)
+vendor: ## Bundle the libraries of the editor's page (needs Node.js and npm)
 	cd deploy/vendor && npm ci --silent && npm run --silent build
 
 packages: $(VENV)/python.stamp

@@ -1,6 +1,6 @@
 """Simulate a Nao in this process, without servers and as fast as the processor goes.
 
-It walks a square and tells where it believes to be, and where it is: `python examples/one_process.py`.
+It walks a square and prints its estimated and its true place: `python examples/one_process.py`.
 """
 
 from __future__ import annotations

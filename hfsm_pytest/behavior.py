@@ -42,7 +42,7 @@ class Behavior(ReloadableRun):
     """A component under test, in virtual time and with a robot; the fixture `behavior` makes it.
 
     An exception in its code fails the test, unless `on_error` is given: then the policy applies, `errors`
-    tells what happened, and when it is `stop` the robot is stopped as by the real component. A refused
+    says what happened, and when it is `stop` the robot is stopped as by the real component. A refused
     command is no error where the document lets it pause the component. Automata are named by their name,
     their path (`followBall/green`: the states that own them) or their id.
     """
@@ -217,8 +217,8 @@ class Behavior(ReloadableRun):
     def guard(self, name: str, value: bool | None) -> None:
         """Let a guard be true or false whatever its code says; None lets the code say again.
 
-        Its name is that of the transition, behind the path of the automaton where it needs to be told from
-        others: `red/lost`.
+        Its name is that of the transition, after the path of the automaton where it must be distinguished
+        from others: `red/lost`.
         """
         self._guards.set(name, value)
         self._journal.note(f"sets the guard {name} to {value}")

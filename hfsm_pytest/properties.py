@@ -104,13 +104,13 @@ class _Examination(Observer):
     def run(self, steps: Sequence[Step]) -> None:
         """Take the steps; raises BehaviorFailed at the first after which a check has failed."""
         self._look()
-        self._tell([])
+        self._check([])
         for number, step in enumerate(steps, 1):
             try:
                 step.apply(self._b)
             except BehaviorFailed as failure:
                 raise BehaviorFailed(f"{failure}\nsteps:{_listed(steps[:number])}") from failure.__cause__
-            self._tell(steps[:number])
+            self._check(steps[:number])
 
     def cycle_ended(self, run: Run, at: int) -> None:  # noqa: ARG002
         """Look whether all is well."""
@@ -128,7 +128,7 @@ class _Examination(Observer):
                 self._broken = (name, self._b.time, ", ".join(self._b.active_paths))
                 return
 
-    def _tell(self, steps: Sequence[Step]) -> None:
+    def _check(self, steps: Sequence[Step]) -> None:
         if self._broken is not None:
             name, time, where = self._broken
             what = f"{name} does not hold at {time:g} s, in {where}"

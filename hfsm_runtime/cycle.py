@@ -104,9 +104,9 @@ def _pauses(tree: Tree, run: Run, transition: Transition | None) -> bool:
 def _first_that_holds(tree: Tree, run: Run, now: int, supervisor: Supervisor) -> Transition | None:
     """Return the transition that is to fire, if any: the one that is forced, or the first that holds.
 
-    They are tried with the oldest event. An event that fires none of them is dropped, and those that wait for
-    an event are asked with the next one. An event stays first when another transition fires before it, and
-    when the cycle is cut short in between.
+    They are tried with the oldest event. An event that fires none of them is dropped, and transitions that
+    wait for an event are asked with the next one. An event stays first when another transition fires before
+    it, and when the cycle is cut short in between.
     """
     forced = run.forced
     if forced is not None:

@@ -59,7 +59,7 @@ def servers_present(component: Component, communicator: Communicator) -> bool:
 
 
 def commands_taken(safety: SafetyPrx, holder: str) -> bool:
-    """Return whether the robot may take commands again after it refused one.
+    """Return whether the robot may accept commands again after it refused one.
 
     `holder` held it then; empty when nobody did. `Safety` knows of emergency stops and leases. Where
     it cannot be asked, or nothing it knows is the reason, only another command can find out.

@@ -43,7 +43,7 @@ def stop(settings: Settings, reason: str) -> None:
 
 
 def reset(settings: Settings) -> None:
-    """Let the robot take commands again; raises what a call raises."""
+    """Let the robot accept commands again; raises what a call raises."""
     with initialize(settings) as communicator:
         find_servant(communicator, _SAFETY).invoke("resetEmergencyStop", [])
     typer.echo("reset: the robot accepts commands again")

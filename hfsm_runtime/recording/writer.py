@@ -98,7 +98,7 @@ class RecordingWriter:
                 self._lost += 1
                 return
             if self._lost:
-                self._tell_gap(entry.time)
+                self._record_gap(entry.time)
             self._queue.append(entry)
             self._bytes += entry.size
 
@@ -116,7 +116,7 @@ class RecordingWriter:
         elif self.dropped:
             _logger.warning("the recording %s has gaps: %d messages came too fast", self._path, self.dropped)
 
-    def _tell_gap(self, time: int) -> None:
+    def _record_gap(self, time: int) -> None:
         self._queue.append(Entry("/gaps", time, Gap(self._lost)))
         self.dropped += self._lost
         self._lost = 0
@@ -129,7 +129,7 @@ class RecordingWriter:
             while not last:
                 last = self._stopping.wait(_LOOK)
                 if last and self._lost:
-                    self._tell_gap(self._latest)
+                    self._record_gap(self._latest)
                 self._drain()
                 looks += 1
                 if looks % _CHUNK == 0:

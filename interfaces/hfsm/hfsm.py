@@ -59,7 +59,7 @@ class StateStructure(ice.Struct):
     children: IdSeq = []
     """The automata that the state owns."""
     restart: bool = False
-    """Whether they begin anew each time the state is entered."""
+    """Whether they restart each time the state is entered."""
 
 
 class TransitionKind(ice.IntEnum):
@@ -222,7 +222,7 @@ class ComponentSnapshot(ice.Struct):
     """A component at one moment."""
 
     startedAt: float = 0.0
-    """Wall time at which the component was started, in s since the epoch: it tells one run from the next."""
+    """Wall time at which the component was started, in s since the epoch: it identifies a run."""
     time: float = 0.0
     """Component time in s: active time since its start on its own clock."""
     status: ComponentStatus = ComponentStatus.Running
@@ -238,7 +238,9 @@ class ComponentSnapshot(ice.Struct):
     marks: MarkSeq = []
     """What the component marked on the pictures of its cameras in the last 0.5 s of component time."""
     refusal: str = ""
-    """The refused command that pauses the component until the robot takes commands again; empty otherwise."""
+    """The refused command that pauses the component until the robot accepts commands again; empty
+    otherwise.
+    """
 
 
 class TransitionExplanation(ice.Struct):

@@ -29,7 +29,7 @@ class ImageDescription(ice.Struct):
     size: ice.Int = 0
     """Bytes of the pixel data."""
     format: str = ""
-    """Pixel format: one of those that getImageFormat lists."""
+    """Pixel format: one that getImageFormat lists."""
 
 
 class ImageData(ice.Struct):

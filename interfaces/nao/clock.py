@@ -23,7 +23,7 @@ class ClockReading(ice.Struct):
 
 
 class ClockPrx(ice.ObjectPrx, id="::nao::Clock", fingerprint="4286b1d66f43e18f"):
-    """Tell the robot's time."""
+    """Report the robot's time."""
 
     @ice.stream(idempotent=True)
     def getTime(self) -> ClockReading:

@@ -56,7 +56,7 @@ class HealthReport(ice.Struct):
 
 
 class HealthPrx(ice.ObjectPrx, id="::nao::Health", fingerprint="c1493034b6047a01"):
-    """Tell how a robot server is."""
+    """Report the state of a robot server."""
 
     @ice.stream(idempotent=True)
     def getHealth(self) -> HealthReport:

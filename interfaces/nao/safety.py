@@ -37,7 +37,7 @@ class SafetyPrx(ice.ObjectPrx, id="::nao::Safety", fingerprint="8c9b65cca99f51bc
 
     @ice.operation(idempotent=True)
     def resetEmergencyStop(self) -> None:
-        """Take commands again."""
+        """Accept commands again."""
 
     @ice.operation(throws=(CommandRefusedException, InvalidValueException))
     def acquireLease(self, holder: str, seconds: float) -> None:

@@ -32,7 +32,7 @@ class GroundTruthReading(ice.Struct):
 
 
 class GroundTruthPrx(ice.ObjectPrx, id="::nao::GroundTruth", fingerprint="db09efea18535142"):
-    """Tell where everything is. Only a simulation serves it: no behavior that is to run on a real robot may
+    """Report where everything is. Only a simulation serves it: no behavior that is to run on a real robot may
     ask.
     """
 

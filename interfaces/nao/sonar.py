@@ -26,9 +26,9 @@ class SonarLimits(ice.Struct):
     """How the sonar sees."""
 
     nearest: float = 0.0
-    """Nearest distance that it tells in m: what is nearer is told as this."""
+    """Smallest distance that it reports in m; nearer obstacles are reported at this distance."""
     farthest: float = 0.0
-    """Farthest distance that it tells in m."""
+    """Largest distance that it reports in m."""
     cone: float = 0.0
     """Full angle of the cone in rad."""
 

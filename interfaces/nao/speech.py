@@ -30,7 +30,7 @@ class SpeechPrx(ice.ObjectPrx, id="::nao::Speech", fingerprint="37643a6528c53a87
 
     @ice.operation(throws=(InvalidValueException,))
     def say(self, text: str) -> None:
-        """Say a text of at most 2000 characters after those that were asked for before; returns at once."""
+        """Say a text of at most 2000 characters after the earlier ones; returns at once."""
 
     @ice.operation(idempotent=True, stop=True)
     def stop(self) -> None:

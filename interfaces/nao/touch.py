@@ -31,7 +31,7 @@ class TouchPrx(ice.ObjectPrx, id="::nao::Touch", fingerprint="1a5f5e964bdfecd6")
 
     @ice.stream(idempotent=True)
     def getTouchReading(self) -> TouchReading:
-        """Return what is touched; streamed whenever it changes, and now and then between."""
+        """Return what is touched; streamed whenever it changes, and sometimes in between."""
 
 
 class Touch(ice.Object, proxy=TouchPrx):

@@ -24,7 +24,7 @@ class SafetyI(Safety):
             self.publish()
 
     def resetEmergencyStop(self, current: Current) -> None:
-        """Take commands again."""
+        """Accept commands again."""
         self._gate.reset()
         self.publish()
 

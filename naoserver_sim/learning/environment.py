@@ -98,7 +98,7 @@ class NaoEnvironment(gymnasium.Env[Array, Array]):
         self._wait(_SETTLING)
         self._begin(options or {})
         self._look()
-        return self._observe(), self._tell()
+        return self._observe(), self._info()
 
     def step(self, action: Array) -> tuple[Array, float, bool, bool, dict[str, Any]]:
         """Do what an action says for a step.
@@ -110,7 +110,7 @@ class NaoEnvironment(gymnasium.Env[Array, Array]):
         self._wait(PERIOD)
         self._look()
         reward, ended = self._judge()
-        return self._observe(), float(reward), bool(ended), False, self._tell()
+        return self._observe(), float(reward), bool(ended), False, self._info()
 
     def render(self) -> NDArray[np.uint8] | None:
         """Return what a spectator sees, (240, 320, 3) bytes; None without the render mode `rgb_array`."""
@@ -145,7 +145,7 @@ class NaoEnvironment(gymnasium.Env[Array, Array]):
     def _features(self) -> Sequence[float]:
         """Return what is observed, in numbers of about 1."""
 
-    def _tell(self) -> dict[str, Any]:
+    def _info(self) -> dict[str, Any]:
         """Return what is known beside, which no robot could measure."""
         x, y, z = self._truth.torso.position
         return {"time": self._truth.time, "torso": (x, y, z)}

@@ -63,8 +63,8 @@ class ReachEnvironment(NaoEnvironment):
             *self._balance(),
         ]
 
-    def _tell(self) -> dict[str, Any]:
-        return super()._tell() | {"distance": self._distance(), "is_success": self._distance() <= _THERE}
+    def _info(self) -> dict[str, Any]:
+        return super()._info() | {"distance": self._distance(), "is_success": self._distance() <= _THERE}
 
     def _look(self) -> None:
         super()._look()

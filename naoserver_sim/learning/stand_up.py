@@ -71,5 +71,5 @@ class StandUpEnvironment(NaoEnvironment):
     def _features(self) -> list[float]:
         return [*self._angles(), *self._speeds(0.1), *self._balance()]
 
-    def _tell(self) -> dict[str, Any]:
-        return super()._tell() | {"up": upward(self._senses.inertial), "is_success": self._stood >= _HELD}
+    def _info(self) -> dict[str, Any]:
+        return super()._info() | {"up": upward(self._senses.inertial), "is_success": self._stood >= _HELD}

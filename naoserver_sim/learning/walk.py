@@ -98,9 +98,9 @@ class WalkEnvironment(NaoEnvironment):
         kinds = zip(*((move.forward, move.left, move.turn) for move in self._moves), strict=True)
         return WalkVelocity(*(sum(kind) / len(self._moves) for kind in kinds))
 
-    def _tell(self) -> dict[str, Any]:
+    def _info(self) -> dict[str, Any]:
         moved, wanted = self._velocity(), self._wanted
-        return super()._tell() | {
+        return super()._info() | {
             "velocity": (moved.forward, moved.left, moved.turn),
             "wanted": (wanted.forward, wanted.left, wanted.turn),
         }

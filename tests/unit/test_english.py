@@ -1,0 +1,112 @@
+"""The words that were retired stay retired: every text of the clean folders uses the field's words instead."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Final
+
+import pytest
+
+from tests.support.processes import REPOSITORY
+
+RETIRED: Final = {
+    r"tells?|told|telling": "report, log, return, notify, say or distinguish",
+    r"whoever": "the caller, anybody who",
+    r"anew": "again; begin anew: restart",
+    r"lately": "recently",
+    r"beforehand": "in advance",
+    r"manners?": "way, mode",
+    r"errands?": "call, job",
+    r"strands?": "thread",
+    r"mends?|mended|mending": "fix, repair",
+    r"of (?:its|their) own": "its own, separate, another",
+    r"as it were": "nothing",
+    r"went away": "was lost, is offline",
+    r"take commands again|takes commands again": "accept commands again",
+}
+"""Patterns of retired words, and what to write instead."""
+
+CLEAN: Final = (
+    "ballmover",
+    "behaviors",
+    "deploy",
+    "examples",
+    "hfsm_command",
+    "hfsm_pytest",
+    "hfsm_recording",
+    "hfsm_runtime",
+    "interfaces",
+    "naoserver",
+    "naoserver_naoqi",
+    "naoserver_qi",
+    "naoserver_sim",
+    "zenoh_ice",
+    "CONTRIBUTING.md",
+    "Makefile",
+    "README.md",
+    "mkdocs.yml",
+    "pyproject.toml",
+)
+NOT_YET: Final = frozenset({"benchmarks", "codegen", "docs", "tests", "visualhfsm"})
+"""Folders that still have retired words: take one out of here, and into `CLEAN`, when it has none."""
+
+SUFFIXES: Final = frozenset({".py", ".md", ".toml", ".idl", ".xml", ".sh", ".yml", ".json", ".csv", ""})
+_WORDS: Final = {
+    # In identifiers, too: words are apart at underscores, but `file.tell()` is Python's.
+    re.compile(rf"(?<![^\W_])(?<!\.)(?:{pattern})(?![^\W_])", re.IGNORECASE): instead
+    for pattern, instead in RETIRED.items()
+}
+
+
+def retired(text: str) -> Iterator[tuple[int, str, str]]:
+    """Yield the line, the retired word and what to write instead, for each in a text."""
+    flat = re.sub(r"\s", " ", text)  # a phrase may go on in the next line
+    for pattern, instead in _WORDS.items():
+        for found in pattern.finditer(flat):
+            yield text.count("\n", 0, found.start()) + 1, found[0], instead
+
+
+def texts(place: Path) -> Iterator[Path]:
+    if place.is_file():
+        yield place
+        return
+    for path in sorted(place.rglob("*")):
+        hidden = any(part in {"node_modules", "__pycache__"} for part in path.parts)
+        if path.is_file() and path.suffix in SUFFIXES and not hidden and path.name != "package-lock.json":
+            yield path
+
+
+@pytest.mark.parametrize("name", CLEAN)
+def test_retired_words_stay_retired(name: str) -> None:
+    problems = [
+        f"{path.relative_to(REPOSITORY)}:{line}: {word!r} is retired, write: {instead}"
+        for path in texts(REPOSITORY / name)
+        for line, word, instead in sorted(retired(path.read_text("utf-8", "replace")))
+    ]
+    assert not problems, "\n" + "\n".join(problems)
+
+
+def test_every_package_is_clean_or_known_not_to_be() -> None:
+    packages = {path.parent.name for path in REPOSITORY.glob("*/__init__.py")}
+    assert packages <= NOT_YET | set(CLEAN), "add the new package to CLEAN"
+    assert not NOT_YET & set(CLEAN)
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "word"),
+    [
+        ("Errors are told.", 1, "told"),
+        ("def test_an_end_is_told_once(", 1, "told"),
+        ("a process of\nits own", 1, "of its own"),
+        ("\nBegin Anew", 2, "Anew"),
+    ],
+)
+def test_retired_words_are_found_in_prose_and_names(text: str, line: int, word: str) -> None:
+    assert [found[:2] for found in retired(text)] == [(line, word)]
+
+
+@pytest.mark.parametrize("text", ["place = file.tell()", "storytelling and intelligent strangers", "retold"])
+def test_other_words_are_left_alone(text: str) -> None:
+    assert list(retired(text)) == []
