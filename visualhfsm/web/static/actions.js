@@ -1,7 +1,7 @@
 /**
  * Everything that a person can do, once: buttons, menus, keys and the list of help all come from here.
  *
- * @typedef {{id: string, label: string, icon: string, keys?: string[], run: (context: Context) => any,
+ * @typedef {{id: string, label: string, icon: string, keys?: string[], run: (context: Context) => unknown,
  *   enabled?: (context: Context) => boolean, checked?: () => boolean, scope?: "canvas" | "typing", hint?: string,
  *   help?: string}} Action Keys of scope `canvas` count only there, those of `typing` also while text is typed. `hint`
  *   says more than the label, `help` stands for both in the list of keys; `checked` says whether a switch is on.

@@ -54,8 +54,7 @@ addEventListener("pointerdown", letGo, true);
 /** @param {string} text */
 function type(text) {
   const target = document.activeElement;
-  if (target && "insert" in target)
-    /** @type {{insert: (text: string) => void}} */ (/** @type {unknown} */ (target)).insert(text);
+  if (target && "insert" in target && typeof target.insert === "function") target.insert(text);
   else if (target instanceof HTMLInputElement || target instanceof HTMLTextAreaElement) {
     const [line, ...rest] = text.split("\n");
     const {selectionStart, selectionEnd, value} = target;
