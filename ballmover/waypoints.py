@@ -58,7 +58,7 @@ class Waypoint:
 
 
 class _Entry(Struct, frozen=True, forbid_unknown_fields=True):
-    """A waypoint as it stands in a file."""
+    """A waypoint as written in a file."""
 
     x: Meters
     y: Meters

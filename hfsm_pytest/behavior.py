@@ -16,7 +16,7 @@ from hfsm_runtime.component import parameters_of, proxies_of
 from hfsm_runtime.debugger.reload import ReloadableRun
 from hfsm_runtime.errors import OnRefused
 from hfsm_runtime.recording.clocks import intercepted_time
-from hfsm_runtime.robot import commands_taken, stop_robot
+from hfsm_runtime.robot import commands_accepted, stop_robot
 from hfsm_runtime.supervision import UNAVAILABLE
 from hfsm_runtime.tree import Run
 from hfsm_runtime.variables import assign, values_of
@@ -89,7 +89,7 @@ class Behavior(ReloadableRun):
                     clock=clock,
                     on_error=on_error,
                     on_halt=lambda: stop_robot(self.component),
-                    commands_taken=partial(commands_taken, safety),
+                    commands_accepted=partial(commands_accepted, safety),
                     observers=[self._journal],
                 )
         except BaseException:
@@ -233,15 +233,18 @@ class Behavior(ReloadableRun):
         self._stub(self.component, name, operations if servant is None else servant)
 
     @contextmanager
-    def server_away(self, *servants: str) -> Iterator[None]:
+    def server_offline(self, *servants: str) -> Iterator[None]:
         """Take servants offline for a while, all without names: calls fail as over a cut connection."""
         network = self._network
-        before, network.away = network.away, network.away.union(servants or network.communicator.identities())
-        self._journal.note(f"takes {', '.join(servants) or 'the server'} away")
+        before, network.offline = (
+            network.offline,
+            network.offline.union(servants or network.communicator.identities()),
+        )
+        self._journal.note(f"takes {', '.join(servants) or 'the server'} offline")
         try:
             yield
         finally:
-            network.away = before
+            network.offline = before
             self._journal.note("brings it back")
 
     def reload(self, document: str | Path) -> tuple[str, ...]:
@@ -320,7 +323,7 @@ class Behavior(ReloadableRun):
         for run, error in new:
             if pauses and isinstance(error, CommandRefusedException):
                 continue
-            if self._strict and not (self._network.away and isinstance(error, UNAVAILABLE)):
+            if self._strict and not (self._network.offline and isinstance(error, UNAVAILABLE)):
                 location = self.errors[-1].location if self.errors else ""
                 raise BehaviorFailed(
                     f"the code of {run.automaton.name} raised {type(error).__name__}: {error}"

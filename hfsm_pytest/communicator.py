@@ -64,7 +64,7 @@ class VirtualNetwork:
         self.on_listening: Callable[[], object] = lambda: None
         self.polls: Final[dict[str, Polls]] = {}
         """Functions of stubs that return the newest value of a stream, by identity and operation."""
-        self.away: set[str] = set()
+        self.offline: set[str] = set()
         """The identities of servants whose calls fail as over a cut link."""
         self.communicator: Final = _VirtualCommunicator(
             Settings(clock="sim"),
@@ -150,7 +150,7 @@ class _LoggedCaller:
 
     def call(self, payload: bytes, attachment: bytes) -> Outcome:
         try:
-            if self._target.identity in self._network.away:
+            if self._target.identity in self._network.offline:
                 raise ConnectionLostException(f"{self._target.identity} is offline: the test took it offline")
             outcome = self._genuine.call(payload, attachment)
         except SystemException as error:

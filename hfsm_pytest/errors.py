@@ -14,7 +14,7 @@ class DocumentInvalid(ValueError):
 
 
 class BehaviorFailed(AssertionError):
-    """The behavior did what a test does not allow: its code raised, or it never did what was waited for."""
+    """The behavior did what a test does not allow: its code raised, or an expected event never happened."""
 
 
 def says_it_all(caught: pytest.ExceptionInfo[BaseException]) -> bool:

@@ -84,7 +84,7 @@ def load_component(document: Path, include: Sequence[Path] = ()) -> type[Compone
 
 
 def forget(component: type[Component]) -> None:
-    """Let go of the module of a component, if `load_component` loaded it."""
+    """Unload the module of a component, if `load_component` loaded it."""
     if _MARK in component.__module__:
         sys.modules.pop(component.__module__, None)
 

@@ -26,7 +26,7 @@ from .component import Component, Parameter, parameters_of
 from .debugger.monitor import Monitor
 from .debugger.snapshot import structure_of
 from .errors import ComponentError, OnError, OnRefused
-from .robot import commands_taken, servers_present, stop_robot
+from .robot import commands_accepted, servers_present, stop_robot
 from .robot import connect as connect_proxies
 from .runtime import Runtime
 
@@ -237,7 +237,7 @@ def _wait(runtime: Runtime, seconds: float | None, stop: threading.Event, safety
     while not (runtime.ended.is_set() or stop.is_set()):
         if time.monotonic() - retried >= _RETRY:
             retried = time.monotonic()
-            runtime.retry(partial(commands_taken, safety))
+            runtime.retry(partial(commands_accepted, safety))
         if end is None:
             runtime.ended.wait(_LOOK)
         elif runtime.timeline.now() < end:

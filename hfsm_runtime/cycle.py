@@ -159,7 +159,7 @@ def _fire(tree: Tree, run: Run, transition: Transition, now: int, supervisor: Su
         for left, state in _left_for_good(run):
             if state.exit is not None:
                 _call(tree, left, state.exit, supervisor)
-    finally:  # once the automata below have let go, the state changes whatever its exit code comes to
+    finally:  # once the automata below have stopped, the state changes whatever its exit code does
         changed = tree.change(run, transition, now)
     if not changed:
         return False

@@ -38,7 +38,7 @@ def connect(component: Component, communicator: Communicator) -> None:
         except ObjectNotExistException as error:
             problems.append(f"self.{name}: {error}")
             if not communicator.identities(untyped.ice_getRealm()):
-                break  # the realm is empty: each of the others would be waited for to say the same
+                break  # the realm is empty: a wait for each of the others would find the same
         except ZenohIceError as error:
             problems.append(f"self.{name}: {error}")
         else:
@@ -58,7 +58,7 @@ def servers_present(component: Component, communicator: Communicator) -> bool:
     return True
 
 
-def commands_taken(safety: SafetyPrx, holder: str) -> bool:
+def commands_accepted(safety: SafetyPrx, holder: str) -> bool:
     """Return whether the robot may accept commands again after it refused one.
 
     `holder` held it then; empty when nobody did. `Safety` knows of emergency stops and leases. Where

@@ -143,14 +143,18 @@ class Runtime(Observer):
                 self.refusal = None
                 self._threads.resume()
 
-    def retry(self, commands_taken: Callable[[str], bool]) -> None:
+    def retry(self, commands_accepted: Callable[[str], bool]) -> None:
         """Resume after a refused command if commands are accepted again; call it periodically.
 
-        `commands_taken` is asked with the name of whom the refusal said to hold the robot, at the earliest
+        `commands_accepted` is called with the reported holder of the robot, at the earliest
         1 s after it. Commands may be refused again, and the component pauses again.
         """
         refusal = self.refusal
-        if refusal is None or time.monotonic() - refusal.since < RETRY or not commands_taken(refusal.holder):
+        if (
+            refusal is None
+            or time.monotonic() - refusal.since < RETRY
+            or not commands_accepted(refusal.holder)
+        ):
             return
         self.resume(refusal)
 

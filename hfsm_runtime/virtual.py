@@ -52,7 +52,7 @@ class VirtualRun:
     cycles that fall due in the meantime run after it. When the root has finished nothing runs any more.
     `on_halt` is called once when an error has ended it, before the time moves on.
     While `refusal` is set a refused command pauses the component: `time` stands still, and after each second
-    of the clock the automata try again if `commands_taken` agrees; it gets the reported holder of
+    of the clock the automata try again if `commands_accepted` agrees; it gets the reported holder of
     the robot.
     """
 
@@ -63,7 +63,7 @@ class VirtualRun:
         clock: VirtualClock | None = None,
         on_error: str | None = None,
         on_halt: Callable[[], None] | None = None,
-        commands_taken: Callable[[str], bool] = lambda _holder: True,
+        commands_accepted: Callable[[str], bool] = lambda _holder: True,
         observers: Iterable[Observer] = (),
     ) -> None:
         self.component = component
@@ -72,7 +72,7 @@ class VirtualRun:
         self.halted = False
         self._on_halt = on_halt
         self.refusal: Refusal | None = None
-        self._commands_taken = commands_taken
+        self._commands_accepted = commands_accepted
         self._until_retry = 0
         self.tree = Tree(make_automata(component))
         tracer = _Tracer()
@@ -193,7 +193,7 @@ class VirtualRun:
             if self._until_retry > 0:
                 break
             self._until_retry = _RETRY
-            if self._commands_taken(self.refusal.holder):
+            if self._commands_accepted(self.refusal.holder):
                 self.refusal = None
                 self.tree.held = False
                 self._timeline.resume()

@@ -59,8 +59,8 @@ _MOST_WAITING: Final = 64  # calls of a servant
 _MOST_ONEWAY: Final = 1024  # the same, where nobody waits for the answer
 _MOST_UNANSWERED: Final = 1024  # calls that a servant answers later
 _CONCURRENT_CALLS: Final = 4  # of a servant that lets its calls overlap
-_DRAIN_LIMIT: Final = 1.0  # s for which calls that run are waited for
-_TOKEN_LIMIT: Final = 1.0  # s for which word of our own tokens' end is waited for
+_DRAIN_LIMIT: Final = 1.0  # s to wait for running calls
+_TOKEN_LIMIT: Final = 1.0  # s to wait for the report of our own tokens' end
 _COMPLAINT_PERIOD: Final = 1.0  # s
 # Fraction of its limit after which the caller may have given up: the request took some time, too.
 _DOUBTFUL: Final = 0.5

@@ -475,7 +475,7 @@ class Subscription(_Listener[V]):
 class Samples(Generic[V]):
     """Sample after sample of a stream, always the newest, for `for` and for `async for`.
 
-    Each is waited for for at most `timeout` s; raises as `StreamReader.wait` does.
+    Waits for each for at most `timeout` s; raises as `StreamReader.wait` does.
     """
 
     def __init__(self, reader: StreamReader[V], timeout: float, rate: float | None) -> None:

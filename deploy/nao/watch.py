@@ -161,7 +161,7 @@ class _Watched:
         ended = threading.Event()
 
         def on_sample(sample: Sample[Any]) -> None:
-            # Ages are taken here: afterwards they would have waited for the view.
+            # Ages are measured here: later they would include the wait for the view.
             entry = sample, time.monotonic(), time.time() - sample.wall_time
             while not ended.is_set():
                 with suppress(queue.Full):

@@ -48,7 +48,7 @@ class NothingRecordedError(ReplayError):
 
 
 class ReplayEndedError(BaseException):
-    """The recording is over: ends code that waits for more, and is no Exception so that it gets through."""
+    """The recording is over: ends code that waits for more. Not an Exception, so user code does not catch it."""
 
 
 class Record(NamedTuple):
@@ -58,7 +58,7 @@ class Record(NamedTuple):
     topic: str
     message: Message
     data: bytes
-    """The message as it stands in the file."""
+    """The message as in the file."""
 
 
 class Recording(RecordingFile):

@@ -153,7 +153,7 @@ class _Motion:
     end: float = 0.0
 
     def at(self, time: float) -> _Motion:
-        """Return the motion as it stands at a later time.
+        """Return the motion at a later time.
 
         The position q follows the setpoint s by q' = (s - q) / LAG, solved exactly on each linear piece.
         """

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from hfsm_runtime.robot import commands_taken
+from hfsm_runtime.robot import commands_accepted
 from interfaces.hfsm import ComponentStatus, HfsmMonitorPrx
 from interfaces.nao import PoseHeadPrx, SafetyPrx
 from naoserver.fake import FakeRobot
@@ -20,19 +20,19 @@ def test_what_safety_reports_decides_whether_commands_are_accepted_again() -> No
     with served_to_client(FakeRobot()) as nao, nao.client() as other:
         safety = nao.proxy(SafetyPrx, "Safety")
         safety.emergencyStop("a hand in the way")
-        assert not commands_taken(safety, "")
+        assert not commands_accepted(safety, "")
         safety.resetEmergencyStop()
-        assert commands_taken(safety, "")
+        assert commands_accepted(safety, "")
         other.proxy(SafetyPrx, "Safety").acquireLease("Anna", 60.0)
-        assert not commands_taken(safety, "Anna")
-        assert commands_taken(safety, "Ben"), "who holds it now may be the component itself"
+        assert not commands_accepted(safety, "Anna")
+        assert commands_accepted(safety, "Ben"), "who holds it now may be the component itself"
         other.proxy(SafetyPrx, "Safety").releaseLease()
-        assert commands_taken(safety, "Anna")
+        assert commands_accepted(safety, "Anna")
 
 
 def test_without_a_safety_servant_only_another_command_can_find_out() -> None:
     with initialize(connect=[], clock="wall") as communicator:
-        assert commands_taken(SafetyPrx.uncheckedCast(communicator.stringToProxy("Safety")), "")
+        assert commands_accepted(SafetyPrx.uncheckedCast(communicator.stringToProxy("Safety")), "")
 
 
 @pytest.mark.sim

@@ -38,7 +38,7 @@ class Ball:
 
     def _move(self) -> None:
         if not self.present:
-            raise ConnectionLostException("the server went away")
+            raise ConnectionLostException("the server is offline")
         now = self.clock.now()
         reach = self.speed * (now - self.time)
         self.time = now

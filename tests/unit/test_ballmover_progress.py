@@ -34,7 +34,7 @@ def show(route: Route, *, terminal: bool, errors_there_too: bool = False) -> tup
     with progress:
         progress.departed(1, route.stops[1], 2)
         progress.moved(Point(0.9, 0.15, 0.5), 0.5)
-        progress.lost("the server [ball] went away")
+        progress.lost("the server [ball] is offline")
         progress.returned()
         progress.arrived(route.stops[1], 0.0123)
     return out.getvalue(), errors.getvalue()
@@ -47,7 +47,7 @@ def test_lines_where_there_is_no_terminal(route: Route) -> None:
         "green: arrived, 1.2 cm off, staying 1.5 s\n"
     )
     assert errors == (
-        "green: lost the ball; waiting for its server: the server [ball] went away\n"
+        "green: lost the ball; waiting for its server: the server [ball] is offline\n"
         "green: the ball is back; continuing\n"
     )
 

@@ -112,7 +112,7 @@ def test_a_camera_that_fails_stops_the_head(behavior: MakeBehavior) -> None:
 
 def test_a_server_that_goes_away_is_waited_for(b: Behavior) -> None:
     b.advance(2.0)
-    with b.server_away():
+    with b.server_offline():
         b.advance(3.0)
     b.robot.ball("green").place(pan=-0.3)
     b.advance(2.0)
@@ -123,7 +123,7 @@ def test_a_server_that_goes_away_is_waited_for(b: Behavior) -> None:
 def test_a_head_that_nobody_commands_any_longer_stops(b: Behavior) -> None:
     b.robot.ball("green").move(pan=1.2, speed=1.0)
     b.advance(0.5)
-    with b.server_away():
+    with b.server_offline():
         b.advance(1.0)
         still = b.robot.head
         b.advance(1.0)

@@ -181,7 +181,7 @@ def test_a_velocity_that_is_not_renewed_ends_in_virtual_time(b) -> None:
 
 
 def test_a_servant_that_is_away_is_a_lost_connection(b) -> None:
-    with b.server_away("Head"):
+    with b.server_offline("Head"):
         with pytest.raises(ConnectionLostException):
             b.component.Head.getPose()
         assert b.component.Camera.getImageFormat()

@@ -46,7 +46,7 @@ def test_a_refused_command_pauses_the_component_and_the_state_runs_again_after_t
 
     states = [State(id=1, name="a", code=code), State(id=2, name="b")]
     root = automaton(1, "root", states, [after(0.5, 1, 2)])
-    virtual = VirtualRun(component(root), commands_taken=lambda _holder: not gate.stopped)
+    virtual = VirtualRun(component(root), commands_accepted=lambda _holder: not gate.stopped)
     virtual.advance(0.15)
     gate.stopped = True
     virtual.advance(10.0)

@@ -327,7 +327,7 @@ def test_a_lost_server_leaves_the_cycle_and_is_tried_again(
 
     def call() -> None:
         if 0.2 <= virtual.time < 0.6:
-            raise kind("the server of Head went away")
+            raise kind("the server of Head is offline")
         ran.append(virtual.time)
 
     virtual = VirtualRun(component(two_states(a=call)))

@@ -127,7 +127,7 @@ class SharedMemory:
             return file
 
     def drop_file(self, file: MemoryFile | None) -> None:
-        """Let go of memory that was made."""
+        """Release memory that was made."""
         with self._lock:
             if file in self._files:
                 self._files.remove(file)
@@ -174,7 +174,7 @@ class SharedMemory:
                     self._maps.pop(key)[1].close()
 
     def close(self) -> None:
-        """Let go of everything; what is sent goes over the network from now on.
+        """Release everything; from now on all is sent over the network.
 
         Waits for at most half a second for readers that have not read yet what was lent to them.
         """
@@ -240,7 +240,7 @@ class Ring:
         return None if self._file is None else self._file.place(payload, lent=False)
 
     def close(self) -> None:
-        """Let go of the memory."""
+        """Release the memory."""
         self._memory.drop_file(self._file)
         self._file = None
 
