@@ -48,7 +48,7 @@ class NothingRecordedError(ReplayError):
 
 
 class ReplayEndedError(BaseException):
-    """The recording is over: ends code that waits for more. Not an Exception, so user code does not catch it."""
+    """The recording is over: ends code that waits for more. Not an Exception: user code does not catch it."""
 
 
 class Record(NamedTuple):
