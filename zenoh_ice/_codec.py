@@ -18,7 +18,17 @@ from typing import Any, Final, Generic, NamedTuple, Protocol, TypeVar, Union, ge
 
 import msgspec
 
-from ._values import PROXY_TEXT, TYPE_FIELD, Reference, Resolve, Value, WireTypes
+from ._values import (
+    PROXY_TEXT,
+    TYPE_FIELD,
+    MissingMember,
+    Reference,
+    Resolve,
+    StructType,
+    Value,
+    WireTypes,
+    decoding,
+)
 from .exceptions import MarshalException
 from .text import printable
 
@@ -172,7 +182,7 @@ class Codec(Generic[S]):
         self.fields: tuple[str, ...] = struct.__struct_fields__
         self.byte_sequences = byte_sequences(struct)
         plain = not any(issubclass(each, Value | Reference) for each in _types_in(struct))
-        self._decode_plain = msgspec.msgpack.Decoder(struct).decode if plain else None
+        self._decoder_of_plain = msgspec.msgpack.Decoder(struct).decode if plain else None
         by_position = len(struct.__match_args__) == len(self.fields)
         self.make: Callable[..., S] = struct if by_position else self._make_by_name
         """Makes the struct of its field values."""
@@ -184,10 +194,15 @@ class Codec(Generic[S]):
         self._decoder: tuple[object, msgspec.msgpack.Decoder[S] | None] = None, None
         """The classes that were known, and what decodes these."""
 
+    def prepare(self) -> None:
+        """Find out what is computed once: the first payload takes no longer than others then."""
+        _ = self.holds_bytes
+
     @cached_property
     def holds_bytes(self) -> bool:
         """Whether a byte sequence stands anywhere in the type: such payloads may be larger."""
-        return bytes in (_types_in(self.struct) if self._decode_plain else WireTypes(self.struct).leaves)
+        plain = self._decoder_of_plain is not None
+        return bytes in (_types_in(self.struct) if plain else WireTypes(self.struct).leaves)
 
     def _make_by_name(self, *values: object, **named: object) -> S:
         if len(values) > len(self.fields):
@@ -228,7 +243,7 @@ class Codec(Generic[S]):
         try:
             return self.decoder(resolve)(payload)
         except DECODE_ERRORS as error:
-            raise misfit(error, what) from error
+            raise self.misfit(error, payload, what) from error
 
     def unpack_result(self, payload: bytes | Parted, what: str, resolve: Resolve | None = None) -> object:
         """Return what stands for the struct that `unpack` returns: None, a value or a tuple."""
@@ -236,12 +251,31 @@ class Codec(Generic[S]):
 
     def decoder(self, resolve: Resolve | None) -> Callable[[bytes], S]:
         """Return what does as `unpack`, and raises DECODE_ERRORS instead, which `misfit` explains."""
-        return self._decode_plain or partial(self._decode, resolve)
+        if self._decoder_of_plain is None:
+            return partial(self._decode, resolve)
+        return partial(self._decode_plain, self._decoder_of_plain)
+
+    def misfit(self, error: BaseException, payload: bytes, what: str) -> MarshalException:
+        """Return what reports one of DECODE_ERRORS of a payload, with the path of what does not fit."""
+        if isinstance(error, MissingMember):  # it does not know where it is
+            try:
+                msgspec.msgpack.decode(payload, type=WireTypes(self.struct).root)
+            except DECODE_ERRORS as exact:
+                error = exact
+        return misfit(error, what)
+
+    @staticmethod
+    def _decode_plain(decode: Callable[[bytes], S], payload: bytes) -> S:
+        decoding.active = True
+        try:
+            return decode(payload)
+        finally:
+            decoding.active = False
 
     def _decode(self, resolve: Resolve | None, payload: bytes) -> S:
         known, decoder = self._decoder
-        if decoder is None or known is not Value.ice_known:
-            known = Value.ice_known  # first: other threads make classes, too
+        if decoder is None or known is not StructType.known:
+            known = StructType.known  # first: other threads make classes, too
             decoder = msgspec.msgpack.Decoder(WireTypes(self.struct).root, dec_hook=_proxy)
             self._decoder = known, decoder
         token = _resolve.set(resolve)

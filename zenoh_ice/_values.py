@@ -10,13 +10,15 @@ maps must not grow a hundredfold.
 from __future__ import annotations
 
 import sys
+import threading
 import types
 from abc import ABC, abstractmethod
 from array import array
 from collections.abc import Callable
+from copy import deepcopy
 from functools import lru_cache, reduce
 from operator import or_
-from typing import Annotated, Any, Final, Self, Union, cast, get_args, get_origin
+from typing import Annotated, Any, ClassVar, Final, Self, Union, cast, get_args, get_origin
 
 import msgspec
 
@@ -41,20 +43,49 @@ NULL: Final[Any] = object()
 """The default value of a member that is None where it is not given, but must be there on the wire."""
 
 
+class _Decoding(threading.local):
+    active = False
+    """Whether this thread decodes: a default value is asked for only where a member is missing then."""
+
+
+decoding: Final = _Decoding()
+
+
+class MissingMember(msgspec.ValidationError):
+    """A payload lacks a member that has a default value in Python."""
+
+
 def slice_name(name: str) -> str:
     """Return the Slice name for a Python name: names that Python reserves begin with `_` there."""
     return name[1:] if name[:1] == "_" else name
 
 
-class StructType(msgspec.StructMeta):
-    """Makes structs whose constructors alone use the default values, unless that is None.
+_Field: Final = type(msgspec.field(default=None))
 
-    msgspec sees members without a default value, and so requires them in payloads.
+
+class _Default:
+    """Make the default value of a member: for constructors, not for payloads, where it must be there."""
+
+    def __init__(self, member: str, value: object) -> None:
+        self._member: Final = slice_name(member)
+        self._value: Final = value
+        self._shared: Final = not isinstance(value, list | dict | set | msgspec.Struct)
+
+    def __call__(self) -> object:
+        if decoding.active:
+            raise MissingMember(f"Object missing required field `{self._member}`")
+        return self._value if self._shared else deepcopy(self._value)
+
+
+class StructType(msgspec.StructMeta):
+    """Makes structs of which constructors alone use the default values, unless that is None.
+
+    By factories, not by a `__call__` of its own: Python calls a class past its metaclass where it has called
+    builtin ones before.
     """
 
-    ice_defaults: dict[str, object]
-    ice_members: dict[str, bool]
-    """Whether each member may be absent on the wire, as declared, those of bases first."""
+    known: ClassVar[object] = object()
+    """Another object after each new struct: what was built from all known classes is stale then."""
 
     def __new__(
         cls,
@@ -63,34 +94,15 @@ class StructType(msgspec.StructMeta):
         namespace: dict[str, Any],
         **options: Any,  # noqa: ANN401
     ) -> StructType:
-        defaults: dict[str, object] = {}
-        members: dict[str, bool] = {}
-        for base in bases:
-            defaults |= getattr(base, "ice_defaults", {})
-            members |= getattr(base, "ice_members", {})
-        for member in namespace.get("__annotations__", ()):
-            members[member] = namespace.get(member, NULL) is None
-            if member in namespace and not members[member]:
-                value = namespace.pop(member)
-                defaults[member] = None if value is NULL else value
-        if list(members.values()) != sorted(members.values()):  # msgspec wants optional members last
-            options["kw_only"] = True
+        for member, annotation in namespace.get("__annotations__", {}).items():
+            value = namespace.get(member)
+            if value is not None and not isinstance(value, _Field) and "ClassVar" not in str(annotation):
+                make = _Default(member, None if value is NULL else value)
+                namespace[member] = msgspec.field(default_factory=make)
         made: StructType = super().__new__(cls, name, bases, namespace, **options)
-        made.ice_defaults, made.ice_members = defaults, members
+        if made.__module__ != _WIRE_MODULE:
+            StructType.known = object()
         return made
-
-    def __call__(cls, /, *values: object, **named: object) -> Any:  # noqa: ANN401 - an instance
-        """Make a struct, with default values for members that are not given."""
-        members, positions = cls.ice_members, len(cls.__match_args__)
-        if len(values) + len(named) < len(members):
-            for name in [*members][len(values) :]:
-                if name not in named and name in cls.ice_defaults:
-                    value = cls.ice_defaults[name]
-                    named[name] = type(value)() if isinstance(value, list | dict | msgspec.Struct) else value
-        if positions < len(values) <= len(members):
-            named.update(zip([*members][positions:], values[positions:], strict=False))
-            values = values[:positions]
-        return super().__call__(*values, **named)
 
 
 class Struct(msgspec.Struct, metaclass=StructType, rename=slice_name):
@@ -107,14 +119,6 @@ class Struct(msgspec.Struct, metaclass=StructType, rename=slice_name):
 
 class Value(Struct, tag_field=TYPE_FIELD, tag="::Ice::Object"):
     """The root of generated classes: passed by value, may be null, and arrives as what it was when sent."""
-
-    ice_known = object()  # no annotation: it is no member
-    """Another object after each new class: what was built from all known classes is stale then."""
-
-    def __init_subclass__(cls, **options: Any) -> None:  # noqa: ANN401 - those of msgspec
-        super().__init_subclass__(**options)
-        if cls.__module__ != _WIRE_MODULE:
-            Value.ice_known = object()
 
 
 class Reference(ABC):
@@ -197,14 +201,14 @@ class WireTypes:
     def _struct(self, cls: type[msgspec.Struct]) -> type[msgspec.Struct]:
         if cls not in self._structs:
             self._structs[cls] = cls  # in itself, as Slice has it of classes alone
-            members = self._members(cls)
-            if any(members[field.name] != field.type for field in msgspec.structs.fields(cls)):
+            members, fields = self._members(cls), msgspec.structs.fields(cls)
+            if any(members[f.name] != f.type or not (f.required or f.default is None) for f in fields):
                 self._structs[cls] = _wire_struct(cls, members)
         return self._structs[cls]
 
     def _class(self, cls: type[Value]) -> Any:  # noqa: ANN401 - a union
         """Return one of all known classes that extend a class, or it itself."""
-        found = derived_classes(cls, (Value.ice_known, *sys.modules))
+        found = derived_classes(cls, (StructType.known, *sys.modules))
         return reduce(or_, [self._wire_class(each, type_id) for type_id, each in found.items()], _NoClass)
 
     def _wire_class(self, cls: type[Value], type_id: str) -> type[msgspec.Struct]:

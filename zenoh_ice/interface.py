@@ -131,8 +131,8 @@ class Operation(Generic[P, V]):
 
     def prepare(self) -> None:
         """Derive the codecs in advance, so that the first call is as fast as the others."""
-        for codec in (self.arguments, self.result):
-            codec.holds_bytes  # noqa: B018 - it is computed once
+        self.arguments.prepare()
+        self.result.prepare()
 
     @cached_property
     def arguments(self) -> Codec[Any]:

@@ -23,7 +23,7 @@ from typing import (
 
 import msgspec
 
-from ._codec import DECODE_ERRORS, ENCODE_ERRORS, encode, misfit, not_encoded, to_msgpack
+from ._codec import DECODE_ERRORS, ENCODE_ERRORS, encode, not_encoded, to_msgpack
 from ._values import Reference, Resolve
 from ._wire import decode_error, encode_attachment, encode_call_attachment
 from .exceptions import (
@@ -206,7 +206,7 @@ class ObjectPrx(Reference):
         return f"<{type(self).__name__} {self.ice_toWire()}>"
 
     def _check_interface(self) -> None:
-        wanted, timeout = self.ice_interface, self._timeout
+        wanted, timeout, started = self.ice_interface, self._timeout, time.monotonic()
         if wanted is OBJECT_INTERFACE:
             self._communicator.find(self._target, None, timeout)
             return
@@ -218,7 +218,7 @@ class ObjectPrx(Reference):
                 expected=wanted.fingerprint,
             )
         if wanted.fingerprint and fingerprint != wanted.fingerprint:
-            difference = _difference(self, wanted)
+            difference = _difference(self, started + timeout)
             raise InterfaceMismatchException(
                 f"{self._target} has another version of {wanted.type_id}: the proxy was generated from "
                 f"{wanted.fingerprint}, the servant from {fingerprint}; {difference}; generate both from "
@@ -240,7 +240,7 @@ class Call(Generic[P, V]):
         self._operation: Final = operation
         self._what: Final = f"{proxy._target.identity}.{operation.name}"
         self._fingerprint: Final = proxy.ice_interface.fingerprint
-        self._limit: Final = communicator.settings.size_limit(holds_bytes=arguments.holds_bytes)
+        self._size_limit: Final = communicator.settings.size_limit(holds_bytes=arguments.holds_bytes)
         self._make: Final = arguments.make
         self._decode: Final = result.decoder(communicator.stringToProxy)
         self._value_of: Final = result.value_of
@@ -255,7 +255,7 @@ class Call(Generic[P, V]):
         if caller is None:
             if self._proxy._line in communicator.pool.lines:  # not before calls that wait for the servant
                 return self.begin(*args, **kwargs).result()
-            caller = self._find(time.monotonic())
+            caller = self._keep(self._find(time.monotonic()))
         arguments = self._make(*args, **kwargs) if kwargs else self._make(*args)
         if self._proxy._oneway:
             return cast("V", self._send(caller, arguments))
@@ -264,7 +264,7 @@ class Call(Generic[P, V]):
             payload = to_msgpack(arguments)
         except ENCODE_ERRORS as error:
             raise not_encoded(error, self._what) from error
-        if len(payload) > self._limit or communicator.destroyed:
+        if len(payload) > self._size_limit or communicator.destroyed:
             self._refuse(payload)
         number = next(communicator.call_numbers)
         call_id = f"{communicator.client_id}/{number}"
@@ -280,8 +280,9 @@ class Call(Generic[P, V]):
             try:
                 return cast("V", self._value_of(self._decode(answer)))
             except DECODE_ERRORS as error:
-                raise misfit(error, f"reply of {self._what}") from error
-        return cast("V", self._result(ok, answer))
+                codec = self._operation.result
+                raise codec.misfit(error, answer, f"reply of {self._what}") from error
+        return cast("V", self._result(ok, answer, started + caller.timeout))
 
     def begin(self, *args: P.args, **kwargs: P.kwargs) -> Future[V]:
         """Call the operation without waiting; the future has what the call would return or raise."""
@@ -290,9 +291,11 @@ class Call(Generic[P, V]):
         future: Future[V] = communicator.new_future()
         began = time.monotonic()
 
-        def begin() -> None:
+        def start() -> None:
             try:
                 caller = self._caller or self._find(began)
+                if line not in communicator.pool.lines:  # or other calls would overtake those in the line
+                    self._keep(caller)
                 if not future.done():  # cancelled while its servant was looked for
                     self._begin(caller, arguments, future)
             except Exception as error:  # noqa: BLE001 - the future raises it
@@ -300,9 +303,9 @@ class Call(Generic[P, V]):
 
         try:
             if line in communicator.pool.lines or not communicator.knows(self._proxy._target):
-                communicator.pool.submit_in_line(line, begin)  # it may take a while
+                communicator.pool.submit_in_line(line, start)  # it may take a while
             else:
-                begin()
+                start()
         except ZenohIceError as error:
             fail(future, error)
         return future
@@ -324,18 +327,25 @@ class Call(Generic[P, V]):
             # A call of a servant that was lost fails at once, as every later one.
             if not communicator.presence.is_lost(target):
                 communicator.find(target, None, began + limit - time.monotonic(), since=began)
-        caller = self._caller = communicator.transport.caller(target, operation, timeout=limit)
-        left = began + limit - time.monotonic()
-        if left >= 0.95 * limit:
-            return caller
-        # In tenths: for each other limit there is another querier.
-        limit *= max(1, int(10 * left / limit)) / 10
-        return communicator.transport.caller(target, operation, timeout=limit)
+        return self._caller_within(began + limit - time.monotonic())
+
+    def _caller_within(self, left: float) -> Caller:
+        """Return what calls the servant within so many s, which are at most the proxy's limit."""
+        limit = self._proxy._timeout
+        if left < 0.95 * limit:  # in tenths: for each other limit there is another querier
+            limit *= max(1, int(10 * left / limit)) / 10
+        return self._communicator.transport.caller(self._proxy._target, self._operation, timeout=limit)
+
+    def _keep(self, caller: Caller) -> Caller:
+        """Let later calls use a caller, if it has the proxy's limit."""
+        if caller.timeout == self._proxy._timeout:
+            self._caller = caller
+        return caller
 
     def _request(self, arguments: msgspec.Struct, timeout: float) -> tuple[bytes, bytes]:
         """Return arguments as they travel, and what travels beside them; raises MarshalException."""
         payload = encode(arguments, self._what)
-        if len(payload) > self._limit or self._communicator.destroyed:
+        if len(payload) > self._size_limit or self._communicator.destroyed:
             self._refuse(payload)
         number, client = next(self._communicator.call_numbers), self._communicator.client_id
         return payload, encode_call_attachment(self._fingerprint, number, client, timeout)
@@ -344,10 +354,10 @@ class Call(Generic[P, V]):
         """Raise why a request is not sent: after a fork, say, the session must not be touched."""
         self._communicator.check()
         raise MarshalException(
-            f"{self._what}: a request of {len(payload)} bytes; at most {self._limit} are sent"
+            f"{self._what}: a request of {len(payload)} bytes; at most {self._size_limit} are sent"
         )
 
-    def _result(self, ok: bool, answer: bytes | Parted) -> object:
+    def _result(self, ok: bool, answer: bytes | Parted, deadline: float) -> object:
         """Return what the operation returns, or raise what it raises."""
         operation, resolve = self._operation, self._communicator.stringToProxy
         if ok:
@@ -355,7 +365,7 @@ class Call(Generic[P, V]):
         failure = decode_error(cast("bytes", answer), operation.exceptions, self._what, resolve)
         # Not of the call that asks for the difference: one that refused it, too, would be asked for ever.
         if isinstance(failure, InterfaceMismatchException) and not failure.member and self._fingerprint:
-            difference = _difference(self._proxy, self._proxy.ice_interface)
+            difference = _difference(self._proxy, deadline)
             raise InterfaceMismatchException(
                 f"{failure}; {difference}", failure.expected, failure.found, difference
             )
@@ -381,6 +391,7 @@ class Call(Generic[P, V]):
         ):
             raise error
         again = time.monotonic()
+        caller = self._caller_within(started + caller.timeout - again)
         try:
             return caller.call(payload, attachment)
         except NoAnswer as second:
@@ -408,7 +419,7 @@ class Call(Generic[P, V]):
                         outcome = self._retry(caller, payload, attachment, outcome, started)
                 if isinstance(outcome, SystemException):
                     raise outcome
-                result = self._result(*outcome)
+                result = self._result(*outcome, started + caller.timeout)
             except BaseException as error:  # noqa: BLE001 - the future raises it
                 fail(future, error)
             else:
@@ -419,11 +430,14 @@ class Call(Generic[P, V]):
         future.add_done_callback(lambda done: cancel() if done.cancelled() else None)
 
 
-def _difference(proxy: ObjectPrx, wanted: Interface) -> str:
-    """Return in what an interface differs from the one that the servant of a proxy has; asks the servant."""
-    plain = ObjectPrx(proxy._communicator, proxy._target, proxy._timeout)
+def _difference(proxy: ObjectPrx, deadline: float) -> str:
+    """Return in what the interface of a proxy differs from that of its servant; asks the servant."""
+    left = deadline - time.monotonic()
+    if left <= 0:
+        return "there was no time left to ask the servant for its definition"
+    plain = ObjectPrx(proxy._communicator, proxy._target, left)
     try:
-        return describe_difference(plain.ice_describe(), wanted)
+        return describe_difference(plain.ice_describe(), proxy.ice_interface)
     except ZenohIceError as error:
         return f"the servant could not be asked for its definition ({error})"
 

@@ -78,6 +78,17 @@ def test_calls_made_before_the_servant_came_arrive_in_their_order(
     assert notebook.wait_for(len(futures)) == [str(number) for number in range(len(futures))]
 
 
+def test_a_call_that_waits_does_not_overtake_those_begun_before_it(pair: Pair) -> None:
+    for turn in range(5):  # it depends on when the servant comes
+        proxy = NotebookPrx.uncheckedCast(pair.client.stringToProxy(f"Late{turn}"))
+        futures = [proxy.note.begin(str(number)) for number in range(40)]
+        notebook = Notebook()
+        pair.adapter.add(notebook, f"Late{turn}")
+        futures[0].result(LIMIT)
+        proxy.note("last")
+        assert notebook.wait_for(41)[-1] == "last"
+
+
 def test_call_that_was_cancelled_before_it_was_sent_is_not(
     make_communicator: Callable[..., Communicator],
 ) -> None:

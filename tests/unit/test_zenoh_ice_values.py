@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any, ClassVar
+
 import pytest
 
 from zenoh_ice.generated import Long, Struct
@@ -32,3 +34,42 @@ def test_structs_with_a_mutable_member_have_no_hash() -> None:
 def test_keys_cannot_be_chosen_to_collide() -> None:
     assert len({hash(pair) for pair in COLLIDING}) == 1
     assert len({hash(Place(*pair)) for pair in COLLIDING}) == len(COLLIDING)
+
+
+class Grid(Struct):
+    size: ClassVar[int] = 8
+    origin: Place = Place(1, 2)
+    steps: list[Long] = [1, 2]  # noqa: RUF012 - each struct gets its own
+    name: str = "grid"
+
+
+class Named(Struct):
+    name: str = "base"
+
+
+class Optional(Named):
+    name: str | None = None  # type: ignore[assignment]
+
+
+def test_default_values_are_made_anew_for_each_struct() -> None:
+    one, other = Grid(), Grid()
+    assert (one.origin, one.steps, one.name, Grid.size) == (Place(1, 2), [1, 2], "grid", 8)
+    one.steps.append(3)
+    one.origin.row = 9
+    assert (other.steps, other.origin) == ([1, 2], Place(1, 2))
+
+
+def test_a_member_that_is_declared_again_has_its_new_default_value() -> None:
+    assert Optional().name is None
+    assert Named().name == "base"
+
+
+def test_default_values_stay_where_python_has_called_builtin_types_before() -> None:
+    """Python 3.11 calls a class past its metaclass at a place where it has often called a builtin one."""
+
+    def fresh(kind: type[Any]) -> Any:
+        return kind()
+
+    for _ in range(100):
+        fresh(list)
+    assert fresh(Grid) == Grid()

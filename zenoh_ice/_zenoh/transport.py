@@ -103,6 +103,7 @@ class ZenohTransport:
         self._tokens: Final[dict[tuple[str, str], object]] = {}  # by realm and readable memory
         self._closed = False
         self._refusals: Final = Kind()
+        # Those that fall out of it live on in the calls that hold them.
         self.caller: Final = lru_cache(_MOST_CALLERS)(partial(_Caller, self))
         pool.place(zenoh.Query, self._place)
         with _prepared_process():
@@ -276,7 +277,7 @@ class _Caller:
         self._transport: Final = transport
         self._prefix: Final = target.prefix
         self._receivers: Final = transport.local.receivers
-        self._call_here: Final = partial(transport.local.caller, target, operation, timeout=timeout)
+        self._local_caller: Final = partial(transport.local.caller, target, operation, timeout=timeout)
         self._limit: Final = settings.size_limit(holds_bytes=result.holds_bytes)
         self._may_refer: Final = result.holds_bytes
         self._kind: Kind | None = None
@@ -300,7 +301,7 @@ class _Caller:
 
     def call(self, payload: bytes, attachment: bytes) -> Outcome:
         if self._prefix in self._receivers:
-            return self._call_here().call(payload, attachment)
+            return self._local_caller().call(payload, attachment)
         try:
             # No variable holds the channel: the frames of an exception would keep it, and one that a servant
             # fills with more replies holds up all that comes by the same link.
