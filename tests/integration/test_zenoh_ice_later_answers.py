@@ -109,7 +109,9 @@ class TestFutures:
         call = serve(pair, servant, caller).close.begin(1.0)
         assert servant.begun.acquire(timeout=LIMIT)
         servant.futures[0].cancel()
-        with pytest.raises(ConnectionLostException, match=r"Gripper\.close: its server dropped it without an answer"):
+        with pytest.raises(
+            ConnectionLostException, match=r"Gripper\.close: its server dropped it without an answer"
+        ):
             call.result(LIMIT)
 
     def test_result_that_does_not_fit_is_reported(self, pair: Pair, caller: Communicator) -> None:
