@@ -97,7 +97,7 @@ class VirtualNetwork:
 
 
 class _VirtualCommunicator(Communicator):
-    """A communicator whose errors say how a test serves what is missing."""
+    """A communicator whose errors say how a test can provide a missing servant."""
 
     def find(
         self, target: Target, type_id: str | None, timeout: float, *, since: float | None = None
@@ -261,7 +261,7 @@ def make_stub(
 
     An answer is a function of the operation's arguments, an exception, which is raised, or a value, which is
     returned. Other operations go to the servant `below`. A stream of a stubbed operation yields what the
-    operation returns for arguments that are empty. Raises UnknownName for what is no operation.
+    operation returns for arguments that are empty. Raises UnknownName for an unknown operation.
     """
     operations = interface.all_operations
     for name in answers:

@@ -1,7 +1,7 @@
 """Coverage of automata in a run of pytest: states entered, transitions fired, guards seen true and false.
 
 `Hits` counts while behaviors run; `CoverageSession` adds the counts of xdist's workers up, compares them with
-what the documents have, and prints a table and what is missing.
+what the documents have, and prints a table and the gaps.
 """
 
 from __future__ import annotations
@@ -94,7 +94,7 @@ class _Covered:
 
 
 class CoverageSession:
-    """Count what behaviors do in this process, and report what came together: a plugin of pytest."""
+    """Count what behaviors do in this process, and report the coverage: a plugin of pytest."""
 
     def __init__(self, config: pytest.Config) -> None:
         self.hits: Final = Hits()
@@ -123,7 +123,7 @@ class CoverageSession:
         self.hits.update(getattr(node, "workeroutput", {}).get(_OUTPUT, {}))
 
     def pytest_terminal_summary(self, terminalreporter: TerminalReporter) -> None:
-        """Print the table, what is missing, and whether it is too little."""
+        """Print the table, the gaps, and whether the coverage is too low."""
         if self._covered is None:
             return
         terminalreporter.section("coverage of automata")

@@ -18,7 +18,7 @@ class BehaviorFailed(AssertionError):
 
 
 def says_it_all(caught: pytest.ExceptionInfo[BaseException]) -> bool:
-    """Return whether an exception says what is wrong with a test, so that pytest need not show our code.
+    """Return whether an exception is an error of the test, so that pytest need not show our code.
 
     A module assigns it to `__tracebackhide__`.
     """

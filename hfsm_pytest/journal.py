@@ -16,7 +16,7 @@ _LONGEST: Final = 200
 
 @dataclass(frozen=True, slots=True)
 class Call:
-    """A call that the behavior made, at a time in s, and what came of it.
+    """A call of the behavior, at a time in s, and its outcome.
 
     `automaton` and `state` are the names of those whose code made it, empty for calls outside of any cycle.
     """

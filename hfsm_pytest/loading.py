@@ -106,7 +106,7 @@ def _code(text: str, file: str) -> Any:  # noqa: ANN401 - a code object
 
 @contextmanager
 def _importable(*directories: Path) -> Iterator[None]:
-    """Let a component import what stands beside its document, and the packages of stub interfaces."""
+    """Let a component import files beside its document, and the packages of stub interfaces."""
     added = [str(path) for path in directories]
     sys.path[:0] = added
     try:

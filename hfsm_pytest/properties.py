@@ -38,7 +38,7 @@ def check_properties(
     random: bool = False,
     **options: Any,  # noqa: ANN401 - those of Behavior
 ) -> None:
-    """Run a document at random, and check what must hold after every cycle.
+    """Run a document at random, and check properties after every cycle.
 
     That are the `invariants` and the properties in the document: `always` and `never`, and `eventually` with
     a time. Random are the time that passes, events, the places of `balls` (`red`, `green`), and the `guards`.

@@ -44,7 +44,7 @@ class Ball:
     def place(
         self, pan: float | None = None, distance: float | None = None, height: float | None = None
     ) -> None:
-        """Put it somewhere at once; it keeps what is not given."""
+        """Move it somewhere at once; omitted coordinates stay."""
         cast("Any", self._device).place(self._targets(pan, distance, height))
 
     def move(

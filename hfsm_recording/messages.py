@@ -156,7 +156,7 @@ class Result(Message, frozen=True):
     """The result of an operation of a proxy.
 
     `kind` is call; begin and async of a call without waiting; latest and wait, which is over when it has
-    brought an error or a newer sample; subscribe and sample. `value` is for people, and cut where it is long.
+    returned an error or a newer sample; subscribe and sample. `value` is for people, and cut if it is long.
     `packed` is the exact value as it travels, in base64, or None where there is none, or where it was
     `too_large`.
     """
@@ -177,7 +177,7 @@ class Result(Message, frozen=True):
     time: float | None = None
     wall_time: float = 0.0
     same: bool = False
-    """Whether it is the very sample that this context's last reading of the stream brought."""
+    """Whether it is the sample of this context's last reading of the stream."""
     age: float | None = None
     stream: Text = ""
     """Id of the stream of the sample, another after each restart of the servant."""

@@ -32,7 +32,7 @@ class Divergence(msgspec.Struct, frozen=True):
 class Difference(msgspec.Struct, frozen=True):
     """A guard or a variable that has another value after a cycle, or a call with other arguments.
 
-    Of each there is the first. What is missing has no value.
+    Only the first of each is reported; a missing value is None.
     """
 
     time: float

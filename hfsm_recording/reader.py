@@ -87,7 +87,7 @@ class RecordingFile:
         self.truncated = False
         """Whether the last walk through the messages ended at a broken record, and not at the end."""
         try:
-            with suppress(*_BROKEN):  # what is missing then is asked for below
+            with suppress(*_BROKEN):  # what is missing is read below
                 self._read_head()
         except OSError as error:
             raise RecordingError(f"the recording {path} cannot be read: {error.strerror}") from error
@@ -135,7 +135,7 @@ class RecordingFile:
         return None
 
     def _read_head(self) -> None:
-        """Read what stands before the first message: all metadata and sources do."""
+        """Read everything before the first message: all metadata and sources."""
         left = LARGEST
         with self._path.open("rb") as file:
             for _, (opcode, payload) in _records(file):

@@ -44,7 +44,7 @@ class DropReason(StrEnum):
 
 @dataclass(eq=False, repr=False, slots=True)
 class Run:
-    """An automaton while it runs. What is here changes only through `Tree`, and under its lock."""
+    """An automaton while it runs. Its fields change only through `Tree`, and under its lock."""
 
     automaton: Automaton
     parent: Run | None
@@ -182,7 +182,7 @@ class Run:
 
 
 def grow(root: Automaton) -> tuple[Run, ...]:
-    """Return what runs the automata of a tree, each before its children. Raises DefinitionError."""
+    """Return the runs of the automata of a tree, each before its children. Raises DefinitionError."""
     runs = tuple(_grow(root, None, None, 0))
     if len({run.automaton.id for run in runs}) != len(runs):
         raise DefinitionError("two automata have one id")

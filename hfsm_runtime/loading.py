@@ -56,7 +56,7 @@ def naming_libraries(file: str) -> Iterator[None]:
 
 
 def _missing_library(error: ImportError, file: str) -> MissingLibraryError | None:
-    """Return what is wrong with a library of a component, None when the error comes from elsewhere."""
+    """Return the problem of a component's library, None when the error has another cause."""
     line, row = last_line(error, file)
     if row is None or row.part != "library":
         return None

@@ -270,7 +270,7 @@ class Runtime(Observer):
             raise ComponentStoppedError
 
     def note(self, run: Run, message: str) -> None:
-        """Log and remember something that is amiss with an automaton and is no error of its code."""
+        """Log and remember a problem of an automaton that is not an error of its code."""
         self._supervision.note(run, message)
 
     def changed(self, now: int, run: Run, kind: ChangeKind) -> None:  # noqa: ARG002

@@ -192,7 +192,7 @@ class Supervision(Observer):
             self._log.error("%s: %s", _place(child), message)
 
     def note(self, run: Run, message: str) -> None:
-        """Log and remember what is wrong with an automaton and is no error of its code."""
+        """Log and remember a problem of an automaton that is not an error of its code."""
         self._record(run, "", message)
         self._log.warning("%s: %s", _place(run), message)
 

@@ -161,7 +161,7 @@ class Threads(Observer):
             worker.thread.join(_STEP)
 
     def wake(self) -> None:
-        """Let every thread look at what has changed."""
+        """Wake every thread to check for changes."""
         for worker in self._workers.values():
             worker.wake.set()
 
@@ -260,7 +260,7 @@ class Alarm:
             self._news.set()
 
     def look(self) -> None:
-        """Look at the time again, which has stood still, or was far from what is due."""
+        """Check the time again, which has stood still, or was far from the next alarm."""
         self._news.set()
 
     def _run(self) -> None:

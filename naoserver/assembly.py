@@ -104,7 +104,7 @@ class Assembly:
     # -- the servants of each part -----------------------------------------------------------------------
 
     def _add(self, **servants: Object) -> None:
-        """Serve servants by their identities, and stream what they stream."""
+        """Serve servants by their identities, and publish their streams."""
         self.servants.update(servants)
         streams = (getattr(servant, "stream", None) for servant in servants.values())
         self._streams.extend(stream for stream in streams if isinstance(stream, StateStream))
@@ -174,7 +174,7 @@ class Assembly:
         self.on_wake()
 
     def _jobs(self) -> list[Job]:
-        """Return what is done periodically: no camera can delay anything else, nothing the watchdog."""
+        """Return the periodic jobs: no camera can delay anything else, nothing the watchdog."""
         robot, options, player = self._robot, self._options, self.player
         by_source: dict[Callable[[], Any], list[StateStream[Any, Any]]] = {}
         for stream in self._streams:

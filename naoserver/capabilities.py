@@ -93,7 +93,7 @@ class FootReading:
 
 @dataclass(frozen=True, slots=True)
 class SonarReading:
-    """Distances in m to what is nearest; infinite when nothing is in range."""
+    """Distances in m to the nearest obstacle; infinite when nothing is in range."""
 
     left: float = math.inf
     right: float = math.inf
@@ -187,7 +187,7 @@ class Voice(Protocol):
         """Fall silent, and forget what was not said yet."""
 
     def utterance(self) -> Utterance:
-        """Return what is being said."""
+        """Return the present utterance."""
 
 
 @dataclass(frozen=True, slots=True)

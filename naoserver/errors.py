@@ -8,7 +8,7 @@ class RobotError(Exception):
 
 
 class HardwareFailure(RobotError):
-    """A device of the robot, or what stands for it, cannot do its work.
+    """A device of the robot, or its substitute, cannot do its work.
 
     Where a missing package is the reason, the message names it and the command that installs it.
     """

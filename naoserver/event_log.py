@@ -80,16 +80,16 @@ _LIMP: Final = 0.05
 
 
 class ConditionWatch:
-    """Compare a robot's condition with that of the last look, and report what has changed, once."""
+    """Compare a robot's condition with the last check, and report each change once."""
 
     def __init__(self, robot: Robot, events: EventLog) -> None:
         self._robot = robot
         self._events = events
-        self._present: set[str] = set()  # what is out of order
+        self._present: set[str] = set()  # present problems
         self._charge_mark = math.inf
 
     def look(self, state: BodyState) -> None:
-        """Report what has changed since the last look; `state` is the robot's newest."""
+        """Report the changes since the last check; `state` is the robot's newest."""
         name, reading = self._robot.name, self._robot.read()
         tilt = f"the torso tilts by {math.degrees(state.torso_tilt):.0f} deg"
         fallen = (Severity.Error, f"fallen: {tilt}")

@@ -136,7 +136,7 @@ class TimedVoice:
             self._agenda.clear()
 
     def utterance(self) -> Utterance:
-        """Return what is being said."""
+        """Return the present utterance."""
         with self._lock:
             self._go_on(self._now())
             if not self._agenda:
@@ -144,7 +144,7 @@ class TimedVoice:
             return Utterance(self._agenda[0][0], speaking=True, count=self._begun + 1)
 
     def _go_on(self, now: float) -> None:
-        """Drop what has been said by now."""
+        """Drop the texts that have ended."""
         while self._agenda and self._agenda[0][1] <= now:
             self._begin(self._agenda.popleft()[0])
 

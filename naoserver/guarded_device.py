@@ -46,7 +46,7 @@ class Claims:
             self._check(joints, owner)
 
     def stop(self, joints: Iterable[str]) -> frozenset[str]:
-        """Let whom any of the joints belong to end what they do; returns the joints that are still theirs."""
+        """Stop the actions that own any of the joints; return the joints that they still own."""
         wanted = frozenset(joints)
         with self._lock:
             claims = [claim for claim in self._claims.values() if claim[0] & wanted]
@@ -149,7 +149,7 @@ class GuardedDevice:
     def hold(self, joints: Iterable[str] | None = None) -> None:
         """Stop joints at once, or all; joints that one motor drives stop together.
 
-        What has claimed one of them is asked to end; the joints that it still needs for that are left to it.
+        The owner of a claim is asked to end; it keeps the joints that it still needs for that.
         """
         names = self._safety.with_coupled(self._index if joints is None else joints)
         left = self.claims.stop(names)

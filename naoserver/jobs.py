@@ -1,4 +1,4 @@
-"""Periodic work on clocks: what is due when, and the threads of a server that do it.
+"""Periodic jobs on clocks, and the threads of a server that run them.
 
 A `Job` says when it is due on its clock and does its work when asked. Two drivers ask: `JobThreads` here, and
 in tests the single thread of virtual time (`hfsm_pytest.robot`).
@@ -52,7 +52,7 @@ class Job(Protocol):
         """Return when it is due on its clock, which shows `now`; infinity while it rests."""
 
     def run(self) -> None:
-        """Do what is due."""
+        """Do the due work."""
 
 
 def is_due(job: Job, now: float) -> bool:
@@ -191,7 +191,7 @@ class JobThreads:
             thread.start()
 
     def wake(self) -> None:
-        """Make every thread check now what is due: something has changed."""
+        """Make every thread check now for due jobs: something has changed."""
         for thread in self._threads:
             thread.changed.set()
 

@@ -16,7 +16,7 @@ from zenoh_ice import ObjectAdapter, WallClock
 def serve(robot: Robot, adapter: ObjectAdapter, options: ServerOptions | None = None) -> Iterator[Assembly]:
     """Serve a started robot on an adapter within a `with` block, whose end stops motion and threads.
 
-    Yields what stands between the robot and its clients: another way in goes through its guards too. The
+    Yields the assembly between the robot and its clients: other interfaces use its guards too. The
     caller activates the adapter, and closes the robot afterwards. Raises RobotError when the options ask for
     what the robot cannot do.
     """

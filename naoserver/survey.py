@@ -26,7 +26,7 @@ def survey(communicator: Communicator) -> dict[str, str]:
 
     Raises ZenohIceError when a server does not answer.
     """
-    # To wait for what nobody serves is to wait until all servers have announced what they serve.
+    # A wait for a missing servant is a wait until all servers have announced theirs.
     communicator.presence.wait_for(Target(communicator.realm, "Nobody"), None, communicator.settings.timeout)
     served = {
         identity: communicator.presence.interfaces(Target(communicator.realm, identity))

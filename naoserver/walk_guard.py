@@ -136,7 +136,7 @@ class WalkGuard:
         return stopped
 
     def _command(self, drives: dict[str, _Drive]) -> None:
-        """Let the walker do what is wanted. Raises InvalidCommand, and then commands nothing."""
+        """Command the walker. Raises InvalidCommand, and then commands nothing."""
         if not drives:
             self._drives = {}
             self._walker.command(_STILL)

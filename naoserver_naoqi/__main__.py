@@ -9,7 +9,7 @@ import hfsm_command
 
 
 def main() -> NoReturn:
-    """Run the command, or say what is not installed."""
+    """Run the command, or report the missing package."""
     hfsm_command.end_at_ctrl_c()
     try:
         from hfsm_command.cli import run

@@ -59,7 +59,7 @@ class Reporter:
 
     @contextmanager
     def failures_of(self, kind: str) -> Iterator[None]:
-        """Report once what fails in a `with` block, until it succeeds; the connection reports a lost link."""
+        """Report a failure in a `with` block once, until it succeeds; the connection reports a lost link."""
         try:
             yield
         except LinkLost:

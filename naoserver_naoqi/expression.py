@@ -19,7 +19,7 @@ from naoserver_naoqi.link import Link, LinkLost, Reply
 class NaoqiLights(FadingLights):
     """The lights of a robot. Implements Lights.
 
-    NAOqi does not report what they show: that is what they were last commanded here.
+    NAOqi does not report the state of lights: it is the last command sent here.
     """
 
     def __init__(self, calls: BackgroundCalls, now: Callable[[], float]) -> None:
@@ -85,7 +85,7 @@ class NaoqiVoice:
             self.forget()
 
     def utterance(self) -> Utterance:
-        """Return what is being said."""
+        """Return the present utterance."""
         return self._utterance
 
     def tick(self, link: Link) -> None:

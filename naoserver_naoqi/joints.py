@@ -47,7 +47,7 @@ class NaoqiJoints:
         )
 
     def close(self) -> None:
-        """Send what waits, and end the threads."""
+        """Send the waiting commands, and end the threads."""
         self.orders.close()
         self._stiffnesses.close()
 

@@ -85,7 +85,7 @@ class RobotAddress:
     def parse(cls, text: str, user: str = "", password: str = "") -> Self:
         """Return the address that `tcp://HOST[:PORT]`, `tcps://HOST[:PORT]` or a bare `HOST` stands for.
 
-        Raises AddressError, which says what is wrong.
+        Raises AddressError with the reason.
         """
         try:
             parts = urlsplit(text if "://" in text else f"tcp://{text}")

@@ -108,7 +108,7 @@ class Lifecycle:
             _stiffen(self._connection.require(), 1.0)
 
     def end(self) -> None:
-        """Leave the robot as the options say; what fails is reported, and the rest is done."""
+        """Leave the robot as the options say; report failures, and do the rest."""
         link = self._connection.link
         if link is None:
             if self._begun and self._options.end is not End.LEAVE:

@@ -4,7 +4,7 @@ It is one more way in to whatever implements `naoserver.robot.Robot`, beside the
 robot (`naoserver-sim --qi`) and the fake one (`python -m naoserver_qi`), which stands for a real robot in the
 tests of `naoserver_naoqi`. Commands pass the same guards as those of servants, never straight to the robot.
 
-Where NAOqi is ambiguous it behaves as NAOqi 2.8 on a NAO6. docs/how-to/virtual-nao.md lists what is there.
+Where NAOqi is ambiguous it behaves as NAOqi 2.8 on a NAO6. docs/how-to/virtual-nao.md lists the services.
 """
 
 from __future__ import annotations

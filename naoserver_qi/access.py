@@ -38,7 +38,7 @@ _STILL: Final = WalkVelocity()
 _SHARE: Final = 0.7
 """Fraction of the highest velocities, on the way to a goal."""
 _GAIN: Final = 1.5
-"""Velocity in 1/s of what is left of the way."""
+"""Velocity in 1/s relative to the rest of the way."""
 _CLOSE: Final = 0.02
 """Distance in m, and in rad / 2, within which a goal counts as reached."""
 _PATIENCE: Final = 10.0

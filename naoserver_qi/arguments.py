@@ -143,7 +143,7 @@ CHAINS: Final[Mapping[str, tuple[str, ...]]] = {
 def joints_of(names: object) -> tuple[str, ...]:
     """Return the joints that one name or a list of names of joints and chains stand for.
 
-    Raises InvalidCommand for what is neither.
+    Raises InvalidCommand for other names.
     """
     joints: list[str] = []
     for name in texts(names, "names"):

@@ -100,7 +100,7 @@ class ALMemory:
         return [self._look(key, moment)[1] for key in texts(keys, "keys")]
 
     def insertData(self, key: object, value: object) -> None:
-        """Write a value under a key without a signal; what is measured stays as it is."""
+        """Write a value under a key without a signal; measured values stay."""
         name, kept = text(key, "key"), keepable(value, "value")
         with self._lock:
             if name not in self._inserted and len(self._inserted) >= MOST:

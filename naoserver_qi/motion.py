@@ -89,7 +89,7 @@ def _part_switch(name: str, default: bool) -> tuple[Callable[..., Any], Callable
 
 
 class ALMotion:
-    """Move the robot. The safety layer limits every speed: what is too fast takes longer."""
+    """Move the robot. The safety layer limits every speed: a motion that is too fast takes longer."""
 
     def __init__(self, access: Access, postures: ALRobotPosture, walking: Walking) -> None:
         self._access = access

@@ -95,7 +95,7 @@ class ALTextToSpeech:
 
 
 class ALAnimatedSpeech:
-    """Say texts without what is written into them of animations."""
+    """Say texts without the tags of animations."""
 
     def __init__(self, speech: ALTextToSpeech) -> None:
         self._speech = speech

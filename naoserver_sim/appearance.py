@@ -130,7 +130,7 @@ class Mesh(NamedTuple):
 
 
 def add_appearance(spec: mujoco.MjSpec, links: Mapping[str, mujoco.MjsBody], *, skin: bool) -> None:
-    """Add what is seen to the links of a body: its shell, or bare blocks."""
+    """Add the visible shapes to the links of a body: its shell, or bare blocks."""
     look = read_skin()
     for light, color in START.items():
         shown = look_of(color)
@@ -182,7 +182,7 @@ def _add_mesh(spec: mujoco.MjSpec, name: str, *, mirrored: bool) -> str:
 
 @cache
 def read_skin() -> _Skin:
-    """Return what is seen of the robot, as skin.toml has it."""
+    """Return the appearance of the robot from skin.toml."""
     text = resources.files("naoserver_sim").joinpath("skin.toml").read_text(encoding="utf-8")
     return msgspec.convert(tomllib.loads(text), _Skin)
 

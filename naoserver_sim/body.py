@@ -170,7 +170,7 @@ def are_neighbors(first: str, second: str) -> bool:
     carriers = {joint.child: joint for joint in H25.joints}
 
     def cluster(link: str) -> str:
-        # The joints of a hip, an ankle or a shoulder lie at one point: what is between them is one neighbor.
+        # The joints of a hip, an ankle or a shoulder share a point: the links between them are one neighbor.
         while link in carriers and not any(carriers[link].origin):
             link = carriers[link].parent
         return link

@@ -68,7 +68,7 @@ def create_context(width: int, height: int) -> GLContext:
             os.environ.setdefault("PYOPENGL_PLATFORM", backend)
             context: GLContext = importlib.import_module(f"mujoco.{backend}").GLContext(width, height)
             context.make_current()
-        # PyOpenGL and the drivers fail with what they like, AttributeError and GLError among it.
+        # PyOpenGL and the drivers raise any exception, AttributeError and GLError among them.
         except Exception as error:  # noqa: BLE001
             _log.info("no rendering with %s: %s", backend, error)
             reasons.append(f"{backend} does not work here: {error}")
@@ -142,7 +142,7 @@ class CameraRenderer:
         self._ready.wait(_SETUP_TIMEOUT)
 
     def close(self) -> None:
-        """Render what is waiting, free GL, and wait until the thread has ended."""
+        """Render the waiting requests, free GL, and wait until the thread has ended."""
         with self._lock:
             self._closed = True
             thread = self._thread

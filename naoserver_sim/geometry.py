@@ -1,4 +1,4 @@
-"""Write down what is seen of the body, for viewers that know nothing of MuJoCo.
+"""Export the visible shapes of the body, for viewers without MuJoCo.
 
 `python -m naoserver_sim.geometry FILE` writes the links with their joints, their visible shapes in the links'
 frames, and the balls, as JSON. Lengths in m, quaternions as (x, y, z, w), colors as red, green, blue from 0

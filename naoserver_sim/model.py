@@ -49,7 +49,7 @@ class FreeIndex:
 
 @dataclass(frozen=True)
 class Model:
-    """A compiled model with what is needed to find its parts."""
+    """A compiled model with the indices of its parts."""
 
     mj: mujoco.MjModel
     robot: DeviceIndex

@@ -15,7 +15,7 @@ WINDOW = 1.0
 """Wall seconds over which the real-time factor and the lag are measured."""
 SAMPLE_INTERVAL = 0.05
 MAX_LAG = 0.25
-"""Wall seconds of lag after which the schedule is moved: what is lost is not caught up in a burst."""
+"""Wall seconds of lag after which the schedule is moved: lost time is not caught up in a burst."""
 SHORTEST_WAIT = 0.001
 """Shorter waits cost more than they bring: at a high speed several ticks are due at once instead."""
 _ROUNDING = 1e-6

@@ -31,7 +31,7 @@ _MOST_PUSHES: Final = 16
 _LONGEST: Final = 60.0
 """Seconds for which it is pushed or pressed at most."""
 _SHALLOW: Final = 0.005
-"""Metres that what is placed may reach into something else, which then pushes it out."""
+"""Metres that a placed object may reach into another, which then pushes it out."""
 _IDENTITY: Final = (1.0, 0.0, 0.0, 0.0)
 
 

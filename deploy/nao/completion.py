@@ -1,4 +1,4 @@
-"""Complete names in the shell from what is alive."""
+"""Complete names of running servants in the shell."""
 
 from __future__ import annotations
 

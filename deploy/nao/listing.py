@@ -43,7 +43,7 @@ def list_servants(settings: Settings, pattern: str, *, as_json: bool) -> None:
         print_json([_as_json(info, own[id(info)], processes[info.server]) for info in found])
         return
     table = Table(box=None, pad_edge=False, header_style="dim")
-    # On a narrow terminal the names stay whole: they are what is typed next.
+    # On a narrow terminal names stay whole: they are typed next.
     longest = max(len(info.identity) for info in found)
     table.add_column("SERVANT", style="bold", no_wrap=True, min_width=longest)
     table.add_column("INTERFACE", style="cyan", no_wrap=True)

@@ -1,6 +1,6 @@
 """Stop the robot: at once, or at a key from a terminal that holds its link open.
 
-A new process has to make a link before it can stop anything, which is what fails first on a network that is
+A new process has to connect before it can stop anything, which fails first on a network that is
 busy or under attack. The emergency stop of a person who watches is therefore a terminal that connected
 in advance.
 """
@@ -150,7 +150,7 @@ def _single_keys(terminal: int) -> Iterator[int]:
 
 
 def _read_keys(terminal: int, seconds: float) -> bytes:
-    """Return what is pressed within some seconds; raises NaoError when the terminal is gone."""
+    """Return the keys pressed within some seconds; raises NaoError when the terminal is closed."""
     ready, _, _ = select.select([terminal], [], [], seconds)
     if not ready:
         return b""

@@ -39,7 +39,8 @@ class FromJson:
     """Make values of an interface's types from JSON.
 
     Members of a struct that are not given are zero, empty or false, as in a struct that Slice has just made;
-    `left_out` has their paths. What does not fit is a NaoError that says where and what is wanted.
+    `left_out` has their paths. Raises NaoError for a value that does not fit, with its place and the expected
+    type.
     """
 
     def __init__(self, schema: Schema, types: Types, proxy_of: Callable[[str], ObjectPrx]) -> None:
@@ -182,7 +183,7 @@ def is_bytes(schema: Schema, kind: str) -> bool:
 
 
 def to_json(value: object, of_bytes: Callable[[bytes], Json] | None = None) -> Json:
-    """Return what stands for a value in JSON.
+    """Return a value as JSON.
 
     Enumerators become their names, bytes base64, numbers that JSON lacks null. With `of_bytes`, which returns
     something else for bytes, it is for people, and such numbers stay.

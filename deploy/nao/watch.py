@@ -190,12 +190,12 @@ class _Watched:
                 ended.set()
 
     def value(self, sample: Sample[Any]) -> object:
-        """Return what the sample brought: a value, or several by name."""
+        """Return the content of the sample: a value, or several by name."""
         results = self.proxy.results(self.name, sample.value)
         return next(iter(results.values())) if len(results) == 1 else results
 
     def figures(self) -> list[tuple[str, str, str]]:
-        """Return name, figure and detail of what is known of the stream."""
+        """Return name, figure and detail of each fact about the stream."""
         figures = self.statistics
         intervals, rate, ages = figures.intervals(), figures.rate(), figures.ages()
         rows = [("rate", "-", ""), ("age", "-", "")]

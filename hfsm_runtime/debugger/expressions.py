@@ -270,7 +270,7 @@ def _data(node: ast.expr, value: object) -> object:
 def plain(value: object) -> object:
     """Return a copy of plain data: None, numbers and texts in dicts, lists and tuples.
 
-    Raises ValueError for anything else, and for what is too large or too deep.
+    Raises ValueError for other values, and for values that are too large or too deep.
     """
     return _copy(value, [_MOST_ELEMENTS], 0)
 

@@ -102,7 +102,7 @@ class ReloadableRun(VirtualRun):
         self._first = first_values_of(self.tree.runs)
 
     def exchange(self, component: Component) -> tuple[str, ...]:
-        """Continue in another version, as a reload of a running component does; return what is not kept."""
+        """Continue in another version, as a reload of a running component does; return what was lost."""
         replacement = Replacement(self.component, component)
         self.replace(component, partial(replacement.apply, self.tree, self._first))
         self._first = replacement.first

@@ -185,7 +185,7 @@ class Recorder(Observer):
         self._put(run, "/cycles", messages.Cycle(run.automaton.id, run.automaton.name, False, at))
 
     def changed(self, now: int, run: Run, kind: ChangeKind) -> None:
-        """Record a change of state and what is left to the timers."""
+        """Record a change of state and the remaining times of timers."""
         automaton, state = run.automaton, run.current
         change = messages.Change(automaton.id, automaton.name, state.id, state.name, kind.value, now)
         self._put(run, "/automata", change)

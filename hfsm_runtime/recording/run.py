@@ -37,7 +37,7 @@ from .transport import recorded_proxies
 from .writer import RecordingWriter
 
 START: Final = "start"
-"""The context of what runs before the first cycle."""
+"""The context of code before the first cycle."""
 MONITOR: Final = "monitor"
 """The context of what the monitor does."""
 
@@ -278,7 +278,7 @@ def _json(value: object) -> str:
 def _sources(component: Component) -> dict[str, str]:
     """Return the files that make the component, by attachment.
 
-    They are the document, what it imports, the component's Python, and what is written by hand beside it.
+    They are the document, its imports, the component's Python, and the handwritten code beside it.
     """
     file = Path(source_of(component))
     document, python, by_hand, imported = SOURCES

@@ -267,7 +267,7 @@ class _Recorded:
 
 
 class _RecordedCaller(_Recorded):
-    """Call an operation, and record what came of it."""
+    """Call an operation, and record its outcome."""
 
     def __init__(
         self, transport: _RecordingTransport, target: Target, operation: Operation[..., Any], proxy: ObjectPrx

@@ -108,7 +108,7 @@ class RecordingWriter:
         return self._bytes > _MOST_BYTES // 2
 
     def close(self) -> None:
-        """Write what waits and end the file; takes 10 s at most."""
+        """Write the waiting messages and close the file; takes at most 10 s."""
         self._stopping.set()
         self._thread.join(_CLOSE)
         if self._thread.is_alive():

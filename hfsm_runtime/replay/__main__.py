@@ -109,7 +109,7 @@ def _load(file: Path) -> type[Component]:
     Its imports run, as they do when it is started.
     """
     name = f"{file.stem}_{next(_numbers)}"  # two versions of a component must not be one module
-    sys.path.insert(0, str(file.parent))  # what is written by hand stands beside it
+    sys.path.insert(0, str(file.parent))  # for handwritten code beside it
     try:
         module = load_module(name, file)
     except (Exception, SystemExit) as error:

@@ -1,4 +1,4 @@
-"""The component of a replay: made, equipped with what stands for the world, and exchanged."""
+"""The component of a replay: created, connected to the recorded world, and exchanged."""
 
 from __future__ import annotations
 

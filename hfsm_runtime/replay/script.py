@@ -1,4 +1,4 @@
-"""The recording as a script: what comes next, what of it has been used, and what was known when."""
+"""The recording as a script: the next message, the used ones, and the state of knowledge at each time."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from ..errors import ComponentError
 from ..recording.recorder import automaton_context
 
 _FAR: Final = 5000
-"""Messages that are looked through for what belongs to a cycle."""
+"""Number of messages that are searched for those of a cycle."""
 _MOST_AHEAD: Final = 64 << 20
 """Bytes of messages that are looked through at most."""
 _MOST_IMAGES: Final = 500_000
@@ -99,7 +99,7 @@ class Want:
     operation: str = ""
 
     def fits(self, record: Record) -> bool:
-        """Return whether a record is what is asked for."""
+        """Return whether a record answers the request."""
         message = record.message
         if self.attribute:
             return (
@@ -157,7 +157,7 @@ class Script:
         self._ahead.clear()
 
     def find(self, context: str, want: Want) -> Record | None:
-        """Return, and use, what is asked for from further on in the same cycle; None if it is not there."""
+        """Return, and use, a later answer from the same cycle; None if there is none."""
         for index, record in enumerate(self._look_ahead()):
             if context_of(record.message) == context:
                 if want.fits(record):

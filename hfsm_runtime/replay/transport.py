@@ -124,7 +124,7 @@ class _Replayed:
             data = self._transport.recording.image(each.hash)
             if data is None:
                 raise ReplayError(
-                    f"{want} brought {each.size} bytes that are not in the recording: code that looks at "
+                    f"{want} returned {each.size} bytes that are not in the recording: code that looks at "
                     "images can be replayed when the run was recorded with --record-images"
                 )
             put_bytes(plain, each, data)
@@ -224,7 +224,7 @@ class _ReplayedInlet(_Replayed):
         return True
 
     def deliver(self, callback: Callable[[Any], object], rate: float | None = None) -> None:  # noqa: ARG002
-        """Call a function with the samples that a subscription brought."""
+        """Call a function with the samples of a subscription."""
         record = self._answers.take(self._want("subscribe"), park=False)
         if record is not None:
             self._context = f"subscription {result_in(record).ticket}"

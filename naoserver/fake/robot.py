@@ -57,7 +57,7 @@ class FakeSenses:
         )
 
     def read(self) -> SenseReading:
-        """Return what is felt now."""
+        """Return the present sensations."""
         with self._lock:
             return replace(self._reading, time=self._clock.now())
 

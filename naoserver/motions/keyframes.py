@@ -232,7 +232,7 @@ def parse_motion(text: str, name: str, file: str) -> Motion:
 
 
 def _too_fast(joint: str, keys: Sequence[Key]) -> tuple[float, str] | None:
-    """Return the time of the first key that no motor can follow, and what is wrong."""
+    """Return the time of the first key that no motor can follow, and the problem."""
     fastest = _JOINTS[joint].max_velocity
     for before, after in pairwise(keys):
         if before.angle is None or after.angle is None:

@@ -29,7 +29,7 @@ _FASTEST: Final = {joint.name: joint.max_velocity for joint in H25.joints}
 _LIMP: Final = 0.05
 """Stiffness up to which a motor does not follow."""
 _SLOWEST: Final = 0.01
-"""Least pace: what is less counts as this, so that every motion has an end."""
+"""Smallest pace: a smaller one counts as this, so that every motion ends."""
 _SETTLING: Final = 0.3
 """Seconds after a leg until it is looked where it has led."""
 

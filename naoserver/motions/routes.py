@@ -1,6 +1,6 @@
 """Ways of the whole body: to a posture from wherever it is, and into a motion.
 
-A route is asked for its next leg again after each: what comes next follows from how the body lies, sits or
+A route is asked for its next leg after each: the next one follows from how the body lies, sits or
 stands then. So a getting up that failed is tried again, and a fall on the way is made good.
 """
 
@@ -20,7 +20,7 @@ from naoserver.motions.postures import POSTURES, STANCES, Situation, Stance, nea
 _FRACTION: Final = 0.3
 """Highest speed of a change of posture as a fraction of the joints': of full pace."""
 _SLOWEST: Final = 0.01
-"""Least fraction of the full pace: what is less counts as this, so that every way has an end."""
+"""Smallest fraction of the full pace: a smaller one counts as this, so that every way ends."""
 _SHORTEST: Final = 0.4
 """Seconds that a change of posture takes at least."""
 _SAME: Final = 0.02
@@ -66,7 +66,7 @@ class PostureRoute:
             raise RouteError(f"it is still {stance} after {_TRIES} motions")
         if stance in _SIDES:
             self._tries[stance] += 1
-            # The arms of that posture tip the body onto its belly or its back: what comes, comes.
+            # The arms of that posture tip the body onto its belly or its back: either will do.
             leg = change_posture(_OFF_THE_SIDE[self._tries[stance] % 2], commands, self._fraction)
             return replace(leg, end="")
         bridge = self._first_bridge(stance, wanted)

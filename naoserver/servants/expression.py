@@ -54,7 +54,7 @@ class LedsI(Leds):
 
 
 class SpeechI(Speech):
-    """Say texts, and report what is being said. `robot_time` is in s."""
+    """Say texts, and report the present utterance. `robot_time` is in s."""
 
     def __init__(self, voice: Voice, robot_time: Callable[[], float]) -> None:
         self._voice = voice
@@ -81,7 +81,7 @@ class SpeechI(Speech):
         self._voice.stop()
 
     def getSpeech(self, current: Current) -> SpeechState:
-        """Return what is being said."""
+        """Return the present utterance."""
         return self._state()
 
     def _state(self) -> SpeechState:

@@ -57,7 +57,7 @@ class MotionsI(Motions):
             self._player.begin(MOTION, name, route, pace=pace, client=current.client)
 
     def stop(self, current: Current) -> None:
-        """Stop what is played, and hold its joints where they are."""
+        """Stop the motion, and hold its joints where they are."""
         self._player.stop(MOTION)
 
     def getMotionState(self, current: Current) -> ActionState:

@@ -41,7 +41,7 @@ class FootPressureI(nao.FootPressure):
 
 
 class SonarI(nao.Sonar):
-    """Report what is near in front of the chest, in calls and as a stream: the sonar measures rarely."""
+    """Report obstacles in front of the chest, in calls and as a stream: the sonar measures rarely."""
 
     def __init__(self, senses: Senses) -> None:
         self._senses = senses
@@ -60,7 +60,7 @@ class SonarI(nao.Sonar):
 
 
 class TouchI(nao.Touch):
-    """Report what is touched, in calls and as a stream."""
+    """Report touches, in calls and as a stream."""
 
     def __init__(self, senses: Senses) -> None:
         self._senses = senses
@@ -73,7 +73,7 @@ class TouchI(nao.Touch):
         return list(self._senses.touch_names)
 
     def getTouchReading(self, current: Current) -> nao.TouchReading:
-        """Return what is touched."""
+        """Return the touched sensors."""
         return self.stream.now()
 
     def _touch(self, reading: SenseReading) -> nao.TouchReading:

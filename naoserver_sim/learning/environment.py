@@ -26,7 +26,7 @@ Array = NDArray[np.float32]
 PERIOD: Final = 0.02
 """Simulated seconds of a step: 50 Hz, the cycle of NAOqi's motion."""
 _MOST: Final = 10.0
-"""Bound of every number of an observation, which are scaled to be about 1; what is beyond is cut off."""
+"""Bound of every number of an observation, which are scaled to be about 1; larger ones are clipped."""
 _RENDERED: Final = ("CameraOutside", 320, 240)
 _SETTLING: Final = 0.2
 _FRACTION: Final = 0.5
@@ -143,10 +143,10 @@ class NaoEnvironment(gymnasium.Env[Array, Array]):
 
     @abstractmethod
     def _features(self) -> Sequence[float]:
-        """Return what is observed, in numbers of about 1."""
+        """Return the observation, in numbers of about 1."""
 
     def _info(self) -> dict[str, Any]:
-        """Return what is known beside, which no robot could measure."""
+        """Return the `info` of a step, which no robot could measure."""
         x, y, z = self._truth.torso.position
         return {"time": self._truth.time, "torso": (x, y, z)}
 

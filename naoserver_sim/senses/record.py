@@ -157,7 +157,7 @@ class Sample(NamedTuple):
 
 
 class SensorRecord:
-    """Keep the newest measurements, and return what they mean.
+    """Keep the newest raw measurements, and convert them to readings.
 
     `look` belongs to the thread of the physics; `newest` may be read by any thread.
     """

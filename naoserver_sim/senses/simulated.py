@@ -129,7 +129,7 @@ _SWITCHES_AT: Final = 1.0
 
 
 class Touch:
-    """Report what is pressed at a time. Safe to use from any thread."""
+    """Report the pressed sensors at a time. Safe to use from any thread."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -151,7 +151,7 @@ class Touch:
             self._presses = {**self._presses, sensor: press}
 
     def touched(self, time: float, bumps: tuple[float, ...]) -> frozenset[str]:
-        """Return what is pressed, by the forces on the bumpers in N and by calls of `press`."""
+        """Return the pressed sensors, by the forces on the bumpers in N and by calls of `press`."""
         names = {sensor for sensor, (begin, end) in self._presses.items() if begin <= time < end}
         names.update(name for name, force in zip(BUMPERS, bumps, strict=True) if force >= _SWITCHES_AT)
         return frozenset(names)
@@ -226,7 +226,7 @@ class SimulatedSenses:
         self._touch.press(sensor, self._simulator.newest().time, seconds)
 
     def look(self, time: float) -> None:
-        """Take in what is measured at the end of a control tick; belongs to the thread of the physics."""
+        """Record the measurements at the end of a control tick; belongs to the thread of the physics."""
         self.record.look(time)
         self._ticks += 1
         period = self._simulator.tick_period

@@ -22,11 +22,11 @@ Array = NDArray[np.float64]
 
 RANGE: Final = (0.25, 2.55)
 """Smallest and largest reported distance in m: those of NAOqi's driver for ROS and of the documentation
-up to V4. That of V5 and V6 promises no more than 0.2 m to 0.8 m, and calls what is beyond an estimation."""
+up to V4. That of V5 and V6 promises no more than 0.2 m to 0.8 m, and calls larger distances an estimation."""
 PERIOD: Final = 0.1
 """Seconds between two measurements."""
 _WIDE_RAYS: Final = 256
-"""Rays of a cone, 3.3 degrees apart. What is small is not overlooked: there is one more to each thing."""
+"""Rays of a cone, 3.3 degrees apart. Small things are not overlooked: there is an extra ray to each thing."""
 _NARROW_RAYS: Final = 64
 _NARROW: Final = math.radians(6)
 """Full angle of the cone in which the nearest echo is looked at again."""
@@ -37,7 +37,7 @@ _GRAZING: Final = math.cos(math.radians(45))
 
 
 class Sonar:
-    """Measure what is nearest in front of the left and the right transducer. Safe to use from any thread."""
+    """Measure the nearest echo of the left and the right transducer. Safe to use from any thread."""
 
     def __init__(self, mj: mujoco.MjModel) -> None:
         facts = H25.facts["sonar"]
@@ -64,7 +64,7 @@ class Sonar:
         return SonarReading(left, right)
 
     def _nearest(self, place: Array, turn: Array) -> float:
-        """Return the distance to what is nearest: first roughly, then round the nearest echo."""
+        """Return the smallest distance: first roughly, then around the nearest echo."""
         data = self._data
         axes = data.xmat[self._torso].reshape(3, 3)
         begin = data.xpos[self._torso] + axes @ place

@@ -652,7 +652,7 @@ def test_images_come_back_where_they_are_recorded(
     if with_images:
         identical(path, Looks)
     else:  # those of the calls are large
-        with pytest.raises(ReplayError, match=r"brought \d+ bytes that are not in the recording"):
+        with pytest.raises(ReplayError, match=r"returned \d+ bytes that are not in the recording"):
             replayed(path, Looks)
 
 
