@@ -80,7 +80,7 @@ class _Default:
 class StructType(msgspec.StructMeta):
     """Makes structs of which constructors alone use the default values, unless that is None.
 
-    By factories, not by a `__call__` of its own: Python calls a class past its metaclass where it has called
+    By factories, not by its own `__call__`: Python calls a class past its metaclass where it has called
     builtin ones before.
     """
 

@@ -9,6 +9,7 @@ import pytest
 
 from hfsm_pytest import MakeBehavior
 from tests.support.documents import document, state, sub, transition
+from tests.support.places import ROOT
 
 pytest_plugins = "pytester"
 
@@ -251,5 +252,5 @@ def test_nothing_is_loaded_for_tests_without_behaviors(pytester: pytest.Pytester
 def test_the_plugin_comes_with_the_package() -> None:
     import tomllib
 
-    project = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text("utf-8"))["project"]
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
     assert project["entry-points"]["pytest11"] == {"hfsm": "hfsm_pytest.plugin"}

@@ -19,6 +19,7 @@ from codegen.diagnostics import Diagnostics
 from codegen.files import apply, compare_with_disk
 from codegen.idl import compile_interfaces
 from tests.support.generated_types import structs_of
+from tests.support.places import DATA, ROOT
 from tests.support.slice_cases import all_cases
 from tests.support.slice_compiler import imported, write_sources
 from tests.support.slice_grammar import slice_files
@@ -26,7 +27,7 @@ from tests.support.wire_values import Desk, pack, packed, plain, struct_values, 
 from zenoh_ice import MarshalException
 from zenoh_ice._codec import Codec
 
-DATA = Path(__file__).parents[1] / "data" / "slice_output"
+DATA = DATA / "slice_output"
 PROGRAMS = sorted(directory for directory in DATA.iterdir() if directory.is_dir())
 DESK = Desk()
 
@@ -107,7 +108,7 @@ def test_the_output_is_the_same_whatever_the_order_and_the_hashes(tmp_path: Path
                 check=True,
                 capture_output=True,
                 timeout=60,
-                cwd=Path(__file__).parents[2],
+                cwd=ROOT,
             )
         files = sorted(path for path in output.rglob("*") if path.is_file())
         everything.append({path.relative_to(output): path.read_bytes() for path in files})
@@ -171,12 +172,12 @@ for package in sys.argv[1:]:
 @pytest.mark.slow
 def test_the_output_of_the_corpus_passes_mypy(corpus: Path, tmp_path: Path) -> None:
     mypy = [sys.executable, "-m", "mypy", "--strict", "--cache-dir", str(tmp_path)]
-    run_checker([*mypy, str(corpus)], Path(__file__).parents[2])
+    run_checker([*mypy, str(corpus)], ROOT)
 
 
 @pytest.mark.slow
 @pytest.mark.skipif(shutil.which("pyright") is None, reason="pyright is not installed")
 def test_the_output_of_the_corpus_passes_pyright(corpus: Path) -> None:
-    config = {"include": [str(corpus)], "extraPaths": [str(Path(__file__).parents[2])]}
+    config = {"include": [str(corpus)], "extraPaths": [str(ROOT)]}
     (corpus / "pyrightconfig.json").write_text(json.dumps(config))
     run_checker(["pyright", "-p", str(corpus), "--pythonpath", sys.executable], corpus)

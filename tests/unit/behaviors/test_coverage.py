@@ -9,10 +9,11 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[2]
+from tests.support.places import ROOT
+
 FEW = ("again", "searched_and_found", "whose_turn", "turns_of_ten", "ten_positions")
 """Parts of the names of tests that are enough: all of them would take longer, and cover no more."""
-TESTS = sorted(Path(__file__).parent.glob("test_behaviors__[df]*.py"))
+TESTS = sorted(Path(__file__).parent.glob("test_[df]*.py"))
 
 
 @pytest.mark.slow

@@ -31,8 +31,8 @@ from tests.support.model_documents import (
     stated,
     when,
 )
+from tests.support.places import ROOT
 
-ROOT = Path(__file__).resolve().parents[2]
 BEHAVIORS = sorted((ROOT / "behaviors").glob("*.xml"))
 KNOWN = find_interfaces()
 OPERATIONS = read_operations((each for (each,) in KNOWN.by_name.values()), KNOWN, Diagnostics())

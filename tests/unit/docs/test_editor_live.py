@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
 
+from tests.support.places import ROOT
 from visualhfsm.live.service import OPERATIONS
 
-PAGE = Path(__file__).parents[2] / "docs" / "reference/live-protocol.md"
+PAGE = ROOT / "docs" / "reference/live-protocol.md"
 
 
 def test_every_action_has_its_row_with_its_arguments() -> None:

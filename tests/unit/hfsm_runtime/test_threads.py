@@ -6,7 +6,6 @@ import sys
 import threading
 import time
 from contextlib import suppress
-from pathlib import Path
 
 import pytest
 
@@ -18,10 +17,11 @@ from interfaces.hfsm import ComponentStatus
 from tests.support.automata import after, automaton, finished, on, when
 from tests.support.documents import load
 from tests.support.limits import AT_ONCE, LIMIT
+from tests.support.places import DATA
 from tests.support.running import eventually, running
 from zenoh_ice import WallClock
 
-COMPONENTS = Path(__file__).parents[1] / "data" / "components"
+COMPONENTS = DATA / "components"
 
 
 def test_cycles_keep_to_their_schedule() -> None:

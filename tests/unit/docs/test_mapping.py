@@ -5,9 +5,10 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+from tests.support.places import ROOT
 from tests.support.slice_compiler import compile_text
 
-PAGE = Path(__file__).parents[2] / "docs" / "reference/mapping.md"
+PAGE = ROOT / "docs" / "reference/mapping.md"
 
 
 def test_the_example_is_what_is_generated(tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ from codegen.diagnostics import Diagnostics
 from codegen.idl import ast, compile_interfaces
 from codegen.idl.parser import parse
 from codegen.idl.preprocessor import Preprocessor
+from tests.support.places import ROOT
 from tests.support.slice_compiler import compile_text, findings, write_sources
 from tests.support.slice_texts import slice_like_texts
 
@@ -156,7 +157,7 @@ def test_any_text_compiles_or_has_an_error_with_a_place(tmp_path: Path, main: st
         compile(file.text, str(file.path), "exec")
 
 
-INTERFACES = sorted(Path(__file__).parents[2].joinpath("interfaces").glob("*.idl"))
+INTERFACES = sorted(ROOT.joinpath("interfaces").glob("*.idl"))
 
 
 @settings(max_examples=200, suppress_health_check=[HealthCheck.function_scoped_fixture])

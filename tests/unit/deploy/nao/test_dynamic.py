@@ -7,7 +7,6 @@ import contextlib
 import json
 import re
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import msgspec
@@ -22,6 +21,7 @@ from deploy.nao import NaoError
 from deploy.nao.dynamic import Types
 from deploy.nao.values import FromJson, to_json
 from tests.support.generated_types import interfaces_of
+from tests.support.places import DATA
 from tests.support.slice_compiler import imported
 from tests.support.wire_values import Desk, pack, plain, struct_values
 from zenoh_ice import MarshalException
@@ -32,7 +32,7 @@ from zenoh_ice.interface import Interface
 from zenoh_ice.reflection import Schema, parse_schema, schema_of
 from zenoh_ice.servant import OBJECT_INTERFACE
 
-EVERYTHING = Path(__file__).parents[1] / "data" / "slice_output" / "everything" / "everything.idl"
+EVERYTHING = DATA / "slice_output" / "everything" / "everything.idl"
 DESK: Any = Desk()
 
 

@@ -8,7 +8,6 @@ import subprocess
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from itertools import pairwise
-from pathlib import Path
 from subprocess import PIPE
 from typing import Any
 
@@ -20,6 +19,7 @@ from hypothesis import strategies as st
 from codegen.hfsm.document import Automaton, Document, State, Text, Transition
 from tests.support.editor import patched
 from tests.support.limits import LIMIT
+from tests.support.places import ROOT
 from visualhfsm.web.window import Version, full, patch
 
 codes = st.builds(Text, st.text(max_size=5))
@@ -76,7 +76,7 @@ def show() -> Iterator[Show]:
     """Return what lets the page's own store take pushes, and returns the document that it shows then."""
     if shutil.which("node") is None:
         pytest.skip("Node.js is not installed")
-    script = Path(__file__).resolve().parents[1] / "page" / "patches.js"
+    script = ROOT / "tests" / "page" / "patches.js"
     with subprocess.Popen(["node", script], stdin=PIPE, stdout=PIPE, text=True) as node:
         stdin, stdout = node.stdin, node.stdout
         assert stdin is not None

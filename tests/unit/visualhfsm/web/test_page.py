@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import shutil
 import subprocess
-from pathlib import Path
 
 import pytest
 
 from tests.support.limits import LIMIT
+from tests.support.places import ROOT
 
-PAGE = Path(__file__).resolve().parents[1] / "page"
+PAGE = ROOT / "tests" / "page"
 
 
 @pytest.mark.skipif(shutil.which("node") is None, reason="Node.js is not installed")

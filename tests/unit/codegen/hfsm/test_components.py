@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import compileall
 from collections.abc import Callable
-from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -16,8 +15,9 @@ from codegen.diagnostics import Diagnostics, Severity
 from codegen.hfsm import compile_document
 from hfsm_runtime import VirtualRun
 from tests.support.documents import load
+from tests.support.places import DATA
 
-DIRECTORY = Path(__file__).parents[1] / "data" / "components"
+DIRECTORY = DATA / "components"
 DOCUMENTS = sorted(path.stem for path in DIRECTORY.glob("*.xml"))
 DOUBTFUL = {"tolerated": {"W510", "W511", "W512", "W513"}}
 
