@@ -170,7 +170,7 @@ def test_a_breakpoint_is_set_reached_listed_and_deleted(shell: Shell) -> None:
 
 
 def test_a_condition_that_is_none_is_refused(shell: Shell) -> None:
-    with pytest.raises(VisualHfsmError, match=r"column 1: print\(corner\) is not for expressions"):
+    with pytest.raises(VisualHfsmError, match=r"column 1: print\(corner\) is not allowed"):
         shell("break", "walker", "follow/green", "--if", "print(corner)")
     with pytest.raises(VisualHfsmError, match=r"uses no variable corner; automaton 2 \(follow\) does"):
         shell("break", "walker", "dance", "--if", "corner > 2")
