@@ -49,7 +49,7 @@ class Reporter(Protocol):
     """Receives the mover's progress."""
 
     def departed(self, index: int, stop: Stop, lap: int) -> None:
-        """Hear that the ball sets out for a stop."""
+        """Receive the start towards a stop."""
 
     def moved(self, target: Point, fraction: float) -> None:
         """Hear the newest setpoint and which fraction of the line it has covered."""

@@ -26,7 +26,7 @@ _logger = logging.getLogger(__name__)
 
 
 def check_router(settings: Settings) -> None:
-    """Raise ConfigurationException for settings that are somebody else's, such as a user's."""
+    """Raise ConfigurationException for settings that are not a router's."""
     if settings.mode != "router":
         origin = settings.origins.get("mode", "the program")
         raise ConfigurationException(
@@ -69,6 +69,6 @@ def serve(settings: Settings, report: Callable[[str], None]) -> None:
 
 def _log_link(event: zenoh.LinkEvent) -> None:
     link = event.link
-    who = f"{printable(link.auth_identifier, 64)!r}" if link.auth_identifier else "somebody unnamed"
+    who = f"{printable(link.auth_identifier, 64)!r}" if link.auth_identifier else "an unnamed client"
     came = event.kind == zenoh.SampleKind.PUT
     _logger.info("%s %s, at %s, process %s", who, "came" if came else "left", link.dst, link.zid)

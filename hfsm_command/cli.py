@@ -111,7 +111,7 @@ class Stop(threading.Event):
 def stop_on_signals() -> Iterator[Stop]:
     """Let SIGINT, SIGTERM and SIGHUP set an event, and do nothing else, as long as a `with` block lasts.
 
-    The block runs on the main thread. It waits for the event or looks at it, cleans up, and ends; then
+    The block runs on the main thread. It waits for the event or polls it, cleans up, and ends; then
     SystemExit is raised with 128 and the number of the signal, unless the block raised something itself.
     Further signals are ignored for 10 s; the first one after that ends the process at once.
     """

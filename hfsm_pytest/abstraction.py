@@ -1,6 +1,6 @@
 """A document without its code: automata whose guards are what a test says, for whatever robot.
 
-It is what the model checker looks at, run by the runtime itself: states, timers, events and hierarchy.
+It is the model checker's view, run by the runtime itself: states, timers, events and hierarchy.
 """
 
 from __future__ import annotations

@@ -224,7 +224,7 @@ class Behavior(ReloadableRun):
         self._journal.note(f"sets the guard {name} to {value}")
 
     def stub(self, name: str, servant: Object | None = None, /, **operations: object) -> None:
-        """Answer the calls of an interface by hand, in place of the robot's servant.
+        """Answer the calls of an interface in the test, in place of the robot's servant.
 
         `name` is that of the attribute or of the servant. Give a servant, or single operations, each as a
         function of its arguments, as a value that it returns, or as an exception that it raises; the other

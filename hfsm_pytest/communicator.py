@@ -47,7 +47,7 @@ from .journal import Journal
 Polls = dict[str, Callable[[], Any]]
 
 _ZEROS: Final[dict[object, object]] = {str: "", int: 0, float: 0.0, bool: False, bytes: b""}
-_LOOK: Final = LINGER / 4  # s of virtual time after which streams that nobody wants are looked for
+_LOOK: Final = LINGER / 4  # s of virtual time between checks for unused streams
 
 _logger = logging.getLogger(__name__)
 

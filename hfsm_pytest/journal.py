@@ -18,7 +18,7 @@ _LONGEST: Final = 200
 class Call:
     """A call of the behavior, at a time in s, and its outcome.
 
-    `automaton` and `state` are the names of those whose code made it, empty for calls outside of any cycle.
+    `automaton` and `state` are the names of the caller's, empty for calls outside of any cycle.
     """
 
     time: float

@@ -1,4 +1,4 @@
-"""Look for a run in which a behavior does what it must not do."""
+"""Search for a run in which a behavior does what it must not do."""
 
 from __future__ import annotations
 

@@ -99,7 +99,7 @@ class Mark(Message, frozen=True):
 
 
 class Action(Message, frozen=True):
-    """Somebody steers the component: pauses it, forces a transition, sets a variable, and the like."""
+    """A client steers the component: pauses it, forces a transition or sets a variable."""
 
     kind: Text
     arguments: dict[str, Any] = {}

@@ -1,7 +1,7 @@
 """Read a recording within limits: nothing in it is executed, and no size in it is believed.
 
 The file is read as a stream: in memory are one record and one unpacked chunk at a time. An image stays in the
-file until somebody asks for it.
+file until it is read.
 """
 
 from __future__ import annotations

@@ -91,7 +91,7 @@ class Run:
     began: int = 0
     """When the running, or the last, cycle really began, which may be later than the time it belongs to."""
     in_step: bool = False
-    """Whether the running cycle is such a one."""
+    """Whether the running cycle is a single step."""
     queue: deque[Event] = field(default_factory=deque)
     """The events that wait to be handled, oldest first; at most `CAPACITY`."""
     due: int = 0

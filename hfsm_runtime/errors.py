@@ -22,7 +22,7 @@ class DefinitionError(ComponentError):
 
 
 class EventError(ComponentError, ValueError):
-    """An event cannot be sent with such a name or such data."""
+    """An event has an invalid name or invalid data."""
 
 
 class MarkError(ComponentError, ValueError):

@@ -9,7 +9,7 @@ from .automaton_run import ChangeKind, DropReason, Run
 class Observer:
     """An observer that does nothing: override its methods, and add it to `Tree.observers`.
 
-    The methods run on the thread of the automaton, in the middle of a cycle: they must not block, and not
+    The methods run on the thread of the automaton, within a cycle: they must not block, and not
     raise. Times are component time in ns; `at` is that of the cycle.
     """
 

@@ -57,7 +57,7 @@ class Runtime(Observer):
         self.failed = False
         """Whether an error ended the component."""
         self.refusal: Refusal | None = None
-        """The refused command that pauses the component; None while it runs or somebody has paused it."""
+        """The refused command that pauses the component; None while it runs or is paused by a client."""
         self.clock = clock
         """The clock of the component."""
         self.marks = Marks()

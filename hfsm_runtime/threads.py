@@ -179,7 +179,7 @@ class Threads(Observer):
         """Run the cycles of one automaton until the end; the body of its thread."""
         run, interval, delay, slot = worker.run, 0, 0, 0
         while True:
-            worker.wake.clear()  # before anything is looked at: what changes later sets it again
+            worker.wake.clear()  # before the checks: later changes set it again
             if self._stopping or worker.retired:
                 return
             if run.automaton.interval != interval:  # at first, and when the automaton was replaced
@@ -265,7 +265,7 @@ class Alarm:
 
     def _run(self) -> None:
         while True:
-            self._news.clear()  # before anything is looked at: what changes later sets it again
+            self._news.clear()  # before the checks: later changes set it again
             if self._stopping:
                 return
             due = self._set_due()

@@ -1,4 +1,4 @@
-"""Look at the variables of an automaton while its code runs, and set them.
+"""Read the variables of an automaton while its code runs, and set them.
 
 The code of an automaton shares its variables as a closure, so they can be read and set without its help, and
 without stopping it.

@@ -15,7 +15,7 @@ class HardwareFailure(RobotError):
 
 
 class CommandRefused(RobotError):
-    """The robot takes no command from this client now: it is stopped, or somebody else holds it."""
+    """The robot refuses commands of this client: it is stopped, or another client holds it."""
 
     def __init__(self, message: str, holder: str = "") -> None:
         super().__init__(message)

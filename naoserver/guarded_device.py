@@ -17,17 +17,17 @@ _logger = logging.getLogger(__name__)
 
 
 class Claims:
-    """The joints of a device that belong to somebody. Safe to use from any thread."""
+    """Claims on the joints of a device. Safe to use from any thread."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._claims: dict[str, tuple[frozenset[str], Callable[[], None]]] = {}
 
     def claim(self, owner: str, joints: Iterable[str], stop: Callable[[], None]) -> None:
-        """Let joints belong to `owner`, as people call it ("the walk"), instead of those it had before.
+        """Claim joints for `owner`, a name such as "the walk", in place of its earlier ones.
 
-        `stop` is called when somebody wants one of them to hold still: it lets the owner end what it does.
-        Raises InvalidCommand, and then claims nothing, while one of them belongs to somebody else.
+        `stop` is called when one of them must hold still: it ends the owner's action.
+        Raises InvalidCommand, and then claims nothing, while another owner has one of them.
         """
         wanted = frozenset(joints)
         with self._lock:
@@ -185,7 +185,7 @@ class GuardedDevice:
             self.events.add(Severity.Warning, joint, "stopped: the client that drove it is gone", "lost")
 
     def watch(self) -> float | None:
-        """Look at the moving joints; return in how many wall seconds to look again, None while all rests."""
+        """Check the moving joints; return the wall seconds until the next check, None while all rests."""
         with self._lock:
             reading, now = self.read(), self.events.wall_time()
             outcome = self._apply(self._safety.watch(reading, now))

@@ -22,7 +22,7 @@ class SafetyOptions:
     ramp_time: float = 0.25
     """Robot seconds in which a velocity command takes a joint from rest to full speed."""
     period: float = 0.02
-    """Wall seconds between two looks at moving joints."""
+    """Wall seconds between two checks of moving joints."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -286,7 +286,7 @@ class JointSafety:
         return outcome
 
     def next_watch(self, reading: JointReading, now: float) -> float | None:
-        """Return in how many wall seconds `watch` is due; None while nothing moves that it must look at."""
+        """Return the wall seconds until `watch` is due; None while nothing moves that it checks."""
         if self._drives:
             first = min(drive.deadline for drive in self._drives.values())
             return min(self.options.period, max(0.0, first - now))

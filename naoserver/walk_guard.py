@@ -15,7 +15,7 @@ from naoserver.guarded_device import GuardedDevice
 from naoserver.options import SafetyOptions
 
 WALK: Final = "the walk"
-"""To whom the legs belong while it walks."""
+"""Owner of the legs while it walks."""
 _SOURCE: Final = "Walk"
 _STILL: Final = WalkVelocity()
 _LEG: Final = ("HipYawPitch", "HipRoll", "HipPitch", "KneePitch", "AnklePitch", "AnkleRoll")

@@ -135,7 +135,7 @@ class NaoqiCameras:
                     timeout=max(0.05, deadline - time.monotonic()),
                 )
             except CallFailed:
-                camera.subscription = None  # somebody ended it: the next capture subscribes again
+                camera.subscription = None  # another program ended it: the next capture subscribes again
                 raise
             arrival = self._now()
             if image is not None:

@@ -1,4 +1,4 @@
-"""Keep the connection to a robot: look at it at a fixed rate, report when it is lost, and find it again."""
+"""Keep the connection to a robot: poll it at a fixed rate, report its loss, and reconnect."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ class Reporter:
 
 
 PERIOD: Final = 0.02
-"""Seconds between two looks at the robot: NAOqi's own cycle."""
+"""Seconds between two polls of the robot: NAOqi's own cycle."""
 SILENCE: Final = 0.7
 """Seconds without an answer after which the robot counts as lost, so that it is reported within 1 s."""
 _CONNECTING: Final = 2.0
@@ -84,7 +84,7 @@ class Connection:
     """The connection to one robot, from `start` to `close`.
 
     `connect` makes a link within some seconds, or raises LinkLost. Each of `on_open` prepares a new link, and
-    may refuse it by a RobotError; each of `on_tick` looks at the robot every PERIOD; each of `on_found` and
+    may refuse it by a RobotError; each of `on_tick` polls the robot every PERIOD; each of `on_found` and
     `on_lost` is called when a link is made or lost. `start` calls the first two before
     it returns. Everything else runs on one thread, so that they never overlap.
     """
@@ -153,7 +153,7 @@ class Connection:
                 self._lose(link, why)
 
     def _look_after(self, link: Link) -> str:
-        """Look at the robot until it is lost; return why it is."""
+        """Poll the robot until it is lost; return the reason."""
         due = self._clock.now()
         while not self._closing.is_set():
             try:

@@ -232,7 +232,7 @@ class NaoqiSenses:
             _logger.info("the sonar stays off: %s", error)
 
     def close(self, link: Link | None) -> None:
-        """Turn the sonar off, unless somebody else wants it."""
+        """Turn the sonar off, unless another program uses it."""
         try:
             if link is not None:
                 call(link, "ALSonar.unsubscribe", NAME, timeout=1.0)

@@ -29,7 +29,7 @@ _MOST_SUBSCRIBERS: Final = 100
 
 
 class ALSonar:
-    """Turn the sonar on and off; ALMemory shows its newest reading while somebody has subscribed."""
+    """Turn the sonar on and off; ALMemory has its newest reading while there are subscribers."""
 
     def __init__(self, senses: Senses | None) -> None:
         """Serve the sonar of some senses; None of a robot that has none."""

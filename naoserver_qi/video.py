@@ -127,7 +127,7 @@ class ALVideoDevice:
     def subscribeCamera(
         self, name: object, cameraIndex: object, resolution: object, colorSpace: object, fps: object
     ) -> str:
-        """Return a handle for pictures of a camera; an empty one when it cannot be had: see the log."""
+        """Return a handle for pictures of a camera; an empty one when it is not available: see the log."""
         try:
             subscription = self._checked(cameraIndex, resolution, colorSpace, fps)
             owner = text(name, "name")
@@ -182,7 +182,7 @@ class ALVideoDevice:
     getImageRemote.__qi_return_signature__ = _SIGNATURE  # type: ignore[attr-defined]
 
     def releaseImage(self, handle: object) -> bool:
-        """Do nothing, since every picture is a copy; returns whether there is such a subscription."""
+        """Do nothing, since every picture is a copy; return whether the subscription exists."""
         with self._lock:
             return isinstance(handle, str) and handle in self._subscriptions
 

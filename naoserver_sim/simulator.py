@@ -208,7 +208,7 @@ class PacedSimulator(Simulator):
 
 
 class VirtualSimulator(Simulator):
-    """Step the model up to a virtual clock's time whenever somebody looks or commands."""
+    """Step the model up to a virtual clock's time at every reading and command."""
 
     real_time_factor: Final = 1.0
     lag: Final = 0.0

@@ -32,7 +32,7 @@ _SERVANT: Final = re.compile(
 )
 _CLIENT: Final = re.compile(r"@client/[^/]+/([0-9a-f]{1,32})/([0-9a-f]{16}|-)")
 
-# No robot has more of these: somebody floods the realm.
+# No robot has more of these: more means a flood.
 _MOST_SERVANTS: Final = 4096
 _MOST_TOKENS: Final = 1 << 14  # of all servants
 _MOST_OF_SERVANT: Final = 64  # tokens: of one identity, one for each interface of each server

@@ -30,7 +30,7 @@ __all__ = ["PULSE_PERIOD", "Coroutines", "Job", "Kind", "Pool", "Pulse", "UserCo
 
 V = TypeVar("V")
 
-PULSE_PERIOD: Final = 0.02  # s between looks at the threads and at the clock
+PULSE_PERIOD: Final = 0.02  # s between checks of the threads and of the clock
 
 _IDLE_LIMIT: Final = 5.0  # s after which a thread ends that has nothing to do, unless it is the last
 _MOST_QUEUED: Final = 1024  # jobs of one line

@@ -68,7 +68,7 @@ class WallClock:
 
 
 class VirtualClock:
-    """A clock for one thread: it moves when `advance` is called, or when somebody waits on it.
+    """A clock for one thread: it moves when `advance` is called, or at a wait on it.
 
     So a program runs the same way every time, as fast as the processor.
     """

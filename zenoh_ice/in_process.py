@@ -33,7 +33,7 @@ from .transport import (
 
 __all__ = ["InProcessTransport", "Pool"]
 
-_MOST_TOKENS: Final = 1 << 15  # that are remembered; more than any robot has: somebody floods the realm
+_MOST_TOKENS: Final = 1 << 15  # that are remembered; more than any robot has: more means a flood
 
 _numbers: Final = itertools.count(1)
 

@@ -296,7 +296,7 @@ class Call(Generic[P, V]):
                 caller = self._caller or self._find(began)
                 if line not in communicator.pool.lines:  # or other calls would overtake those in the line
                     self._keep(caller)
-                if not future.done():  # cancelled while its servant was looked for
+                if not future.done():  # cancelled during the search for its servant
                     self._begin(caller, arguments, future)
             except Exception as error:  # noqa: BLE001 - the future raises it
                 fail(future, error)
@@ -374,7 +374,7 @@ class Call(Generic[P, V]):
     def _retry(
         self, caller: Caller, payload: bytes, attachment: bytes, end: NoAnswer, started: float
     ) -> Outcome:
-        """Call an idempotent operation once more if its server was lost and is back.
+        """Call an idempotent operation again if its server was lost and is back.
 
         Otherwise raise what says why there was no answer.
         """

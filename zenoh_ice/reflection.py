@@ -6,7 +6,7 @@
 
 Names and types are those of Slice, from the root: `::nao::HeadPose`, `sequence` types by their name.
 
-codegen writes the descriptions into the `schema.json` of each generated package; they are read when somebody
+codegen writes the descriptions into the `schema.json` of each generated package; they are read when a client
 first asks. A servant sends those of its interface as the answer to `ice_describe`.
 """
 

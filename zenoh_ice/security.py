@@ -136,7 +136,7 @@ def check_security(settings: Settings) -> list[str]:
 
 
 def exposure(settings: Settings) -> list[str]:
-    """Return a sentence for each danger in where, and to whom, a component listens."""
+    """Return a sentence for each danger of the endpoints and access rules of a component."""
     security = settings.security
     anyone = "anyone on that network can see through the cameras and move the robot"
     dangers: list[str] = []

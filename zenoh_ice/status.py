@@ -32,7 +32,7 @@ class ServantStatus(msgspec.Struct, frozen=True):
     refused: _Count  # not executed: malformed, of another interface, too late, or too many
     running: _Count  # executed now, including those to be answered later
     waiting: _Count  # for their turn
-    listened: tuple[_Text, ...]  # its streams to which somebody listens
+    listened: tuple[_Text, ...]  # its streams with listeners
 
 
 class ProcessStatus(msgspec.Struct, frozen=True):

@@ -300,12 +300,12 @@ class _Listener(Generic[V]):
 
 
 class StreamReader(_Listener[V]):
-    """Keep the newest sample of one stream, and listen to it only while somebody wants it.
+    """Keep the newest sample of one stream, and listen to it only while it is used.
 
     Asking for a sample makes it listen. When nobody has asked for `LINGER` s it stops, so that the servant
     need not publish any more, and forgets the sample, which would be stale at the next request.
 
-    Samples stay in the transport, undecoded, until somebody asks.
+    Samples stay in the transport, undecoded, until they are read.
     """
 
     def __init__(self, streams: Streams, target: Target, operation: Operation[..., V]) -> None:

@@ -1,4 +1,4 @@
-"""The command `nao`: look at a running robot and everything around it, and call whatever it serves."""
+"""The command `nao`: inspect a running robot and its programs, and call its servants."""
 
 from __future__ import annotations
 

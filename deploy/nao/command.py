@@ -48,7 +48,7 @@ def _argument(metavar: str, text: str, complete: Callable[..., list[str]] | None
 
 @app.callback(epilog="Examples:\n\nnao list\n\nnao call Head.getPose\n\nnao watch Body\n\nnao doctor")
 def nao() -> None:
-    """Look at a running robot and everything around it, and call whatever it serves."""
+    """Inspect a running robot and its programs, and call its servants."""
 
 
 _PATTERN = "Part of the name of a servant or of its interface, or a pattern with * and ?."
@@ -183,7 +183,7 @@ def status(
 
 @_command("nao doctor", "nao doctor --connect tcp/192.168.1.20:7447", "nao doctor --json")
 def doctor(*, settings: Settings, json: _Json = False) -> None:
-    """Look for what does not work here, and report how to fix it.
+    """Find problems of this installation, and report how to fix them.
 
     It checks what is installed, the machine and the network. The exit code is 1 if something failed.
     """

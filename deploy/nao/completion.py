@@ -102,7 +102,7 @@ def _identities(communicator: Communicator) -> list[str]:
 
 
 def _by_kind(communicator: Communicator, names: Callable[[str, DynamicProxy], list[str]]) -> list[str]:
-    """Return names of all servants; of those with the same interfaces only one is asked."""
+    """Return names of all servants; only one per set of interfaces is asked."""
     from deploy.nao.connection import by_kind, find_servant, servants
 
     found: list[str] = []

@@ -179,7 +179,7 @@ def _examples(proxy: DynamicProxy, operations: Sequence[OperationDescription]) -
 def ask_processes(
     communicator: Communicator, found: Iterable[ServantInfo]
 ) -> dict[str, ProcessStatus | ZenohIceError]:
-    """Return the status of each process that serves, or why it could not be had, by the id of its session."""
+    """Return the status of each serving process, or the reason of the failure, by the id of its session."""
     ids = sorted({info.server for info in found})
 
     def ask(server: str) -> ProcessStatus | ZenohIceError:

@@ -1,4 +1,4 @@
-"""Look for what keeps a robot and its programs from working together, and say how to fix it."""
+"""Find problems between a robot and its programs, and say how to fix them."""
 
 from __future__ import annotations
 

@@ -28,7 +28,7 @@ __all__ = ["hold", "reset", "stop"]
 
 _SAFETY: Final = "Safety"
 _STOPPED: Final = "the robot refuses commands until `nao stop --reset`"
-_LOOK: Final = 0.1  # s between two looks at the link
+_LOOK: Final = 0.1  # s between two checks of the link
 _AGAIN: Final = 0.2  # s until a stop that failed is sent again
 _STOP_KEYS: Final = b"\r\n "
 _CTRL_C: Final = b"\x03"
@@ -52,7 +52,7 @@ def reset(settings: Settings) -> None:
 def hold(settings: Settings, reason: str) -> None:
     """Hold a link open and stop the robot at a key, until the person at the terminal leaves.
 
-    Raises NaoError without a terminal, and NaoError when somebody leaves after a stop that failed.
+    Raises NaoError without a terminal, and NaoError after a failed stop.
     """
     if not sys.stdin.isatty():
         raise NaoError("--ready waits for a key, so it needs a terminal; without it nao stop stops at once")

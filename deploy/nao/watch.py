@@ -46,7 +46,7 @@ __all__ = ["StreamStatistics", "watch"]
 
 _REDRAW: Final = 0.1  # s between two pictures of the view
 _LINE: Final = 1.0  # s between two lines, where the output is no terminal
-_MOST_WAITING: Final = 1024  # samples that were received and not yet looked at
+_MOST_WAITING: Final = 1024  # samples that were received and not yet handled
 _FEW_WAITING: Final = 4  # of samples that may be images
 _LOOK: Final = 0.1  # s after which it is looked whether the end has come
 _WINDOW: Final = 5.0  # s over which rates, intervals and ages are taken

@@ -57,7 +57,7 @@ class Breakpoints(Observer):
             self._all = tuple((one, self._check(one)) for one in different)
 
     def renew(self) -> list[str]:
-        """Drop the breakpoints whose elements the automata do not have any more; say which, for people."""
+        """Drop the breakpoints of elements that are gone; return descriptions of them."""
         kept, dropped = [], []
         with self._lock:
             for one in self.all:

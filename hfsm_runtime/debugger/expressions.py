@@ -2,7 +2,7 @@
 
 An expression is parsed by Python and walked here. It knows names, constants, comparisons, `and`, `or`, `not`,
 `if else`, the arithmetic of numbers, and members of plain data: of dicts, lists, tuples, texts and structures
-of the interfaces. Nothing is called, no attribute of any other object is looked at, and what a step may cost
+of the interfaces. Nothing is called, no attribute of any other object is read, and what a step may cost
 has a bound.
 """
 
@@ -20,7 +20,7 @@ import msgspec
 _LONGEST: Final = 500
 _LARGEST_INTEGER: Final = 2**256
 _MOST_ELEMENTS: Final = 10_000
-"""Elements that are looked at to compare containers or to search them."""
+"""Largest number of elements read to compare or search containers."""
 _DEEPEST: Final = 32
 
 _ARITHMETIC: Final[Mapping[type[ast.operator], Callable[[Any, Any], object]]] = {

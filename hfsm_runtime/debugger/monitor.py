@@ -141,7 +141,7 @@ def _checked(name: str) -> str:
 class Monitor(Observer):
     """Serve the monitor of a component as `Hfsm.<name>` for the time of a `with` block.
 
-    Snapshots are published each 0.1 s and at every change of state, while somebody listens. Changes that
+    Snapshots are published each 0.1 s and at every change of state, while there are listeners. Changes that
     follow each other faster than they can be sent are shown together. The last snapshot is taken at the end.
     Raises UnknownElementError and ValueTypeError for breakpoints that cannot be.
     """

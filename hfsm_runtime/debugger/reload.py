@@ -203,7 +203,7 @@ def _carry_variables(old: Automaton, new: Automaton, first: FirstValues) -> list
 
 
 def _share_attributes(old: Component, new: Component) -> None:
-    """Make the attributes of both versions one and the same: threads of old code still assign them."""
+    """Share the attributes of both versions: threads of old code still assign them."""
     shared = vars(old)
     kept, _ = _kept(old, type(new))
     for name in [name for name in shared if name not in kept]:

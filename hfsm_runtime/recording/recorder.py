@@ -151,7 +151,7 @@ class Recorder(Observer):
         return value
 
     def action(self, kind: str, **arguments: Any) -> None:  # noqa: ANN401 - JSON
-        """Record that somebody steers the component."""
+        """Record a control command of the component."""
         self.put("/actions", messages.Action(kind, arguments))
 
     # The observer.
@@ -221,7 +221,7 @@ class VariableWatch:
         self._cells: dict[int, tuple[Automaton, dict[str, Any]]] = {}
 
     def changes(self, automaton: Automaton) -> tuple[dict[str, Any], list[str]]:
-        """Return the variables that have another value now, and the names of those without any now."""
+        """Return the variables with new values, and the names of those without a value."""
         owner, cells = self._cells.get(automaton.id, (None, {}))
         if owner is not automaton:
             cells = dict(sorted(cells_of(automaton).items()))

@@ -1,4 +1,4 @@
-"""Make messages of what operations return and raise: exact for replay, and readable for people."""
+"""Make messages of results and exceptions of operations: exact for replay, and readable."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ class Results:
 
 
 def arguments_of(payload: bytes) -> Any:  # noqa: ANN401 - JSON
-    """Return the arguments of a call for people to read."""
+    """Return the arguments of a call in readable form."""
     return readable(list(msgspec.msgpack.decode(payload).values()))
 
 

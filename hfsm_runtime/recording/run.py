@@ -237,7 +237,7 @@ class RecordedRuntime(Runtime):
 
     @contextlib.contextmanager
     def action(self, kind: str, **arguments: Any) -> Iterator[None]:  # noqa: ANN401 - JSON
-        """Record what somebody does to the component, in a `with` block that does it."""
+        """Record a control command, in a `with` block that executes it."""
         inside = self._recorder.lock.context is not None
         with self._recorder.lock.held(MONITOR):
             if not inside:  # otherwise it follows from the code that does it, or from a breakpoint

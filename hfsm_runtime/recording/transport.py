@@ -323,7 +323,7 @@ def _take(exchange: Exchange, call: Callable[[], bytes | Parted]) -> Outcome:
 
 
 class _RecordedInlet(_Recorded):
-    """The listening end of a stream: it is recorded which sample somebody sees, and when.
+    """The listening end of a stream: records which sample is read, and when.
 
     Samples are those of the reader below, with the payload for a value.
     """
@@ -369,7 +369,7 @@ class _RecordedInlet(_Recorded):
         self._subscription = self._reader.subscribe(deliver, rate, self._queue)
 
     def open(self, sample: Sample[Any]) -> Arrived:
-        """Return what a sample holds; its age is recorded each time that somebody asks for it."""
+        """Return what a sample holds; its age is recorded each time it is read."""
         return encoded_sample(self._operation, sample.value, _describe(sample), partial(self._age, sample))
 
     def close(self, timeout: float = 0.0) -> bool:  # noqa: ARG002 - that of the subscription below

@@ -1,4 +1,4 @@
-"""Turn any value into what JSON can hold, for people to read: cut to a size, whatever it is."""
+"""Convert any value to readable JSON of limited size."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ from ..errors import ComponentError
 _logger = logging.getLogger(__name__)
 
 _LOOK: Final = 0.1
-"""Seconds between looks at the queue: waking the thread for each message would cost more than writing it."""
+"""Seconds between checks of the queue: waking the thread for each message would cost more than writing it."""
 _CHUNK: Final = 10
 """Looks after which a chunk ends, so that a process that is killed has lost a second at most."""
 _CHUNK_SIZE: Final = 1 << 20

@@ -27,7 +27,7 @@ from ..recording.recorder import automaton_context
 _FAR: Final = 5000
 """Number of messages that are searched for those of a cycle."""
 _MOST_AHEAD: Final = 64 << 20
-"""Bytes of messages that are looked through at most."""
+"""Largest number of bytes of messages that are searched."""
 _MOST_IMAGES: Final = 500_000
 """Fourteen hours of ten images a second."""
 _INPUTS: Final = (Action, Cycle, Gap, Overlap, Reading, Result)
@@ -62,7 +62,7 @@ class Record(NamedTuple):
 
 
 class Recording(RecordingFile):
-    """A recording to replay: it is walked through once when it is made, and once more for each iteration.
+    """A recording to replay: it is read once when it is made, and again for each iteration.
 
     `duration` are the ns from the start of the component to the last message. Raises RecordingError.
     """
@@ -141,7 +141,7 @@ class Script:
         return record
 
     def peek_input(self) -> Record | None:
-        """Return the next record that somebody has to act on; pass what only reports on automata."""
+        """Return the next record that needs an action; skip reports on automata."""
         while (record := self.peek()) is not None and not isinstance(record.message, _INPUTS):
             self.advance()
         return record

@@ -54,7 +54,7 @@ class _Action:
 
     @property
     def owner(self) -> str:
-        """To whom the joints belong while it is played."""
+        """Owner of the joints while it is played."""
         return f"the {self.kind} {self.name}"
 
 

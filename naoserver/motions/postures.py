@@ -97,7 +97,7 @@ class Situation:
 def situation_of(robot: Robot) -> Situation:
     """Return how a robot's body is; of one without an inertial unit, that it is upright.
 
-    Raises RobotError when such a robot lies: how is unknown.
+    Raises RobotError when such a robot lies, since its pose is unknown.
     """
     joints = dict(zip(H25.joint_names, robot.read().positions, strict=True))
     if robot.senses is None:

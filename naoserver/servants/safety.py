@@ -31,7 +31,7 @@ class SafetyI(Safety):
     def acquireLease(self, holder: str, seconds: float, current: Current) -> None:
         """Hold the robot for the caller, or renew.
 
-        Raises CommandRefusedException while somebody else holds it, InvalidValueException.
+        Raises CommandRefusedException while another client holds it, InvalidValueException.
         """
         with refusals_raised():
             self._gate.acquire(current.client, holder, seconds)

@@ -32,7 +32,7 @@ ELECTRONICS: Final = 40.0
 minutes, the endurance in normal use that the data sheet gives."""
 _AMBIENT: Final = 25.0
 _WARMTH: Final = 1.5
-"""Kelvin by which a current of 1 A, for good, warms the battery, times the current once more."""
+"""Kelvin by which a current of 1 A, permanently, warms the battery, times the current again."""
 _TIME_CONSTANT: Final = 1800.0
 """Seconds in which it gains 63 % of that."""
 
@@ -104,7 +104,7 @@ class FallManager:
         """Falls noticed so far."""
 
     def look(self, time: float, seconds: float, tilt: float, load: float) -> None:
-        """Look at the angle between the torso and the vertical in rad, and at the load on the soles in N.
+        """Check the angle between the torso and the vertical in rad, and the load on the soles in N.
 
         `seconds` have passed since the last look.
         """

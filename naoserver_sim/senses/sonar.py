@@ -29,7 +29,7 @@ _WIDE_RAYS: Final = 256
 """Rays of a cone, 3.3 degrees apart. Small things are not overlooked: there is an extra ray to each thing."""
 _NARROW_RAYS: Final = 64
 _NARROW: Final = math.radians(6)
-"""Full angle of the cone in which the nearest echo is looked at again."""
+"""Full angle of the cone in which the nearest echo is measured again."""
 _SURROUNDINGS: Final = np.array([1, 0, 0, 0, 0, 0], dtype=np.uint8)
 """The groups of geoms that give an echo: not those of the robot."""
 _GRAZING: Final = math.cos(math.radians(45))

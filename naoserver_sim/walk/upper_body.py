@@ -80,7 +80,7 @@ _PARTS: Final = ("ShoulderPitch", "ShoulderRoll", "ElbowYaw", "ElbowRoll", "Wris
 
 
 class ArmSwing:
-    """Swing the arms that hang when the walk begins, each until somebody commands one of its joints."""
+    """Swing the arms that hang when the walk begins, each until one of its joints is commanded."""
 
     def __init__(self, robot: DeviceIndex, setpoints: SetpointController) -> None:
         motors = {joint.name: motor for joint, motor in zip(robot.joints, robot.motors, strict=True)}
