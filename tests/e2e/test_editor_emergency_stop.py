@@ -34,6 +34,17 @@ def test_the_robot_that_was_stopped_is_reset_in_every_window(browser: Browser, t
             client.proxy(PoseHeadPrx, "Head").setPose(0.5, 0.0, 0.5)
 
 
+def test_the_robot_is_stopped_also_when_nothing_is_followed(browser: Browser, tmp_path: Path) -> None:
+    with (
+        robot_and_editor(tmp_path / "walk.xml") as (robot, editor),
+        robot.client() as client,
+        monitor_page(browser, editor) as shown,
+    ):
+        shown.press("Control+Shift+Space")
+        expect(shown.page.get_by_role("alert").filter(has_text="The robot is stopped")).to_be_visible()
+        assert client.proxy(SafetyPrx, "Safety").getSafetyState().stopped
+
+
 def test_a_component_that_the_stop_pauses_says_so_and_goes_on(browser: Browser, tmp_path: Path) -> None:
     path = tmp_path / "walk.xml"
     head = "<nameinterface>head</nameinterface><nameproxy>Head</nameproxy><interface>PoseHead</interface>"

@@ -335,3 +335,5 @@ def test_recording_is_played_in_the_same_view(shown: EditorPage, robot: ServedRo
     shown.page.get_by_role("slider", name="Moment of the run").focus()
     shown.press("End")
     expect_current(shown, "go")
+    shown.button("STOP the robot and the component").click()  # the robot may move meanwhile
+    expect(shown.page.get_by_role("alert").filter(has_text="The robot is stopped")).to_be_visible()

@@ -225,7 +225,6 @@ export const monitorActions = [
     icon: "stop",
     keys: [STOP_KEY],
     scope: "typing",
-    enabled: attached,
     run: stopRobot,
     hint: "stops the robot and the component at once, also while only watching",
   },

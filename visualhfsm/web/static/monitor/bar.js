@@ -71,20 +71,16 @@ class MonitorBar extends MonitorElement {
         ${icon("target")}
       </button>
       ${this.#button("livePanel")}${this.#button("detach")}
-      ${
-        recording
-          ? nothing
-          : html`<button
-              type="button"
-              class="stop-button"
-              aria-label="STOP the robot and the component"
-              aria-keyshortcuts="Control+Shift+Space"
-              title="Stop the robot and the component at once (${spoken(STOP_KEY)}), also while only watching"
-              @click=${() => perform("stopRobot", this.context)}
-            >
-              STOP
-            </button>`
-      }
+      <button
+        type="button"
+        class="stop-button"
+        aria-label="STOP the robot and the component"
+        aria-keyshortcuts="Control+Shift+Space"
+        title="Stop the robot and the component at once (${spoken(STOP_KEY)}), also while only watching"
+        @click=${() => perform("stopRobot", this.context)}
+      >
+        STOP
+      </button>
     </div>`;
   }
 

@@ -6,9 +6,8 @@ import {monitor} from "./monitor.js";
 /** Three keys at once, the largest among them: found blindly, and hit by nobody who types. */
 export const STOP_KEY = "Ctrl+Shift+Space";
 
-/** Stop the robot and the followed component. */
+/** Stop the robot, whatever is shown, and the followed component. */
 export async function stopRobot() {
-  if (!monitor.component || monitor.recording) return;
   try {
     const {stopped, failed} = await monitor.control("emergencyStop");
     const problems = Object.entries(failed).map(([name, reason]) => `${name}: ${reason}`);
@@ -27,14 +26,7 @@ export function listenForStop() {
   window.addEventListener(
     "keydown",
     (event) => {
-      if (
-        event.code !== "Space" ||
-        !event.shiftKey ||
-        !(event.ctrlKey || event.metaKey) ||
-        event.repeat ||
-        !monitor.component
-      )
-        return;
+      if (event.code !== "Space" || !event.shiftKey || !(event.ctrlKey || event.metaKey) || event.repeat) return;
       event.preventDefault();
       event.stopImmediatePropagation();
       stopRobot();
