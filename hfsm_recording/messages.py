@@ -156,7 +156,7 @@ class Result(Message, frozen=True):
     """The result of an operation of a proxy.
 
     `kind` is call; begin and async of a call without waiting; latest and wait, which is over when it has
-    returned an error or a newer sample; subscribe and sample. `value` is for people, and cut if it is long.
+    returned an error or a newer sample; subscribe and sample. `value` is for reading, and cut if it is long.
     `packed` is the exact value as it travels, in base64, or None where there is none, or where it was
     `too_large`.
     """

@@ -256,7 +256,7 @@ class PostureProgress:
     moving: bool = False
     reached: bool = False
     message: str = ""
-    """Why it was not reached, for people."""
+    """Why it was not reached, as text."""
 
 
 class OwnPostures(Protocol):

@@ -355,7 +355,7 @@ class ALMotion:
         return [list(_ROBOT_CONFIG), list(_ROBOT_CONFIG.values())]
 
     def getSummary(self) -> str:
-        """Return a table of joints with stiffness, command and position, for people."""
+        """Return a table of joints with stiffness, command and position, as text."""
         reading = self._body.read()
         rows = zip(self._body.joints, reading.stiffnesses, reading.commands, reading.positions, strict=True)
         lines = [

@@ -203,7 +203,7 @@ class Communicator:
     # Servants.
 
     def createObjectAdapter(self, name: str) -> ObjectAdapter:
-        """Return an adapter, which makes servants reachable; the name is for people."""
+        """Return an adapter, which makes servants reachable; the name is for logs and errors."""
         with self._lock:
             self.check()
             if not self._adapters:

@@ -59,7 +59,7 @@ def access_control(security: Security, realm: str) -> dict[str, Any]:
 def _rules(role: Role, patterns: Sequence[str]) -> list[tuple[str, str, list[str]]]:
     """Return messages, flows and keys of what a role may do in some realms.
 
-    "ingress" is what comes from whom the role belongs to, "egress" what is sent there.
+    "ingress" is traffic from a user of the role, "egress" traffic to it.
     """
 
     def keys(names: Sequence[str]) -> list[str]:

@@ -225,7 +225,7 @@ class Transport(Protocol):
     """Carry encoded calls, samples and tokens between processes, or within one."""
 
     id: str
-    """The id of this end: `Current.client` at those whom it calls."""
+    """The id of this end: `Current.client` in the servants that it calls."""
     endpoints: Sequence[str]
     """The endpoints that it connects to; none for one that connects to nobody."""
     token_delay: float

@@ -186,7 +186,7 @@ def to_json(value: object, of_bytes: Callable[[bytes], Json] | None = None) -> J
     """Return a value as JSON.
 
     Enumerators become their names, bytes base64, numbers that JSON lacks null. With `of_bytes`, which returns
-    something else for bytes, it is for people, and such numbers stay.
+    something else for bytes, it is for reading, and such numbers stay.
     """
     match value:
         case IntEnum():

@@ -129,7 +129,7 @@ class Replacement:
 
     It takes the attributes of the former one, then `connect` connects the proxies that are new. Making it
     runs the variables of the document; raises what `make_automata` does, and DefinitionError. `not_kept` says
-    what the new version could not keep, for people; it is complete after `apply`.
+    what the new version could not keep, as text; it is complete after `apply`.
     """
 
     def __init__(
