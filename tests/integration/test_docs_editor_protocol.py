@@ -10,9 +10,10 @@ from typing import Any, get_args
 
 from tests.support.editor import DOCUMENT, Window, editor
 from tests.support.pages import blocks_of
+from visualhfsm.errors import ErrorKind
 from visualhfsm.services import Push
 from visualhfsm.web.connection import CONCURRENT
-from visualhfsm.web.protocol import ErrorKind, Request
+from visualhfsm.web.protocol import Request
 
 PAGE = Path(__file__).parents[2] / "docs" / "reference/protocol.md"
 
