@@ -51,6 +51,7 @@ CLEAN: Final = (
     "naoserver_qi",
     "naoserver_sim",
     "zenoh_ice",
+    "ARCHITECTURE.md",
     "CONTRIBUTING.md",
     "Makefile",
     "README.md",
