@@ -72,7 +72,7 @@ class Reloading:
             replacement = self._make(loaded)
             name = replacement.runs[0].automaton.name
             if name != runtime.name:
-                raise ReloadRefusedError(f"the file now defines {name} now, not of {runtime.name}")
+                raise ReloadRefusedError(f"the file now defines {name}, not {runtime.name}")
             apply = partial(replacement.apply, runtime.tree, self._first)
             held = runtime.replace(replacement.component, replacement.runs, apply)
         except ReloadRefusedError:

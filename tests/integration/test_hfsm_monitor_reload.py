@@ -247,7 +247,7 @@ def test_a_file_that_cannot_be_loaded_changes_nothing(
         (
             "Automaton(\n            'walker'",
             "Automaton(\n            'runner'",
-            "that of runner now, not of walker",
+            "the file now defines runner, not walker",
         ),
     ],
 )
