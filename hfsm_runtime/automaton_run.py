@@ -188,7 +188,7 @@ def grow(root: Automaton) -> tuple[Run, ...]:
         raise DefinitionError("two automata have one id")
     for declared in root.inputs:
         if declared.default is REQUIRED:
-            raise DefinitionError(f"nothing sets the input of the root {declared.name!r}: give it a default")
+            raise DefinitionError(f"nothing sets the input {declared.name!r} of the root: give it a default")
     return runs
 
 

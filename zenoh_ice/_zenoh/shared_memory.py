@@ -157,8 +157,8 @@ class SharedMemory:
                 first, self.readable_space = bool(self.readable_space), ""
             if first:
                 _logger.warning(
-                    "this process may not read the memory of others, although it seemed so: large payloads "
-                    "come over the network; shared_memory = false in the settings avoids the attempt"
+                    "this process may not read the memory of others, although it seemed allowed: large "
+                    "payloads come over the network; shared_memory = false in the settings avoids the attempt"
                 )
                 self._on_unreadable()
             raise ConnectionLostException(

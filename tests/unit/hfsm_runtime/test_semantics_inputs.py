@@ -151,5 +151,5 @@ def test_an_input_without_default_that_nobody_can_hand_over_is_refused() -> None
     child = Child(Input(name="n", type=int))
     with pytest.raises(DefinitionError, match="the state 'a' of automaton 1"):
         automaton(1, "root", [State(id=1, name="a", children=(child.automaton,))])
-    with pytest.raises(DefinitionError, match="nothing sets the input of the root 'n'"):
+    with pytest.raises(DefinitionError, match="nothing sets the input 'n' of the root"):
         run(component(child.automaton), 0)
