@@ -229,7 +229,7 @@ def _describe_exit(code: int, *, stopped: bool) -> str:
         hint = {1: " after an error", 2: ": its command line is wrong", _INTERRUPTED: " by Ctrl-C"}
         return f"it ended with exit code {code}{hint.get(code, '')}"
     name = signal.Signals(-code).name if -code in signal.valid_signals() else f"signal {-code}"
-    return f"it was ended by {name}"
+    return f"it was terminated by {name}"
 
 
 class _Directory:
