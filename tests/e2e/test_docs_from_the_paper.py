@@ -8,30 +8,16 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, expect
 
-from tests.support.browser import EditorPage, editor_page
-from tests.support.editor import Editor, editor
-from tests.support.limits import CALL_LIMIT
-from tests.support.processes import ComponentProcess, free_endpoint, module
+from tests.support.browser import EditorPage
 from tests.support.screenshots import picture
-from visualhfsm.web.workspace import make_services
-from zenoh_ice import Settings
+from tests.support.tutorial import page_with_a_simulated_robot
 
 pytestmark = [pytest.mark.slow, pytest.mark.gl]
 
 
 @pytest.fixture
-def running(tmp_path: Path) -> Iterator[Editor]:
-    endpoint = free_endpoint()
-    with ComponentProcess(module("naoserver_sim", "--listen", endpoint)) as robot:
-        robot.wait_for("ready")
-        settings = Settings(connect=(endpoint,), timeout=CALL_LIMIT)
-        with editor(tmp_path, make_services=make_services(settings)) as running:
-            yield running
-
-
-@pytest.fixture
-def shown(browser: Browser, running: Editor) -> Iterator[EditorPage]:
-    with editor_page(browser, running, height=720) as shown:
+def shown(browser: Browser, tmp_path: Path) -> Iterator[EditorPage]:
+    with page_with_a_simulated_robot(browser, tmp_path) as shown:
         yield shown
 
 

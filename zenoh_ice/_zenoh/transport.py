@@ -277,7 +277,7 @@ class _Caller:
         self._transport: Final = transport
         self._prefix: Final = target.prefix
         self._receivers: Final = transport.local.receivers
-        self._local_caller: Final = partial(transport.local.caller, target, operation, timeout=timeout)
+        self._call_here: Final = transport.local.caller(target, operation, timeout=timeout).call
         self._limit: Final = settings.size_limit(holds_bytes=result.holds_bytes)
         self._may_refer: Final = result.holds_bytes
         self._kind: Kind | None = None
@@ -301,7 +301,7 @@ class _Caller:
 
     def call(self, payload: bytes, attachment: bytes) -> Outcome:
         if self._prefix in self._receivers:
-            return self._local_caller().call(payload, attachment)
+            return self._call_here(payload, attachment)
         try:
             # No variable holds the channel: the frames of an exception would keep it, and one that a servant
             # fills with more replies holds up all that comes by the same link.
