@@ -189,12 +189,11 @@ class _StackProcess:
         foreground = self.spec.foreground
         place = "foreground" if foreground else "background"
         program, *arguments = self.spec.command
-        tether = [sys.executable, "-I", "-S", hfsm_command.TETHER, str(os.getpid()), place]
         # Also blocked in the child: the tether unblocks it once it no longer ends in a traceback.
         blocked = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:
             self._child = await asyncio.create_subprocess_exec(
-                *tether,
+                *hfsm_command.tether_command(place),
                 sys.executable if program == "python" else program,
                 *arguments,
                 stdin=None if foreground else asyncio.subprocess.DEVNULL,

@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import os
 import signal
+import sys
 
-__all__ = ["TETHER", "end_at_ctrl_c"]
+__all__ = ["end_at_ctrl_c", "tether_command"]
 
-TETHER = f"{os.path.dirname(__file__)}/tether.py"  # noqa: PTH120 - pathlib takes time to load
-"""The script that ties a command to the process that starts it."""
+_TETHER = f"{os.path.dirname(__file__)}/tether.py"  # noqa: PTH120 - pathlib takes time to load
 
 _INTERRUPTED = 130
 
@@ -22,3 +22,8 @@ def end_at_ctrl_c() -> None:
     Nothing is cleaned up: it is for as long as there is nothing to clean up.
     """
     signal.signal(signal.SIGINT, lambda _number, _frame: os._exit(_INTERRUPTED))
+
+
+def tether_command(place: str = "background") -> list[str]:
+    """Return the beginning of a command that ends when this process does, in the `foreground` or not."""
+    return [sys.executable, "-I", "-S", _TETHER, str(os.getpid()), place]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 import subprocess
 import sys
@@ -57,10 +56,8 @@ def run_team(commands: Iterable[Sequence[str]], stop: threading.Event) -> None:
     processes: list[subprocess.Popen[bytes]] = []
     try:
         for command in commands:
-            tether = [sys.executable, "-I", "-S", hfsm_command.TETHER, str(os.getpid()), "background"]
-            processes.append(
-                subprocess.Popen([*tether, *command], stdin=subprocess.DEVNULL, start_new_session=True)
-            )
+            tethered = [*hfsm_command.tether_command(), *command]
+            processes.append(subprocess.Popen(tethered, stdin=subprocess.DEVNULL, start_new_session=True))
         while not stop.wait(_CHECK_INTERVAL):
             for number, process in enumerate(processes):
                 if process.poll() is not None:

@@ -194,13 +194,12 @@ class ChildProcess(asyncio.SubprocessProtocol):
         self, command: Sequence[str], environment: Mapping[str, str], directory: Path | None = None
     ) -> None:
         """Start a command. Raises OSError when no process can be started."""
-        tether = [sys.executable, "-I", "-S", hfsm_command.TETHER, str(os.getpid()), "background"]
         # Blocked in the child too: the tether lets it through when it does not end in a traceback any longer.
         blocked = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:
             self._transport, _ = await asyncio.get_running_loop().subprocess_exec(
                 lambda: self,
-                *tether,
+                *hfsm_command.tether_command(),
                 *command,
                 stdin=subprocess.DEVNULL,
                 cwd=directory,
