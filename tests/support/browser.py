@@ -114,8 +114,9 @@ class EditorPage:
     def choose(self, name: str) -> None:
         """Click a radio button, and wait until the page has it chosen."""
         radio = self.page.get_by_role("radio", name=name)
+        # The label is what a user clicks; a problem that appears above it moves it, and then the click is tried again.
         # Not `check`, which looks at once: the page may be drawn once more before the server has answered.
-        radio.click(force=True)
+        self.page.locator("label", has=radio).click()
         expect(radio).to_be_checked()
 
     def press(self, *keys: str) -> None:
