@@ -12,7 +12,6 @@ from codegen.command import app
 from tests.support.pages import DOCS
 
 PAGES = sorted(DOCS.rglob("*.md"))
-GLOSSARY = DOCS / "reference/glossary.md"
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(DOCS)))
@@ -38,17 +37,6 @@ def leaves(nav: object) -> list[str]:
         case dict():
             return [page for entry in nav.values() for page in leaves(entry)]
     raise TypeError(nav)
-
-
-LIVING = [page for page in PAGES if page.parent.name != "decisions" and page != GLOSSARY]
-
-
-@pytest.mark.parametrize("page", LIVING, ids=lambda page: str(page.relative_to(DOCS)))
-def test_no_page_uses_a_retired_word(page: Path) -> None:
-    retired = re.findall(r"^\| ([a-z, ]+) \| \*", GLOSSARY.read_text("utf-8"), re.M)
-    words = {word for row in retired for word in row.split(", ")}
-    assert {"told", "mend", "anew"} <= words
-    assert words & set(re.findall(r"\w+", page.read_text("utf-8"))) == set()
 
 
 def test_the_index_links_to_every_page() -> None:
