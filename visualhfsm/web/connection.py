@@ -58,7 +58,7 @@ async def converse(websocket: WebSocket, workspace: Workspace) -> None:
     window = Window(workspace.limits.output_lines)
     connection = _Connection(websocket, window, workspace)
     try:
-        await until_one_ends(connection.read(), connection.write())
+        await until_one_ends(connection.read(), window.write(websocket.send_text))
     except WebSocketDisconnect:
         pass
     finally:
@@ -81,7 +81,7 @@ async def until_one_ends(*work: Coroutine[object, object, None]) -> None:
 
 
 class _Connection:
-    """Reads requests and does them on the workspace; writes what waits in the window."""
+    """Reads requests and does them on the workspace; the answers go to the window."""
 
     def __init__(self, websocket: WebSocket, window: Window, workspace: Workspace) -> None:
         self._websocket = websocket
@@ -96,11 +96,6 @@ class _Connection:
         for task in tasks:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
-
-    async def write(self) -> None:
-        while True:
-            for message in await self._window.next():
-                await self._websocket.send_text(message.decode())
 
     async def read(self) -> None:
         while True:

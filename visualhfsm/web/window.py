@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import asyncio
 from collections import deque
-from collections.abc import Hashable
+from collections.abc import Awaitable, Callable, Hashable
 from dataclasses import replace
 from typing import Any, NamedTuple, TypeVar
 
@@ -93,22 +93,24 @@ class Window:
             del self._pushes[key]
         self.push(Closed(tab=tab))
 
-    async def next(self) -> list[bytes]:
-        """Wait until there is something to send and return it: first what was pushed, then the answers."""
-        await self._filled.wait()
-        self._filled.clear()
-        answers, self._answers = self._answers, []
-        pushes, self._pushes = self._pushes, {}
-        output, self._output = self._output, {}
-        dropped, self._dropped = self._dropped, {}
-        whole, self._whole = self._whole, set()
-        # Output first: what a component wrote comes before the news that it ended.
-        messages: list[Push] = [
-            Output(tab=tab, lines=list(lines), dropped=dropped[tab], whole=tab in whole)
-            for tab, lines in output.items()
-        ]
-        messages += [self._document(news) if isinstance(news, Tab) else news for news in pushes.values()]
-        return [*map(encode, messages), *answers]
+    async def write(self, send: Callable[[str], Awaitable[None]]) -> None:
+        """Send what waits as soon as there is something, until cancelled: first pushes, then answers."""
+        while True:
+            await self._filled.wait()
+            self._filled.clear()
+            answers, self._answers = self._answers, []
+            pushes, self._pushes = self._pushes, {}
+            output, self._output = self._output, {}
+            dropped, self._dropped = self._dropped, {}
+            whole, self._whole = self._whole, set()
+            # Output first: what a component wrote comes before the news that it ended.
+            messages: list[Push] = [
+                Output(tab=tab, lines=list(lines), dropped=dropped[tab], whole=tab in whole)
+                for tab, lines in output.items()
+            ]
+            messages += [self._document(news) if isinstance(news, Tab) else news for news in pushes.values()]
+            for message in [*map(encode, messages), *answers]:
+                await send(message.decode())
 
     def _add_output(self, push: Output) -> None:
         """Keep lines of output; those that are the whole replace those that wait."""

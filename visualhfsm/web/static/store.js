@@ -236,27 +236,16 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
 
   /** @param {Message} message */
   #receive(message) {
-    if (message.push === "document") this.#takeDocument(message);
-    else if (message.push) this.#push(message);
-    else this.#settle(message);
-  }
-
-  /** @param {Answer} message */
-  #settle(message) {
-    const waiting = this.#waiting.get(message.re);
-    this.#waiting.delete(message.re);
-    if (message.error !== undefined) {
-      const error = new RequestError(message.error, message.kind);
-      if (waiting) waiting.reject(error);
-      else this.#emit("failure", {error});
-    } else {
-      waiting?.resolve(message.ok);
-    }
-  }
-
-  /** @param {Push} message */
-  #push(message) {
     switch (message.push) {
+      case undefined:
+        this.#settle(message);
+        return;
+      case "document": {
+        const {document, changed} = updated(this.documents.get(message.tab), message);
+        this.documents.set(message.tab, document);
+        this.#emit("document", {tab: message.tab, changed, whole: Boolean(message.full)});
+        return;
+      }
       case "workspace":
         this.workspace = message;
         for (const tab of this.documents.keys()) {
@@ -275,51 +264,66 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
     this.#emit(message.push, message);
   }
 
-  /** @param {DocumentPush} message */
-  #takeDocument(message) {
-    const {tab, revision, undo, redo, dirty} = message;
-    const former = this.documents.get(tab);
-    /** @type {OpenDocument} */
-    const next = {
-      tab,
-      problems: [],
-      fields: /** @type {Fields} */ ({}),
-      automata: new Map(),
-      own: new Map(),
-      content: [],
-      ...former,
-      revision,
-      undo,
-      redo,
-      dirty,
-    };
-    /** @type {Set<number>} */
-    const changed = new Set();
-    if (message.full) {
-      const {automata, ...fields} = message.full;
-      next.fields = fields;
-      next.own = new Map(automata.map((each) => [each.id, each]));
-      for (const {id} of automata) changed.add(id);
-    } else if (message.patch) {
-      const {document: fields, automata = [], parts = [], removed = [], order} = message.patch;
-      if (fields) next.fields = {...next.fields, ...fields};
-      const known = new Map(next.own);
-      for (const id of removed) known.delete(id);
-      for (const each of [...automata, ...parts.map((part) => patched(known.get(part.id), part))]) {
-        known.set(each.id, each);
-        changed.add(each.id);
-      }
-      next.own = order ? new Map(inOrder(known, order).map((each) => [each.id, each])) : known;
+  /** @param {Answer} message */
+  #settle(message) {
+    const waiting = this.#waiting.get(message.re);
+    this.#waiting.delete(message.re);
+    if (message.error !== undefined) {
+      const error = new RequestError(message.error, message.kind);
+      if (waiting) waiting.reject(error);
+      else this.#emit("failure", {error});
+    } else {
+      waiting?.resolve(message.ok);
     }
-    next.automata = withContent(next);
-    this.documents.set(tab, next);
-    this.#emit("document", {tab, changed, whole: Boolean(message.full)});
   }
 
   /** @param {string} kind @param {object} detail */
   #emit(kind, detail = {}) {
     this.dispatchEvent(new CustomEvent(kind, {detail}));
   }
+}
+
+/**
+ * A document after a push, with the ids of the automata that are new or changed.
+ *
+ * @param {OpenDocument | undefined} former
+ * @param {DocumentPush} push
+ */
+function updated(former, {tab, revision, undo, redo, dirty, full, patch}) {
+  /** @type {OpenDocument} */
+  const document = {
+    tab,
+    problems: [],
+    fields: /** @type {Fields} */ ({}),
+    automata: new Map(),
+    own: new Map(),
+    content: [],
+    ...former,
+    revision,
+    undo,
+    redo,
+    dirty,
+  };
+  /** @type {Set<number>} */
+  const changed = new Set();
+  if (full) {
+    const {automata, ...fields} = full;
+    document.fields = fields;
+    document.own = new Map(automata.map((each) => [each.id, each]));
+    for (const {id} of automata) changed.add(id);
+  } else if (patch) {
+    const {document: fields, automata = [], parts = [], removed = [], order} = patch;
+    if (fields) document.fields = {...document.fields, ...fields};
+    const known = new Map(document.own);
+    for (const id of removed) known.delete(id);
+    for (const each of [...automata, ...parts.map((part) => patched(known.get(part.id), part))]) {
+      known.set(each.id, each);
+      changed.add(each.id);
+    }
+    document.own = order ? new Map(inOrder(known, order).map((each) => [each.id, each])) : known;
+  }
+  document.automata = withContent(document);
+  return {document, changed};
 }
 
 /** The automata of a document with what is imported in the place of where it is. @param {OpenDocument} document */

@@ -27,9 +27,27 @@ def waiting(fill: Callable[[Window], None], lines: int = 5) -> list[dict[str, An
         window = Window(lines)
         window.greet()
         fill(window)
-        return await asyncio.wait_for(window.next(), LIMIT)
+        return await batch(window)
 
     return [json.loads(message) for message in asyncio.run(take())]
+
+
+async def batch(window: Window) -> list[bytes]:
+    """Return what a window sends at once, as soon as there is something."""
+    sent: list[bytes] = []
+    something = asyncio.Event()
+
+    async def send(message: str) -> None:
+        sent.append(message.encode())
+        something.set()
+
+    writing = asyncio.create_task(window.write(send))
+    try:
+        await asyncio.wait_for(something.wait(), LIMIT)
+    finally:
+        writing.cancel()
+        await asyncio.gather(writing, return_exceptions=True)
+    return sent
 
 
 def with_tab(directory: Path, test: Callable[[Tab, Window], Coroutine[Any, Any, None]]) -> None:
@@ -68,12 +86,12 @@ def test_of_each_thing_only_the_newest_is_sent() -> None:
 def test_a_document_is_sent_as_it_is_when_there_is_room(tmp_path: Path) -> None:
     async def test(tab: Tab, window: Window) -> None:
         window.show(tab)
-        (first,) = await window.next()
+        (first,) = await batch(window)
         assert "full" in json.loads(first)
         for name in ("a", "b"):
             command = AddState(automaton=1, x=0, y=0, name=name)
             await tab.edit(lambda session, command=command: session.do(command))  # type: ignore[misc]
-        (second,) = await window.next()
+        (second,) = await batch(window)
         sent = json.loads(second)
         (part,) = sent["patch"]["parts"]
         assert [state["name"] for state in part["states"]["changed"]] == ["a", "b"]
@@ -129,7 +147,7 @@ def test_a_window_that_has_not_said_hello_gets_answers_alone() -> None:
         window = Window(5)
         window.push(problems(1))
         window.answer(Answer(re=1))
-        return await asyncio.wait_for(window.next(), LIMIT)
+        return await batch(window)
 
     (answer,) = asyncio.run(take())
     assert json.loads(answer)["re"] == 1
@@ -139,8 +157,8 @@ def test_nothing_is_sent_twice() -> None:
     async def take() -> None:
         window = Window(5)
         window.answer(Answer(re=1))
-        assert len(await window.next()) == 1
+        assert len(await batch(window)) == 1
         with pytest.raises(TimeoutError):
-            await asyncio.wait_for(window.next(), 0.01)
+            await asyncio.wait_for(batch(window), 0.01)
 
     asyncio.run(take())

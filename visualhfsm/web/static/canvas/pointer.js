@@ -6,7 +6,7 @@
  * @import {State} from "../store.js"
  * @import {HfsmCanvas} from "./canvas.js"
  * @import {Point} from "./geometry.js"
- * @typedef {{hint: string, move: (event: PointerEvent) => void, click: (event: PointerEvent) => void,
+ * @typedef {{hint: string, move: (event: PointerEvent) => void, click: (point: Point) => void,
  *   key: (event: KeyboardEvent) => boolean, cancel: () => void}} DrawingTool `key` says whether it took the key
  * @typedef {{move: (event: PointerEvent) => void, end: () => unknown, cancel: () => void}} Gesture
  */
@@ -116,7 +116,7 @@ export class Pointer {
     if (event.button !== 0 && !pans) return;
     if (canvas.tool && !pans) {
       event.preventDefault();
-      canvas.tool.click(event);
+      canvas.tool.click(canvas.point(event));
       return;
     }
     const group = groupAt(event.target);
@@ -246,17 +246,18 @@ export class StateTool {
     this.#to(this.canvas.point(event));
   }
 
-  /** @param {PointerEvent} event */
-  click(event) {
-    this.#to(this.canvas.point(event));
-    this.#place();
+  /** @param {Point} point */
+  click(point) {
+    this.#to(point);
+    this.canvas.useTool(undefined);
+    this.canvas.add("state", "addState", this.point);
   }
 
   /** @param {KeyboardEvent} event */
   key(event) {
     const arrow = ARROWS[event.key];
     if (arrow) this.#to({x: this.point.x + arrow[0] * STEP, y: this.point.y + arrow[1] * STEP});
-    else if (event.key === "Enter") this.#place();
+    else if (event.key === "Enter") this.click(this.point);
     else return false;
     this.canvas.viewport.reveal(this.point);
     return true;
@@ -271,11 +272,6 @@ export class StateTool {
     this.point = {x: Math.round(x), y: Math.round(y)};
     this.circle.setAttribute("cx", String(x));
     this.circle.setAttribute("cy", String(y));
-  }
-
-  #place() {
-    this.canvas.useTool(undefined);
-    this.canvas.add("state", "addState", this.point);
   }
 }
 
@@ -303,9 +299,9 @@ export class TransitionTool {
     this.link?.move(event);
   }
 
-  /** @param {PointerEvent} event */
-  click(event) {
-    const state = this.canvas.stateAt(this.canvas.point(event));
+  /** @param {Point} point */
+  click(point) {
+    const state = this.canvas.stateAt(point);
     if (!state) this.canvas.useTool(undefined);
     else if (this.link) this.#end(state);
     else this.#begin(state);

@@ -72,7 +72,7 @@ export class Scene {
     const points = new Map();
     /** @type {Map<number, string>} */
     const names = new Map();
-    this.#sync(this.states, this.circles, states, "s", newState, (view, state, key) => {
+    for (const {view, item: state, key} of this.#sync(this.states, this.circles, states, "s", newState)) {
       view.update(state, {
         problem: more.problem("state", state.id),
         imported: more.imported(state),
@@ -84,10 +84,11 @@ export class Scene {
         points.set(state.id, state);
         names.set(state.id, state.name);
       }
-    });
+    }
     const ranks = ranksOf(transitions);
     const grips = handles(transitions, points);
-    this.#sync(this.transitions, this.arcs, transitions, "t", newTransition, (view, transition, key) => {
+    for (const each of this.#sync(this.transitions, this.arcs, transitions, "t", newTransition)) {
+      const {view, item: transition, key} = each;
       const from = names.get(transition.origin) ?? "nothing";
       const to = names.get(transition.destination) ?? "nothing";
       const rewritten = view.update(transition, {
@@ -106,7 +107,8 @@ export class Scene {
         transition.origin === transition.destination,
       );
       changed = rewritten || replaced || changed;
-    });
+    }
+    if (!this.#isLarge) for (const view of this.#bare) this.#finish(view);
     if (changed || this.#moved) {
       this.#stale = true;
       if (this.#detailed) this.#placeDetails();
@@ -287,7 +289,7 @@ export class Scene {
   }
 
   /**
-   * Have a view for each item: known ones are kept, and what is gone is removed.
+   * Return the view of each item with its key: known ones are kept, new ones made, and what is gone is removed.
    *
    * @template {State | Transition} Item
    * @template {StateView | TransitionView} View
@@ -296,33 +298,29 @@ export class Scene {
    * @param {Item[]} items
    * @param {"s" | "t"} prefix of the keys
    * @param {(item: Item) => View} made
-   * @param {(view: View, item: Item, key: string) => void} draw
+   * @returns {{view: View, item: Item, key: string}[]}
    */
-  #sync(views, parent, items, prefix, made, draw) {
+  #sync(views, parent, items, prefix, made) {
+    /** @type {{view: View, item: Item, key: string}[]} */
+    const found = [];
     /** @type {Set<string>} */
     const wanted = new Set();
     const fresh = document.createDocumentFragment();
-    const labels = document.createDocumentFragment();
     for (const item of items) {
       let key = `${prefix}${item.id}`;
       while (wanted.has(key)) key += "'"; // two of one number in a document that is not sound
       wanted.add(key);
-      const known = views.get(key);
-      const view = known ?? made(item);
-      draw(view, item, key);
-      if (known) continue;
-      views.set(key, view);
-      fresh.append(view.group);
-      if (this.#isLarge) {
+      let view = views.get(key);
+      if (!view) {
+        view = made(item);
+        views.set(key, view);
+        fresh.append(view.group);
         this.#bare.add(view);
-        continue;
       }
-      view.finish();
-      if (view.label) labels.append(view.label);
+      found.push({view, item, key});
     }
     parent.append(fresh);
-    this.names.append(labels);
-    if (views.size === wanted.size) return;
+    if (views.size === wanted.size) return found;
     for (const [key, view] of views) {
       if (wanted.has(key)) continue;
       view.group.remove();
@@ -330,6 +328,7 @@ export class Scene {
       this.#bare.delete(view);
       views.delete(key);
     }
+    return found;
   }
 }
 
