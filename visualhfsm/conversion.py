@@ -18,7 +18,8 @@ from codegen.hfsm.code.text import parse_piece
 from codegen.hfsm.codes import Code
 from codegen.hfsm.document import Document, Library, Text
 from codegen.hfsm.formats.xml_tree import read_bytes
-from codegen.hfsm.scxml import is_scxml, parse_scxml, write_scxml
+from codegen.hfsm.scxml import is_scxml, write_scxml
+from visualhfsm.editing.serialization import read_scxml
 
 __all__ = ["convert_document", "convert_python2", "read"]
 
@@ -53,7 +54,7 @@ def read(path: Path, diagnostics: Diagnostics) -> Document | None:
     if content is None:
         return None
     if is_scxml(path.name, content):
-        return parse_scxml(content, path, diagnostics)
+        return read_scxml(content, path, diagnostics)
     return parse_document(content, path, diagnostics, remarks=diagnostics)
 
 

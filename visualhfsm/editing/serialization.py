@@ -9,6 +9,7 @@ from __future__ import annotations
 import gc
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
@@ -19,6 +20,7 @@ from codegen.hfsm.formats.reader import Dialect
 from codegen.hfsm.scxml import parse_scxml
 from visualhfsm.errors import EditError
 
+from .geometry import with_default_handles
 from .nodes import find_automaton, find_state
 from .subtrees import below
 
@@ -29,6 +31,7 @@ __all__ = [
     "import_scxml",
     "parse",
     "parse_file",
+    "read_scxml",
     "written",
 ]
 
@@ -98,13 +101,30 @@ def _without_garbage_collection() -> Iterator[None]:
             gc.enable()
 
 
+def read_scxml(content: bytes, path: Path, diagnostics: Diagnostics) -> Document | None:
+    """Return the document that is made of SCXML, or None after errors were reported.
+
+    SCXML has no handles: each transition gets one, beside the others between the same states.
+    """
+    document = parse_scxml(content, path, diagnostics)
+    if document is None:
+        return None
+    placed = (
+        with_default_handles(
+            automaton, frozenset(each.id for each in automaton.transitions if not (each.x or each.y))
+        )
+        for automaton in document.automata
+    )
+    return replace(document, automata=tuple(placed))
+
+
 def import_scxml(content: bytes, name: str) -> tuple[Document, list[str]]:
     """Return a document that is made of SCXML, and remarks on what of that means nothing here.
 
     Raises EditError.
     """
     diagnostics = Diagnostics()
-    document = parse_scxml(content, Path(name), diagnostics)
+    document = read_scxml(content, Path(name), diagnostics)
     if document is None:
         why = _with_line(diagnostics.errors[0])
         raise EditError(f"Cannot open {name}", why, "see docs/how-to/scxml.md for what is understood")

@@ -453,10 +453,7 @@ def _transition(type: str, trigger: str, guard: str, element: XmlElement) -> Tra
 
 def _join(origin: _State, destination: _State, transition: Transition, place: int | None = None) -> None:
     """Add a transition between two states to their automaton, at the end or at a place."""
-    (x1, y1), (x2, y2) = _position(origin.number), _position(destination.number)
-    joined = replace(
-        transition, x=(x1 + x2) / 2, y=(y1 + y2) / 2, origin=origin.number, destination=destination.number
-    )
+    joined = replace(transition, origin=origin.number, destination=destination.number)
     transitions = origin.automaton.transitions
     transitions.insert(len(transitions) if place is None else place, joined)
 
