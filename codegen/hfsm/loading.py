@@ -105,9 +105,8 @@ def check_document(
     limit = DEFAULT_LIMIT if limit is None else limit
     if loaded is None or limit <= 0:
         return None
-    used = (loaded.interfaces.find(interface.type)[0] for interface in loaded.document.interfaces)
     errors = len(diagnostics.errors)
-    operations = read_operations(used, loaded.interfaces, diagnostics)
+    operations = read_operations(loaded.document.interfaces, loaded.interfaces, diagnostics)
     if len(diagnostics.errors) > errors:
         return None
     report = check_model(loaded.document, path, operations=operations, limit=limit, analysis=loaded.analysis)

@@ -18,8 +18,8 @@ from ...diagnostics import Diagnostics, Location, Note
 from ..analysis import Analysis, AutomatonCode, Piece
 from ..code.text import all_nodes
 from ..codes import Code
-from ..document import NO_CHILD, Text
-from ..known_interfaces import DescriptionError, KnownInterface, KnownInterfaces
+from ..document import NO_CHILD, Interface, Text
+from ..known_interfaces import DescriptionError, KnownInterfaces
 
 __all__ = ["Command", "Commands", "Operations", "is_command", "read_operations"]
 
@@ -31,7 +31,7 @@ _HARMLESS: Final = frozenset(
 """Builtins that command nothing, whatever they are given."""
 
 Operations = Mapping[str, Mapping[str, bool]]
-"""Whether each operation commands something, by the plain name of its interface."""
+"""Whether each operation commands something, by the attribute of `self` that holds the proxy."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,24 +43,30 @@ class Command:
     operation: str
 
 
-def is_command(operation: str, idempotent: bool | None = None) -> bool:
-    """Return whether an operation changes something, by its name and whether its IDL says `idempotent`."""
+def is_command(operation: str, idempotent: bool | None = None) -> bool | None:
+    """Return whether an operation changes something, by its name and whether its IDL says `idempotent`.
+
+    None where neither says so.
+    """
     if _COMMANDS.match(operation):
         return True
-    return not _READS.match(operation) and idempotent is False
+    if _READS.match(operation):
+        return False
+    return None if idempotent is None else not idempotent
 
 
 def read_operations(
-    interfaces: Iterable[KnownInterface], known: KnownInterfaces, diagnostics: Diagnostics
+    interfaces: Iterable[Interface], known: KnownInterfaces, diagnostics: Diagnostics
 ) -> dict[str, dict[str, bool]]:
-    """Return the operations of interfaces, as their packages describe them.
+    """Return the operations of a document's interfaces, as their packages describe them.
 
     A description that cannot be read is reported as an error; there is none of a proxy written by hand.
     """
     found: dict[str, dict[str, bool]] = {}
     for interface in interfaces:
+        candidates = known.find(interface.type)
         try:
-            operations = known.operations(interface) or {}
+            operations = known.operations(candidates[0]) if len(candidates) == 1 else None
         except DescriptionError as error:
             path = error.place.path
             if path.is_file():
@@ -69,8 +75,10 @@ def read_operations(
             note = Note("the model checker needs it: undo a broken merge, or generate the package again")
             diagnostics.error(Code.BAD_DESCRIPTION, message, error.place, [note])
         else:
-            commands = {name: is_command(name, each.is_idempotent) for name, each in operations.items()}
-            found[interface.scoped_name.rsplit("::", 1)[-1]] = commands
+            if operations is not None:
+                found[interface.name] = {
+                    name: is_command(name, each.is_idempotent) is True for name, each in operations.items()
+                }
     return found
 
 
@@ -121,10 +129,7 @@ class Commands:
         document = analysis.document
         self._analysis = analysis
         self._operations = operations or {}
-        self._interfaces = {
-            interface.name: (interface.identity, interface.type.replace(".", "::").rsplit("::", 1)[-1])
-            for interface in document.interfaces
-        }
+        self._interfaces = {interface.name: interface for interface in document.interfaces}
         for alias, name in document.proxy_aliases.items():
             self._interfaces.setdefault(alias, self._interfaces[name])
         self.functions = {
@@ -229,13 +234,12 @@ class Commands:
             return frozenset({_Value("function", name)})
         return self.attributes.get(name, _NOTHING)
 
-    def command(self, operation: str) -> Command | None:
-        """Return the command that `proxy.operation` is, None for one that changes nothing."""
+    def command(self, operation: str) -> tuple[Command, bool] | None:
+        """Return the command that `proxy.operation` is, None if it is none, and whether that is certain."""
         attribute, _, method = operation.partition(".")
-        identity, kind = self._interfaces[attribute]
-        known = self._operations.get(kind, {})
-        commands = known[method] if method in known else is_command(method)
-        return Command(identity, attribute, method) if commands else None
+        interface = self._interfaces[attribute]
+        changes = self._operations.get(interface.name, {}).get(method, is_command(method))
+        return None if changes is False else (Command(interface.identity, attribute, method), changes is True)
 
 
 class _Walk:
@@ -384,9 +388,10 @@ class _Walk:
         """Return all values; the operations among them are commands: code that names one means to give it."""
         found: _Values = frozenset().union(*values)
         for value in found:
-            command = self._commands.command(value.name) if value.kind == "operation" else None
-            if command is not None:
-                (self.found.certain if len(found) == 1 else self.found.possible).add(command)
+            known = self._commands.command(value.name) if value.kind == "operation" else None
+            if known is not None:
+                command, is_sure = known
+                (self.found.certain if is_sure and len(found) == 1 else self.found.possible).add(command)
         return found
 
     def _call(self, call: ast.Call) -> _Values:

@@ -33,17 +33,20 @@ from codegen.hfsm.model_checker import (
 from tests.support.model_documents import PATH, Player, after, automaton, document, play, state, when
 
 KNOWN = find_interfaces()
-OPERATIONS = read_operations((each for (each,) in KNOWN.by_name.values()), KNOWN, Diagnostics())
 HEAD = Interface(name="Head", type="PoseHead")
 LEFT = Interface(name="LeftMotors", proxy="LeftShoulderMotors", type="jderobot::Pose3DMotors")
 RIGHT = Interface(name="RightMotors", proxy="RightShoulderMotors", type="Pose3DMotors")
 LOOK = "self.Head.setPose(0.0, 0.0, 0.2)"
 
 
+def operations_of(doc: Document) -> dict[str, dict[str, bool]]:
+    return read_operations(doc.interfaces, KNOWN, Diagnostics())
+
+
 def commanded(code: str, functions: str = "", variables: str = "") -> set[tuple[str, str]]:
     root = automaton(1, [state(1, code=code)], functions=Text(functions), variables=Text(variables))
     doc = document(root, interfaces=(HEAD, LEFT, RIGHT))
-    commands = Commands(analyze(doc, PATH), OPERATIONS)
+    commands = Commands(analyze(doc, PATH), operations_of(doc))
     found = commands.of(doc.automata[0].states[0].code)
     return {(command.identity, command.operation) for command in found.certain}
 
@@ -204,19 +207,36 @@ def test_a_proxy_that_is_handed_to_an_automaton_is_commanded_there() -> None:
         ("stop", True, True),
         ("getPose", True, False),
         ("getPose", False, False),
-        ("settle", None, False),
+        ("settle", None, None),
         ("launch", False, True),
         ("launch", True, False),
-        ("launch", None, False),
+        ("launch", None, None),
     ],
 )
-def test_which_operations_command(operation: str, idempotent: bool | None, expected: bool) -> None:
+def test_which_operations_command(operation: str, idempotent: bool | None, expected: bool | None) -> None:
     assert is_command(operation, idempotent) is expected
 
 
 def test_operations_of_a_base_are_those_of_the_interface() -> None:
-    assert OPERATIONS["Camera"]["getImageData"] is False
-    assert OPERATIONS["Camera"]["setCameraDescription"] is True
+    eye = Interface(name="Eye", type="Camera")
+    operations = operations_of(document(interfaces=(eye,)))
+    assert operations["Eye"]["getImageData"] is False
+    assert operations["Eye"]["setCameraDescription"] is True
+
+
+@pytest.mark.parametrize("type_name", ["Scene", "scene", "nao::SCENE"])
+def test_an_interface_of_an_old_document_is_found_whatever_its_case(type_name: str) -> None:
+    # The name alone does not say that this changes something: the description does.
+    below = [automaton(number, [state(1, code="self.World.pressSensor()")], father=1) for number in (2, 3)]
+    world = Interface(name="World", type=type_name)
+    doc = document(automaton(1, [state(1, children=[2, 3])]), *below, interfaces=(world,))
+    (found,) = check_model(doc, PATH, operations=operations_of(doc)).conflicts
+    assert found.certain
+
+
+def test_what_an_unknown_operation_does_is_not_certain() -> None:
+    (found,) = conflicts(siblings("self.Head.launch()", LOOK))
+    assert not found.certain
 
 
 def conflicts(doc: Document, limit: int = 100_000) -> list[Conflict]:
