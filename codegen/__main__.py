@@ -19,7 +19,7 @@ def main() -> None:
 
 
 def _stop(number: int, _frame: FrameType | None) -> None:
-    """Let what is being written be undone on the way out."""
+    """Exit with an exception, so that an unfinished write is undone."""
     raise SystemExit(128 + number)
 
 

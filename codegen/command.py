@@ -1,6 +1,6 @@
-"""`codegen FILES...`: write the Python of interfaces and automaton documents.
+"""`codegen FILES...`: generate Python from interfaces and automaton documents.
 
-Nothing heavy is imported before the command runs, so that `--help` and completion answer at once.
+Heavy modules are imported only when the command runs, so that `--help` and completion are fast.
 """
 
 from __future__ import annotations
@@ -34,23 +34,23 @@ app = typer.Typer(rich_markup_mode=None, pretty_exceptions_enable=False)
 _EPILOG = """Examples:
 
 \b
-  codegen interfaces/*.idl              packages beside the files: interfaces/jderobot, ...
+  codegen interfaces/*.idl              packages next to the files: interfaces/jderobot, ...
   codegen robot.idl -I slice -o api     the package api/, with includes found in slice/
   codegen behaviors/follow_ball.xml     the component behaviors/follow_ball.py
-  codegen --check interfaces/*.idl      exit 1 and show a diff when something is stale
-  codegen --watch interfaces/*.idl      generate again at every change
+  codegen --check interfaces/*.idl      exit 1 and show a diff if files are out of date
+  codegen --watch interfaces/*.idl      generate again after every change
 
-Exit codes: 0 done, 1 errors in the files or, with --check, something stale, 2 wrong usage.
-docs/reference/codegen.md explains all."""
+Exit codes: 0 success, 1 errors in the files or, with --check, files out of date, 2 wrong usage.
+See docs/reference/codegen.md for details."""
 
-_CLOCK_LAG = 20_000_000  # ns that the time of a file may be behind
-_INTERVAL = 0.2  # s between two looks at the files
-_SETTLED = 0.05  # s after a change, so that few files are read in the middle of writing
+_CLOCK_LAG = 20_000_000  # ns by which the time of a file may lag behind the clock
+_INTERVAL = 0.2  # s between two checks of the files
+_SETTLED = 0.05  # s to wait after a change, so that files are rarely read while they are being written
 
 
 @dataclass(frozen=True, slots=True)
 class _Job:
-    """What is to be generated, and where to; None stands for beside the files."""
+    """What to generate, and where; None means next to the files."""
 
     interfaces: list[Path]
     documents: list[Path]
@@ -58,12 +58,12 @@ class _Job:
     interface_output: Path | None
     document_output: Path | None
     packages_above: tuple[Path, ...]
-    """Directories above the interfaces' output that are packages too, for `--package a.b`."""
+    """Parent directories of the interfaces' output that are packages too, for `--package a.b`."""
 
 
 @dataclass(slots=True)
 class _Result:
-    """What a job makes; incomplete when there were errors."""
+    """The outcome of a job; incomplete if there were errors."""
 
     diagnostics: Diagnostics = field(default_factory=Diagnostics)
     generated: list[GeneratedFile] = field(default_factory=list)
@@ -83,33 +83,38 @@ def generate(
     *,
     output: Annotated[
         Path | None,
-        typer.Option("-o", "--output", metavar="DIR", help="Write to DIR instead of beside the files."),
+        typer.Option("-o", "--output", metavar="DIR", help="Write to DIR instead of next to the files."),
     ] = None,
     package: Annotated[
         str | None,
-        typer.Option("--package", metavar="NAME", help="Put interfaces into the package NAME, dots allowed."),
+        typer.Option(
+            "--package", metavar="NAME", help="Put interfaces into the package NAME; dots are allowed."
+        ),
     ] = None,
     check: Annotated[
-        bool, typer.Option("--check", help="Write nothing; exit 1 with a diff if files are stale.")
+        bool, typer.Option("--check", help="Write nothing; exit 1 with a diff if files are out of date.")
     ] = False,
     watch: Annotated[
-        bool, typer.Option("--watch", help="Go on, and generate again when a file changes; Ctrl-C ends it.")
+        bool,
+        typer.Option(
+            "--watch", help="Keep running, and generate again when a file changes; stop with Ctrl-C."
+        ),
     ] = False,
     error_format: Annotated[
-        ErrorFormat, typer.Option("--error-format", help="How to write diagnostics to stderr.")
+        ErrorFormat, typer.Option("--error-format", help="Format of the diagnostics on stderr.")
     ] = ErrorFormat.TEXT,
 ) -> None:
     """Generate Python from interfaces in Slice and from automaton documents.
 
-    Interfaces become packages of typed structs, proxies and servants; an automaton document becomes a
-    component that runs it. All files are written, or none when there is an error; a file that would not
-    change is not touched.
+    Interfaces become packages of typed structs, proxies and servants. An automaton document becomes a
+    component that runs it. If there is an error, no file is written. Files that would not change are not
+    touched.
     """
     require_extensions(files, INTERFACES | DOCUMENTS)
     if output is not None and output.exists() and not output.is_dir():
         raise typer.BadParameter(f"{output} is not a directory", param_hint="-o")
     if check and watch:
-        raise typer.BadParameter("--check shows once what --watch would write", param_hint="--watch")
+        raise typer.BadParameter("cannot be combined with --check", param_hint="--watch")
     interfaces = [path for path in files if path.suffix.lower() in INTERFACES]
     root, above = _package_directory(package, output, interfaces)
     job = _Job(
@@ -131,16 +136,16 @@ def generate(
 def _package_directory(
     package: str | None, output: Path | None, interfaces: Sequence[Path]
 ) -> tuple[Path | None, tuple[Path, ...]]:
-    """Return where interfaces go, and the directories above it that a package with dots needs."""
+    """Return the directory for interfaces, and its parents that must be packages for a dotted name."""
     if package is None:
         return output, ()
     parts = package.split(".")
     if not all(part.isidentifier() and not keyword.iskeyword(part) for part in parts):
-        raise typer.BadParameter(f"{package} is no name of a package", param_hint="--package")
+        raise typer.BadParameter(f"{package} is not a valid package name", param_hint="--package")
     if output is None:
         parents = {path.parent.resolve(): path.parent for path in interfaces}
         if len(parents) > 1:
-            message = "the files lie in several directories: say with -o where the package goes"
+            message = "the files are in several directories: choose the output directory with -o"
             raise typer.BadParameter(message, param_hint="--package")
         output = next(iter(parents.values()), Path())
     above = tuple(output.joinpath(*parts[:length]) for length in range(1, len(parts)))
@@ -148,7 +153,7 @@ def _package_directory(
 
 
 def _run(job: _Job) -> _Result:
-    """Compile everything; nothing is written."""
+    """Compile everything, without writing."""
     result = _Result()
     if job.interfaces:
         from codegen.idl import compile_interfaces
@@ -175,11 +180,11 @@ def _run(job: _Job) -> _Result:
 
 
 def _finish(result: _Result, *, check: bool) -> bool:
-    """Write what changed, or only show it; return whether the disk is now as it should be."""
+    """Write the changes, or only show them; return whether the files on disk are up to date now."""
     try:
         changes = compare_with_disk(result.generated, result.leftovers)
         if check:
-            _show_stale(result, changes)
+            _show_outdated(result, changes)
             return not changes
         apply(changes)
     except FilesNotWrittenError as error:
@@ -198,52 +203,54 @@ def _finish(result: _Result, *, check: bool) -> bool:
     return True
 
 
-def _show_stale(result: _Result, changes: Changes) -> None:
+def _show_outdated(result: _Result, changes: Changes) -> None:
     if changes:
         typer.echo(diff(changes), nl=False)
         count = len(changes.write) + len(changes.remove)
-        typer.echo(f"{count} of {len(result.generated) + len(result.leftovers)} files are stale", err=True)
+        typer.echo(
+            f"{count} of {len(result.generated) + len(result.leftovers)} files are out of date", err=True
+        )
 
 
 # --watch
 
 
 def _watch(job: _Job, error_format: ErrorFormat) -> NoReturn:
-    """Do a job now and at every change of a file that it depends on; it ends by an exception alone."""
+    """Run a job now and after every change of a file that it depends on; only an exception ends it."""
     paths: Collection[Path] = (*job.interfaces, *job.documents)
     while True:
-        before, started = _look_at(paths), time.time_ns()
+        before, started = _stat(paths), time.time_ns()
         paths = _write_and_list(job, error_format)
-        # Files may have changed meanwhile, also those of which nothing was known before the run.
-        for path, now in _look_at(paths).items():
+        # Files may have changed during the run, including those that only the run has found.
+        for path, now in _stat(paths).items():
             changed = now is not None and now[0] > started - _CLOCK_LAG
             before.setdefault(path, None if changed else now)
         before = {path: before[path] for path in paths}
-        while _look_at(before) == before:
+        while _stat(before) == before:
             time.sleep(_INTERVAL)
         time.sleep(_SETTLED)
 
 
 def _write_and_list(job: _Job, error_format: ErrorFormat) -> list[Path]:
-    """Do a job, report how it went, and return the paths whose change makes it worth doing again."""
+    """Run a job, report its result, and return the paths to watch."""
     result = _run(job)
     show(result.diagnostics, error_format)
     watched = [*job.interfaces, *job.documents, *result.diagnostics.sources]
     if job.documents:
         from codegen.hfsm import component_path, extension_path
 
-        # An extension that turns up changes the component.
+        # An extension that is added changes the component.
         watched += [extension_path(component_path(path, job.document_output)) for path in job.documents]
     if result.diagnostics.has_errors:
-        # A missing file may turn up in any of the directories that are searched.
+        # A missing file may be added in any of the directories that are searched.
         watched += [*job.include, *{path.parent for path in watched}]
     else:
         _finish(result, check=False)
     return watched
 
 
-def _look_at(paths: Collection[Path]) -> dict[Path, tuple[int, int, int] | None]:
-    """Return what changes when a file does: its time, its size, and its number on disk; None when absent."""
+def _stat(paths: Collection[Path]) -> dict[Path, tuple[int, int, int] | None]:
+    """Return the modification time, size and inode of each file, None if it does not exist."""
     found: dict[Path, tuple[int, int, int] | None] = {}
     for path in paths:
         try:

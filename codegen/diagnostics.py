@@ -1,4 +1,4 @@
-"""Collect what is wrong with the sources of one run, and write it for people, programs and GitHub."""
+"""Collect the diagnostics of one run, and write them for people, programs and GitHub."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _COLORS = {"error": "31;1", "warning": "33;1", "note": "36;1", "caret": "32;1", 
 
 
 class Severity(StrEnum):
-    """How grave a diagnostic is; an error keeps every file of the run from being written."""
+    """The severity of a diagnostic; after an error no file of the run is written."""
 
     ERROR = "error"
     WARNING = "warning"
@@ -25,8 +25,8 @@ class Severity(StrEnum):
 class Location:
     """A place in a source file.
 
-    `line` and `column` count from 1; line 0 means the file as a whole. `length` is the number of characters
-    that the caret underlines.
+    `line` and `column` count from 1; line 0 means the whole file. `length` is the number of characters to
+    underline.
     """
 
     path: Path
@@ -35,13 +35,13 @@ class Location:
     length: int = 1
 
     def __str__(self) -> str:
-        """Return `file:line:column`, or the file alone when it is meant as a whole."""
+        """Return `file:line:column`, or only the file for line 0."""
         return f"{self.path}:{self.line}:{self.column}" if self.line else str(self.path)
 
 
 @dataclass(frozen=True, slots=True)
 class Note:
-    """What helps to understand a diagnostic: a remark, or another place with a remark."""
+    """An explanation of a diagnostic, perhaps with another place in a file."""
 
     message: str
     location: Location | None = None
@@ -49,7 +49,7 @@ class Note:
 
 @dataclass(frozen=True, slots=True)
 class Diagnostic:
-    """One thing that is wrong, with its place and what helps to put it right."""
+    """An error, a warning or a note, with its place and notes that help to fix it."""
 
     severity: Severity
     code: str
@@ -59,7 +59,7 @@ class Diagnostic:
 
 
 class Diagnostics:
-    """Everything found wrong in one run, in the order of files and lines, each thing once."""
+    """The diagnostics of one run, by file and line, without duplicates."""
 
     def __init__(self) -> None:
         self._found: dict[tuple[Location, str, str], Diagnostic] = {}
@@ -76,19 +76,19 @@ class Diagnostics:
         return list(self._lines)
 
     def error(self, code: str, message: str, location: Location, notes: Iterable[Note] = ()) -> None:
-        """Report something that makes the sources unusable. `code` is like `E012`."""
+        """Report a problem that makes the sources unusable, with a code such as `E012`."""
         self._add(Diagnostic(Severity.ERROR, code, message, location, tuple(notes)))
 
     def warning(self, code: str, message: str, location: Location, notes: Iterable[Note] = ()) -> None:
-        """Report something doubtful that does not keep files from being written. `code` is like `W003`."""
+        """Report a possible mistake, with a code such as `W003`; the files are written anyway."""
         self._add(Diagnostic(Severity.WARNING, code, message, location, tuple(notes)))
 
     def note(self, code: str, message: str, location: Location, notes: Iterable[Note] = ()) -> None:
-        """Report something that needs no change. `code` is like `N001`."""
+        """Report a fact that needs no change, with a code such as `N001`."""
         self._add(Diagnostic(Severity.NOTE, code, message, location, tuple(notes)))
 
     def add_all(self, others: Diagnostics, leave_out: Collection[Severity] = ()) -> None:
-        """Take over what others have found, without some severities, and the sources that they quote."""
+        """Add other diagnostics, except the severities in `leave_out`, and the sources that they quote."""
         for path, lines in others._lines.items():
             self._lines.setdefault(path, lines)
         for diagnostic in others._found.values():
@@ -101,7 +101,7 @@ class Diagnostics:
 
     @property
     def has_errors(self) -> bool:
-        """Whether anything found is an error."""
+        """Whether there is an error."""
         return any(found.severity is Severity.ERROR for found in self._found.values())
 
     @property
@@ -118,9 +118,9 @@ class Diagnostics:
         return len(self._found)
 
     def render(self, *, color: bool = False, outcome: str | None = "nothing was written") -> str:
-        """Return everything found as text, one block each, then the number of errors with their outcome.
+        """Return all diagnostics as text, one block each, then the number of errors with their outcome.
 
-        Without an outcome, None, the number is left out.
+        The number is omitted if `outcome` is None.
         """
         blocks = ["\n".join(self._render(found, color)) for found in self]
         errors = sum(found.severity is Severity.ERROR for found in self)
@@ -143,7 +143,7 @@ class Diagnostics:
         return lines
 
     def _excerpt(self, location: Location, color: bool) -> list[str]:
-        """Return the source line and a line with a caret below the place, or nothing without a source."""
+        """Return the source line and a caret line below it, or nothing if there is no source."""
         lines = self._lines.get(location.path, ())
         if not 0 < location.line <= len(lines):
             return []
@@ -161,7 +161,7 @@ class Diagnostics:
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> tuple[Note, ...]:
-    """Return a note that proposes the known name nearest to `name`, or no note when none is near."""
+    """Return a note that suggests the known name closest to `name`, or no note if none is similar."""
     candidates = sorted(set(known))
     near = difflib.get_close_matches(name, candidates, n=1, cutoff=0.65)
     if not near:
@@ -186,11 +186,11 @@ _GITHUB_LEVELS = {Severity.ERROR: "error", Severity.WARNING: "warning", Severity
 
 
 def as_json(diagnostics: Diagnostics) -> str:
-    """Return everything found as a JSON array with an object a line, `[]` when there is nothing.
+    """Return all diagnostics as a JSON array with one object per line, or `[]`.
 
-    Lines and columns count from 1; a diagnostic that means a file as a whole has neither.
+    Lines and columns count from 1; a diagnostic about a whole file has neither.
     """
-    import json  # the only use, of a command that has failed: --help need not wait for it
+    import json  # imported here, as only a command that has failed needs it
 
     if not len(diagnostics):
         return "[]"
@@ -222,7 +222,7 @@ def _place(location: Location) -> dict[str, Any]:
 
 
 def as_github(diagnostics: Diagnostics) -> str:
-    """Return everything found as workflow commands, one a line."""
+    """Return all diagnostics as workflow commands of GitHub, one per line."""
     return "\n".join(_command(found) for found in diagnostics)
 
 
@@ -243,7 +243,7 @@ def _command(found: Diagnostic) -> str:
 
 
 def _escaped(text: str, special: str = "") -> str:
-    """Return text in which what ends a workflow command, or one of its properties, is escaped."""
+    """Return text with the characters escaped that would end a workflow command or one of its properties."""
     return "".join(
         f"%{ord(character):02X}" if character in "%\r\n" or character in special else character
         for character in text

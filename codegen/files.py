@@ -1,4 +1,4 @@
-"""Write the files of one run all together or not at all, or show how the disk differs from them."""
+"""Write all files of one run or none of them, or show how the files on disk differ."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pathlib import Path
 
 @dataclass(frozen=True, slots=True)
 class GeneratedFile:
-    """A file as it should stand on disk: UTF-8, lines ended by a newline."""
+    """The wanted content of a file: UTF-8, lines end with a newline."""
 
     path: Path
     text: str
@@ -20,7 +20,7 @@ class GeneratedFile:
 
 @dataclass(frozen=True, slots=True)
 class Changes:
-    """What differs from the disk: files to write, as they are new or changed, and leftovers to remove."""
+    """The differences from the disk: new or changed files to write, and leftovers to remove."""
 
     write: tuple[GeneratedFile, ...]
     remove: tuple[Path, ...]
@@ -35,14 +35,14 @@ class FilesNotWrittenError(Exception):
 
 
 def compare_with_disk(files: Iterable[GeneratedFile], leftovers: Iterable[Path] = ()) -> Changes:
-    """Return what has to change on disk, in the order of paths.
+    """Return the changes that the disk needs, in the order of paths.
 
-    Raises FilesNotWrittenError when one path is to get two texts.
+    Raises FilesNotWrittenError if two files have the same path and different texts.
     """
     wanted: dict[Path, GeneratedFile] = {}
     for file in files:
         if wanted.setdefault(file.path.resolve(), file).text != file.text:
-            raise FilesNotWrittenError(f"{file.path} would be made from two sources")
+            raise FilesNotWrittenError(f"{file.path} would be generated from two sources")
     write = [file for file in wanted.values() if _read(file.path) != file.text.encode()]
     return Changes(
         write=tuple(sorted(write, key=lambda file: file.path)),
@@ -51,7 +51,7 @@ def compare_with_disk(files: Iterable[GeneratedFile], leftovers: Iterable[Path] 
 
 
 def diff(changes: Changes) -> str:
-    """Return the changes as a unified diff from what is on disk to what should be."""
+    """Return the changes as a unified diff from the files on disk to the generated ones."""
     wanted = [(file.path, file.text) for file in changes.write] + [(path, None) for path in changes.remove]
     parts: list[str] = []
     for path, text in sorted(wanted, key=lambda item: item[0]):
@@ -64,7 +64,7 @@ def diff(changes: Changes) -> str:
                 *names,
             )
         )
-        # An empty file that comes or goes has no line to show.
+        # An empty file that is added or removed has no line to show.
         parts += lines or [f"--- {names[0]}\n", f"+++ {names[1]}\n"]
     return "".join(
         part if part.endswith("\n") else f"{part}\n\\ No newline at end of file\n" for part in parts
@@ -72,10 +72,10 @@ def diff(changes: Changes) -> str:
 
 
 def apply(changes: Changes) -> None:
-    """Bring the disk to the wanted state; after a failure it is as it was before.
+    """Apply the changes; after a failure the disk is as it was before.
 
-    Every file is first written beside its place, so that a full disk or a missing permission shows before
-    anything has changed, and then moved there in one step. Raises FilesNotWrittenError.
+    Every file is first written to a temporary file in its directory, so that a full disk or a missing
+    permission is noticed before anything has changed. Then it is renamed. Raises FilesNotWrittenError.
     """
     staged: list[tuple[Path, Path]] = []
     undo: list[tuple[Path, bytes | None]] = []
@@ -99,7 +99,7 @@ def apply(changes: Changes) -> None:
             raise FilesNotWrittenError(f"{path}: cannot be written: {reason}; nothing was changed") from error
         raise
     for path in changes.remove:
-        with suppress(OSError):  # the directory of a leftover goes with its last file
+        with suppress(OSError):  # a directory is removed with its last leftover
             path.parent.rmdir()
 
 
@@ -117,7 +117,7 @@ def _make_directories(directory: Path) -> list[Path]:
 
 
 def _stage(path: Path, content: bytes) -> Path:
-    """Write `content` to a new file beside `path` with the permissions that `path` has or will have."""
+    """Write `content` to a new file next to `path`, with the permissions that `path` has or will have."""
     target = path.resolve()
     temporary = target.with_name(f".{target.name}.{os.getpid()}.tmp")
     with temporary.open("xb") as stream:
@@ -133,7 +133,7 @@ def _stage(path: Path, content: bytes) -> Path:
 
 def _roll_back(undo: list[tuple[Path, bytes | None]], staged: list[Path], created: list[Path]) -> None:
     for path, old in reversed(undo):
-        with suppress(OSError):  # what cannot be put back must not hide the first failure
+        with suppress(OSError):  # a failure to restore must not hide the first failure
             if old is None:
                 path.unlink(missing_ok=True)
             elif _read(path) != old:

@@ -1,4 +1,4 @@
-"""What `codegen` and `visualhfsm` share: checks of arguments, and the report of what is wrong."""
+"""What `codegen` and `visualhfsm` share: checks of arguments, and the output of diagnostics."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ DOCUMENTS = frozenset({".xml"})
 
 
 class ErrorFormat(StrEnum):
-    """For whom diagnostics are written: people, programs, or the annotations of a pull request."""
+    """The format of diagnostics: for people, for programs, or as annotations of a pull request."""
 
     TEXT = "text"
     JSON = "json"
@@ -25,7 +25,7 @@ class ErrorFormat(StrEnum):
 
 
 def require_extensions(paths: Iterable[Path], allowed: frozenset[str]) -> None:
-    """Refuse files that a command has no use for as wrong usage."""
+    """Raise a usage error for files that a command cannot read."""
     for path in paths:
         if path.suffix.lower() not in allowed:
             *others, last = sorted(allowed)
@@ -34,7 +34,7 @@ def require_extensions(paths: Iterable[Path], allowed: frozenset[str]) -> None:
 
 
 def require_directories(paths: Iterable[Path] | None) -> list[Path]:
-    """Return directories to search, or refuse what is none as wrong usage."""
+    """Return the directories to search; raise a usage error for anything else."""
     directories = list(paths or ())
     for directory in directories:
         if not directory.is_dir():
@@ -45,7 +45,7 @@ def require_directories(paths: Iterable[Path] | None) -> list[Path]:
 def show(
     diagnostics: Diagnostics, error_format: ErrorFormat, outcome: str | None = "nothing was written"
 ) -> None:
-    """Write everything found to stderr, with the outcome of errors, if any, where people read it."""
+    """Write all diagnostics to stderr; the text format also has the outcome, if there are errors."""
     match error_format:
         case ErrorFormat.TEXT:
             text = diagnostics.render(color=_wants_color(), outcome=outcome)
@@ -58,7 +58,7 @@ def show(
 
 
 def report(diagnostics: Diagnostics, error_format: ErrorFormat) -> None:
-    """Write everything found to stderr, and end the command with exit code 1 when there is an error."""
+    """Write all diagnostics to stderr, and exit with code 1 if there is an error."""
     show(diagnostics, error_format)
     if diagnostics.has_errors:
         raise typer.Exit(1)

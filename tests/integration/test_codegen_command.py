@@ -73,7 +73,7 @@ def test_a_second_run_touches_nothing(home: Path) -> None:
     assert {path: path.stat().st_mtime_ns for path in (home / "home").iterdir()} == before
 
 
-def test_check_shows_what_is_stale_and_writes_nothing(home: Path) -> None:
+def test_check_shows_what_is_out_of_date_and_writes_nothing(home: Path) -> None:
     assert codegen("lamp.idl", "room.idl", cwd=home).returncode == 0
     (home / "lamp.idl").write_text(LAMP.replace("float power", "double brightness"))
     (home / "room.idl").unlink()
@@ -83,7 +83,7 @@ def test_check_shows_what_is_stale_and_writes_nothing(home: Path) -> None:
     assert "-    power: float = 0.0\n+    brightness: float = 0.0\n" in done.stdout
     assert "--- home/room.py\n+++ /dev/null\n" in done.stdout
     assert "-from .room import *  # noqa: F403\n" in done.stdout
-    assert "stale" in done.stderr
+    assert "out of date" in done.stderr
     assert files_in(home) == before
     assert codegen("lamp.idl", cwd=home).returncode == 0
     assert "room.py" not in files_in(home / "home")
