@@ -1,10 +1,10 @@
 """Compile automaton documents (`*.xml`) into components that run on `hfsm_runtime`.
 
-The way of a document, as `loading` goes it: `formats` makes a `document.Document` of the file, `imports`
-brings in what lies in other files, `extension` finds the hand-written code beside it and `known_interfaces`
-the proxies. `analysis` parses its code once; `checks` and `generator` read that: the one reports all that is
-wrong or doubtful, the other writes the component down, and `model_checker` finds what the automata can do.
-`code` knows the Python in a document. `scxml` exchanges documents with other programs.
+The stages, in the order in which `loading` runs them: `formats` reads the file into a `document.Document`,
+`imports` inserts automata from other files, `extension` finds the hand-written code of the component, and
+`known_interfaces` the proxies. `analysis` parses the code once. `checks` reports errors and possible
+mistakes, `generator` writes the component, and `model_checker` explores what the automata can do. `code` has
+the tools for the Python in a document. `scxml` imports and exports SCXML.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The codes of everything that is reported of documents.
+"""The codes of all diagnostics of documents.
 
 `docs/reference/document-errors.md` explains those from 500 on, `docs/explanation/model-checker.md` those
 from 600 on.

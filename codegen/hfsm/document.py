@@ -1,9 +1,9 @@
 """The model of an automaton document: what the reader makes, the writer writes and the editor changes.
 
-Everything is immutable, so that an editor's undo is the former document. Lines and columns count from 1 and
-say where a thing stands in the file that was read, 0 when it was not read from a file; they do not count in
-comparisons. What a person types (numbers of time, conditions, code) is kept as text: a document may be saved
-unfinished, and `codegen.hfsm.checks` says what is missing before a component is generated.
+Everything is immutable, so that undo in an editor restores the previous document. Lines and columns are the
+position in the file, counted from 1, or 0 if the element was not read from a file. Comparisons ignore them.
+What people type (times, conditions, code) is kept as text, since a document may be saved unfinished;
+`codegen.hfsm.checks` reports what is missing before a component is generated.
 """
 
 from __future__ import annotations
@@ -15,15 +15,15 @@ from pathlib import Path
 from typing import Final
 
 NO_CHILD: Final = 0
-"""The child id of a state that owns no automaton, and the father's id of the root."""
+"""The child id of a state without an automaton, and the father's id of the root."""
 
 DEFAULT_PERIOD: Final = "100"
-"""Milliseconds between the cycles of an automaton that does not say."""
+"""The default period of an automaton in ms."""
 
 
 @dataclass(frozen=True, slots=True)
 class Text:
-    """A text with the place of its first character in the file."""
+    """A text with the position of its first character in the file."""
 
     text: str = ""
     line: int = field(default=0, compare=False)
@@ -31,7 +31,7 @@ class Text:
 
     @property
     def is_blank(self) -> bool:
-        """Whether there is nothing but white space."""
+        """Whether it has only white space."""
         return not self.text.strip()
 
 
@@ -46,7 +46,7 @@ class Comment:
 class Element:
     """An XML element that the model does not know; it is kept and written back.
 
-    It holds a text or children, not both.
+    It has a text or children, not both.
     """
 
     tag: str
@@ -56,15 +56,15 @@ class Element:
 
 
 Extra = Element | Comment
-"""What the model carries along without a meaning of its own."""
+"""What is kept and written back, but has no meaning here."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Node:
-    """What every element of the model has.
+    """The base of all elements of the model.
 
-    `comments` stand before the element, `extras` are written at its end, `attributes` are those that the
-    model does not know. `path` is the file that it was read from when that is not the document's own.
+    `comments` are written before the element, `extras` at its end. `attributes` are those that the model does
+    not know. `path` is the file of an imported element, and None in the document itself.
     """
 
     comments: tuple[Comment, ...] = ()
@@ -77,9 +77,9 @@ class Node:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Argument(Node):
-    """What a state hands to the input `name` of one of its automata: an expression.
+    """The expression that a state passes to the input `name` of one of its automata.
 
-    `child` is the automaton's id; 0 stands for the only one of the state's automata that has such an input.
+    `child` is the automaton's id; 0 means the only automaton of the state that has such an input.
     """
 
     name: str
@@ -89,11 +89,11 @@ class Argument(Node):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class State(Node):
-    """A state: its place on the canvas in pixels, its code, and the automata that it owns.
+    """A state: its position on the canvas in pixels, its code, and the automata that it owns.
 
     `code` runs in every cycle, `entry` when the state is entered and `exit` when it is left. An automaton
-    that enters a `final` state has finished. `history` says what becomes of the state's automata when it is
-    entered again: `resume` (also when blank) where they were, or `restart`.
+    that enters a `final` state has finished. When the state is entered again, its automata continue with the
+    `history` `resume`, which is also the meaning of a blank one, and start again with `restart`.
     """
 
     id: int
@@ -115,9 +115,9 @@ class Transition(Node):
     """A transition between two states of one automaton.
 
     `type` is `time`, with milliseconds in `trigger`; `condition`, with Python in `trigger`; `event`, with
-    the name of the event in `trigger`; or `finished`: all automata of the origin have finished. All but a
-    `condition` may have a `guard` that must hold, too. `code` runs when it fires. Transitions out of a state
-    are tried by `priority`, 1 first, and those without one after them in the order of the document.
+    the name of the event in `trigger`; or `finished`: all automata of the origin have finished. All types
+    except `condition` may have a `guard` that must also hold. `code` runs when it fires. The transitions out
+    of a state are tried by `priority`, 1 first, then those without one in the order of the document.
     """
 
     id: int
@@ -138,7 +138,7 @@ class Parameter(Node):
     """A typed value: a parameter of a component (`self.name`, `--name`), or an input of an automaton.
 
     `type` is `int`, `float`, `bool`, `str` or, for an input only, `object`; `default` is a Python literal.
-    An input without a default must be handed over by the state that owns the automaton.
+    The state that owns the automaton must pass a value to an input without a default.
     """
 
     name: str
@@ -149,9 +149,9 @@ class Parameter(Node):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Import(Node):
-    """Where the content of an automaton comes from: another document, by its path relative to this one.
+    """The source of an imported automaton: another document, by its path relative to this one.
 
-    `automaton` is an id in that document, 0 for its root. All below it comes along.
+    `automaton` is an id in that document, 0 for its root. It is imported with all automata below it.
     """
 
     file: Text
@@ -162,8 +162,8 @@ class Import(Node):
 class Automaton(Node):
     """An automaton; `father` is the id of the automaton above it, 0 for the root.
 
-    `inputs` are variables that the owning state sets each time it is entered. One with an `imported` has
-    nothing else of its own.
+    `inputs` are variables that the owning state sets each time it is entered. An automaton with `imported`
+    has no content in this document.
     """
 
     id: int
@@ -185,7 +185,7 @@ class Automaton(Node):
         return self.all_outgoing().get(state, ())
 
     def all_outgoing(self) -> dict[int, tuple[Transition, ...]]:
-        """Return what `outgoing` returns for each state that transitions leave, by its id."""
+        """Return the result of `outgoing` for each state that has outgoing transitions, by its id."""
         found: dict[int, list[Transition]] = {}
         for transition in self.transitions:
             found.setdefault(transition.origin, []).append(transition)
@@ -199,10 +199,10 @@ def _rank(transition: Transition) -> float:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Library(Node):
-    """What the code imports: `cv2`, `numpy as np`, or `from math import pi`.
+    """A library that the code imports: `cv2`, `numpy as np`, or `from math import pi`.
 
-    One of another `kind` than `module` is kept and not imported: a `driver` is what documents of 2013 call
-    so, such as `laser`.
+    Libraries of another `kind` than `module` are kept, but not imported, such as the `driver` `laser` in
+    documents of 2013.
     """
 
     name: Text
@@ -213,9 +213,9 @@ class Library(Node):
 class Interface(Node):
     """A servant that the component uses.
 
-    `name` is the attribute of `self` that holds the proxy, `proxy` the identity of the servant (the oldest
-    documents have none and mean that of the attribute), `type` the IDL interface, plain or scoped. `ip` and
-    `port` are those of the Ice servers of old: they are kept, and not used.
+    `name` is the attribute of `self` with the proxy, `proxy` the identity of the servant (the oldest
+    documents have none and mean `name`), `type` the IDL interface, plain or scoped. `ip` and `port` are
+    addresses of former Ice servers: they are kept, but not used.
     """
 
     name: str
@@ -232,7 +232,7 @@ class Interface(Node):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Event(Node):
-    """An event that may come from outside; those that only automata send need not be declared."""
+    """An event that may come from outside; events that only automata send need no declaration."""
 
     name: str
     description: Text = Text()
@@ -240,17 +240,17 @@ class Event(Node):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Functions(Node):
-    """Functions of an imported file that stand in none of the automata that come from it."""
+    """Functions of an imported file that belong to none of its imported automata."""
 
     text: Text
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Property(Node):
-    """What the model checker is to prove of the automata.
+    """A property of the automata that the model checker tries to prove.
 
-    `kind` is `always`, `eventually` or `never`, `within` a number of milliseconds or blank, `expression`
-    what holds, as in `docs/explanation/model-checker.md`.
+    `kind` is `always`, `eventually` or `never`, `within` a number of milliseconds or blank. For `expression`
+    see `docs/explanation/model-checker.md`.
     """
 
     name: str = ""
@@ -263,13 +263,13 @@ class Property(Node):
 class Document(Node):
     """A component as a tree of automata, with the libraries and interfaces that its code uses.
 
-    `description`, `on_error`, `on_refused`, `dialect`, `language`, parameters, events and properties are
-    additions of ours; the origin's editor ignores them. `dialect` is blank for the format of today, and names
-    the editor of old (`VisualHFSM`, `VisualStates`) whose generator the code was written for. `language` is
-    blank for Python, and names any other, in which the code is kept but does not run. `lists` has what is
-    unknown in the elements around parameters, libraries, interfaces and so on, such as what ROS needs to know
-    in `config`. `functions` come from imported files, and `format` names the
-    one that the document was read from: neither is written.
+    `description`, `on_error`, `on_refused`, `dialect`, `language`, parameters, events and properties are our
+    additions; the original editor ignores them. `dialect` is blank for the current format, and otherwise
+    names the former editor (`VisualHFSM`, `VisualStates`) whose generator the code was written for.
+    `language` is blank for Python, and otherwise names the language of the code, which is kept but does not
+    run. `lists` has the unknown content of the elements around parameters, libraries, interfaces and so on,
+    such as settings of ROS in `config`. `functions` come from imported files, and `format` is the format that
+    the document was read from: neither is written.
     """
 
     root_tag: str = "VisualHFSM"
@@ -290,12 +290,12 @@ class Document(Node):
 
     @property
     def is_old(self) -> bool:
-        """Whether the code expects what the origin's generators gave to it."""
+        """Whether the code relies on names that the original generators defined."""
         return not self.dialect.is_blank
 
     @property
     def proxy_aliases(self) -> dict[str, str]:
-        """The second names that the origin's generators gave to proxies, each with the interface's name."""
+        """The second names that the original generators gave to proxies, each with the interface's name."""
         return {f"{each.name}Prx": each.name for each in self.interfaces} if self.is_old else {}
 
     def automaton(self, id: int) -> Automaton | None:
@@ -304,12 +304,12 @@ class Document(Node):
 
     @property
     def root(self) -> Automaton | None:
-        """The automaton that no state owns, or None when there is none or more than one."""
+        """The automaton that no state owns, or None if there is not exactly one."""
         roots = [automaton for automaton in self.automata if automaton.father == NO_CHILD]
         return roots[0] if len(roots) == 1 else None
 
     def owner(self, automaton: Automaton) -> State | None:
-        """Return the state that owns an automaton, or None for the root and for a lost one."""
+        """Return the state that owns an automaton, or None for the root and for one without an owner."""
         father = self.automaton(automaton.father)
         if father is None:
             return None

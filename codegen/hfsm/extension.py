@@ -1,7 +1,6 @@
-"""Find the component of a document, and the hand-written code beside it.
+"""Find the component of a document, and its hand-written extension.
 
-That is `NAME_ext.py` with a class that becomes one of the component's bases. It is read, and nothing of it is
-run.
+The extension is `NAME_ext.py`, with a class that becomes a base of the component. It is read, not executed.
 """
 
 from __future__ import annotations
@@ -18,10 +17,10 @@ __all__ = ["Extension", "component_path", "extension_path", "find_extension"]
 
 @dataclass(frozen=True, slots=True)
 class Extension:
-    """The hand-written base of a component: a class in a module beside it, and the attributes that it has.
+    """The hand-written base class of a component, in a module next to it.
 
-    It may have others, too, when it `is_open`. A `problem`, at a `line` and `column` of `source`, keeps it
-    from being used.
+    `attributes` are those that are known; if it `is_open` there may be more. A `problem`, at a `line` and
+    `column` of `source`, makes it unusable.
     """
 
     path: Path
@@ -35,17 +34,17 @@ class Extension:
 
 
 def component_path(document: Path, output: Path | None) -> Path:
-    """Return the file of a document's component, in the directory `output` or beside the document."""
+    """Return the file of a document's component, in the directory `output` or next to the document."""
     return (output or document.parent) / f"{identifier(document.stem, 'component')}.py"
 
 
 def extension_path(component: Path) -> Path:
-    """Return where the extension of a component lies, if it has one."""
+    """Return the path that the extension of a component has, if there is one."""
     return component.with_name(f"{component.stem}_ext.py")
 
 
 def find_extension(document: Path, output: Path | None) -> Extension | None:
-    """Return the extension of the component of a document, or None when there is none.
+    """Return the extension of the component of a document, or None if there is none.
 
     `output` is the directory of the component, by default that of the document.
     """

@@ -1,7 +1,7 @@
-"""Check a document before it runs: its structure and its code, as far as that shows without running it.
+"""Check the structure and the code of a document without running it.
 
-Each module finds one kind of fault; `docs/reference/document-errors.md` lists them by their codes. What the
-origin's generated code gave a meaning is a warning and not an error, so that its documents still run.
+Each module finds one kind of problem; `docs/reference/document-errors.md` lists them by code. What worked
+with the original generators is a warning and not an error, so that old documents still run.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ _STAR = "*"
 
 
 def check(analysis: Analysis, interfaces: KnownInterfaces, diagnostics: Diagnostics) -> None:
-    """Report everything that is wrong or doubtful in a document; what it imports has been resolved.
+    """Report errors and possible mistakes in a document whose imports have been resolved.
 
-    Where code is no Python, what could only be said if it were known is left out. What can never happen the
-    model checker reports.
+    Checks that need the whole code are left out if a part of it is not Python. The model checker reports what
+    can never happen.
     """
     document, path, extension = analysis.document, analysis.path, analysis.extension
     report = Report(path, diagnostics)

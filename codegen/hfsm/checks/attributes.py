@@ -1,4 +1,4 @@
-"""Check every use of `self`: attributes that it does not have, and calls that its proxies do not take."""
+"""Check every use of `self`: unknown attributes, and wrong calls of its proxies."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .report import Report
 __all__ = ["STREAM", "check_attributes"]
 
 _BEGIN: Final = "begin"
-"""What calls an operation without waiting, with the parameters of the call."""
+"""Calls an operation without waiting, with the same parameters."""
 
 STREAM: Final = {
     "latest": Operation("latest", (), 0),
@@ -25,7 +25,7 @@ STREAM: Final = {
     "samples": Operation("samples", ("timeout",), 0, by_name=frozenset({"rate"})),
     "subscribe": Operation("subscribe", ("callback",), 1, by_name=frozenset({"rate", "queue"})),
 }
-"""What a streamed operation offers beside its calls."""
+"""What a streamed operation offers in addition to its calls."""
 
 
 _OF_EVERY_PROXY: Final = frozenset({"checkedCast", "uncheckedCast"})
@@ -62,7 +62,7 @@ def check_attributes(analysis: Analysis, known: KnownInterfaces, report: Report)
 
 
 def _sets_attributes_by_name(piece: Piece) -> bool:
-    """Return whether code may give the component attributes whose names do not stand in it."""
+    """Return whether code may define attributes whose names it does not contain."""
     for node in all_nodes(piece.tree):
         match node:
             case ast.Name(id="setattr" | "vars") | ast.Attribute(attr="__dict__" | "__setattr__"):
@@ -81,8 +81,8 @@ def _check_known(found: Iterable[Access], names: set[str], known: KnownInterface
         reported.add(name)
         notes = list(did_you_mean(name, names))
         if len(access.path) > 1 and (interface := _guess(name, known)):
-            notes.append(Note(f"a proxy of `{interface}` has to be declared among the interfaces"))
-        message = f"`self.{name}` is no interface, function or parameter, and nothing assigns it"
+            notes.append(Note(f"a proxy of `{interface}` has to be declared as an interface"))
+        message = f"`self.{name}` is not an interface, function or parameter, and is never assigned"
         report.warning(Code.UNKNOWN_ATTRIBUTE, message, access.place(0), notes)
 
 
@@ -130,7 +130,7 @@ def _check_stream(access: Access, operation: Operation, report: Report) -> None:
         if len(access.path) == 3:
             _check_arguments(access, operation, report)
     elif not operation.is_streamed:
-        message = f"`{operation.name}` is not streamed, and has no `{name}`: it can only be called"
+        message = f"`{operation.name}` is not streamed and has no `{name}`: it can only be called"
         report.warning(Code.UNKNOWN_OPERATION, message, access.place(2))
     elif name not in STREAM:
         message = f"a streamed operation has no `{name}`: it has {', '.join([_BEGIN, *STREAM])}"
@@ -151,16 +151,16 @@ def _check_arguments(access: Access, operation: Operation, report: Report) -> No
     wrong = next((name for name in names if name not in parameters and name not in operation.by_name), None)
     missing = [name for name in parameters[: operation.required] if name not in (*given, *names)]
     if len(call.args) > len(parameters):
-        message = f"`{operation.name}` takes {_count(parameters)}, and is given {len(call.args)}"
+        message = f"`{operation.name}` takes {_count(parameters)}, but gets {len(call.args)}"
     elif wrong is not None:
         message = f"`{operation.name}` has no parameter `{wrong}`"
     elif missing:
-        message = f"`{operation.name}` is not given {' and '.join(f'`{name}`' for name in missing)}"
+        message = f"`{operation.name}` is called without {' and '.join(f'`{name}`' for name in missing)}"
     elif repeated := [name for name in names if name in given]:
-        message = f"`{operation.name}` is given `{repeated[0]}` twice"
+        message = f"`{operation.name}` gets `{repeated[0]}` twice"
     else:
         return
-    note = Note(f"it is called as `{operation.name}({', '.join(parameters)})`")
+    note = Note(f"call it as `{operation.name}({', '.join(parameters)})`")
     report.warning(Code.BAD_CALL, message, access.place(-1), [note])
 
 

@@ -1,4 +1,4 @@
-"""Find calls that hold an automaton up for longer than its period."""
+"""Find calls that block an automaton for longer than its period."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _WAITS: Final = frozenset(
         *("getpass.getpass", "signal.pause"),
     }
 )
-"""What waits for a person or for another program, however long that takes."""
+"""Calls that wait for a person or another program without a limit."""
 _WAITS_WITHOUT_TIMEOUT: Final = frozenset(
     {
         *(f"requests.{verb}" for verb in ("delete", "get", "head", "patch", "post", "put", "request")),
@@ -31,7 +31,7 @@ _WAITS_WITHOUT_TIMEOUT: Final = frozenset(
     }
 )
 _EXITS: Final = frozenset({"exit", "os._exit", "quit", "sys.exit"})
-_ENDLESS: Final = "this loop has no way out"
+_ENDLESS: Final = "this loop never ends"
 
 
 def check_blocking(analysis: Analysis, report: Report) -> None:
@@ -57,7 +57,7 @@ def check_blocking(analysis: Analysis, report: Report) -> None:
 
 
 def _called(names: Iterable[str], calls: Mapping[Piece | str, set[str]]) -> set[str]:
-    """Return the names of functions with those that they call in turn."""
+    """Return the names of functions and of those that they call, directly or not."""
     found: set[str] = set()
     pending = list(names)
     while pending:
@@ -75,12 +75,12 @@ class _Checker:
         self._report = report
 
     def check(self, piece: Piece, tree: ast.AST, self_name: str, period: float | None) -> None:
-        """Check a piece of code, or a function in it, for a `period` in ms, None before the first cycle."""
+        """Check a piece of code, or a function in it; `period` is in ms, None before the first cycle."""
         if period is None:
-            note = Note("the variables run before the first cycle, which waits for them")
+            note = Note("the variables are set before the first cycle, which waits for them")
         else:
             who = "a cycle that calls the function" if piece.is_functions else "the cycle"
-            advice = "wait with a timed transition instead, or look in each cycle"
+            advice = "wait with a timed transition instead, or check in each cycle"
             note = Note(f"{who} has {period:g} ms; {advice}")
         modules = dict(self._libraries)
         for node in own_nodes(tree):
@@ -95,36 +95,36 @@ class _Checker:
                 case ast.For(iter=ast.Call(func=ast.Attribute(attr="samples")) as where) if not _has_way_out(
                     node
                 ):
-                    message = f"{_ENDLESS}: `samples` goes on as long as there are some"
+                    message = f"{_ENDLESS}: `samples` continues as long as there are samples"
                 case _:
                     continue
             if message is not None:
                 self._report.warning(Code.BLOCKING_CALL, message, piece.place(where), [note])
 
     def _blocking(self, call: ast.Call, name: str, period: float | None) -> str | None:
-        """Return why a call of a function by its full name blocks, None if it does not."""
+        """Return why a call of a function, given by its full name, blocks, or None if it does not."""
         if name in _WAITS:
-            return f"`{name}` waits for as long as it takes"
+            return f"`{name}` waits without a limit"
         has_timeout = any(keyword.arg in ("timeout", None) for keyword in call.keywords)
         if name in _WAITS_WITHOUT_TIMEOUT and not has_timeout:
-            return f"`{name}` waits for as long as it takes: it has no `timeout`"
+            return f"`{name}` waits without a limit: it has no `timeout`"
         if name in self._sleeps and period is not None:
             argument = next(iter([*call.args, *(keyword.value for keyword in call.keywords)]), None)
             duration = None if argument is None else seconds(argument)
             if duration is not None and duration * 1000 > period:
-                return f"`{name}` waits for {duration:g} s, longer than a period"
+                return f"`{name}` waits for {duration:g} s, longer than the period"
         return None
 
 
 def _has_way_out(loop: ast.While | ast.For) -> bool:
-    """Return whether a loop can be left: by `break`, by `return`, or by an exception that it raises."""
+    """Return whether a loop can end: by `break`, `return` or `raise`."""
     pending: list[ast.AST] = list(loop.body)
     while pending:
         node = pending.pop()
         if isinstance(node, ast.Break | ast.Return | ast.Raise):
             return True
         if isinstance(node, ast.While | ast.For | ast.AsyncFor):
-            # A `break` in there leaves the inner loop alone.
+            # A `break` in there ends only the inner loop.
             inner = [other for other in own_nodes(node) if isinstance(other, ast.Return | ast.Raise)]
             if inner or any(_has_break(statement) for statement in node.orelse):
                 return True
@@ -140,6 +140,6 @@ def _has_break(node: ast.AST) -> bool:
 
 
 def _full_name(node: ast.expr, self_name: str, modules: Mapping[str, str]) -> str:
-    """Return what is called by its full name, such as `time.sleep`, or an empty text."""
+    """Return the full name of what is called, such as `time.sleep`, or an empty text."""
     first, *others = dotted(node) or [""]
     return ".".join(["self" if first == self_name else modules.get(first, first), *others])

@@ -1,4 +1,4 @@
-"""Check what a component declares: its file, policies, libraries, interfaces, functions and parameters.
+"""Check the declarations of a component: its file, policies, libraries, interfaces, functions, parameters.
 
 Interfaces, functions and parameters all become attributes of `self`, and need different names.
 """
@@ -35,13 +35,13 @@ __all__ = [
 ]
 
 ON_ERROR: Final = ("stop", "continue")
-"""What a component may do after an error in its code; the first is the default."""
+"""Policies after an error in the code; the first is the default."""
 
 ON_REFUSED: Final = ("pause", "error")
-"""What a component may do when the robot refuses a command; the first is the default."""
+"""Policies when the robot refuses a command; the first is the default."""
 
 COMPONENT_ATTRIBUTES: Final = frozenset({"automaton", "clock", "log", "mark", "send", "sleep"})
-"""Attributes that every component has. A function of a document may be called like one, and wins."""
+"""Attributes that every component has. A function of a document may override one of them."""
 
 STANDARD_OPTIONS: Final = frozenset(
     {
@@ -51,13 +51,13 @@ STANDARD_OPTIONS: Final = frozenset(
         *("record", "record_images", "help"),
     }
 )
-"""Options that the command line of every component has, which no parameter can be called."""
+"""Options that every component has, which cannot be names of parameters."""
 
 _LIBRARIES: Final = sys.stdlib_module_names | {
     *("cv2", "lz4", "mcap", "msgpack", "msgspec", "numpy", "rich", "typer", "zenoh", "zstandard"),
     *("hfsm_recording", "hfsm_runtime", "interfaces", "hfsm_command", "zenoh_ice"),
 }
-"""What a component may import, itself or by what it imports."""
+"""Packages that a component may import, directly or not."""
 
 _IDENTITY: Final = re.compile(r"[A-Za-z0-9_.\-]+(@[A-Za-z0-9_.\-]+)?")
 
@@ -68,40 +68,40 @@ def check_component(document: Document, known: KnownInterfaces, report: Report) 
     for element, text, values in policies:
         value = text.text.strip()
         if value not in ("", *values):
-            message = f"`{element}` is {' or '.join(f'`{each}`' for each in values)}, not `{value[:40]}`"
+            message = f"`{element}` must be {' or '.join(f'`{each}`' for each in values)}, not `{value[:40]}`"
             report.error(Code.BAD_POLICY, message, report.place(document, text))
     first: dict[str, Interface] = {}
     for interface in document.interfaces:
         _check_name(interface, first, report)
         first.setdefault(interface.name, interface)
         if not _IDENTITY.fullmatch(interface.identity):
-            message = f"`{interface.identity[:60]}` cannot be the identity of a servant"
-            note = Note("an identity has letters, digits and _ . -; `@realm` may follow it")
+            message = f"`{interface.identity[:60]}` is not a valid identity of a servant"
+            note = Note("use only letters, digits and _ . -; `@realm` may follow")
             report.error(Code.BAD_IDENTITY, message, interface, [note])
         _check_type(interface, known, report)
 
 
 def check_file_name(analysis: Analysis, report: Report) -> None:
-    """Check that the component's file hides no library."""
+    """Check that the component's file does not shadow a library."""
     name = identifier(analysis.path.stem, "component")
     imported = analysis.libraries.values()
     if name in _LIBRARIES or name in {library.split(".")[0] for library in imported}:
-        message = f"its component {name}.py would hide the library `{name}`: rename the document"
-        note = Note(f"programs that are started in its directory import {name}.py instead, and most fail")
+        message = f"its component {name}.py would shadow the library `{name}`: rename the document"
+        note = Note(f"programs that are started in its directory would import {name}.py instead")
         report.warning(Code.HIDDEN_LIBRARY, message, Location(analysis.path), [note])
 
 
 def check_libraries(analysis: Analysis, reserved: Collection[str], report: Report) -> None:
-    """Check that libraries take no names that are `reserved` for the component."""
+    """Check that no library has a name that is `reserved` for the component."""
     for each in analysis.imports:
         for name in sorted(imported_names(each.node).keys() & reserved):
-            message = f"`{name}` is a name that the component needs: choose another"
+            message = f"`{name}` is a reserved name: choose another"
             place = Location(each.library.path or analysis.path, each.library.name.line)
             report.error(Code.RESERVED_NAME, message, place)
 
 
 def check_functions(analysis: Analysis, report: Report) -> dict[str, Location]:
-    """Check the names of functions, also against those of interfaces; return the first place of each."""
+    """Check that the names of functions are unique; return the place of each function."""
     first: dict[str, Location] = {}
     for piece in analysis.all_functions:
         for node in definitions(piece.tree):
@@ -111,7 +111,9 @@ def check_functions(analysis: Analysis, report: Report) -> dict[str, Location]:
                 report.error(Code.FUNCTION_NAME_TAKEN, message, place)
             elif name in first:
                 note = Note("the first is here", first[name])
-                report.error(Code.FUNCTION_NAME_TAKEN, f"a second function is called `{name}`", place, [note])
+                report.error(
+                    Code.FUNCTION_NAME_TAKEN, f"a second function has the name `{name}`", place, [note]
+                )
             first.setdefault(name, place)
     for interface in analysis.document.interfaces:
         if interface.name in first:
@@ -130,13 +132,13 @@ def check_parameters(document: Document, functions: dict[str, Location], report:
         notes: list[Note] = []
         problem = ""
         if not name.isidentifier() or not name.isascii() or keyword.iskeyword(name):
-            problem = f"`{name[:60]}` cannot be a parameter: a name has ASCII letters, digits and _"
+            problem = f"`{name[:60]}` cannot be a parameter: use only ASCII letters, digits and _"
         elif name in COMPONENT_ATTRIBUTES or name.startswith("_"):
             problem = f"`self.{name}` belongs to every component: choose another name"
         elif name in STANDARD_OPTIONS:
             problem = f"`--{name.replace('_', '-')}` is an option of every component: choose another name"
         elif name in first:
-            problem = f"a second parameter is called `{name}`"
+            problem = f"a second parameter has the name `{name}`"
             notes = [report.first(first[name])]
         elif name.startswith("no_") and _is_flag(first.get(name[3:])):
             problem = f"`--no-{name[3:]}` turns the parameter `{name[3:]}` off: choose another name"
@@ -158,14 +160,14 @@ def _check_default(parameter: Parameter, report: Report) -> None:
     wrong = parameter.type
     if type_name not in PARAMETER_TYPES:
         found = f", not `{type_name[:40]}`" if type_name else ""
-        problem = f"its type is one of {', '.join(PARAMETER_TYPES)}{found}"
+        problem = f"its type must be one of {', '.join(PARAMETER_TYPES)}{found}"
     else:
         wrong = parameter.default
         try:
             if not wrong.is_blank:
                 parse_value(type_name, wrong)
                 return
-            problem = "it needs a default"
+            problem = "it has no default"
         except ValueTextError as error:
             problem = str(error)
     where = parameter if wrong.is_blank else wrong
@@ -178,7 +180,7 @@ def _is_flag(parameter: Parameter | None) -> bool:
 
 
 def _is_attribute(name: str) -> bool:
-    """Return whether Python takes a name as it is written: it reads some characters as others."""
+    """Return whether Python keeps a name as it is written: it normalizes some characters."""
     normal = unicodedata.normalize("NFKC", name)
     return name.isidentifier() and not keyword.iskeyword(name) and name == normal
 
@@ -187,7 +189,7 @@ def _check_name(interface: Interface, first: dict[str, Interface], report: Repor
     name = interface.name
     place = report.place(interface)
     if not _is_attribute(name):
-        message = f"`{name}` cannot be an attribute of `self`: a name has letters, digits and _"
+        message = f"`{name}` cannot be an attribute of `self`: use only letters, digits and _"
         report.error(Code.BAD_INTERFACE_NAME, message, place)
     elif name in COMPONENT_ATTRIBUTES or name.startswith("_"):
         report.error(
@@ -196,7 +198,7 @@ def _check_name(interface: Interface, first: dict[str, Interface], report: Repor
     elif name in first:
         report.error(
             Code.BAD_INTERFACE_NAME,
-            f"a second interface is called `{name}`",
+            f"a second interface has the name `{name}`",
             place,
             [report.first(first[name])],
         )
@@ -208,13 +210,13 @@ def _check_type(interface: Interface, known: KnownInterfaces, report: Report) ->
         return
     place = report.place(interface)
     if found:
-        names = ", ".join(f"`{candidate.scoped_name}`" for candidate in found)
-        report.error(Code.UNKNOWN_INTERFACE, f"`{interface.type}` may be {names}: write which", place)
+        names = " or ".join(f"`{candidate.scoped_name}`" for candidate in found)
+        report.error(Code.UNKNOWN_INTERFACE, f"`{interface.type}` is ambiguous: write {names}", place)
         return
     if not interface.type.strip():
         report.error(
             Code.UNKNOWN_INTERFACE,
-            f"the interface `{interface.name}` has no type: say which, such as `Camera`",
+            f"the interface `{interface.name}` has no type: write one, such as `Camera`",
             place,
         )
         return

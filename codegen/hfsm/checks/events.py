@@ -1,6 +1,6 @@
-"""Find events that are waited for in vain, and events that nobody waits for.
+"""Find events that are awaited but never sent, and events that nothing awaits.
 
-An event reaches the automata that are active when it is sent, and no ghost.
+An event reaches the automata that are active when it is sent, but no ghosts.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ __all__ = ["check_events"]
 def check_events(analysis: Analysis, report: Report) -> None:
     """Compare the events that are awaited, sent and declared.
 
-    What code sends by other names for the component counts, too.
+    Events that code sends through another name for the component count, too.
     """
     document = analysis.document
-    has_own_send = "send" in analysis.defined  # what that sends is not known
+    has_own_send = "send" in analysis.defined  # the events that it sends are unknown
     sent: dict[str, Location] = {}
     for access in () if has_own_send else analysis.accesses:
         if (constant := _sent_name(access)) is not None:
@@ -44,7 +44,7 @@ def check_events(analysis: Analysis, report: Report) -> None:
             awaited.add(name)
             who = transition_label(transition)
             if is_complete and name not in {*sent, *otherwise, *declared}:
-                message = f"{who} waits for the event `{name}`, which nothing sends or declares"
+                message = f"{who} waits for the event `{name}`, which is neither sent nor declared"
                 known = did_you_mean(name, {*sent, *declared})
                 report.warning(
                     Code.UNSENT_EVENT, message, report.place(transition, transition.trigger), known
@@ -59,7 +59,7 @@ def check_events(analysis: Analysis, report: Report) -> None:
 
 
 class _Senders:
-    """The pieces of code that send events, and whether they can while an automaton is active."""
+    """The pieces of code that send events, and whether they can run while an automaton is active."""
 
     def __init__(self, analysis: Analysis, names: Mapping[Piece, frozenset[str]]) -> None:
         self._by_name: dict[str, list[Piece]] = {}
@@ -84,7 +84,7 @@ class _Senders:
         self._places.update((piece, place) for piece in pieces if piece is not None)
 
     def reach(self, name: str, receiver: Automaton) -> bool:
-        """Return whether an event may be sent while an automaton is active, as far as can be seen."""
+        """Return whether an event may be sent while an automaton is active."""
         return any(self._reaches(piece, name, receiver) for piece in self._by_name.get(name, ()))
 
     def _reaches(self, piece: Piece, name: str, receiver: Automaton) -> bool:
@@ -98,7 +98,7 @@ class _Senders:
 
 
 def _owners_above(document: Document) -> dict[int, dict[int, int]]:
-    """Return the automata above each one with the states that own the chain down to it, all by id."""
+    """Return the automata above each automaton with the state that contains it, all by id."""
     owners = {
         child: (automaton.id, state.id) for automaton, state in document.states() for child in state.children
     }
@@ -114,7 +114,7 @@ def _owners_above(document: Document) -> dict[int, dict[int, int]]:
 
 
 def _sends_at_once(piece: Piece, name: str) -> bool:
-    """Return whether all that a piece does with the name of an event is to send it when it runs."""
+    """Return whether a piece uses the name of an event only to send it at once."""
     nodes = all_nodes(piece.tree)
     if any(isinstance(node, ast.Lambda | ast.FunctionDef | ast.AsyncFunctionDef) for node in nodes):
         return False
@@ -123,7 +123,7 @@ def _sends_at_once(piece: Piece, name: str) -> bool:
 
 
 def _sent_name(access: Access) -> ast.Constant | None:
-    """Return the event that a use of the component sends, as it is written; None where it sends none."""
+    """Return the event that a use of the component sends as a constant, or None."""
     if access.path != ("send",) or access.call is None:
         return None
     keywords = [keyword.value for keyword in access.call.keywords if keyword.arg == "name"]

@@ -1,13 +1,13 @@
-"""Find variables that are read before anything can have assigned them, along the ways through the states.
+"""Find variables that may be read before they are assigned, on the paths through the states.
 
 A name that the variables do not assign has no value until some code assigns one. The analysis follows every
-way through the states, in the order of a cycle: conditions, exit code, code of the transition, entry code,
-arguments, code. Where a way may assign a name, it counts as assigned; a transition whose condition asks a
-variable counts as having been prepared by the code that sets the variable.
+path through the states, in the order of a cycle: conditions, exit code, code of the transition, entry code,
+arguments, code. A name that a path may assign counts as assigned. A transition whose condition reads a
+variable counts as prepared by the code that sets the variable.
 
-Within a piece of code each branch counts, and so does what the passes of a loop before may have done. A read
-is `exposed` when nothing before it in the piece assigns the name. One that a flag guards, as in
-`if seen: use(x)`, is not: whoever sets the flag may assign the name, too.
+Within a piece of code every branch and every earlier iteration of a loop counts. A read is `exposed` if
+nothing before it in the piece assigns the name. A read that is guarded by a flag, as in `if seen: use(x)`, is
+not exposed: the code that sets the flag may assign the name, too.
 """
 
 from __future__ import annotations
@@ -29,10 +29,10 @@ _MISSING_NAME = frozenset({"NameError", "UnboundLocalError", "Exception", "BaseE
 
 
 class _Assignments:
-    """What a piece of code does with names: the first exposed read of each, and those that it may assign.
+    """The names that a piece of code uses: the first exposed read of each, and those that it may assign.
 
-    `flags` are names that guard a read when a condition has them. The code is gone through in the order in
-    which Python evaluates it.
+    `flags` are names that guard a read if a condition contains them. The code is walked in the order of
+    evaluation.
     """
 
     def __init__(self, statements: Iterable[ast.stmt], flags: Collection[str] = ()) -> None:
@@ -107,7 +107,7 @@ class _Assignments:
                 self._walk(*ast.iter_child_nodes(node))
 
     def _definition(self, node: ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef | ast.Lambda) -> None:
-        """Take a definition for what it does at once; its body reads names when it is called."""
+        """Walk what a definition evaluates at once; its body reads names when it is called."""
         self._walk(*evaluated_at_once(node))
         for inner in ast.walk(node):
             if isinstance(inner, ast.Nonlocal):
@@ -123,7 +123,7 @@ class _Assignments:
         self._guarded -= guarded
 
     def _branches(self, *branches: Sequence[ast.AST], test: ast.expr | None = None) -> None:
-        """Walk branches, each from the same start; afterwards all that one of them assigns is assigned."""
+        """Walk branches from the same start; names that one of them assigns are assigned afterwards."""
         start = self.assigned
         result = set(start)
         guarded = test is not None and self._is_flag(test)
@@ -136,7 +136,7 @@ class _Assignments:
         self.assigned = result
 
     def _operands(self, values: Sequence[ast.expr]) -> None:
-        """Walk the operands of `and` or `or`; each is a condition of those behind it."""
+        """Walk the operands of `and` or `or`; each is a condition for the following ones."""
         self._walk(values[0])
         guarded = 0
         for previous, value in pairwise(values):
@@ -147,7 +147,7 @@ class _Assignments:
         self._guarded -= guarded
 
     def _is_flag(self, test: ast.expr) -> bool:
-        """Return whether a condition asks a variable, or an attribute of `self`, what happened before."""
+        """Return whether a condition reads a variable or an attribute of `self` that records the past."""
         return any(
             (isinstance(node, ast.Name) and node.id in self._flags)
             or (
@@ -187,7 +187,7 @@ _Names = frozenset[str]
 
 
 def check_flow(code: AutomatonCode, report: Report) -> None:
-    """Check one automaton, unless its states and transitions do not fit together: then nothing is known."""
+    """Check one automaton, unless its states and transitions are inconsistent."""
     automaton = code.automaton
     states = {state.id for state in automaton.states}
     is_sound = len(states) == len(automaton.states) and all(
@@ -211,15 +211,15 @@ class _Flow:
         first = _Assignments(code.variables.tree.body).assigned if code.variables else set()
         self._declared = frozenset(item.name for item in code.automaton.inputs).union(first)
         self._late: _Names = frozenset(bound) - self._declared
-        """The names that have no value at first."""
+        """The names without an initial value."""
         self._set_with: dict[str, _Names] = {}
-        """The names that are assigned by whatever assigns one."""
+        """The names that are assigned by all code that assigns one name."""
         for found in self._pieces.values():
             assigned = frozenset(found.assigned)
             for name in assigned:
                 self._set_with[name] = self._set_with.get(name, assigned) & assigned
         self._before: dict[Piece, _Names] = {}
-        """The names that every way to a piece may have assigned."""
+        """The names that every path to a piece may have assigned."""
 
     def check(self) -> None:
         if not self._late:
@@ -239,10 +239,10 @@ class _Flow:
             if isinstance(target, ast.Name) and target.id == name and isinstance(target.ctx, ast.Store)
         )
         first = next(stores, None)
-        notes = [Note("give it a first value in the variables")]
+        notes = [Note("give it an initial value in the variables")]
         if first is not None:
             notes.insert(0, Note("it gets a value here", first[0].place(first[1], len(name))))
-        message = f"`{name}` may be read before anything has assigned it"
+        message = f"`{name}` may be read before it is assigned"
         self._report.warning(Code.UNSET_VARIABLE, message, piece.place(node, len(name)), notes)
 
     def _follow(self) -> None:
@@ -250,7 +250,7 @@ class _Flow:
         initial = next((state for state in states if state.initial), states[0])
         known: dict[int, _Names] = {}
         pending: list[State] = []
-        # In its first cycle an automaton has not run the code of its state yet.
+        # In its first cycle an automaton has not yet run the code of its state.
         ends = self._one_cycle(initial, self._enter(initial, self._declared), is_first=True)
         while True:
             for state, names in ends:
@@ -265,10 +265,10 @@ class _Flow:
             ends = self._one_cycle(state, known[state.id], is_first=False)
 
     def _one_cycle(self, state: State, names: _Names, *, is_first: bool) -> Iterator[tuple[State, _Names]]:
-        """Yield the states in which the next cycle may begin, with the names that are assigned then."""
+        """Yield the states in which the next cycle may start, with the names that are assigned by then."""
         for transition in () if state.final else self._outgoing.get(state.id, ()):
             if is_first and transition.type != "condition":
-                continue  # nothing has happened yet, and no time has passed
+                continue  # no event has been sent yet, and no time has passed
             asked = self._run(self._code.of("guard", transition), names)
             if transition.type == "condition":
                 names = asked
@@ -282,7 +282,7 @@ class _Flow:
             yield state, self._run(self._code.of("code", state), names)
 
     def _prepared(self, transition: Transition) -> _Names:
-        """Return the names that are assigned wherever a variable is set that the condition asks."""
+        """Return the names that are assigned wherever a variable of the condition is set."""
         piece = self._code.of("guard", transition)
         condition = None if piece is None else piece.expression
         if condition is None:
@@ -297,7 +297,7 @@ class _Flow:
         return names
 
     def _run(self, piece: Piece | None, names: _Names) -> _Names:
-        """Return the names that are assigned after a piece; what was before it is remembered."""
+        """Return the names that are assigned after a piece, and remember those before it."""
         if piece is None:
             return names
         self._before[piece] = self._before.get(piece, names) & names

@@ -1,7 +1,7 @@
-"""Find names that nothing defines, variables that nothing reads, and expressions that are never meant.
+"""Find undefined names, variables that are never read, and expressions that are certainly mistakes.
 
-Pyflakes knows Python's scopes and builtins. Each piece of code is given to it as the function that it becomes
-in the component, with the names that it shares as if they were builtins.
+Pyflakes knows Python's scopes and builtins. It checks each piece of code as the function that it becomes in
+the component; the names that the piece shares are passed to it as builtins.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _DOUBTFUL: Final = (
     messages.RaiseNotImplemented,
     *(kind for name, kind in vars(messages).items() if name.startswith(("PercentFormat", "StringDotFormat"))),
 )
-"""What is never meant; matters of style are left to the style of each."""
+"""Messages of pyflakes about certain mistakes, without those about style."""
 
 _FUNCTIONS: Final = "class Component: pass"
 _PLAIN: Final = "def piece(self): pass"
@@ -44,7 +44,7 @@ _BUILTINS: Final = frozenset(dir(builtins))
 
 
 def check_names(piece: Piece, known: Collection[str], report: Report) -> None:
-    """Check one piece of code; `known` are the names that it finds outside itself."""
+    """Check one piece of code; `known` are the names that are defined outside it."""
     reported: set[str] = set()
     for message in _messages(piece, known):
         place = piece.at(message.lineno, message.col)
@@ -57,11 +57,11 @@ def check_names(piece: Piece, known: Collection[str], report: Report) -> None:
             reported.add(name)
             place = piece.at(message.lineno, message.col, len(name))
             notes = did_you_mean(name, {*known, *_BUILTINS} - {name})
-            report.warning(Code.UNDEFINED_NAME, f"nothing defines `{name}`", place, notes)
+            report.warning(Code.UNDEFINED_NAME, f"`{name}` is not defined", place, notes)
 
 
 def _messages(piece: Piece, known: Collection[str]) -> tuple[messages.Message, ...]:
-    # Pyflakes spends time on each name that it is given, and an automaton may share thousands.
+    # Pyflakes spends time on each name, and an automaton may share thousands.
     nodes = (node for node in all_nodes(piece.tree) if isinstance(node, ast.Global | ast.Nonlocal))
     names = piece.used.union(*(node.names for node in nodes)).intersection(known)
     head = _FUNCTIONS if piece.is_functions else _WITH_EVENT if piece.has_event else _PLAIN
@@ -70,14 +70,14 @@ def _messages(piece: Piece, known: Collection[str]) -> tuple[messages.Message, .
 
 @lru_cache(maxsize=2048)
 def _messages_of(tree: ast.Module, head: str, names: frozenset[str]) -> tuple[messages.Message, ...]:
-    """Return what pyflakes says; an editor asks again for all pieces whenever one of them has changed."""
+    """Return the messages of pyflakes, cached: an editor checks all pieces again after each change."""
     checker = Checker(_as_module(tree.body, head), builtins=names)
     found = sorted(checker.messages, key=lambda message: (message.lineno, message.col))
     return tuple(each for each in found if isinstance(each, (messages.UndefinedName, *_DOUBTFUL)))
 
 
 def _as_module(body: list[ast.stmt], head: str) -> ast.Module:
-    """Return the module in which a piece of code stands as in the component."""
+    """Return a module with a piece of code as it is in the component."""
     module = parse_python(head)
     (whole,) = module.body
     assert isinstance(whole, ast.ClassDef | ast.FunctionDef)
@@ -86,7 +86,7 @@ def _as_module(body: list[ast.stmt], head: str) -> ast.Module:
 
 
 def check_variables(code: AutomatonCode, report: Report) -> None:
-    """Check the variables and inputs of one automaton; a name that begins with _ is meant to be unused."""
+    """Check the variables and inputs of one automaton; a name that starts with _ may be unused."""
     if code.broken:
         return
     read = set(RESERVED)  # check_reserved reports those that code assigns
@@ -97,23 +97,23 @@ def check_variables(code: AutomatonCode, report: Report) -> None:
     for declared in code.automaton.inputs:
         name = declared.name.strip()
         if name not in read and not name.startswith("_"):
-            report.warning(Code.UNREAD_VARIABLE, f"nothing reads the input `{name}`", declared)
+            report.warning(Code.UNREAD_VARIABLE, f"the input `{name}` is never read", declared)
     reported: set[str] = set()
     for piece in code.sharing():
         for target in _plain_targets(piece):
             name = target.id
             if name not in read and name not in reported and not name.startswith("_"):
                 reported.add(name)
-                message = f"nothing reads the variable `{name}`"
+                message = f"the variable `{name}` is never read"
                 report.warning(Code.UNREAD_VARIABLE, message, piece.place(target, len(name)))
 
 
 def check_reserved(code: AutomatonCode, reserved: Collection[str], report: Report) -> None:
-    """Check that code takes no names that are `reserved` for the component, or that others share with it."""
+    """Check that code assigns no `reserved` names, and declares no shared name as global."""
     pieces = [*code.by_owner.values(), *([] if code.variables is None else [code.variables])]
     for piece in pieces:
         for name in sorted(piece.bound.intersection(reserved) - {"self"}):  # code cannot assign it at all
-            message = f"`{name}` is a name that the component needs: choose another"
+            message = f"`{name}` is a reserved name: choose another"
             report.error(Code.RESERVED_NAME, message, Location(piece.path, piece.code.line))
     shared = {item.name for item in code.automaton.inputs}.union(
         *(piece.bound for piece in code.by_owner.values())
@@ -123,26 +123,26 @@ def check_reserved(code: AutomatonCode, reserved: Collection[str], report: Repor
             if name in shared:
                 assert code.variables is not None
                 message = (
-                    f"`global {name}` makes `{name}` a name of the whole file, and other code of the "
-                    "automaton assigns its own: delete it here, or repeat it there"
+                    f"`global {name}` makes `{name}` global in the file, but other code of the "
+                    f"automaton assigns a variable `{name}`: delete `global` here, or add it there"
                 )
                 place = code.variables.place(node)
                 report.error(Code.BAD_CODE, message, Location(place.path, place.line))
 
 
 def check_start(code: AutomatonCode, own: Collection[str], report: Report) -> None:
-    """Report events and waits in the variables; `own` are the attributes that the document itself defines."""
+    """Report events and waits in the variables; `own` are the attributes that the document defines."""
     if code.variables is None:
         return
     for node in own_nodes(code.variables.tree):
         match node:
             case ast.Call(func=ast.Attribute(ast.Name("self"), "send" | "sleep" as name)) if name not in own:
-                message = f"`self.{name}` is for entry code: no automaton runs when variables are set"
+                message = f"`self.{name}` is for entry code: no automaton runs yet when variables are set"
                 report.error(Code.BAD_CODE, message, code.variables.place(node))
 
 
 def _plain_targets(piece: Piece) -> Iterator[ast.Name]:
-    """Yield what is assigned by itself; parts of a tuple and loop variables may be there for their place."""
+    """Yield the targets of plain assignments; parts of a tuple and loop variables may be unused."""
     for node in own_nodes(piece.tree):
         match node:
             case ast.Assign(targets=targets):

@@ -1,4 +1,4 @@
-"""Say where in which file something is wrong, and how messages call states and transitions."""
+"""Report diagnostics of a document with their place, and name states and transitions in messages."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ __all__ = ["Report", "state_label", "transition_label"]
 
 
 class Report:
-    """The diagnostics of one document, of which parts may come from other files."""
+    """The diagnostics of one document, parts of which may come from other files."""
 
     def __init__(self, path: Path, diagnostics: Diagnostics) -> None:
         self._path = path
         self._diagnostics = diagnostics
 
     def place(self, node: Node, text: Text | None = None) -> Location:
-        """Return the place of an element, or that of a text of it."""
+        """Return the place of an element, or of one of its texts."""
         path = node.path or self._path
         if text is not None and text.line:
             line = text.text.split("\n", 1)[0].strip()
@@ -27,31 +27,31 @@ class Report:
         return Location(path, node.line, max(1, node.column))
 
     def error(self, code: str, message: str, where: Node | Location, notes: Sequence[Note] = ()) -> None:
-        """Report what keeps a component from being generated."""
+        """Report an error: the component cannot be generated."""
         self._diagnostics.error(code, message, self._located(where), notes)
 
     def warning(self, code: str, message: str, where: Node | Location, notes: Sequence[Note] = ()) -> None:
-        """Report what is doubtful."""
+        """Report a possible mistake."""
         self._diagnostics.warning(code, message, self._located(where), notes)
 
     def note(self, code: str, message: str, where: Node | Location, notes: Sequence[Note] = ()) -> None:
-        """Report what may well be meant."""
+        """Report something that is probably intended."""
         self._diagnostics.note(code, message, self._located(where), notes)
 
     def _located(self, where: Node | Location) -> Location:
         return where if isinstance(where, Location) else self.place(where)
 
     def first(self, node: Node) -> Note:
-        """Return a note that shows the first of two."""
+        """Return a note that points to the first of two elements."""
         return Note("the first is here", self.place(node))
 
 
 def state_label(state: State) -> str:
-    """Return how messages call a state."""
+    """Return the name of a state in messages."""
     return f"`{state.name.strip()}`" if state.name.strip() else f"state {state.id}"
 
 
 def transition_label(transition: Transition) -> str:
-    """Return how messages call a transition."""
+    """Return the name of a transition in messages."""
     name = transition.name.strip()
     return f"transition `{name}`" if name else f"transition {transition.id}"

@@ -1,4 +1,4 @@
-"""Check the tree of automata, and each state and transition by itself."""
+"""Check the tree of automata, and each state and transition."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from .report import Report, state_label, transition_label
 __all__ = ["check_automaton", "check_tree"]
 
 _MAX_DEPTH: Final = 64
-"""Automata above one another: far more than a person draws, far less than Python's stack."""
+"""Levels of nested automata: far more than a person draws, far fewer than Python's stack allows."""
 
 
 _TRIGGERS: Final = ("time", "condition", "event", "finished")
-"""What a transition may wait for."""
+"""The types of transitions."""
 
 _HISTORIES: Final = ("resume", "restart")
-"""What may become of a state's automata when it is entered again; the first is the default."""
+"""What the automata of a state do when it is entered again; the first is the default."""
 
 
 def check_tree(document: Document, report: Report) -> None:
-    """Check that there is one root, and that every other automaton is owned by a state of its father."""
+    """Check that there is one root, and that a state of its father owns every other automaton."""
     roots = [automaton for automaton in document.automata if automaton.father == NO_CHILD]
     if not roots:
         what = "there is no automaton" if not document.automata else "no automaton is the root"
@@ -65,7 +65,7 @@ def _check_owners(document: Document, automata: dict[int, Automaton], report: Re
             child = automata.get(number)
             if child is None:
                 message = f"{state_label(state)} owns automaton {number}, which does not exist"
-                note = Note("the state runs as one without an automaton")
+                note = Note("the state runs without an automaton")
                 report.warning(Code.MISSING_AUTOMATON, message, state, [note])
             elif number in owners:
                 first = [report.first(owners[number])]
@@ -82,7 +82,7 @@ def _check_owners(document: Document, automata: dict[int, Automaton], report: Re
 def _check_ancestors(automaton: Automaton, automata: dict[int, Automaton], report: Report) -> None:
     above: set[int] = set()
     current = automata.get(automaton.father)
-    while current is not None and current.id not in above:  # a ring above it is reported for its own members
+    while current is not None and current.id not in above:  # a cycle above it is reported for its members
         if current is automaton:
             message = f"automaton {automaton.id} is its own ancestor"
             report.error(Code.NOT_A_TREE, message, automaton)
@@ -96,7 +96,7 @@ def _check_ancestors(automaton: Automaton, automata: dict[int, Automaton], repor
 
 
 def check_automaton(automaton: Automaton, report: Report) -> None:
-    """Check one automaton, but not how its states hang together."""
+    """Check one automaton, but not the paths between its states."""
     if not automaton.states:
         report.error(Code.NO_STATE, f"automaton {automaton.id} has no state", automaton)
     else:
@@ -106,7 +106,7 @@ def check_automaton(automaton: Automaton, report: Report) -> None:
     _check_names(automaton, report)
     if milliseconds(automaton.iteration_time) is None:
         written = automaton.iteration_time.text.strip()[:40]
-        message = f"`iteration_time` is a positive number of milliseconds, not `{written}`"
+        message = f"`iteration_time` must be a positive number of milliseconds, not `{written}`"
         report.error(Code.BAD_PERIOD, message, report.place(automaton, automaton.iteration_time))
     for state in automaton.states:
         _check_state(automaton, state, report)
@@ -123,12 +123,13 @@ def _check_initial_state(automaton: Automaton, report: Report) -> None:
         message = f"automaton {automaton.id} has no initial state"
         first = automaton.states[0]
         note = Note(
-            f'it begins in the first, {state_label(first)}: say so with `initial="true"`', report.place(first)
+            f'it starts in the first, {state_label(first)}: mark that with `initial="true"`',
+            report.place(first),
         )
         report.warning(Code.NOT_ONE_INITIAL_STATE, message, automaton, [note])
     for second in initial[1:]:
         message = f"{state_label(second)} is a second initial state of automaton {automaton.id}"
-        note = Note(f"it begins in the first, {state_label(initial[0])}", report.place(initial[0]))
+        note = Note(f"it starts in the first, {state_label(initial[0])}", report.place(initial[0]))
         report.warning(Code.NOT_ONE_INITIAL_STATE, message, second, [note])
 
 
@@ -139,7 +140,7 @@ def _check_names(automaton: Automaton, report: Report) -> None:
         if not name:
             report.warning(Code.STATE_WITHOUT_NAME, f"state {state.id} has no name", state)
         elif name in first:
-            message = f"a second state is called `{name}` in automaton {automaton.id}"
+            message = f"a second state has the name `{name}` in automaton {automaton.id}"
             report.warning(Code.REPEATED_STATE_NAME, message, state, [report.first(first[name])])
         else:
             first[name] = state
@@ -148,21 +149,25 @@ def _check_names(automaton: Automaton, report: Report) -> None:
 def _check_state(automaton: Automaton, state: State, report: Report) -> None:
     history = state.history.text.strip()
     if history not in ("", *_HISTORIES):
-        message = f"`history` is {' or '.join(f'`{known}`' for known in _HISTORIES)}, not `{history[:40]}`"
+        message = (
+            f"`history` must be {' or '.join(f'`{known}`' for known in _HISTORIES)}, not `{history[:40]}`"
+        )
         report.error(Code.BAD_HISTORY, message, report.place(state, state.history))
     if not state.final:
         return
     outgoing = automaton.outgoing(state.id)
     left = [
-        *(["an automaton"] if state.children else []),
+        *(["automata"] if state.children else []),
         *(["code"] if not state.code.is_blank else []),
         *(["exit code"] if not state.exit.is_blank else []),
         *([transition_label(outgoing[0])] if outgoing else []),
     ]
     if left:
         what = f"{', '.join(left[:-1])} and {left[-1]}" if len(left) > 1 else left[0]
-        message = f"{state_label(state)} is final, and {what} of it will never run"
-        note = Note("an automaton that enters a final state has finished: of the state only `entry` runs")
+        message = f"{state_label(state)} is final: its {what} will never run"
+        note = Note(
+            "an automaton that enters a final state has finished: only the `entry` code of the state runs"
+        )
         report.warning(Code.CODE_IN_FINAL_STATE, message, state, [note])
 
 
@@ -177,16 +182,16 @@ def _check_transition(automaton: Automaton, transition: Transition, states: set[
         _check_time(transition, report)
     elif transition.type == "event":
         if transition.trigger.is_blank:
-            report.error(Code.BAD_TRIGGER, f"{name} names no event", transition)
+            report.error(Code.BAD_TRIGGER, f"{name} has no event", transition)
     elif transition.type not in _TRIGGERS:
         *others, last = (f'"{known}"' for known in _TRIGGERS)
-        message = f"{name} has the type `{transition.type[:40]}`: it is {', '.join(others)} or {last}"
+        message = f"{name} has the type `{transition.type[:40]}`: use {', '.join(others)} or {last}"
         report.error(Code.BAD_TRIGGER, message, trigger)
     if transition.type == "condition" and transition.trigger.is_blank:
         report.warning(Code.NO_CONDITION, f"{name} has no condition: it never fires", transition)
     if transition.type == "condition" and not transition.guard.is_blank:
-        message = f"{name} fires by a condition, which has no guard"
-        note = Note("write both into the condition, joined by `and`, or delete the guard")
+        message = f"{name} has a condition, and cannot have a guard"
+        note = Note("join both with `and` in the condition, or delete the guard")
         report.error(Code.BAD_TRIGGER, message, report.place(transition, transition.guard), [note])
 
 
@@ -195,22 +200,24 @@ def _check_time(transition: Transition, report: Report) -> None:
     place = report.place(transition, transition.trigger)
     if delay(transition.trigger) is None:
         written = transition.trigger.text.strip()[:40]
-        message = f"the time of {name} is a positive number of milliseconds, not `{written}`"
+        message = f"the time of {name} must be a positive number of milliseconds, not `{written}`"
         report.error(Code.BAD_TRIGGER, message, place)
     elif milliseconds(transition.trigger) is None:
-        note = Note("write a condition that is `True`, if no time is meant")
-        report.warning(Code.NO_TIME, f"{name} waits for no time: it fires in the next cycle", place, [note])
+        note = Note("if no time is meant, write the condition `True`")
+        report.warning(Code.NO_TIME, f"{name} does not wait: it fires in the next cycle", place, [note])
 
 
 def _check_priority(transition: Transition, first: dict[tuple[int, int], Transition], report: Report) -> None:
-    """Check a priority; `first` are the transitions before it by their origin and priority."""
+    """Check a priority; `first` are the earlier transitions by origin and priority."""
     priority = transition.priority
     if priority.is_blank:
         return
     number = _number(transition)
     if number is None:
         written = priority.text.strip()[:40]
-        message = f"the priority of {transition_label(transition)} is a whole number from 1, not `{written}`"
+        message = (
+            f"the priority of {transition_label(transition)} must be a positive integer, not `{written}`"
+        )
         report.error(Code.BAD_PRIORITY, message, report.place(transition, priority))
         return
     other = first.setdefault((transition.origin, number), transition)
@@ -218,7 +225,7 @@ def _check_priority(transition: Transition, first: dict[tuple[int, int], Transit
         who = f"{transition_label(transition)} has priority {number}"
         message = f"{who}, as {transition_label(other)} out of the same state"
         place = report.place(other, other.priority)
-        note = Note("of two equal priorities the first in the document counts", place)
+        note = Note("of two equal priorities the first in the document is used", place)
         report.warning(Code.EQUAL_PRIORITIES, message, report.place(transition, priority), [note])
 
 

@@ -277,7 +277,7 @@ def parse_import(text: Text) -> tuple[str, ast.Import | ast.ImportFrom]:
     except SyntaxError:
         body = []
     if len(body) != 1 or not isinstance(body[0], ast.Import | ast.ImportFrom) or "\n" in statement:
-        message = f"`{written[:60]}` is no library: write `cv2`, `numpy as np` or `from math import pi`"
+        message = f"`{written[:60]}` is not a library: write `cv2`, `numpy as np` or `from math import pi`"
         raise CodeError(message, text.line, text.column)
     if isinstance(body[0], ast.ImportFrom) and body[0].module == "__future__":
         raise CodeError("`__future__` changes how a file is read, and is no library", text.line, text.column)

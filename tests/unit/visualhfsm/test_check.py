@@ -52,7 +52,7 @@ def test_a_warning_fails_only_when_it_is_strict(tmp_path: Path) -> None:
     assert run(path).exit_code == 0
     result = run(path, "--strict")
     assert result.exit_code == 1
-    assert "doubtful.xml:3:91: warning[W521]: nothing reads the variable `distance`" in result.stderr
+    assert "doubtful.xml:3:91: warning[W521]: the variable `distance` is never read" in result.stderr
     assert "^~~~~~~~" in result.stderr
     assert result.stdout == "1 document: 1 warning\n"
 
@@ -113,7 +113,7 @@ def test_what_is_imported_is_checked_at_its_own_place(tmp_path: Path) -> None:
     stub = '<SubAutomata id="2" idFather="1"><import automaton="0">library.xml</import></SubAutomata>'
     path = write(tmp_path, "main.xml", document(sub(1, 0, state(1, "search", initial=True, child=2)), stub))
     result = run(path)
-    assert "library.xml:3:91: warning[W521]: nothing reads the variable `distnace`" in result.stderr
+    assert "library.xml:3:91: warning[W521]: the variable `distnace` is never read" in result.stderr
 
 
 def test_a_property_that_holds_is_told(tmp_path: Path) -> None:

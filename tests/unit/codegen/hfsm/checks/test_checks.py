@@ -90,7 +90,7 @@ def test_a_complete_document_has_no_problem(path: Path) -> None:
         ((sub(1, 0, A, B, transition(1, 1, 9, "True")),), "5:1: E514: transition 1 enters state 9, which"),
         ((sub(1, 0, A, B, transition(1, 8, 2, "True")),), "5:1: E514: transition 1 leaves state 8, which"),
         ((sub(1, 0, A, B, transition(1, 1, 2, "1", type="never")),), "E515: transition 1 has the type `never`"),
-        ((sub(1, 0, A, period="soon"),), "E516: `iteration_time` is a positive number of milliseconds, not `soon`"),
+        ((sub(1, 0, A, period="soon"),), "E516: `iteration_time` must be a positive number of milliseconds, not `soon`"),
         ((sub(1, 0, A, period="0"),), "E516: `iteration_time`"),
         ((sub(1, 0, A, period="nan"),), "E516: `iteration_time`"),
     ],
@@ -103,7 +103,7 @@ def test_faults_of_the_structure(path: Path, parts: tuple[str, ...], expected: s
 @pytest.mark.parametrize("time", ["", "soon", "-5", "inf", "nan", "1_000", "1e300", "-1e-300"])
 def test_a_time_that_is_no_positive_number(path: Path, time: str) -> None:
     text = document(sub(1, 0, A, B, transition(1, 1, 2, time, type="time", name="tired")))
-    assert "E515: the time of transition `tired` is a positive number of milliseconds" in one(
+    assert "E515: the time of transition `tired` must be a positive number of milliseconds" in one(
         errors(path, text)
     )
 
@@ -129,7 +129,7 @@ def test_a_time_that_is_no_positive_number(path: Path, time: str) -> None:
         ("from math import *", "E520: `import *` has no place here"),
         ("self = 3", "E520: `self` is the component"),
         ("x: int = 3", "E520: `x` is shared by all code of its automaton: annotate it in the variables"),
-        ("State = 3", "E521: `State` is a name that the component needs"),
+        ("State = 3", "E521: `State` is a reserved name"),
         ("(" * 300 + ")" * 300, "E520"),
     ],
 )
@@ -170,7 +170,7 @@ def test_variables_and_functions_are_checked(path: Path) -> None:
     assert [problem.split(": ", 1)[1] for problem in found] == [
         "E520: `return` has no place in the variables",
         "E520: not valid Python: expected an indented block after function definition on line 1",
-        "E523: a second function is called `g`",
+        "E523: a second function has the name `g`",
     ]
 
 
@@ -195,7 +195,7 @@ def test_functions_that_cannot_stand_in_a_class(path: Path, code: str, expected:
         ("def f(): nonlocal q", "E520: not valid Python: no binding for nonlocal 'q' found"),
         ("from __future__ import annotations", "E520: `from __future__` has no place here"),
         ("a: (b := 1) = 2", "E520: not valid Python: 'named expression' can not be used"),
-        ("global zz; zz = 1", "E520: `global zz` makes `zz` a name of the whole file"),
+        ("global zz; zz = 1", "E520: `global zz` makes `zz` global in the file"),
     ],
 )
 def test_variables_that_cannot_stand_in_a_function(path: Path, code: str, expected: str) -> None:
@@ -208,7 +208,7 @@ def test_variables_that_cannot_stand_in_a_function(path: Path, code: str, expect
 @pytest.mark.parametrize("name", ["send", "sleep"])
 def test_variables_that_send_or_sleep(path: Path, name: str) -> None:
     variables = f"later = lambda: self.{name}(1)\nself.{name}(2)"
-    expected = f"6:1: E520: `self.{name}` is for entry code: no automaton runs when variables are set"
+    expected = f"6:1: E520: `self.{name}` is for entry code: no automaton runs yet when variables are set"
     assert errors(path, document(sub(1, 0, A, variables=variables))) == [expected]
     functions = f"def {name}(self, x): pass"
     assert errors(path, document(sub(1, 0, A, variables=variables, functions=functions))) == []
@@ -241,7 +241,7 @@ def test_functions_that_collide(path: Path) -> None:
     assert any(
         "`self.automaton` belongs to every component: rename the function" in problem for problem in found
     )
-    assert any(problem.startswith("13:1: E523: a second function is called `f`") for problem in found)
+    assert any(problem.startswith("13:1: E523: a second function has the name `f`") for problem in found)
     assert any("`head` is both an interface and a function" in problem for problem in found)
 
 
@@ -258,8 +258,8 @@ def test_functions_that_collide(path: Path) -> None:
             "E530: `\N{FULLWIDTH LATIN SMALL LETTER C}lock` cannot",
         ),
         (head(name="sleep"), "E530: `self.sleep` belongs to every component"),
-        (head() + head(), "E530: a second interface is called `head`"),
-        (head(identity="He/ad"), "E531: `He/ad` cannot be the identity of a servant"),
+        (head() + head(), "E530: a second interface has the name `head`"),
+        (head(identity="He/ad"), "E531: `He/ad` is not a valid identity of a servant"),
     ],
 )
 def test_interfaces_that_cannot_be_connected(path: Path, interface: str, expected: str) -> None:
@@ -275,7 +275,7 @@ def test_an_interface_that_two_packages_have_needs_its_scope(path: Path, tmp_pat
     (tmp_path / "lab").mkdir()
     (tmp_path / "lab" / "__init__.py").write_text("class PoseHeadPrx(object):\n    pass\n")
     found = one(problems(path, document(sub(1, 0, A), config=head()), include=(tmp_path,)))
-    assert "`PoseHead` may be `nao::PoseHead`, `lab::PoseHead`: write which" in found
+    assert "`PoseHead` is ambiguous: write `nao::PoseHead` or `lab::PoseHead`" in found
 
 
 def test_a_folder_that_python_cannot_import_is_no_package(path: Path, tmp_path: Path) -> None:
@@ -289,7 +289,7 @@ def test_libraries_that_are_none(path: Path) -> None:
     text = document(sub(1, 0, A), libraries=("import", "a; b", "State", "numpy as np", future))
     found = problems(path, text)
     assert [problem.split(": ", 1)[1][:30] for problem in found] == [
-        "E520: `import` is no library: ", "E520: `a; b` is no library: wr", "E521: `State` is a name that t",
+        "E520: `import` is not a librar", "E520: `a; b` is not a library:", "E521: `State` is a reserved na",
         "E520: `__future__` changes how",
     ]  # fmt: skip
 
@@ -298,13 +298,13 @@ def test_libraries_that_are_none(path: Path) -> None:
 def test_a_component_that_would_hide_a_library(tmp_path: Path, library: str) -> None:
     (found,) = problems(tmp_path / f"{library}.xml", document(sub(1, 0, state(1, "only", initial=True))))
     assert found.endswith(
-        f"W540: its component {library}.py would hide the library `{library}`: rename the document"
+        f"W540: its component {library}.py would shadow the library `{library}`: rename the document"
     )
 
 
 def test_an_unknown_policy(path: Path) -> None:
     found = one(problems(path, document(sub(1, 0, A), head="<onerror>explode</onerror>")))
-    assert found.startswith("1:22: E510: `onerror` is `stop` or `continue`, not `explode`")
+    assert found.startswith("1:22: E510: `onerror` must be `stop` or `continue`, not `explode`")
 
 
 def test_names_that_are_empty_or_repeated_are_warned_of(path: Path) -> None:
@@ -334,4 +334,4 @@ def test_a_hundred_thousand_blank_lines_in_broken_code_are_read_once(path: Path)
 
 def test_a_file_that_a_person_wrote_is_not_overwritten(path: Path) -> None:
     path.with_suffix(".py").write_text("print('mine')\n")
-    assert "behavior.py was not made by codegen" in one(problems(path, document(sub(1, 0, A))))
+    assert "behavior.py was not generated by codegen" in one(problems(path, document(sub(1, 0, A))))

@@ -32,7 +32,7 @@ def test_the_place_is_that_in_the_document(path: Path, code: str) -> None:
     text = with_code(code)
     before = text[: text.index("distance")]
     line, column = before.count("\n") + 1, len(before) - before.rfind("\n")
-    assert problems(path, text) == [f"{line}:{column}: W520: nothing defines `distance`"]
+    assert problems(path, text) == [f"{line}:{column}: W520: `distance` is not defined"]
 
 
 def test_a_condition_that_is_no_expression_is_told_once(path: Path) -> None:
@@ -77,7 +77,7 @@ def test_an_extension_may_send_events(path: Path) -> None:
 def test_the_component_by_the_names_of_visualstates(path: Path) -> None:
     code = "self.globalNamespace.speed = 3\nself.rosNode.go(self.namespace.speed)\nself.interfaces.stop()"
     found = problems(path, with_code(code, functions="def go(self, speed):\n    pass"))
-    assert [problem.split(": ", 1)[1][:30] for problem in found] == ["W524: `self.stop` is no interf"]
+    assert [problem.split(": ", 1)[1][:30] for problem in found] == ["W524: `self.stop` is not an in"]
 
 
 def test_a_sleep_is_told_for_the_shortest_period_that_calls_it(path: Path) -> None:
@@ -88,7 +88,7 @@ def test_a_sleep_is_told_for_the_shortest_period_that_calls_it(path: Path) -> No
         fast,
     )
     (found,) = problems(path, text)
-    assert "W523: `self.sleep` waits for 0.5 s, longer than a period" in found
+    assert "W523: `self.sleep` waits for 0.5 s, longer than the period" in found
     assert problems(path, text.replace(">200<", ">600<")) == []
 
 

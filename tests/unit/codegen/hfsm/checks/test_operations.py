@@ -58,8 +58,8 @@ def test_operations_of_an_interface_and_its_bases_are_described(tmp_path: Path, 
     ("code", "warning"),
     [
         ("self.lamp.glow()", "W528: `lab::RedLamp` has no operation `glow`"),
-        ("self.lamp.light()", "W529: `light` is not given `_from`"),
-        ("self.lamp.light(1, 2, 3)", "W529: `light` takes 2 arguments, and is given 3"),
+        ("self.lamp.light()", "W529: `light` is called without `_from`"),
+        ("self.lamp.light(1, 2, 3)", "W529: `light` takes 2 arguments, but gets 3"),
     ],
 )
 def test_a_wrong_call_is_found_by_the_description(tmp_path: Path, code: str, warning: str) -> None:
