@@ -10,7 +10,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import pytest
 
@@ -22,9 +22,6 @@ from hfsm_runtime.tree import ChangeKind, Run, Tree
 
 from .errors import DocumentInvalid
 from .loading import read
-
-if TYPE_CHECKING:
-    from _pytest.terminal import TerminalReporter
 
 _OUTPUT: Final = "hfsm_coverage"
 
@@ -122,7 +119,7 @@ class CoverageSession:
         """Add what a worker has counted."""
         self.hits.update(getattr(node, "workeroutput", {}).get(_OUTPUT, {}))
 
-    def pytest_terminal_summary(self, terminalreporter: TerminalReporter) -> None:
+    def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
         """Print the table, the gaps, and whether the coverage is too low."""
         if self._covered is None:
             return

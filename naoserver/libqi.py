@@ -7,6 +7,7 @@ import threading
 import qi
 
 _lock = threading.Lock()
+_applications: list[object] = []
 
 
 def start_libqi() -> None:
@@ -16,5 +17,5 @@ def start_libqi() -> None:
     """
     with _lock:
         qi.logging.setLevel(qi.logging.ERROR)  # its messages go to standard output
-        if qi._app is None:
-            qi.Application(["naoserver", "--qi-log-level=1"], raw=True)
+        if not _applications:
+            _applications.append(qi.Application(["naoserver", "--qi-log-level=1"], raw=True))

@@ -15,17 +15,17 @@ import socket
 import sys
 import threading
 import webbrowser
-from collections.abc import AsyncGenerator, Callable, Iterable, Iterator, Sequence
+from collections.abc import AsyncGenerator, Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
 import uvicorn
+import websockets  # noqa: F401 - uvicorn loads it by name, once it serves
 from starlette.applications import Starlette
 from starlette.routing import Route, WebSocketRoute
 from starlette.types import ASGIApp
 from starlette.websockets import WebSocket, WebSocketDisconnect
-from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 
 from hfsm_command.cli import stop_on_signals
 from visualhfsm.errors import VisualHfsmError
@@ -42,6 +42,7 @@ LOOPBACK: Final = "127.0.0.1"
 
 _CLOSE_LIMIT: Final = 3  # s that answers under way may take at the end
 _PING_INTERVAL: Final = 20.0  # s
+_POLL_INTERVAL: Final = 0.1  # s
 _NOT_AVAILABLE: Final = 4404  # an own code, RFC 6455, section 7.4.2
 _LONGEST_REASON: Final = 60  # characters of up to 2 bytes; a reason has 123 bytes
 _DRAW_LIMIT: Final = 60.0  # s that a window may take to draw a frame: hidden ones draw rarely
@@ -103,7 +104,13 @@ class Server:
             for file in options.files:
                 await open_file(workspace, str(file.resolve()))
             app = make_app(workspace, self.credentials, options.hosts)
-            await _Uvicorn(_config(app, options.limits), self._stopping, started).serve([self._listener])
+            server = uvicorn.Server(_config(app, options.limits))
+            ending = asyncio.create_task(_end_at(self._stopping, server))
+            try:
+                started()  # connections wait in the queue of the socket, which listens
+                await server.serve([self._listener])
+            finally:
+                ending.cancel()
             for name in workspace.unsaved():
                 _logger.warning("%s has unsaved changes; they are offered when it is opened again", name)
 
@@ -166,7 +173,7 @@ def _config(app: ASGIApp, limits: Limits) -> uvicorn.Config:
         proxy_headers=False,
         server_header=False,
         timeout_graceful_shutdown=_CLOSE_LIMIT,
-        ws=WebSocketsSansIOProtocol,
+        ws="websockets-sansio",
         ws_max_size=limits.message_bytes,
         ws_per_message_deflate=False,  # on loopback it costs more than it saves
         ws_ping_interval=_PING_INTERVAL,
@@ -174,28 +181,10 @@ def _config(app: ASGIApp, limits: Limits) -> uvicorn.Config:
     )
 
 
-class _Uvicorn(uvicorn.Server):
-    """Leaves signals to its caller, reports when it takes connections, and ends at an event."""
-
-    def __init__(
-        self, config: uvicorn.Config, stopping: threading.Event, started: Callable[[], None]
-    ) -> None:
-        super().__init__(config)
-        self._stopping = stopping
-        self._report_started = started
-
-    @contextlib.contextmanager
-    def capture_signals(self) -> Iterator[None]:
-        yield
-
-    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
-        await super().startup(sockets)
-        if self.started:
-            self._report_started()
-
-    async def on_tick(self, counter: int) -> bool:
-        """Return whether to end; asked ten times a second."""
-        return self._stopping.is_set() or await super().on_tick(counter)
+async def _end_at(stopping: threading.Event, server: uvicorn.Server) -> None:
+    while not stopping.is_set():
+        await asyncio.sleep(_POLL_INTERVAL)
+    server.should_exit = True
 
 
 def _listen(port: int) -> socket.socket:
