@@ -18,6 +18,7 @@ from codegen.hfsm import read_document
 from codegen.hfsm.document import Document
 from tests.support.editor import Editor
 from tests.support.limits import LIMIT
+from tests.support.page_coverage import recorded
 
 __all__ = ["NO_CHROMIUM", "Connections", "EditorPage", "chromium", "chromium_path", "editor_page", "saved"]
 
@@ -218,9 +219,11 @@ def editor_page(
         viewport={"width": width, "height": height}, color_scheme="dark" if dark else "light"
     )
     try:
-        shown = EditorPage(context.new_page(), editor)
-        yield shown
-        assert not shown.mishaps, shown.mishaps
+        page = context.new_page()
+        with recorded(page):
+            shown = EditorPage(page, editor)
+            yield shown
+            assert not shown.mishaps, shown.mishaps
     finally:
         context.close()
 

@@ -1,0 +1,47 @@
+"""Record which parts of the page's modules run in Chromium, for `make coverage`."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import re
+import uuid
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
+
+from playwright.sync_api import Page
+
+from tests.support.places import ROOT
+
+__all__ = ["recorded"]
+
+STATIC = ROOT / "visualhfsm" / "web" / "static"
+
+
+@contextlib.contextmanager
+def recorded(page: Page) -> Iterator[None]:
+    """Write what a page runs as Node.js does with NODE_V8_COVERAGE, into the folder that PAGE_COVERAGE names."""
+    folder = os.environ.get("PAGE_COVERAGE")
+    if not folder:
+        yield
+        return
+    profiler = page.context.new_cdp_session(page)
+    profiler.send("Profiler.enable")
+    profiler.send("Profiler.startPreciseCoverage", {"callCount": True, "detailed": True})
+    yield
+    scripts = profiler.send("Profiler.takePreciseCoverage")["result"]
+    Path(folder).mkdir(parents=True, exist_ok=True)
+    (Path(folder) / f"coverage-{uuid.uuid4()}.json").write_text(
+        json.dumps({"result": list(_of_files(scripts))})
+    )
+
+
+def _of_files(scripts: list[dict[str, Any]]) -> Iterator[dict[str, Any]]:
+    """Give the scripts that are files of ours the address of the file, as in the unit tests."""
+    for script in scripts:
+        address = re.fullmatch(r"/static/\w+/(.+\.js)", urlsplit(script["url"]).path)
+        if address is not None:
+            yield {**script, "url": (STATIC / address[1]).as_uri()}
