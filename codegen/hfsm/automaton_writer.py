@@ -18,14 +18,14 @@ __all__ = ["AutomatonWriter", "CodeLines", "Line", "Method"]
 _LONGEST_LINE: Final = 110
 _EVENT: Final = "event: Event"
 _OURS: Final = RESERVED | {"Event", "Input", "bool", "float", "int", "object", "str"}
-"""Names that the method of an automaton may use itself."""
+"""Names that the generated method of an automaton may use."""
 
 
 @dataclass(frozen=True, slots=True)
 class CodeLines:
-    """Lines of the component that hold code of the document; `path` is the file in which that was written.
+    """Lines of the component with code of the document; `path` is the file that the code comes from.
 
-    `part`, `automaton` and `id` are what the source map says of it.
+    `part`, `automaton` and `id` go to the source map.
     """
 
     lines: Sequence[str]
@@ -37,14 +37,14 @@ class CodeLines:
 
 
 Line = str | CodeLines
-"""A line of the component that the generator writes, or a piece of code."""
+"""A generated line of the component, or a piece of code."""
 
 
 @dataclass(frozen=True, slots=True)
 class Method:
-    """A method that makes an automaton: how it is called for that, and whose automaton it is, in words.
+    """A method that creates an automaton: the call of it, and the owner of the automaton in words.
 
-    Several automata that are imported from one place share one, which takes the name and the id.
+    Automata that are imported from one place share a method, which takes the name and the id.
     """
 
     name: str
@@ -56,9 +56,9 @@ class Method:
 class AutomatonWriter:
     """Write the method of one automaton.
 
-    `automata` are all automata of the component by id, and `methods` the methods that make them. `name` is
-    that of the automaton, `path` and `source` are the file in which the automaton stands and what messages
-    call it, where that is not the document itself. `needs` are the names that it takes from `hfsm_runtime`.
+    `automata` are all automata of the component by id, and `methods` the methods that create them. `name` is
+    that of the automaton. `path` is the file of an imported automaton, and `source` its name in messages.
+    `needs` are the names that the method uses from `hfsm_runtime`.
     """
 
     def __init__(
@@ -98,7 +98,7 @@ class AutomatonWriter:
 
     @property
     def needs(self) -> set[str]:
-        """The names that have to be imported for it."""
+        """The names that the method needs from `hfsm_runtime`."""
         automaton = self._automaton
         names = {"Automaton", "State"}
         names |= {"Input"} if automaton.inputs else set()
@@ -125,7 +125,7 @@ class AutomatonWriter:
             yield self._code_lines(variables.code.indented(2), ("variables", 0), variables.code)
             declared |= variables.bound
         if self._shared - declared:
-            yield "        # Shared by the code below, and without a value until some of it assigns one."
+            yield "        # Shared by the code below; they have no value until some of it assigns one."
             yield from (f"        {name}: object" for name in sorted(self._shared - declared))
         yield from self._functions
         yield ""
@@ -154,7 +154,7 @@ class AutomatonWriter:
         yield "        )"
 
     def _inputs(self) -> str:
-        """Write the function that sets the inputs and return its name; empty without inputs."""
+        """Write the function that sets the inputs and return its name, empty if there are no inputs."""
         inputs = self._automaton.inputs
         if not inputs:
             return ""
@@ -169,7 +169,7 @@ class AutomatonWriter:
         return function
 
     def _state(self, index: int, state: State) -> list[str]:
-        """Write the code of a state as functions; return what its constructor takes."""
+        """Write the code of a state as functions; return the arguments of its constructor."""
         arguments = [quoted(state.name)]
         if state.id != index + 1:
             arguments.append(f"id={state.id}")
@@ -190,12 +190,12 @@ class AutomatonWriter:
         return arguments
 
     def _transition_code(self, transition: Transition) -> list[str]:
-        """Write guard and code of a transition as functions; return what its constructor takes for them."""
+        """Write the guard and code of a transition as functions; return the arguments for them."""
         guard, code = self._code.of("guard", transition), self._code.of("fired", transition)
         parameter = _EVENT if transition.type == "event" else ""
         arguments = []
         if transition.type == "condition":
-            # The origin took a condition that is not written yet for one that never holds.
+            # With the original generator, too, an empty condition never holds.
             guard_or_never = guard or Code(("False",), transition.trigger.line)
             function = self._function("guard", "trigger", transition, guard_or_never)
             arguments.append(f"guard={function}")
@@ -206,7 +206,7 @@ class AutomatonWriter:
         return arguments
 
     def _transition(self, index: int, transition: Transition) -> list[str]:
-        """Return what the constructor of a transition takes."""
+        """Return the arguments of a transition's constructor."""
         trigger, priority = transition.trigger, transition.priority.text.strip()
         arguments = [quoted(transition.name)]
         arguments += [self._by_id[transition.origin], self._by_id[transition.destination]]
@@ -224,7 +224,7 @@ class AutomatonWriter:
     def _function(
         self, kind: str, part: str, owner: State | Transition, written: Piece | Code, parameter: str = ""
     ) -> str:
-        """Write a piece of code, or an expression of ours, as a nested function; return its name."""
+        """Write a piece of code, or a generated expression, as a nested function; return its name."""
         function = self._unused(f"{kind}_{identifier(owner.name, str(owner.id))}", owner.id)
         lines = self._functions
         lines += ["", f"        def {function}({parameter}):"]
@@ -246,7 +246,7 @@ class AutomatonWriter:
         return [f"            nonlocal {', '.join(sorted(names))}"] if names else []
 
     def _arguments(self, state: State) -> str:
-        """Write the function that returns what a state hands to the automata below; return its name."""
+        """Write the function that returns the arguments for the automata below a state; return its name."""
         function = self._unused(f"arguments_{identifier(state.name, str(state.id))}", state.id)
         children = [child for child in state.children if child in self._automata]
         by_child: dict[int, list[tuple[str, Piece]]] = {}
@@ -276,7 +276,7 @@ class AutomatonWriter:
         return function
 
     def _expression(self, before: str, what: tuple[str, int], piece: Piece, end: str = "") -> list[Line]:
-        """Return an expression with what stands around it: on one line, or between parentheses."""
+        """Return an expression between two texts: on one line, or in parentheses."""
         code = piece.code
         if len(code.lines) == 1 and "#" not in code.lines[0] and not piece.bound:
             return [self._code_lines([f"{before}{code.lines[0]}{end}"], what, code)]
@@ -285,18 +285,18 @@ class AutomatonWriter:
         return [f"{before}(", lines, f"{indent}){end}"]
 
     def _code_lines(self, lines: Sequence[str], what: tuple[str, int], code: Code) -> CodeLines:
-        """Return lines with code; `what` it is are its part, and the id of the state or the transition."""
+        """Return lines with code; `what` has its part, and the id of the state or the transition."""
         return CodeLines(lines, code, self._path, what[0], self._automaton.id, what[1])
 
     def _unused(self, wanted: str, number: int = 1) -> str:
-        """Return a name that nothing in the automaton has, and take it."""
+        """Return a name that is unused in the automaton, and reserve it."""
         name = unique(wanted, number, self._taken)
         self._taken.add(name)
         return name
 
 
 def _call(name: str, arguments: Sequence[str], level: int, end: str = "") -> list[str]:
-    """Return a call: on one line, or with a line for each argument where that is too long."""
+    """Return a call on one line, or with one line per argument if that is too long."""
     indent = INDENT * level
     line = f"{indent}{name}({', '.join(arguments)}){end}"
     if len(line) <= _LONGEST_LINE:
@@ -305,7 +305,7 @@ def _call(name: str, arguments: Sequence[str], level: int, end: str = "") -> lis
 
 
 def _tuple(name: str, items: Sequence[str]) -> list[str]:
-    """Return an argument that is a tuple of names."""
+    """Return a keyword argument whose value is a tuple of names."""
     line = f"            {name}=({', '.join(items)}{',' if len(items) == 1 else ''}),"
     if len(line) <= _LONGEST_LINE:
         return [line]
@@ -313,5 +313,5 @@ def _tuple(name: str, items: Sequence[str]) -> list[str]:
 
 
 def _default(item: Parameter) -> str | None:
-    """Return the default of an input as Python, None without one."""
+    """Return the default of an input as Python, or None if it has none."""
     return None if item.default.is_blank else literal(parse_value(item.type.text.strip(), item.default))

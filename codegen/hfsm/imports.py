@@ -1,9 +1,9 @@
-"""Resolve what a document imports: automata of other files take the place of those that stand for them.
+"""Resolve the imports of a document: replace the automata that import by those of the other files.
 
-What comes out is one document whose imported parts know their file. The automaton that stands for an imported
-one keeps its id and its owner; those below it get the id `1000 * its id + their own`, or the next that is
-free. Libraries, interfaces, parameters, events and functions of the other file come along; properties of its
-own do not.
+The result is one document whose imported parts know their file. An imported automaton has the id and the
+owner of the automaton that imports it; those below it get the id `1000 * its id + their own id`, or the next
+free one. Libraries, interfaces, parameters, events and functions of the other file are imported as well, its
+properties are not.
 """
 
 from __future__ import annotations
@@ -37,9 +37,9 @@ from .formats.reader import read_document
 __all__ = ["resolve"]
 
 _MAX_DEPTH: Final = 16
-"""Files that import one another in a row."""
+"""The longest chain of files that import one another."""
 _MAX_AUTOMATA: Final = 10_000
-"""Automata that a document may have in all."""
+"""The most automata in a document, with those that are imported."""
 _MAX_ID: Final = 2**31 - 1
 _IDS_EACH: Final = 1000
 
@@ -50,21 +50,21 @@ _NodeT = TypeVar("_NodeT", bound=Node)
 def resolve(
     document: Document, path: Path, diagnostics: Diagnostics, include: Sequence[Path] = ()
 ) -> Document:
-    """Return a document with everything that it imports, or with as much of it as could be had after errors.
+    """Return a document with everything that it imports; after errors, with as much as possible.
 
-    `path` is where the document lies. Imported files lie in its directory, below it, or below one of the
-    directories `include`.
+    `path` is that of the document. Imported files must be in or below its directory, or below one of the
+    directories in `include`.
     """
     if not any(automaton.imported for automaton in document.automata):
         return document
     resolver = _Resolver(path, tuple(include), diagnostics)
     resolved = _share_functions(resolver.resolve(document, path, (_Stacked(path.resolve(), None),)))
-    # What is imported twice has texts of its own each time: an analysis knows code by its text.
+    # Text is copied if it is imported twice, since an analysis identifies code by its text object.
     return change_code(resolved, replace)
 
 
 class _Stacked(NamedTuple):
-    """A file that is being resolved, and where it is imported; the outermost has no such place."""
+    """A file that is being resolved, and the place that imports it, None for the outermost file."""
 
     file: Path
     place: Location | None
@@ -72,7 +72,7 @@ class _Stacked(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class _Part:
-    """An automaton of a document with all below it."""
+    """An automaton of a document with all automata below it."""
 
     document: Document
     automata: tuple[Automaton, ...]
@@ -85,7 +85,7 @@ class _Resolver:
         self._documents: dict[Path, Document | None] = {}
 
     def resolve(self, document: Document, path: Path, stack: tuple[_Stacked, ...]) -> Document:
-        """Return a document with what it imports; `stack` are the files that import it, and itself."""
+        """Return a document with its imports; `stack` has the files that import it, and itself."""
         automata: list[Automaton] = []
         taken = {automaton.id for automaton in document.automata}
         for stub in document.automata:
@@ -93,7 +93,7 @@ class _Resolver:
             if part is None:
                 automata.append(stub)
             elif len(automata) + len(part.automata) > _MAX_AUTOMATA:
-                message = f"more than {_MAX_AUTOMATA} automata in all"
+                message = f"more than {_MAX_AUTOMATA} automata in total"
                 self._error(Code.IMPORT_WITHOUT_END, message, _place(stub, path))
                 break
             else:
@@ -105,11 +105,11 @@ class _Resolver:
     def _part(
         self, stub: Automaton, imported: Import, path: Path, stack: tuple[_Stacked, ...]
     ) -> _Part | None:
-        """Return what an automaton stands for, or None after an error."""
+        """Return the part that an automaton imports, or None after an error."""
         place = _place(imported, path)
         if stub.states or stub.transitions or stub.inputs:
-            message = f"automaton {stub.id} is imported, and has states, transitions or inputs of its own"
-            note = Note("what belongs to it stands in the imported file")
+            message = f"automaton {stub.id} is imported, but also has states, transitions or inputs here"
+            note = Note("they belong into the imported file")
             self._error(Code.IMPORT_OF_WRONG_KIND, message, place, note)
             return None
         file = self._find(imported, path, place)
@@ -120,7 +120,7 @@ class _Resolver:
             return None
         top = document.automaton(imported.automaton) if imported.automaton != NO_CHILD else document.root
         if top is None:
-            wanted = f"no automaton {imported.automaton}" if imported.automaton else "not one root"
+            wanted = f"no automaton {imported.automaton}" if imported.automaton else "not exactly one root"
             self._error(Code.IMPORT_OF_WRONG_KIND, f"`{_shown(imported)}` has {wanted}", place)
             return None
         return _Part(document, tuple(_with_all_below(top, document)))
@@ -129,12 +129,12 @@ class _Resolver:
         """Return the path of an imported file, or None after an error."""
         name = imported.file.text.strip()
         if not name:
-            message = "the import names no file: write one, relative to this document"
+            message = "the import has no file: write its path, relative to this document"
             self._error(Code.IMPORT_OUTSIDE_DIRECTORY, message, place)
             return None
         shown = f"`{_shown(imported)}`"
         if PurePosixPath(name).is_absolute() or PureWindowsPath(name).drive or "\0" in name:
-            message = f"{shown} is no path relative to this document"
+            message = f"{shown} is not a path relative to this document"
             self._error(Code.IMPORT_OUTSIDE_DIRECTORY, message, place)
             return None
         searched = (path.parent, *self._directories[1:])
@@ -144,12 +144,12 @@ class _Resolver:
             if any(file.resolve().is_relative_to(directory) for directory in allowed):
                 return file
         if found:
-            note = Note("allow the directory that it lies in with -I")
-            message = f"{shown} lies outside the directory of the document"
+            note = Note("allow its directory with -I")
+            message = f"{shown} is outside the directory of the document"
             self._error(Code.IMPORT_OUTSIDE_DIRECTORY, message, place, note)
         else:
             note = Note(f"searched in {', '.join(map(str, searched))}")
-            self._error(Code.IMPORT_NOT_FOUND, f"{shown} is not there", place, note)
+            self._error(Code.IMPORT_NOT_FOUND, f"{shown} is not found", place, note)
         return None
 
     def _may_follow(self, file: Path, place: Location, stack: tuple[_Stacked, ...]) -> bool:
@@ -161,13 +161,13 @@ class _Resolver:
             self._error(Code.IMPORT_WITHOUT_END, f"the files import one another: {circle}", place, *notes)
             return False
         if len(stack) > _MAX_DEPTH:
-            message = f"more than {_MAX_DEPTH} files import one another in a row"
+            message = f"more than {_MAX_DEPTH} files import one another in a chain"
             self._error(Code.IMPORT_WITHOUT_END, message, place)
             return False
         return True
 
     def _document(self, file: Path, place: Location, stack: tuple[_Stacked, ...]) -> Document | None:
-        """Return the document in a file with what it imports itself, or None after an error."""
+        """Return the document in a file with its imports, or None after an error."""
         key = file.resolve()
         if key not in self._documents:
             document = read_document(file, self._diagnostics)
@@ -182,9 +182,9 @@ class _Resolver:
         return self._documents[key]
 
     def _merge(self, document: Document, other: Document, path: Path) -> Document:
-        """Return a document with what another one declares; what both declare is there once.
+        """Return a document with the declarations of another one; equal ones are merged.
 
-        What they declare differently under one name is reported. `path` is where the document lies.
+        Different declarations of one name are reported. `path` is that of the document.
         """
         return replace(
             document,
@@ -202,11 +202,11 @@ class _Resolver:
         path: Path,
         meaning: Callable[[_N], object],
     ) -> tuple[_N, ...]:
-        """Return both lists with each name once; `meaning` is what must be the same of one name."""
+        """Return both lists with each name once; `meaning` must be equal for equal names."""
         known = {item.name: item for item in own}
         for item in others:
             if item.name in known and meaning(item) != meaning(known[item.name]):
-                message = f"the {kind} `{item.name}` is another one than that of the same name"
+                message = f"the {kind} `{item.name}` differs from the one of the same name"
                 note = Note("the other one is here", _place(known[item.name], path))
                 self._error(Code.CONTRADICTING_IMPORTS, message, _place(item, path), note)
         return own + tuple(item for item in others if item.name not in known)
@@ -214,14 +214,16 @@ class _Resolver:
     def _merge_libraries(
         self, own: tuple[Library, ...], others: tuple[Library, ...], path: Path
     ) -> tuple[Library, ...]:
-        """Return both lists; a name that they bind to different things is reported."""
+        """Return both lists; report a name that they bind to different things."""
         written = {library.name.text.strip() for library in own}
         known = {name: (target, each) for each in own for name, target in library_names(each).items()}
         new = [library for library in others if library.name.text.strip() not in written]
         for library in new:
             for name, target in library_names(library).items():
                 if name in known and known[name][0] != target:
-                    message = f"the library `{library.name.text.strip()}` and another one are both `{name}`"
+                    message = (
+                        f"the library `{library.name.text.strip()}` and another one are both named `{name}`"
+                    )
                     note = Note("the other one is here", _place(known[name][1], path))
                     self._error(Code.CONTRADICTING_IMPORTS, message, _place(library, path), note)
         return (*own, *new)
@@ -231,7 +233,7 @@ class _Resolver:
 
 
 def _take_id(wanted: int, taken: set[int]) -> int:
-    """Take an id for an automaton, or the next that is free."""
+    """Reserve an id for an automaton, or the next free one."""
     number = wanted if 0 < wanted <= _MAX_ID else 1
     while number in taken:
         number = number + 1 if number < _MAX_ID else 1
@@ -240,7 +242,7 @@ def _take_id(wanted: int, taken: set[int]) -> int:
 
 
 def _with_all_below(top: Automaton, document: Document) -> Iterator[Automaton]:
-    """Yield an automaton and all below it, each before its children and each once."""
+    """Yield an automaton and all below it, parents first and each once."""
     left = {automaton.id: automaton for automaton in reversed(document.automata)}
     pending = [top.id]
     while pending:
@@ -251,7 +253,7 @@ def _with_all_below(top: Automaton, document: Document) -> Iterator[Automaton]:
 
 
 def _graft(automata: Sequence[Automaton], stub: Automaton, taken: set[int]) -> Iterator[Automaton]:
-    """Yield automata of another document, the topmost first, as they stand in place of `stub`."""
+    """Yield automata of another document, the topmost first, as the replacement of `stub`."""
     top, *below = automata
     numbers = {top.id: stub.id}
     numbers.update({each.id: _take_id(_IDS_EACH * stub.id + each.id, taken) for each in below})
@@ -275,7 +277,7 @@ def _renumbered(state: State, numbers: Mapping[int, int]) -> State:
 
 
 def _other_functions(part: _Part) -> Iterator[Functions]:
-    """Yield the functions of a document that stand in none of the automata that are imported from it."""
+    """Yield the functions of a document that belong to none of its imported automata."""
     yield from part.document.functions
     inside = {automaton.id for automaton in part.automata}
     for automaton in part.document.automata:
@@ -284,7 +286,7 @@ def _other_functions(part: _Part) -> Iterator[Functions]:
 
 
 def _share_functions(document: Document) -> Document:
-    """Return a document in which functions of a file that is imported several times stand once."""
+    """Return a document without repeated functions of files that are imported several times."""
     seen: set[tuple[Path | None, int, int]] = set()
 
     def is_new(text: Text, path: Path | None) -> bool:
@@ -304,7 +306,7 @@ def _share_functions(document: Document) -> Document:
 
 
 def _located(node: _NodeT, path: Path) -> _NodeT:
-    """Return a part of a document, and all inside it, that knows the file from which it comes."""
+    """Return a part of a document in which every node has the path of its file."""
     lists = {each.name: getattr(node, each.name) for each in fields(node)}
     changes: dict[str, Any] = {
         name: tuple(_located(item, path) if isinstance(item, Node) else item for item in value)

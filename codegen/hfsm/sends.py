@@ -1,4 +1,4 @@
-"""Know which events code sends, by whatever name it calls the component, and where that cannot be known."""
+"""Find which events code sends, under any name of the component, and where that is uncertain."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ __all__ = ["Sends", "sends_of", "unclear_sends"]
 
 _SEND: Final = frozenset({"send", "_hfsm_send"})
 _BY_NAME: Final = frozenset({"getattr", "attrgetter", "methodcaller", "__getattribute__"})
-"""What reads an attribute whose name is an argument."""
+"""Functions that read an attribute whose name is an argument."""
 _ANYTHING: Final = frozenset({"eval", "exec", "vars", "getmembers"})
 _ANY_ATTRIBUTE: Final = frozenset({"__dict__", "__getattribute__", "__getattr__"})
 _LOADERS: Final = frozenset({"__import__", "import_module"})
@@ -29,33 +29,33 @@ _KNOWN_LIBRARIES: Final = sys.stdlib_module_names | {
     "interfaces",
     "zenoh_ice",
 }
-"""Libraries that send no events, whatever they are given."""
+"""Libraries that send no events, whatever their arguments."""
 _HARMLESS: Final = frozenset({"print", "repr", "str", "id", "isinstance", "hasattr", "getattr", "type"})
 
 
 @dataclass(frozen=True, slots=True)
 class Sends:
-    """The events that code sends for certain, and whether it may send others: it is `unclear` from a line on.
+    """The events that code certainly sends; from the line `unclear` on it may send others.
 
-    With `hands_over` it gives the component another name, and so perhaps to a library.
+    With `self_escapes` it gives the component another name or passes it on, perhaps to a library.
     """
 
     names: frozenset[str] = frozenset()
     unclear: int | None = None
-    hands_over: bool = False
+    self_escapes: bool = False
 
 
 def unclear_sends(analysis: Analysis) -> list[Note]:
-    """Return the places of code of a document that may send any event."""
+    """Return notes about code of a document that may send any event."""
     found = []
     if analysis.extension is not None:
         place = Location(analysis.path)
-        found.append(Note("hand-written code beside the document may send any event", place))
+        found.append(Note("the hand-written extension may send any event", place))
     modules = {module.split(".")[0] for module in analysis.modules}
     unknown = not modules <= _KNOWN_LIBRARIES
     for text, path, piece in analysis.by_text.values():
         sends = _BROKEN if piece is None else sends_of(piece.tree)
-        if sends.unclear is not None or (unknown and sends.hands_over):
+        if sends.unclear is not None or (unknown and sends.self_escapes):
             line = (sends.unclear or 1) - (0 if piece is None else piece.header)
             place = Location(path, max(1, text.line), max(1, text.column))
             if piece is not None and line > 1:
@@ -69,7 +69,7 @@ _BROKEN: Final = Sends(unclear=1)
 
 @lru_cache(maxsize=4096)
 def sends_of(tree: ast.Module) -> Sends:
-    """Return which events a piece of Python sends."""
+    """Return the events that a piece of Python sends."""
     names: set[str] = set()
     lines: list[int] = []
     understood: set[ast.AST] = set()
@@ -82,11 +82,11 @@ def sends_of(tree: ast.Module) -> Sends:
                 lines.append(node.lineno)
         elif node not in understood and _may_send(node):
             lines.append(getattr(node, "lineno", 1))
-    return Sends(frozenset(names), min(lines, default=None), any(_handed_over(tree)))
+    return Sends(frozenset(names), min(lines, default=None), any(_self_escapes(tree)))
 
 
 def _sent(call: ast.Call, function: ast.Attribute) -> tuple[set[str], bool]:
-    """Return the events that a call of `send` sends, and whether these are all."""
+    """Return the events that a call of `send` sends, and whether the list is complete."""
     arguments = list(call.args)
     if not _is_self(function.value) and arguments and _is_self(arguments[0]):
         del arguments[0]  # `Component.send(self, "x")`
@@ -98,7 +98,7 @@ def _sent(call: ast.Call, function: ast.Attribute) -> tuple[set[str], bool]:
 
 
 def _values(node: ast.expr) -> list[object] | None:
-    """Return what an expression may be, None when that is not known."""
+    """Return the possible values of an expression, or None if they are unknown."""
     if isinstance(node, ast.Constant):
         return [node.value]
     if not isinstance(node, ast.IfExp):
@@ -108,7 +108,7 @@ def _values(node: ast.expr) -> list[object] | None:
 
 
 def _may_send(node: ast.AST) -> bool:
-    """Return whether a node, which is no call of `send` as it is written, may lead to one."""
+    """Return whether a node that is not a plain call of `send` may call it."""
     match node:
         case ast.Attribute(value=ast.Name(id="builtins" | "__builtins__")):
             return True
@@ -123,7 +123,7 @@ def _may_send(node: ast.AST) -> bool:
         case ast.alias(name=name):
             return name in _ANYTHING | _LOADERS | _BY_NAME
         case ast.FunctionDef(name=name) | ast.AsyncFunctionDef(name=name) | ast.ClassDef(name=name):
-            return name in _SEND  # what it does with its arguments is not known
+            return name in _SEND  # what it does with its arguments is unknown
         case ast.Call(func=ast.Name(id=name) | ast.Attribute(attr=name), args=arguments) if name in _BY_NAME:
             place = 1 if name == "getattr" else 0
             return not arguments[place:] or not all(
@@ -133,7 +133,7 @@ def _may_send(node: ast.AST) -> bool:
 
 
 def _is_another(name: ast.expr) -> bool:
-    """Return whether the name of an attribute, which may be computed, is certainly not that of `send`."""
+    """Return whether the name of an attribute, which may be computed, is certainly not `send`."""
     match name:
         case ast.Constant(value=str() as value):
             return value not in _SEND
@@ -143,8 +143,8 @@ def _is_another(name: ast.expr) -> bool:
     return False
 
 
-def _handed_over(tree: ast.AST) -> Iterator[bool]:
-    """Yield for each use of the component itself whether that gives it to somebody."""
+def _self_escapes(tree: ast.AST) -> Iterator[bool]:
+    """Yield for each use of the component itself whether it is passed on or gets another name."""
     harmless: set[ast.AST] = set()
     names = {"self"}
     for node in all_nodes(tree):

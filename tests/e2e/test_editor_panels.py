@@ -281,7 +281,7 @@ def test_what_is_wrong_with_a_parameter_is_told_at_its_field(shown: EditorPage) 
     field = add(shown, "parameter", "speed").get_by_label("Default", exact=True)
     field.fill("fast")
     expect(field).to_have_attribute("aria-invalid", "true")
-    expect(field).to_have_accessible_description(re.compile("no literal of Python"))
+    expect(field).to_have_accessible_description(re.compile("not a Python literal"))
     field.fill("1.5")
     expect(field).not_to_have_attribute("aria-invalid", "true")
 

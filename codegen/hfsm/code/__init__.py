@@ -1,6 +1,6 @@
-"""The code that people typed into a document.
+"""Tools for the code in a document.
 
-`language` finds it and recognizes C++, `python2` fixes what is old, `text` parses it and refuses what
-cannot run, and `scopes` knows which names are local to it. `values` reads typed values and times, and `names`
-makes names that Python takes. `analysis`, beside this package, is what the tools share of all code.
+`language` finds it and recognizes C++, `python2` converts Python 2, `text` parses it and rejects what cannot
+run, and `scopes` finds its local names. `values` reads typed values and times, and `names` creates valid
+names for Python. The module `analysis`, next to this package, holds the results for a whole document.
 """

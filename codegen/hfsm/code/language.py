@@ -1,6 +1,6 @@
 """Find the code of a document, and recognize Python 2 and C++.
 
-Old documents do not name their language. What a person jots down as a placeholder is neither.
+Old documents do not name their language. A placeholder in words is neither Python nor C++.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ _PYTHON: Final = ("", "python", "py", "python3")
 
 
 class CodeText(NamedTuple):
-    """A text with code that is not blank, what it is, and the file that it stands in."""
+    """A text with code, its description, and its file."""
 
     what: str
     text: Text
@@ -43,12 +43,12 @@ class CodeText(NamedTuple):
 
     @property
     def place(self) -> Location:
-        """Where its first character stands."""
+        """The place of its first character."""
         return Location(self.path, self.text.line, max(1, self.text.column))
 
 
 def code_of(document: Document, path: Path) -> Iterator[CodeText]:
-    """Yield the code of the automata in the order of the document, which lies at `path`."""
+    """Yield the code of the automata in the order of the document at `path`."""
     for automaton in document.automata:
         for what, text in _texts(automaton):
             if not text.is_blank:
@@ -74,7 +74,7 @@ def _texts(automaton: Automaton) -> Iterator[tuple[str, Text]]:
 
 
 def change_code(document: Document, change: Callable[[Text], Text]) -> Document:
-    """Return a document in which each piece of code that is not blank is what `change` makes of it."""
+    """Return a document in which `change` has been applied to each piece of code that is not blank."""
 
     def changed(text: Text) -> Text:
         return text if text.is_blank else change(text)
@@ -101,27 +101,27 @@ def change_code(document: Document, change: Callable[[Text], Text]) -> Document:
 
 
 def is_foreign(document: Document) -> bool:
-    """Return whether a document says that its code is in another language than Python."""
+    """Return whether the declared language of a document is not Python."""
     return document.language.text.strip().lower() not in _PYTHON
 
 
 def first_foreign(document: Document, path: Path) -> CodeText | None:
-    """Return the first code of another language in a document that says to be in one, or None without code.
+    """Return the first code of a document in another language, or None.
 
-    `path` is where the document lies.
+    The language is that which the document declares; `path` is that of the document.
     """
     found = list(code_of(document, path)) if is_foreign(document) else []
     return next((each for each in found if _is_cpp(each.text.text)), found[0] if found else None)
 
 
 def report_foreign(first: CodeText, language: str, diagnostics: Diagnostics, *notes: Note) -> None:
-    """Report that a document is in another language, by the `first` code of it."""
-    message = f"{language} in {first.what}: it is kept, but only Python runs here"
+    """Report that a document is in another language, at its `first` code."""
+    message = f"{language} in {first.what}: it is kept, but only Python can run"
     diagnostics.error(Code.FOREIGN_LANGUAGE, message, first.place, notes)
 
 
 def notes_about(code: str) -> list[Note]:
-    """Return in which language code may be that is no Python 3; none for code that is."""
+    """Return notes about the language of code that is not Python 3; none for code that is."""
     if parse_piece(code) is not None:
         return []
     try:
@@ -131,7 +131,7 @@ def notes_about(code: str) -> list[Note]:
         if python2_mark(code) is not None:
             return [Note(f"this may be Python 2: `visualhfsm convert --fix-python2` fixes it; {error}")]
     if _is_cpp(code):
-        return [Note("if the document is in C++, let it say so: `<language>C++</language>`")]
+        return [Note("if the document is in C++, declare it: `<language>C++</language>`")]
     return []
 
 
@@ -145,7 +145,7 @@ _PREPROCESSOR: Final = re.compile(
     re.MULTILINE,
 )
 _PYTHON_WORD: Final = re.compile(r"\b(?:and|False|in|is|lambda|None|not|or|self|True)\b")
-"""What makes Python of an expression that C++ might have, too."""
+"""Shows that an expression is Python, although it could also be C++."""
 _CPP: Final = re.compile(
     r"""[\w)\]]\s*->\s*[A-Za-z_]              # a member through a pointer
       | \b[A-Za-z_]\w*::~?[A-Za-z_]           # a scoped name
@@ -155,11 +155,11 @@ _CPP: Final = re.compile(
       | \b(?:NULL|nullptr|true|false)\b""",
     re.VERBOSE | re.MULTILINE,
 )
-"""What C++ has and Python has not, outside strings and comments of either."""
+"""Syntax of C++ that Python does not have, outside strings and comments."""
 
 
 def is_mostly_cpp(document: Document) -> bool:
-    """Return whether more lines of a document's code are C++ than Python; what is neither does not count."""
+    """Return whether more lines of a document's code are C++ than Python; other lines do not count."""
     lines = dict.fromkeys((True, False, None), 0)
     for each in code_of(document, Path()):
         code = each.text.text
@@ -168,17 +168,17 @@ def is_mostly_cpp(document: Document) -> bool:
 
 
 def _is_cpp(code: str) -> bool | None:
-    """Return whether a piece of code is C++; None where it is neither that nor Python of any age."""
+    """Return whether a piece of code is C++, or None if it is neither C++ nor Python 2 or 3."""
     if _PREPROCESSOR.search(code):
         return True  # to Python it is a comment
     if (tree := parse_piece(code)) is not None:
         if all(line.rstrip().endswith(";") for line in code.split("\n") if line.strip()):
-            return True  # `stop();` is valid Python, but nobody ends each line of Python so
+            return True  # `stop();` is valid Python, but nobody ends each line of Python like this
         is_neutral = all(isinstance(statement, ast.Expr) for statement in tree.body)
         return None if is_neutral and not _PYTHON_WORD.search(code) else False
     try:
         if python2_mark(code) is not None and fix_python2(code) is not None:
             return False
-    except ModuleNotFoundError:  # without fissix the mark is all that is known
+    except ModuleNotFoundError:  # without fissix there is only the mark
         return False
     return bool(_CPP_COMMENT.search(code) or _CPP.search(_NOISE.sub('""', code))) or None

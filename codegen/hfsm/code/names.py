@@ -1,4 +1,4 @@
-"""Turn what people call things into names that Python takes, and write values and texts down as Python."""
+"""Turn free names into valid names for Python, and write values and texts as Python."""
 
 from __future__ import annotations
 
@@ -27,19 +27,19 @@ __all__ = [
 RESERVED: Final = frozenset(
     {"Automaton", "Component", "Proxy", "SOURCE_MAP", "State", "Transition", "main", "self"}
 )
-"""Names that every generated component needs for itself; `reserved_names` returns those of one document."""
+"""Names that every generated component uses; `reserved_names` returns those of one document."""
 
 OLD_MODULES: Final = ("signal", "sys", "threading", "time", "traceback")
-"""What the origin's generators imported, and old documents therefore use without a library."""
+"""Modules that the original generators imported, so that old documents use them without a library."""
 
 _LONGEST_NAME: Final = 100
 
 
 def reserved_names(document: Document) -> frozenset[str]:
-    """Return the names that the component of a document needs for itself.
+    """Return the names that the generated code of a document uses.
 
-    Those of the language's later parts are taken only where the document uses them, so that older ones may go
-    on calling something `Event`.
+    Names of newer features are reserved only if the document uses them, so that older documents can still
+    have a variable `Event`.
     """
     names = set(RESERVED)
     if any(
@@ -54,7 +54,7 @@ def reserved_names(document: Document) -> frozenset[str]:
 
 
 def identifier(name: str, fallback: str) -> str:
-    """Return a name as a Python identifier: `go to wall` as `go_to_wall`; `fallback` when nothing is left."""
+    """Return a name as a Python identifier: `go to wall` as `go_to_wall`; `fallback` if nothing is left."""
     normal = unicodedata.normalize("NFKC", name)
     usable = "".join(character if f"a{character}".isidentifier() else " " for character in normal)
     joined = re.sub(r"_{2,}", "_", "_".join(usable.split())).strip("_")
@@ -66,20 +66,20 @@ def identifier(name: str, fallback: str) -> str:
 
 
 def component_name(stem: str) -> str:
-    """Return the name of a document's component, of ASCII letters alone: it is part of an identity."""
+    """Return the name of a document's component, in ASCII, since it is part of an identity."""
     plain = unicodedata.normalize("NFKD", stem).encode("ascii", "ignore").decode()
     return identifier(plain, "component")[:_LONGEST_NAME].rstrip("_")
 
 
 def camel_case(name: str) -> str:
-    """Return an identifier as the name of a class: `follow_ball` as `FollowBall`."""
+    """Return an identifier as a class name: `follow_ball` as `FollowBall`."""
     words = [word for word in name.split("_") if word]
     camel = "".join(word[0].upper() + word[1:] for word in words)
     return f"{camel}Component" if camel in RESERVED or keyword.iskeyword(camel) else camel
 
 
 def unique(wanted: str, number: int, taken: Collection[str]) -> str:
-    """Return a name that is not taken: `wanted`, `wanted_<number>`, and so on."""
+    """Return a name that is not in `taken`: `wanted`, `wanted_<number>`, and so on."""
     if wanted not in taken:
         return wanted
     candidate = f"{wanted}_{number}"
@@ -89,23 +89,23 @@ def unique(wanted: str, number: int, taken: Collection[str]) -> str:
 
 
 def literal(value: object) -> str:
-    """Return a value as a literal; texts stand in double quotes."""
+    """Return a value as a literal; strings have double quotes."""
     return quoted(value) if isinstance(value, str) else repr(value)
 
 
 def quoted(text: str) -> str:
-    """Return a string literal with double quotes wherever that needs no escape."""
+    """Return a string literal, with double quotes unless that needs an escape."""
     written = repr(text)
     return f'"{written[1:-1]}"' if written.startswith("'") and '"' not in text else written
 
 
 def docstring(text: str) -> str:
-    """Return a text that can stand between triple quotes."""
+    """Return a text that is valid between triple quotes."""
     visible = "".join(character if character.isprintable() else " " for character in text)
     escaped = visible.replace("\\", "\\\\").replace('"""', '\\"\\"\\"')
     return f'{escaped[:-1]}\\"' if escaped.endswith('"') else escaped
 
 
 def printable(name: str) -> str:
-    """Return the name of a file as it can stand in a comment."""
+    """Return the name of a file in a form that is valid in a comment."""
     return "".join(character if character.isprintable() else "_" for character in name)

@@ -1,4 +1,4 @@
-"""Turn Python 2 in the code of old documents into Python 3, with fissix, a kept fork of lib2to3."""
+"""Convert Python 2 in the code of old documents to Python 3, with fissix, a maintained fork of lib2to3."""
 
 from __future__ import annotations
 
@@ -42,15 +42,14 @@ _IMPORT: Final = re.compile(
 )
 _MARGIN: Final = re.compile(r"^[ \t]+", re.MULTILINE)
 _MARK: Final = re.compile(r"""<>|\bprint[ \t]+[\w"']|\bexcept\b[^:\n]*,[ \t]*\w+[ \t]*:|\braise\s+\w+,|`""")
-_ONE_AT_A_TIME: Final = threading.Lock()  # fixers remember what they have seen
+_ONE_AT_A_TIME: Final = threading.Lock()  # the fixers have state
 
 
 def fix_python2(code: str, bound: Collection[str] = ()) -> str | None:
-    """Return a piece of code as Python 3, or None when more is wrong with it than that it is Python 2.
+    """Return a piece of code as Python 3, or None if it is not valid Python 2 either.
 
-    Code without Python 2 is returned as it is, and every line keeps its place. `bound` are names to which
-    other code gives a meaning, such as `long`. Raises ModuleNotFoundError, which names the command that
-    installs fissix.
+    Python 3 is returned unchanged, and every line keeps its number. `bound` are names that other code
+    defines, such as `long`. Raises ModuleNotFoundError with the command that installs fissix.
     """
     tree, fixed = parse_piece(code), code
     if tree is None or any(isinstance(each, ast.Expr) and _is_print(each.value) for each in ast.walk(tree)):
@@ -71,12 +70,12 @@ def fix_python2(code: str, bound: Collection[str] = ()) -> str | None:
 
 
 def python2_mark(code: str) -> re.Match[str] | None:
-    """Return the first thing in a piece of code that only Python 2 has, as far as its text shows."""
+    """Return the first match of syntax that only Python 2 has, found by its text."""
     return _MARK.search(code)
 
 
 def bound_names(tree: ast.Module) -> frozenset[str]:
-    """Return the names to which code gives a meaning, in any scope."""
+    """Return the names that code defines, in any scope."""
     names = {name for node in ast.walk(tree) for name in binds(node)}
     for node in ast.walk(tree):
         match node:
@@ -88,7 +87,7 @@ def bound_names(tree: ast.Module) -> frozenset[str]:
 
 
 def _is_print(node: ast.expr) -> bool:
-    """Return whether a statement that Python 3 can parse begins with the statement `print`."""
+    """Return whether a statement that Python 3 can parse is a `print` of Python 2."""
     if isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
         return False
     while True:
@@ -110,7 +109,7 @@ def _renamed_module(found: re.Match[str]) -> str:
 
 
 def _refactored(code: str, fixers: tuple[str, ...], *, is_python3: bool = False) -> str:
-    """Return what fissix makes of a piece of code; the code itself where it fails or would move lines."""
+    """Return the result of fissix, or the code itself if fissix fails or would move lines."""
     lines = code.replace("\r", "").split("\n")
     plain = textwrap.dedent("\n".join(lines)).split("\n")
     margin = next((a.removesuffix(b) for a, b in zip(lines, plain, strict=True) if b), "")

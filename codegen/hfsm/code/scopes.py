@@ -1,9 +1,9 @@
-"""Find the names that only one piece of code uses, within one cycle, and that nobody else can see.
+"""Find the local names of a piece of code: no other code uses them, and they keep nothing between cycles.
 
-All code of an automaton shares its names, since one piece may read in a later cycle what another assigned. A
-name that a single piece assigns before it reads it, on every path through it, carries nothing from cycle to
-cycle: it is local to the piece. When in doubt a name is shared. So is one that is assigned and read nowhere:
-somebody wants to see it in the monitor.
+All code of an automaton shares its names, since one piece may read in a later cycle what another has
+assigned. A name is local to a piece if no other piece uses it and every path through the piece assigns it
+before reading it. In case of doubt a name is shared. A name that is assigned but never read is also shared,
+so that the monitor shows it.
 """
 
 from __future__ import annotations
@@ -16,18 +16,18 @@ from .text import all_nodes
 __all__ = ["INSPECTING", "local_names"]
 
 INSPECTING: Final = frozenset({"dir", "eval", "exec", "globals", "locals", "vars"})
-"""Functions that see names which the code does not mention."""
+"""Functions that can use names which the code does not mention."""
 
 
 def local_names(tree: ast.Module, names: frozenset[str]) -> frozenset[str]:
-    """Return those names that are local to a piece of code; `names` are those that no other code has."""
+    """Return the names that are local to a piece of code; `names` are those that no other code uses."""
     walker = _Walker(names)
     walker.walk(*tree.body)
     return names - walker.shared - _unread(tree)
 
 
 def _unread(tree: ast.Module) -> frozenset[str]:
-    """Return the names that statements assign and nothing reads."""
+    """Return the names that statements assign and that are never read."""
     assigned: set[str] = set()
     read: set[str] = set()
     for node in all_nodes(tree):
@@ -46,11 +46,11 @@ def _is_stored(node: ast.AST) -> TypeGuard[ast.Name]:
 
 
 _Known = frozenset[str] | None
-"""The names that every path to a place has assigned; None where no path leads there."""
+"""The names that every path to a place has assigned; None if the place is unreachable."""
 
 
 class _Walker:
-    """Go through code in the order in which Python evaluates it; `shared` are names that it must not own."""
+    """Walk code in the order of evaluation; `shared` collects the names that cannot be local."""
 
     def __init__(self, names: frozenset[str]) -> None:
         self.shared: set[str] = set()
@@ -62,7 +62,7 @@ class _Walker:
             self._node(node)
 
     def _after(self, known: _Known, *nodes: ast.AST) -> _Known:
-        """Return what is assigned after nodes when some names are assigned before them."""
+        """Return the names that are assigned after nodes, given those that are assigned before them."""
         self._known = known
         self.walk(*nodes)
         return self._known
@@ -98,7 +98,7 @@ class _Walker:
                 self._known = known
             case ast.With(items=items, body=body):
                 self.walk(*items, *body)
-                self._known = known  # it may have swallowed an exception
+                self._known = known  # it may have suppressed an exception
             case ast.Try(body=body, handlers=handlers, orelse=orelse, finalbody=finalbody):
                 end = self._after(known, *body, *orelse)
                 for handler in handlers:
@@ -109,7 +109,7 @@ class _Walker:
                 self.walk(*ast.iter_child_nodes(node))
                 self._known = None
             case ast.ListComp() | ast.SetComp() | ast.DictComp():
-                # Its targets are names of its own, and must not pass for those of the piece.
+                # Its targets have their own scope, and must not count as names of the piece.
                 inside = (name for each in node.generators for name in ast.walk(each.target))
                 self.shared |= {each.id for each in inside if isinstance(each, ast.Name)}
                 self.walk(*ast.iter_child_nodes(node))
@@ -118,7 +118,7 @@ class _Walker:
                 self._share(node)
             case ast.Import() | ast.ImportFrom() | ast.Expr() | ast.Assert() | ast.Pass():
                 self.walk(*ast.iter_child_nodes(node))
-            case ast.stmt():  # definitions, `del`, `nonlocal`, `match` and what may come
+            case ast.stmt():  # definitions, `del`, `nonlocal`, `match` and future statements
                 self._share(node)
             case _:
                 self.walk(*ast.iter_child_nodes(node))
@@ -130,7 +130,7 @@ class _Walker:
         return None if after is None else after - name  # Python deletes it
 
     def _share(self, node: ast.AST) -> None:
-        # Whatever names it has in whatever way: those of definitions and patterns are no `ast.Name`.
+        # All names in the node: those of definitions and patterns are not `ast.Name`.
         for child in ast.walk(node):
             for _, value in ast.iter_fields(child):
                 found = value if isinstance(value, list) else [value]
@@ -138,7 +138,7 @@ class _Walker:
 
 
 def _both(first: _Known, second: _Known) -> _Known:
-    """Return what is assigned after two paths that meet."""
+    """Return the names that are assigned after two paths join."""
     if first is None or second is None:
         return second if first is None else first
     return first & second

@@ -1,7 +1,7 @@
-"""Parse the code that people typed into a document, and refuse what cannot stand in a component.
+"""Parse the code in a document, and reject what is not valid in a component.
 
-A piece of code becomes the body of a function in the generated component. Its lines stand there as they were
-typed, moved to the right; the inside of a multi-line string is not touched.
+A piece of code becomes the body of a function in the generated component. Its lines are only indented; the
+inside of a multi-line string is not touched.
 """
 
 from __future__ import annotations
@@ -46,8 +46,8 @@ __all__ = [
 ]
 
 _ONE_AT_A_TIME = threading.Lock()
-# Until Python 3.13 all threads share the counter of a tree's depth: when another thread gets its turn while
-# a tree is made, `ast.parse` fails with `SystemError: AST constructor recursion depth mismatch`.
+# Until Python 3.13 all threads share a counter of the tree's depth: if another thread runs while a tree is
+# built, `ast.parse` fails with `SystemError: AST constructor recursion depth mismatch`.
 
 
 @overload
@@ -59,24 +59,24 @@ def parse_python(source: str | bytes, filename: str = ..., *, mode: Literal["eva
 
 
 def parse_python(source: str | bytes, filename: str = "<unknown>", *, mode: str = "exec") -> ast.AST:
-    """Return the tree of a text. Raises what `ast.parse` raises."""
+    """Return the tree of a text. Raises the same errors as `ast.parse`."""
     with _ONE_AT_A_TIME:
         return ast.parse(source, filename, mode)
 
 
 @lru_cache(maxsize=8192)
 def all_nodes(tree: ast.AST) -> tuple[ast.AST, ...]:
-    """Return the nodes of a tree as `ast.walk` yields them: many ask for those of the same tree."""
+    """Return the nodes of a tree in the order of `ast.walk`, cached for repeated use."""
     return tuple(ast.walk(tree))
 
 
 def own_nodes(node: ast.AST) -> Iterator[ast.AST]:
-    """Yield the nodes below one that belong to its scope.
+    """Yield the nodes below a node that belong to its scope.
 
-    Of functions and classes these are the parts that Python evaluates where they are defined: decorators,
-    default values and base classes. Annotations are not evaluated.
+    For functions and classes these are the parts that are evaluated at the definition: decorators, default
+    values and base classes. Annotations are not evaluated.
     """
-    # Without recursion: a long chain of `elif` or of `+` is deeper than Python's stack.
+    # Not recursive: a long chain of `elif` or of `+` is deeper than Python's stack.
     pending = [*ast.iter_child_nodes(node)][::-1]
     while pending:
         child = pending.pop()
@@ -85,7 +85,7 @@ def own_nodes(node: ast.AST) -> Iterator[ast.AST]:
 
 
 def evaluated_at_once(node: ast.AST) -> list[ast.AST]:
-    """Return what Python evaluates where a node stands: of definitions the parts around the body."""
+    """Return the nodes that are evaluated at once; of definitions, the parts outside the body."""
     match node:
         case ast.FunctionDef(args=arguments) | ast.AsyncFunctionDef(args=arguments):
             return [*node.decorator_list, *_defaults(arguments)]
@@ -102,7 +102,7 @@ def _defaults(arguments: ast.arguments) -> Iterator[ast.expr]:
 
 
 def dotted(node: ast.AST) -> list[str]:
-    """Return the names of `a.b.c`, or nothing for what does not begin with a name."""
+    """Return the names in `a.b.c`, or nothing if the expression does not start with a name."""
     names: list[str] = []
     while isinstance(node, ast.Attribute):
         names.append(node.attr)
@@ -111,7 +111,7 @@ def dotted(node: ast.AST) -> list[str]:
 
 
 def parse_piece(source: str) -> ast.Module | None:
-    """Return the tree of statements, or of an expression that may span lines; None for what is no Python."""
+    """Return the tree of statements or of an expression that may span lines, or None for invalid code."""
     text = textwrap.dedent(source)
     for written in (text, f"(\n{text}\n)"):
         try:
@@ -124,13 +124,13 @@ def parse_piece(source: str) -> ast.Module | None:
 
 INDENT: Final = " " * 4
 FUTURE: Final = "from __future__ import annotations"
-"""How a component begins, which changes what Python takes in an annotation."""
+"""The first line of a component, which changes what Python accepts in an annotation."""
 
 _ESCAPED: Final = re.compile("&(?:lt|gt|amp);")
 
 
 class CodeError(Exception):
-    """A piece of code cannot be used; `line` and `column` are those of the document."""
+    """A piece of code is unusable; `line` and `column` are those in the document."""
 
     def __init__(self, message: str, line: int, column: int = 1) -> None:
         super().__init__(message)
@@ -140,12 +140,12 @@ class CodeError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Code:
-    """A piece of code as it will stand in the component.
+    """A piece of code as it will be in the component.
 
-    `lines` are its lines without the indentation that all share and without empty lines around them; `line`
-    is where the first stands in the document, `start` the column of its first character, and `removed` how
-    much was taken off the left of the others; `fixed` holds the indices of lines that must not be indented,
-    because they begin inside a string.
+    `lines` are its lines without common indentation and without empty lines around them. `line` is the first
+    line in the document, `start` the column of its first character, and `removed` the indentation that was
+    removed from the other lines. `fixed` has the indices of lines that must not be indented, because they
+    start inside a string.
     """
 
     lines: tuple[str, ...]
@@ -161,7 +161,7 @@ class Code:
         return CodeError(message, self.line + line - 1, left + max(1, column))
 
     def indented(self, level: int) -> list[str]:
-        """Return the lines moved right by a number of levels."""
+        """Return the lines, indented by a number of levels."""
         prefix = INDENT * level
         return [
             line if index in self.fixed or not line.strip() else prefix + line
@@ -170,7 +170,7 @@ class Code:
 
 
 def split(text: Text) -> Code | None:
-    """Return the lines of a text without what all share on their left, or None when all are blank."""
+    """Return the lines of a text without common indentation, or None if all are blank."""
     lines = text.text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
     first = next((index for index, line in enumerate(lines) if line.strip()), None)
     if first is None:
@@ -192,7 +192,7 @@ def split(text: Text) -> Code | None:
 
 @lru_cache(maxsize=2048)
 def _string_lines(lines: tuple[str, ...], *, indented: bool) -> frozenset[int]:
-    """Return the indices of the lines that begin inside a string."""
+    """Return the indices of the lines that start inside a string."""
     if not any(quote in line for line in lines for quote in "\"'"):
         return frozenset()
     source = "\n".join((*(["if True:"] if indented else []), *lines)) + "\n"
@@ -210,19 +210,19 @@ def _string_lines(lines: tuple[str, ...], *, indented: bool) -> frozenset[int]:
             if kind in ("STRING", "FSTRING_END"):
                 fixed.update(range(start + 1 - offset, token.end[0] + 1 - offset))
     except (tokenize.TokenError, SyntaxError):
-        pass  # the parser says what is wrong, and where
+        pass  # the parser reports the error with its place
     return frozenset(fixed)
 
 
 @lru_cache(maxsize=4096)
 def _parsed(source: str) -> ast.Module:
-    """Return the tree of a text, which everybody shares: an editor asks again for all code at each change."""
+    """Return the tree of a text, cached: an editor parses all code again after each change."""
     with without_warnings():
         return parse_python(source)
 
 
 def parse(code: Code, lines: Sequence[str], header: int = 0) -> ast.Module:
-    """Return the tree of the code in `lines`, which begin with `header` lines of ours."""
+    """Return the tree of the code in `lines`, of which the first `header` lines are generated."""
     source = "\n".join(lines)
     try:
         tree = _parsed(source)
@@ -237,13 +237,13 @@ def parse(code: Code, lines: Sequence[str], header: int = 0) -> ast.Module:
         raise code.error("the code is nested too deeply") from error
     for node in ast.walk(tree) if "__future__" in source else ():
         if isinstance(node, ast.ImportFrom) and node.module == "__future__":
-            message = "`from __future__` has no place here: it is for a whole file, and Python 3 needs none"
+            message = "`from __future__` is not allowed here: it is for a whole file, and Python 3 needs none"
             raise code.error(message, node.lineno - header, node.col_offset + 1)
     return tree
 
 
 def compile_source(source: str, code: Code, header: int = 0, columns: int = 0) -> None:
-    """Raise CodeError for what the parser lets pass and the compiler does not, such as a stray `break`."""
+    """Raise CodeError for what the parser accepts but the compiler rejects, such as a stray `break`."""
     try:
         with without_warnings():
             compile(source, "<document>", "exec", dont_inherit=True)
@@ -255,16 +255,16 @@ def compile_source(source: str, code: Code, header: int = 0, columns: int = 0) -
 
 
 def parse_expression(code: Code, what: str) -> ast.Module:
-    """Return the tree of an expression that may span lines, with one line of ours before it.
+    """Return the tree of an expression that may span lines, after one generated line.
 
-    `what` it is, for the messages. Raises CodeError.
+    `what` names it in messages. Raises CodeError.
     """
-    # Parentheses on lines of their own let the expression span lines and end with a comment.
+    # With parentheses on separate lines the expression can span lines and end with a comment.
     tree = parse(code, ("(", *code.lines, ")"), header=1)
     statement = tree.body[0]
-    # A tuple takes in the parentheses, and so does what closes them itself, as in `a) or (b`.
+    # The node of a tuple includes the parentheses, and so does code that closes them, as in `a) or (b`.
     if len(tree.body) != 1 or not isinstance(statement, ast.Expr) or statement.value.lineno == 1:
-        raise code.error(f"a {what} is one expression")
+        raise code.error(f"a {what} must be one expression")
     return tree
 
 
@@ -280,30 +280,32 @@ def parse_import(text: Text) -> tuple[str, ast.Import | ast.ImportFrom]:
         message = f"`{written[:60]}` is not a library: write `cv2`, `numpy as np` or `from math import pi`"
         raise CodeError(message, text.line, text.column)
     if isinstance(body[0], ast.ImportFrom) and body[0].module == "__future__":
-        raise CodeError("`__future__` changes how a file is read, and is no library", text.line, text.column)
+        raise CodeError(
+            "`__future__` is not a library: it changes how a file is parsed", text.line, text.column
+        )
     return statement, body[0]
 
 
 def refuse_code(tree: ast.Module, code: Code, header: int = 0, *, is_variables: bool = False) -> None:
-    """Raise CodeError for code that cannot be the body of a function, as an expression with a `header`.
+    """Raise CodeError for code that is not valid as the body of a function; an expression has a `header`.
 
-    Variables stand in the middle of a function, and must not return from it.
+    Variables are in the middle of a function, and must not return from it.
     """
     for node in own_nodes(tree):
         place = (getattr(node, "lineno", 1) - header, getattr(node, "col_offset", 0) + 1)
         match node:
             case ast.Yield() | ast.YieldFrom() | ast.Await() | ast.AsyncFor() | ast.AsyncWith():
                 word = "yield" if isinstance(node, ast.Yield | ast.YieldFrom) else "await"
-                message = f"`{word}` has no place here: the code of a cycle runs from start to end"
+                message = f"`{word}` is not allowed here: the code of a cycle runs from start to end"
                 raise code.error(message, *place)
             case ast.Return() if is_variables:
-                raise code.error("`return` has no place in the variables", *place)
+                raise code.error("`return` is not allowed in the variables", *place)
             case ast.Nonlocal() if is_variables:
-                message = "`nonlocal` has no place in the variables: no code stands around them"
+                message = "`nonlocal` is not allowed in the variables: there is no enclosing function"
                 raise code.error(message, *place)
             case ast.ImportFrom(names=names) if any(alias.name == "*" for alias in names):
-                raise code.error("`import *` has no place here: name it among the libraries", *place)
-    # Whether other code binds the names that functions in here take from outside, the whole component shows.
+                raise code.error("`import *` is not allowed here: declare a library", *place)
+    # Whether other code binds the outer names of functions in here, is checked in the whole component.
     outer = {name for node in all_nodes(tree) if isinstance(node, ast.Nonlocal) for name in node.names}
     lines = [FUTURE, "def _outer():", f"{INDENT}{' = '.join(sorted(outer | {'_'}))} = None"]
     lines += [f"{INDENT}def _inner():", *([f"{INDENT * 2}return ("] if header else [])]
@@ -311,22 +313,22 @@ def refuse_code(tree: ast.Module, code: Code, header: int = 0, *, is_variables: 
     source = "\n".join([*lines, *code.indented(2), end]) + "\n"
     compile_source(source, code, len(lines), columns=2 * len(INDENT))
     if "self" in bound_names(tree):
-        raise code.error("`self` is the component: no code can assign it")
+        raise code.error("`self` is the component and cannot be assigned")
     for node in own_nodes(tree) if not is_variables else ():
         match node:
             case ast.AnnAssign(target=ast.Name(id=name)):
-                message = f"`{name}` is shared by all code of its automaton: annotate it in the variables"
+                message = f"`{name}` is shared by all code of the automaton: annotate it in the variables"
                 raise code.error(message, node.lineno, node.col_offset + 1)
 
 
 def refuse_functions(code: Code) -> None:
-    """Raise CodeError for code that cannot be the body of a class."""
+    """Raise CodeError for code that is not valid as the body of a class."""
     source = "\n".join([FUTURE, "class _Component:", *code.indented(1), f"{INDENT}pass"])
     compile_source(source, code, header=2, columns=len(INDENT))
 
 
 def definitions(tree: ast.Module) -> Iterator[ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef]:
-    """Yield the functions and classes that code defines outside of others."""
+    """Yield the top-level functions and classes that code defines."""
     for node in tree.body:
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
             yield node
@@ -343,7 +345,7 @@ def bound_names(tree: ast.AST) -> frozenset[str]:
 
 
 def binds(node: ast.AST) -> Iterator[str]:
-    """Yield the names that a node binds by itself, or says to be bound outside of a function."""
+    """Yield the names that a node binds, or declares as global or nonlocal."""
     match node:
         case ast.Name(id=name, ctx=ast.Store() | ast.Del()):
             yield name
@@ -361,7 +363,7 @@ def binds(node: ast.AST) -> Iterator[str]:
 
 @contextmanager
 def without_warnings() -> Iterator[None]:
-    """Let doubtful code pass, such as an escape sequence unknown to Python."""
+    """Suppress warnings about code, such as those about unknown escape sequences."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         yield

@@ -1,4 +1,4 @@
-"""Read what a document says before anything runs: typed values, times, and expressions that are constant."""
+"""Read typed values, times and constant expressions in a document."""
 
 from __future__ import annotations
 
@@ -22,36 +22,36 @@ __all__ = [
 ]
 
 PARAMETER_TYPES: Final = ("int", "float", "bool", "str")
-"""The types of parameters: what a command line can say."""
+"""The types of parameters, which a command line can set."""
 
 INPUT_TYPES: Final = (*PARAMETER_TYPES, "object")
-"""The types of inputs; `object` takes everything."""
+"""The types of inputs; `object` is any value."""
 
 _EXACT: Final[Mapping[str, type]] = {"int": int, "bool": bool, "str": str}
 _EXAMPLES: Final = {"int": "3", "float": "0.5", "bool": "True", "str": '"red"'}
 
 
 class ValueTextError(ValueError):
-    """A text is no literal of the type that it should have."""
+    """A text is not a literal of the required type."""
 
 
 def parse_value(type_name: str, text: Text) -> object:
-    """Return the value of a literal: of an `int`, `float`, `bool` or `str` exactly, of `object` any.
+    """Return the value of a literal: an `int`, `float`, `bool` or `str`, or any value for `object`.
 
-    A whole number is a `float`, too. Raises ValueTextError, which says what would be right.
+    An integer is also a `float`. Raises ValueTextError, with an example of a correct value.
     """
     written = text.text.strip()
     try:
         value = ast.literal_eval(written)
     except (ValueError, TypeError, SyntaxError, MemoryError, RecursionError):
         example = _EXAMPLES.get(type_name, '["red", 3]')
-        raise ValueTextError(f"`{written[:40]}` is no literal of Python, such as `{example}`") from None
+        raise ValueTextError(f"`{written[:40]}` is not a Python literal, such as `{example}`") from None
     if type_name == "object":
         return value
     if type_name == "float" and type(value) in (int, float):
         return _finite(value, written)
     if type(value) is not _EXACT.get(type_name):
-        message = f"`{written[:40]}` is no {type_name}, such as `{_EXAMPLES[type_name]}`"
+        message = f"`{written[:40]}` is not of type {type_name}, such as `{_EXAMPLES[type_name]}`"
         raise ValueTextError(message)
     return value
 
@@ -72,7 +72,7 @@ _UNKNOWN: Final = object()
 
 
 def milliseconds(text: Text) -> float | None:
-    """Return a positive time in ms, or None when the text is none."""
+    """Return a positive time in ms, or None if the text is not one."""
     try:
         value = float(text.text.strip().replace("_", "?"))
     except ValueError:
@@ -81,9 +81,9 @@ def milliseconds(text: Text) -> float | None:
 
 
 def delay(text: Text) -> float | None:
-    """Return the time of a transition in ms, or None when the text is none.
+    """Return the time of a transition in ms, or None if the text is not one.
 
-    The origin took 0 for the next cycle, and so does the shortest of all times.
+    With 0 it fires in the next cycle, as with the original generators: 0 becomes the shortest time.
     """
     try:
         return milliseconds(text) or (_SHORTEST if float(text.text.strip()) == 0 else None)
@@ -92,7 +92,7 @@ def delay(text: Text) -> float | None:
 
 
 def truth(node: ast.expr) -> bool | None:
-    """Return whether an expression is always true or always false; None when that depends."""
+    """Return the truth value of a constant expression, or None if it is not constant."""
     match node:
         case ast.UnaryOp(op=ast.Not(), operand=operand):
             value = truth(operand)
@@ -110,7 +110,7 @@ def truth(node: ast.expr) -> bool | None:
 
 
 def seconds(node: ast.expr) -> float | None:
-    """Return a number that is written out, such as `2` or `0.5 * 3`; None for any other expression."""
+    """Return a constant number, such as `2` or `0.5 * 3`, or None for any other expression."""
     match node:
         case ast.Constant(value=int() | float() as value) if type(value) is not bool and value <= _LARGEST:
             return float(value)

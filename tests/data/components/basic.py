@@ -46,7 +46,7 @@ class Basic(Component, document="basic.xml", on_error="stop"):
         """Return the automaton of the state 'work'."""
         count = 0
         step = 1
-        # Shared by the code below, and without a value until some of it assigns one.
+        # Shared by the code below; they have no value until some of it assigns one.
         last: object
 
         def state_count():

@@ -20,7 +20,7 @@ class InputsAndArguments(Component, document="inputs_and_arguments.xml", on_erro
         colors = ["red", "green"]
         turn = 0
         self.notes = []
-        # Shared by the code below, and without a value until some of it assigns one.
+        # Shared by the code below; they have no value until some of it assigns one.
         loudness: object
 
         def arguments_search():

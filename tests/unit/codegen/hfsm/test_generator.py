@@ -70,7 +70,7 @@ class MyCounter(Component, document="my_counter.xml", on_error="stop"):
         """Return the automaton of the component."""
         count = 0
         step = 2
-        # Shared by the code below, and without a value until some of it assigns one.
+        # Shared by the code below; they have no value until some of it assigns one.
         fired: object
         last: object
         seen: object

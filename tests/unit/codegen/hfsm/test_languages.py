@@ -33,7 +33,7 @@ CPP = sub(
 def test_a_document_in_cpp_is_one_error(tmp_path: Path) -> None:
     (error,) = errors_of(tmp_path, CPP, head=IN_CPP)
     assert error.code == "E525"
-    assert error.message == "C++ in a function of automaton 1: it is kept, but only Python runs here"
+    assert error.message == "C++ in a function of automaton 1: it is kept, but only Python can run"
 
 
 @pytest.mark.parametrize(
@@ -77,7 +77,7 @@ def test_a_document_that_does_not_say_so_is_python_whatever_its_code(tmp_path: P
 
 def test_code_that_looks_like_cpp_is_told_how_to_say_so(tmp_path: Path) -> None:
     (error,) = errors_of(tmp_path, sub(1, 0, state(1, "go", "motors->setV(0.2);", initial=True)))
-    told = ["if the document is in C++, let it say so: `<language>C++</language>`"]
+    told = ["if the document is in C++, declare it: `<language>C++</language>`"]
     assert [note.message for note in error.notes] == told
 
 
@@ -86,7 +86,7 @@ def test_a_document_may_say_its_language(tmp_path: Path) -> None:
     (error,) = errors_of(tmp_path, code, head="<language>Java</language>")
     assert (error.code, error.message) == (
         "E525",
-        "Java in the code of state `go`: it is kept, but only Python runs here",
+        "Java in the code of state `go`: it is kept, but only Python can run",
     )
     assert errors_of(tmp_path, code, head="<language>Python</language>") == []
 
