@@ -18,7 +18,6 @@ LONGEST_LEASE: Final = 60.0
 """Wall seconds for which a lease may be held without being renewed."""
 _LONGEST_HOLDER: Final = 64
 _LONGEST_REASON: Final = 200
-_SOURCE: Final = "Safety"
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,21 +41,21 @@ class Gate:
         self._lock = threading.Lock()
         self._stops: list[Callable[[], None]] = []
         self._stop_reason: str | None = None
-        self._out_of_reach = ""
+        self._out_of_reach: str | None = None
         self._lease: _Lease | None = None
 
     def on_stop(self, stop: Callable[[], None]) -> None:
         """Call `stop` at every emergency stop, as soon as commands are refused."""
         self._stops.append(stop)
 
-    def require(self, client: str = "") -> None:
+    def require(self, client: str) -> None:
         """Raise CommandRefused unless a client may command the robot now.
 
-        Without a client: for a caller that cannot hold a lease.
+        An empty client stands for a caller that cannot hold a lease.
         """
         holder = ""
         with self._lock:
-            if self._out_of_reach:
+            if self._out_of_reach is not None:
                 why, what = f"unreachable: {self._out_of_reach}", "wait until it is found again"
             elif self._stop_reason is not None:
                 why, what = f"stopped: {self._stop_reason}", "reset the emergency stop first"
@@ -64,7 +63,7 @@ class Gate:
                 why, what = f"held by {holder}", "wait until the lease is given back"
             else:
                 return
-        self.events.add(Severity.Warning, _SOURCE, f"refused a command: the robot is {why}", "refused")
+        self._report(Severity.Warning, f"refused a command: the robot is {why}", "refused")
         raise CommandRefused(f"the robot is {why}; {what}", holder)
 
     def stop(self, reason: str) -> None:
@@ -76,7 +75,7 @@ class Gate:
         reason = reason.strip() or "emergency stop"
         with self._lock:
             self._stop_reason = reason
-        self.events.add(Severity.Error, _SOURCE, f"emergency stop: {reason}", "stop")
+        self._report(Severity.Error, f"emergency stop: {reason}", "stop")
         failure: Exception | None = None
         for stop in self._stops:
             try:
@@ -92,17 +91,17 @@ class Gate:
         with self._lock:
             was_stopped, self._stop_reason = self._stop_reason is not None, None
         if was_stopped:
-            self.events.add(Severity.Info, _SOURCE, "the emergency stop was reset", "reset")
+            self._report(Severity.Info, "the emergency stop was reset", "reset")
 
     def lose(self, why: str) -> None:
         """Refuse every command until `find`, because no command reaches the robot."""
         with self._lock:
-            self._out_of_reach = why or "it is lost"
+            self._out_of_reach = why
 
     def find(self) -> None:
         """Let commands through again: they reach the robot."""
         with self._lock:
-            self._out_of_reach = ""
+            self._out_of_reach = None
 
     def acquire(self, client: str, holder: str, seconds: float) -> None:
         """Hold the robot for a client, called `holder`, or renew.
@@ -112,7 +111,7 @@ class Gate:
         if not 0.0 < seconds <= LONGEST_LEASE:
             message = f"seconds is {seconds:g}: a lease lasts more than 0 s and at most {LONGEST_LEASE:g} s"
             raise InvalidCommand("seconds", message)
-        if not holder.isprintable() or not 0 < len(holder.strip()) <= len(holder) <= _LONGEST_HOLDER:
+        if not holder.isprintable() or not holder.strip() or len(holder) > _LONGEST_HOLDER:
             message = f"holder must be a name of 1 to {_LONGEST_HOLDER} printable characters"
             raise InvalidCommand("holder", message)
         with self._lock:
@@ -121,7 +120,7 @@ class Gate:
             new = self._lease is None
             self._lease = _Lease(client, holder, self.events.wall_time() + seconds)
         if new:
-            self.events.add(Severity.Info, _SOURCE, f"{holder} holds the robot", "lease")
+            self._report(Severity.Info, f"{holder} holds the robot", "lease")
 
     def release(self, client: str) -> bool:
         """Give the lease of a client back, also because it is lost; returns whether it held one."""
@@ -130,7 +129,7 @@ class Gate:
             if lease is None or lease.client != client:
                 return False
             self._lease = None
-        self.events.add(Severity.Info, _SOURCE, f"{lease.holder} no longer holds the robot", "lease")
+        self._report(Severity.Info, f"{lease.holder} no longer holds the robot", "lease")
         return True
 
     def state(self) -> SafetyState:
@@ -145,6 +144,9 @@ class Gate:
                 holder=lease.holder if lease else "",
                 remaining=lease.end - self.events.wall_time() if lease else 0.0,
             )
+
+    def _report(self, level: Severity, message: str, kind: str) -> None:
+        self.events.add(level, "Safety", message, kind)
 
     def _other_holder(self, client: str) -> str:
         """Return the holder of the robot if it is not the client; empty otherwise."""

@@ -69,7 +69,7 @@ class JointRules:
     ) -> None:
         self.facts: Final = {joint.name: joint for joint in joints}
         self._options = options
-        self._couplings = tuple(couplings)
+        self.couplings: Final = tuple(couplings)
 
     def check(self, values: Mapping[str, float], what: str) -> dict[str, float]:
         """Return a copy of the values; raises InvalidCommand for an unknown joint or a value not finite."""
@@ -81,17 +81,19 @@ class JointRules:
                 raise InvalidCommand(joint, f"{joint}: a {what} of {value} is not a finite number")
         return dict(values)
 
-    def couple(self, values: dict[str, float], outcome: Outcome) -> None:
+    def couple(self, values: dict[str, float]) -> list[Limitation]:
         """Give joints of one motor the same value: the leader's, or the follower's if it alone has one."""
-        for pair in self._couplings:
+        limitations = []
+        for pair in self.couplings:
             leader, follower = values.get(pair.leader), values.get(pair.follower)
             if leader is not None:
                 values[pair.follower] = leader
                 if follower is not None and follower != leader:
                     reason = f"shares its motor with {pair.leader}, whose {leader:.4g} it takes"
-                    outcome.limitations.append(Limitation(pair.follower, reason))
+                    limitations.append(Limitation(pair.follower, reason))
             elif follower is not None:
                 values[pair.leader] = follower
+        return limitations
 
     def speed_cap(self, joint: str) -> float:
         """Return the highest speed that a command gets, in rad/s or m/s."""
@@ -200,8 +202,8 @@ class JointSafety:
                 raise InvalidCommand(joint, f"{joint}: a speed of {speed:g} is negative")
         outcome = Outcome()
         self._wake(reading)
-        rules.couple(wanted, outcome)
-        rules.couple(limits, outcome)
+        outcome.limitations += rules.couple(wanted)
+        outcome.limitations += rules.couple(limits)
         for joint, target in wanted.items():
             facts = rules.facts[joint]
             safe = rules.clamp_target(joint, target, (facts.lower, facts.upper), "is out of range", outcome)
@@ -223,7 +225,7 @@ class JointSafety:
         wanted = self._rules.check(velocities, "velocity")
         outcome = Outcome()
         self._wake(reading)
-        self._rules.couple(wanted, outcome)
+        outcome.limitations += self._rules.couple(wanted)
         for joint, velocity in wanted.items():
             before = self._drives.get(joint)
             self._set_drive(
@@ -252,14 +254,16 @@ class JointSafety:
         for joint, value in wanted.items():
             if not 0.0 <= value <= 1.0:
                 raise InvalidCommand(joint, f"{joint}: a stiffness of {value:g} is not from 0 to 1")
-        self._rules.couple(wanted, Outcome())
+        self._rules.couple(wanted)
         return wanted
 
     def with_coupled(self, joints: Iterable[str]) -> tuple[str, ...]:
-        """Return joints and all that share a motor with them."""
-        wanted = dict.fromkeys(joints, 0.0)
-        self._rules.couple(wanted, Outcome())
-        return tuple(wanted)
+        """Return joints, in their order, and all that share a motor with them."""
+        found = list(joints)
+        for pair in self._rules.couplings:
+            if pair.leader in found or pair.follower in found:
+                found += (pair.leader, pair.follower)
+        return tuple(dict.fromkeys(found))
 
     def hold(self, joints: Iterable[str], reading: JointReading) -> Outcome:
         """Stop joints at once, wherever they are."""
@@ -345,7 +349,6 @@ class JointSafety:
 
     def _hold(self, joint: str, reading: JointReading, outcome: Outcome) -> None:
         self._stay(joint, reading)
-        outcome.positions.pop(joint, None)
         outcome.velocities[joint] = 0.0
         for table in self._tables:
             goal = self._goals.get(table.dependent)

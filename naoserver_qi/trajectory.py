@@ -168,7 +168,7 @@ class JointTasks:
 
         Raises InvalidCommand and CommandRefused as `GuardedDevice.move` does.
         """
-        self._body.gate.require()  # also when nothing is left to move
+        self._body.gate.require("")  # also when nothing is left to move
         end = max(trajectory.duration for trajectory in trajectories.values())
         begin = self._clock.now()
         while not task.call.stopped.is_set():

@@ -2,7 +2,7 @@
 
 import pytest
 
-from interfaces.nao import SafetyState
+from interfaces.nao import HealthEvent, SafetyState, Severity
 from naoserver.errors import CommandRefused, InvalidCommand
 from naoserver.event_log import EventLog
 from naoserver.gate import LONGEST_LEASE, Gate
@@ -13,7 +13,8 @@ FREE = SafetyState(time=0.0, stopped=False, reason="", holder="", remaining=0.0)
 class Rig:
     def __init__(self):
         self.wall = 0.0
-        self.events = EventLog(lambda: 0.0, lambda: self.wall)
+        self.robot_time = 0.0
+        self.events = EventLog(lambda: self.robot_time, lambda: self.wall)
         self.gate = Gate(self.events)
 
     def lets_through(self, client=""):
@@ -23,8 +24,16 @@ class Rig:
             return False
         return True
 
+    def refusal(self, client=""):
+        with pytest.raises(CommandRefused) as refusal:
+            self.gate.require(client)
+        return str(refusal.value)
+
     def messages(self):
         return [event.message for event in self.events.snapshot()[0]]
+
+    def newest_event(self):
+        return self.events.snapshot()[0][-1]
 
 
 @pytest.fixture
@@ -53,6 +62,79 @@ def test_an_emergency_stop_latches_until_it_is_reset_and_says_why(rig):
     assert rig.messages()[-1] == "the emergency stop was reset"
 
 
+def test_a_refusal_says_what_to_do(rig):
+    rig.gate.acquire("a", "Ann", 5.0)
+    assert rig.refusal("b") == "the robot is held by Ann; wait until the lease is given back"
+    rig.gate.stop("smoke")
+    assert rig.refusal("b") == "the robot is stopped: smoke; reset the emergency stop first"
+    rig.gate.lose("no answer")
+    assert rig.refusal("b") == "the robot is unreachable: no answer; wait until it is found again"
+
+
+def test_a_robot_that_is_lost_takes_no_command_until_it_is_found(rig):
+    rig.gate.lose("no answer")
+    assert not rig.lets_through("a")
+    rig.gate.find()
+    assert rig.lets_through("a")
+
+
+def test_a_robot_that_was_found_is_still_stopped(rig):
+    rig.gate.stop("smoke")
+    rig.gate.lose("no answer")
+    rig.gate.find()
+    assert "stopped: smoke" in rig.refusal("a")
+
+
+def test_a_refused_command_is_an_event(rig):
+    rig.gate.stop("smoke")
+    rig.refusal()
+    expected = "refused a command: the robot is stopped: smoke"
+    assert rig.newest_event() == HealthEvent(0.0, Severity.Warning, "Safety", expected)
+
+
+def test_commands_that_are_refused_within_a_second_are_one_event(rig):
+    rig.gate.stop("smoke")
+    rig.refusal()
+    rig.gate.lose("no answer")
+    rig.refusal()
+    assert len(rig.messages()) == 2
+
+
+def test_an_emergency_stop_is_an_event(rig):
+    rig.gate.stop("smoke")
+    assert rig.newest_event() == HealthEvent(0.0, Severity.Error, "Safety", "emergency stop: smoke")
+
+
+def test_a_reset_is_an_event(rig):
+    rig.gate.stop("smoke")
+    rig.gate.reset()
+    assert rig.newest_event() == HealthEvent(0.0, Severity.Info, "Safety", "the emergency stop was reset")
+
+
+def test_a_reset_without_a_stop_is_none(rig):
+    rig.gate.reset()
+    assert rig.messages() == []
+
+
+def test_who_holds_the_robot_is_an_event_once(rig):
+    rig.gate.acquire("a", "Ann", 5.0)
+    rig.wall = 2.0
+    rig.gate.acquire("a", "Ann", 5.0)
+    assert rig.events.snapshot()[0] == [HealthEvent(0.0, Severity.Info, "Safety", "Ann holds the robot")]
+
+
+def test_to_give_a_lease_back_is_an_event(rig):
+    rig.gate.acquire("a", "Ann", 5.0)
+    rig.wall = 2.0
+    rig.gate.release("a")
+    assert rig.newest_event() == HealthEvent(0.0, Severity.Info, "Safety", "Ann no longer holds the robot")
+
+
+def test_the_state_has_the_robots_time(rig):
+    rig.robot_time = 7.0
+    assert rig.gate.state().time == 7.0
+
+
 def test_a_stop_without_a_reason_has_one_and_a_long_one_is_cut(rig):
     rig.gate.stop("")
     assert rig.gate.state().reason == "emergency stop"
@@ -75,6 +157,26 @@ def test_commands_are_refused_before_anything_is_stopped_and_every_part_is_stopp
         rig.gate.stop("now")
     assert seen == [False, "stopped"]
     assert not rig.lets_through()
+
+
+def test_a_part_that_could_not_be_stopped_is_logged(rig, caplog):
+    def fails():
+        raise OSError("no line to the motors")
+
+    rig.gate.on_stop(fails)
+    with pytest.raises(OSError, match="no line"):
+        rig.gate.stop("now")
+    assert caplog.messages[-1] == "a part of the robot could not be stopped"
+
+
+def test_of_several_failures_to_stop_the_first_is_raised(rig):
+    def fails(what):
+        raise OSError(what)
+
+    rig.gate.on_stop(lambda: fails("the first"))
+    rig.gate.on_stop(lambda: fails("the second"))
+    with pytest.raises(OSError, match="the first"):
+        rig.gate.stop("now")
 
 
 def test_a_lease_shuts_others_out_until_it_ends(rig):
@@ -131,12 +233,26 @@ def test_a_stop_leaves_the_lease_with_its_holder(rig):
 
 @pytest.mark.parametrize("seconds", [0.0, -1.0, LONGEST_LEASE + 1, float("nan"), float("inf")])
 def test_a_lease_of_no_possible_length_is_refused(rig, seconds):
-    with pytest.raises(InvalidCommand, match="seconds"):
+    with pytest.raises(InvalidCommand, match="seconds") as refusal:
         rig.gate.acquire("a", "Ann", seconds)
+    assert refusal.value.field == "seconds"
     assert rig.lets_through("b")
+
+
+def test_a_lease_may_last_a_minute(rig):
+    rig.gate.acquire("a", "Ann", 60.0)
+    assert rig.gate.state().remaining == 60.0
 
 
 @pytest.mark.parametrize("holder", ["", "  ", "x" * 65, "a\nb"])
 def test_a_holder_needs_a_name(rig, holder):
-    with pytest.raises(InvalidCommand, match="holder"):
+    with pytest.raises(InvalidCommand, match="holder") as refusal:
         rig.gate.acquire("a", holder, 1.0)
+    assert refusal.value.field == "holder"
+    assert rig.lets_through("b")
+
+
+@pytest.mark.parametrize("holder", ["A", "x" * 64])
+def test_a_name_has_one_character_to_64(rig, holder):
+    rig.gate.acquire("a", holder, 1.0)
+    assert rig.gate.state().holder == holder

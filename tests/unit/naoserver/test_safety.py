@@ -13,6 +13,7 @@ from naoserver.errors import InvalidCommand
 from naoserver.fake import FakeDevice
 from naoserver.options import SafetyOptions
 from naoserver.safety import JointSafety
+from tests.support.examples import examples
 from zenoh_ice.clock import VirtualClock
 
 LIMITS = {joint.name: joint for joint in H25.joints}
@@ -163,7 +164,7 @@ def test_a_joint_that_has_its_way_free_keeps_its_speed():
     assert rig.move({"LAnklePitch": -0.75}, {"LAnklePitch": 1.9}).limitations == []
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60))
 @given(
     st.lists(
         st.tuples(
@@ -196,7 +197,7 @@ def test_the_head_stays_clear_whatever_is_commanded(commands):
     assert lower - 1e-3 <= rig.setpoints()["HeadPitch"] <= upper + 1e-3
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40))
 @given(st.dictionaries(st.sampled_from(H25.joint_names), st.floats(-10, 10), min_size=1), st.floats(0, 30))
 def test_whatever_is_commanded_the_device_gets_it_in_range_and_below_the_cap(targets, speed):
     rig = Rig()
