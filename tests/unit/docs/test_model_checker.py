@@ -67,7 +67,7 @@ def test_the_counterexample_is_the_one_shown(light: Document) -> None:
     diagnostics = Diagnostics()
     report_model(check_model(replace(light, properties=(late,)), PATH), diagnostics)
     (found,) = diagnostics
-    message, *steps = SECTIONS["What it answers"].blocks[-1].text.splitlines()
+    message, *steps = SECTIONS["Verdicts"].blocks[-1].text.splitlines()
     assert found.message == message
     assert found.notes[0].message.splitlines()[1:] == steps
 

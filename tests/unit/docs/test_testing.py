@@ -30,7 +30,7 @@ def test_what_the_tables_name_is_there(behavior: MakeBehavior) -> None:
         assert hasattr(b, name), name
     for name in re.findall(r"\bb\.robot\.(\w+)", PAGE):
         assert hasattr(b.robot, name), name
-    section = PAGE.partition("The strategies of Hypothesis")[2].partition("```")[0]
+    section = PAGE.partition("The Hypothesis strategies")[2].partition("```")[0]
     assert set(re.findall(r"`(\w+)\(", section)) == set(strategies.__all__)
 
 
