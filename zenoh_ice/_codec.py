@@ -7,27 +7,24 @@ from __future__ import annotations
 
 import os
 import re
-import types
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from contextvars import ContextVar
 from dataclasses import dataclass
-from functools import cached_property, lru_cache, partial, reduce
+from functools import lru_cache, partial, reduce
 from operator import attrgetter
-from typing import Any, Final, Generic, NamedTuple, Protocol, TypeVar, Union, get_args, get_origin
+from typing import Any, Final, Generic, NamedTuple, Protocol, TypeVar
 
 import msgspec
 
 from ._values import (
     PROXY_TEXT,
     TYPE_FIELD,
-    MissingMember,
     Reference,
     Resolve,
     StructType,
     Value,
     WireTypes,
-    decoding,
 )
 from .exceptions import MarshalException
 from .text import printable
@@ -109,25 +106,6 @@ def byte_sequences(struct: type[msgspec.Struct]) -> tuple[tuple[str, ...], ...]:
     return tuple(found[:_MOST_SEQUENCES])
 
 
-@lru_cache(maxsize=512)
-def _types_in(struct: type[msgspec.Struct]) -> frozenset[type]:
-    """Return every type in a struct, anywhere, apart from containers."""
-    found: set[type] = set()
-    waiting: list[Any] = [struct]
-    while waiting:
-        kind = waiting.pop()
-        if get_origin(kind) in {Union, types.UnionType, list, dict}:
-            waiting += get_args(kind)
-        elif isinstance(kind, type) and kind not in found:
-            found.add(kind)
-            waiting += (
-                [field.type for field in msgspec.structs.fields(kind)]
-                if issubclass(kind, msgspec.Struct)
-                else ()
-            )
-    return frozenset(found)
-
-
 def _marked(struct: Any, path: tuple[str, ...], place: int, taken: dict[int, bytes]) -> Any:  # noqa: ANN401
     """Return a copy of a struct with a mark in place of the bytes at the end of a path, if they are large."""
     if not isinstance(struct, msgspec.Struct):  # the receiver refuses it
@@ -181,8 +159,6 @@ class Codec(Generic[S]):
         self.struct = struct
         self.fields: tuple[str, ...] = struct.__struct_fields__
         self.byte_sequences = byte_sequences(struct)
-        plain = not any(issubclass(each, Value | Reference) for each in _types_in(struct))
-        self._decoder_of_plain = msgspec.msgpack.Decoder(struct).decode if plain else None
         by_position = len(struct.__match_args__) == len(self.fields)
         self.make: Callable[..., S] = struct if by_position else self._make_by_name
         """Makes the struct of its field values."""
@@ -191,18 +167,12 @@ class Codec(Generic[S]):
         """Makes the struct of its one field's value; None where there are more, or byte sequences."""
         self.value_of: Callable[[S], object] = attrgetter(*self.fields) if self.fields else lambda _: None
         """Returns what stands for a struct: None, a value or a tuple."""
-        self._decoder: tuple[object, msgspec.msgpack.Decoder[S] | None] = None, None
+        known, wire = StructType.known, WireTypes(struct)  # in this order: other threads make classes, too
+        self._decoder: tuple[object, msgspec.msgpack.Decoder[S]] = known, _decoder(wire)
         """The classes that were known, and what decodes these."""
-
-    def prepare(self) -> None:
-        """Find out what is computed once: the first payload takes no longer than others then."""
-        _ = self.holds_bytes
-
-    @cached_property
-    def holds_bytes(self) -> bool:
+        self._plain = wire.plain
+        self.holds_bytes = bytes in wire.leaves
         """Whether a byte sequence stands anywhere in the type: such payloads may be larger."""
-        plain = self._decoder_of_plain is not None
-        return bytes in (_types_in(self.struct) if plain else WireTypes(self.struct).leaves)
 
     def _make_by_name(self, *values: object, **named: object) -> S:
         if len(values) > len(self.fields):
@@ -243,7 +213,7 @@ class Codec(Generic[S]):
         try:
             return self.decoder(resolve)(payload)
         except DECODE_ERRORS as error:
-            raise self.misfit(error, payload, what) from error
+            raise misfit(error, what) from error
 
     def unpack_result(self, payload: bytes | Parted, what: str, resolve: Resolve | None = None) -> object:
         """Return what stands for the struct that `unpack` returns: None, a value or a tuple."""
@@ -251,38 +221,23 @@ class Codec(Generic[S]):
 
     def decoder(self, resolve: Resolve | None) -> Callable[[bytes], S]:
         """Return what does as `unpack`, and raises DECODE_ERRORS instead, which `misfit` explains."""
-        if self._decoder_of_plain is None:
-            return partial(self._decode, resolve)
-        return partial(self._decode_plain, self._decoder_of_plain)
-
-    def misfit(self, error: BaseException, payload: bytes, what: str) -> MarshalException:
-        """Return what reports one of DECODE_ERRORS of a payload, with the path of what does not fit."""
-        if isinstance(error, MissingMember):  # it does not know where it is
-            try:
-                msgspec.msgpack.decode(payload, type=WireTypes(self.struct).root)
-            except DECODE_ERRORS as exact:
-                error = exact
-        return misfit(error, what)
-
-    @staticmethod
-    def _decode_plain(decode: Callable[[bytes], S], payload: bytes) -> S:
-        decoding.active = True
-        try:
-            return decode(payload)
-        finally:
-            decoding.active = False
+        return self._decoder[1].decode if self._plain else partial(self._decode, resolve)
 
     def _decode(self, resolve: Resolve | None, payload: bytes) -> S:
         known, decoder = self._decoder
-        if decoder is None or known is not StructType.known:
-            known = StructType.known  # first: other threads make classes, too
-            decoder = msgspec.msgpack.Decoder(WireTypes(self.struct).root, dec_hook=_proxy)
+        if known is not StructType.known:
+            known = StructType.known  # first, as above
+            decoder = _decoder(WireTypes(self.struct))
             self._decoder = known, decoder
         token = _resolve.set(resolve)
         try:
             return decoder.decode(payload)
         finally:
             _resolve.reset(token)
+
+
+def _decoder(wire: WireTypes) -> msgspec.msgpack.Decoder[Any]:
+    return msgspec.msgpack.Decoder(wire.root, dec_hook=_proxy)
 
 
 def _proxy(kind: type[Reference], text: object) -> Reference:

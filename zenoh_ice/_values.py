@@ -10,13 +10,12 @@ maps must not grow a hundredfold.
 from __future__ import annotations
 
 import sys
-import threading
 import types
 from abc import ABC, abstractmethod
 from array import array
 from collections.abc import Callable
 from copy import deepcopy
-from functools import lru_cache, reduce
+from functools import lru_cache, partial, reduce
 from operator import or_
 from typing import Annotated, Any, ClassVar, Final, Self, Union, cast, get_args, get_origin
 
@@ -43,46 +42,13 @@ NULL: Final[Any] = object()
 """The default value of a member that is None where it is not given, but must be there on the wire."""
 
 
-class _Decoding(threading.local):
-    active = False
-    """Whether this thread decodes: a default value is asked for only where a member is missing then."""
-
-
-decoding: Final = _Decoding()
-
-
-class MissingMember(msgspec.ValidationError):
-    """A payload lacks a member that has a default value in Python."""
-
-
 def slice_name(name: str) -> str:
     """Return the Slice name for a Python name: names that Python reserves begin with `_` there."""
     return name[1:] if name[:1] == "_" else name
 
 
-_Field: Final = type(msgspec.field(default=None))
-
-
-class _Default:
-    """Make the default value of a member: for constructors, not for payloads, where it must be there."""
-
-    def __init__(self, member: str, value: object) -> None:
-        self._member: Final = slice_name(member)
-        self._value: Final = value
-        self._shared: Final = not isinstance(value, list | dict | set | msgspec.Struct)
-
-    def __call__(self) -> object:
-        if decoding.active:
-            raise MissingMember(f"Object missing required field `{self._member}`")
-        return self._value if self._shared else deepcopy(self._value)
-
-
 class StructType(msgspec.StructMeta):
-    """Makes structs of which constructors alone use the default values, unless that is None.
-
-    By factories, not by its own `__call__`: Python calls a class past its metaclass where it has called
-    builtin ones before.
-    """
+    """Makes structs whose default values may be mutable: each struct gets a copy of its own."""
 
     known: ClassVar[object] = object()
     """Another object after each new struct: what was built from all known classes is stale then."""
@@ -94,10 +60,10 @@ class StructType(msgspec.StructMeta):
         namespace: dict[str, Any],
         **options: Any,  # noqa: ANN401
     ) -> StructType:
-        for member, annotation in namespace.get("__annotations__", {}).items():
+        for member in namespace.get("__annotations__", {}):
             value = namespace.get(member)
-            if value is not None and not isinstance(value, _Field) and "ClassVar" not in str(annotation):
-                make = _Default(member, None if value is NULL else value)
+            if value is NULL or isinstance(value, list | dict | set | msgspec.Struct):
+                make = partial(deepcopy, None if value is NULL else value)
                 namespace[member] = msgspec.field(default_factory=make)
         made: StructType = super().__new__(cls, name, bases, namespace, **options)
         if made.__module__ != _WIRE_MODULE:
@@ -183,6 +149,8 @@ class WireTypes:
         while self._waiting:  # classes refer to each other: their members come when all classes are there
             cls, wire = self._waiting.pop()
             wire.__annotations__.update(self._members(cls))
+        self.plain: Final = not self._classes and not any(issubclass(leaf, Reference) for leaf in self.leaves)
+        """Whether it has neither classes nor proxies."""
 
     def _of(self, kind: Any) -> Any:  # noqa: ANN401 - a type or what stands for one in annotations
         origin = get_origin(kind)

@@ -131,8 +131,7 @@ class Operation(Generic[P, V]):
 
     def prepare(self) -> None:
         """Derive the codecs in advance, so that the first call is as fast as the others."""
-        self.arguments.prepare()
-        self.result.prepare()
+        _ = self.arguments, self.result
 
     @cached_property
     def arguments(self) -> Codec[Any]:

@@ -23,7 +23,7 @@ from typing import (
 
 import msgspec
 
-from ._codec import DECODE_ERRORS, ENCODE_ERRORS, encode, not_encoded, to_msgpack
+from ._codec import DECODE_ERRORS, ENCODE_ERRORS, encode, misfit, not_encoded, to_msgpack
 from ._values import Reference, Resolve
 from ._wire import decode_error, encode_attachment, encode_call_attachment
 from .exceptions import (
@@ -280,8 +280,7 @@ class Call(Generic[P, V]):
             try:
                 return cast("V", self._value_of(self._decode(answer)))
             except DECODE_ERRORS as error:
-                codec = self._operation.result
-                raise codec.misfit(error, answer, f"reply of {self._what}") from error
+                raise misfit(error, f"reply of {self._what}") from error
         return cast("V", self._result(ok, answer, started + caller.timeout))
 
     def begin(self, *args: P.args, **kwargs: P.kwargs) -> Future[V]:

@@ -424,7 +424,7 @@ class ServedObject:
         method = call.method
         if stage is _Stage.ADMITTED:
             if isinstance(error, DECODE_ERRORS):
-                error = method.operation.arguments.misfit(error, call.payload, method.what)
+                error = misfit(error, method.what)
             if isinstance(error, ZenohIceError):
                 with self._turn.changed:
                     self._executed -= 1
