@@ -84,7 +84,8 @@ def stop_robot(component: Component) -> None:
         for operation in proxy.ice_interface.stop_operations:
             try:
                 # Every parameter of a stop operation is optional.
-                calls[proxy.ice_call(operation).begin(*(None for _ in operation.arguments.fields))] = name
+                arguments = [None] * len(operation.arguments.fields)
+                calls[getattr(proxy, operation.method).begin(*arguments)] = name
             except ZenohIceError as error:
                 _logger.warning("self.%s could not be stopped: %s", name, error)
     done, late = wait(calls, _STOP)

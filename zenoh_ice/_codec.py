@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from contextvars import ContextVar
 from dataclasses import dataclass
-from functools import lru_cache, partial, reduce
+from functools import lru_cache, reduce
 from operator import attrgetter
 from typing import Any, Final, Generic, NamedTuple, Protocol, TypeVar
 
@@ -30,6 +30,8 @@ from .exceptions import MarshalException
 from .text import printable
 
 LARGE: Final = 1 << 16  # size in bytes from which a byte sequence becomes a separate piece
+LARGEST: Final = 1 << 20  # bytes of a payload that is decoded
+LARGEST_BULK: Final = 32 << 20  # the same, if its type holds byte sequences: images
 
 DECODE_ERRORS: Final = (TypeError, ValueError, OverflowError, RecursionError, MemoryError)
 """Exceptions of msgspec for payloads that it cannot decode, and TypeError for such types of a schema."""
@@ -170,9 +172,15 @@ class Codec(Generic[S]):
         known, wire = StructType.known, WireTypes(struct)  # in this order: other threads make classes, too
         self._decoder: tuple[object, msgspec.msgpack.Decoder[S]] = known, _decoder(wire)
         """The classes that were known, and what decodes these."""
-        self._plain = wire.plain
+        self.decode: Callable[[bytes], S] | None = self._decoder[1].decode if wire.plain else None
+        """C code that does as `unpack`, and raises DECODE_ERRORS, which `misfit` explains.
+
+        None where classes or proxies stand in the type.
+        """
         self.holds_bytes = bytes in wire.leaves
-        """Whether a byte sequence stands anywhere in the type: such payloads may be larger."""
+        """Whether a byte sequence stands anywhere in the type."""
+        self.size_limit = LARGEST_BULK if self.holds_bytes else LARGEST
+        """How many bytes a payload may have."""
 
     def _make_by_name(self, *values: object, **named: object) -> S:
         if len(values) > len(self.fields):
@@ -211,7 +219,7 @@ class Codec(Generic[S]):
                 setattr(reduce(getattr, way, struct), name, large)
             return struct
         try:
-            return self.decoder(resolve)(payload)
+            return self.decode(payload) if self.decode is not None else self._decode(payload, resolve)
         except DECODE_ERRORS as error:
             raise misfit(error, what) from error
 
@@ -219,11 +227,7 @@ class Codec(Generic[S]):
         """Return what stands for the struct that `unpack` returns: None, a value or a tuple."""
         return self.value_of(self.unpack(payload, what, resolve))
 
-    def decoder(self, resolve: Resolve | None) -> Callable[[bytes], S]:
-        """Return what does as `unpack`, and raises DECODE_ERRORS instead, which `misfit` explains."""
-        return self._decoder[1].decode if self._plain else partial(self._decode, resolve)
-
-    def _decode(self, resolve: Resolve | None, payload: bytes) -> S:
+    def _decode(self, payload: bytes, resolve: Resolve | None) -> S:
         known, decoder = self._decoder
         if known is not StructType.known:
             known = StructType.known  # first, as above

@@ -96,7 +96,7 @@ class Pool:
         self.lines: Final[dict[object, deque[Callable[[], object]]]] = {}
         """Lines with waiting or running jobs: later ones must not overtake them."""
         self._stop_watch: Callable[[], object] | None = None
-        self._grow()
+        self._hand_on()
 
     def place(self, kind: type, place: Callable[[Any], Job | None]) -> None:
         """Let a function make jobs, or None, of the objects of a type that are put among the jobs.
@@ -133,7 +133,7 @@ class Pool:
         with self._lock:
             self._limit += threads
             if not self._leader:
-                self._grow()
+                self._hand_on()
 
     @contextmanager
     def blocked(self) -> Iterator[None]:
@@ -171,8 +171,11 @@ class Pool:
         self.jobs.put(None)
         return _join(threads, timeout)
 
-    def _grow(self) -> None:
-        """Start a thread if none is idle and the limit allows; to be called with the lock."""
+    def _hand_on(self) -> None:
+        """Let another thread lead, a new one if none is idle and the limit allows; with the lock."""
+        if self._leader:
+            self._leader, self._began = 0, 0.0
+            self._lead.release()
         if self._idle > 0 or self._closed or not self.has_threads or len(self._threads) >= self._limit:
             return
         name = f"{self._name}-{next(self._serials)}"
@@ -180,12 +183,6 @@ class Pool:
         thread.start()
         self._threads.add(thread)
         self._idle += 1
-
-    def _hand_on(self) -> None:
-        """Let another thread lead; to be called with the lock, while one leads."""
-        self._leader, self._began = 0, 0.0
-        self._lead.release()
-        self._grow()
 
     def _look(self) -> None:
         self.pulse.beat()

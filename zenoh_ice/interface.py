@@ -122,12 +122,9 @@ class Operation(Generic[P, V]):
         """Return what calls the operation; the proxy holds it from then on."""
         if proxy is None:
             return self
-        call = vars(proxy)[self.method] = proxy.ice_call(self)
+        call: Call[P, V] = proxy.ice_calls[self.streamed](proxy, self)
+        vars(proxy)[self.method] = call
         return call
-
-    def __call__(self, proxy: ObjectPrx, *args: P.args, **kwargs: P.kwargs) -> V:
-        """Call the operation of a proxy: `PoseHeadPrx.getPose(head)`, as Python has it of methods."""
-        return proxy.ice_call(self)(*args, **kwargs)
 
     def prepare(self) -> None:
         """Derive the codecs in advance, so that the first call is as fast as the others."""

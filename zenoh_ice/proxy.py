@@ -53,6 +53,262 @@ _RETRY_WAIT: Final = 0.5
 _LONGEST_TIMEOUT: Final = 86_400.0  # s
 
 
+class Call(Generic[P, V]):
+    """An operation of a proxy: call it and wait for its outcome, or begin to."""
+
+    def __init__(self, proxy: ObjectPrx, operation: Operation[P, V]) -> None:
+        arguments, result = operation.arguments, operation.result
+        self.__doc__ = operation.__doc__
+        self._proxy: Final = proxy
+        self._communicator: Final = proxy._communicator
+        self._operation: Final = operation
+        self._what: Final = f"{proxy._target.identity}.{operation.name}"
+        self._fingerprint: Final = proxy.ice_interface.fingerprint
+        self._size_limit: Final = arguments.size_limit
+        self._make: Final = arguments.make
+        self._decode: Final = result.decode
+        self._value_of: Final = result.value_of
+        self._caller: Caller | None = None  # once its servant was found
+
+    def __call__(self, *args: P.args, **kwargs: P.kwargs) -> V:
+        """Call the operation and wait for its outcome.
+
+        Raises the exceptions that the operation declares, or a SystemException; always within the limit.
+        """
+        caller, communicator = self._caller, self._communicator
+        if caller is None:
+            if self._proxy._line in communicator.pool.lines:  # not before calls that wait for the servant
+                return self.begin(*args, **kwargs).result()
+            caller = self._find(time.monotonic() + self._proxy._timeout)
+        arguments = self._make(*args, **kwargs) if kwargs else self._make(*args)
+        if self._proxy._oneway:
+            return cast("V", self._send(caller, arguments))
+        # As `_request` does, in place: each step into another function costs a small call a microsecond.
+        try:
+            payload = to_msgpack(arguments)
+        except ENCODE_ERRORS as error:
+            raise not_encoded(error, self._what) from error
+        if len(payload) > self._size_limit or communicator.destroyed:
+            self._refuse(payload)
+        number = next(communicator.call_numbers)
+        call_id = f"{communicator.client_id}/{number}"
+        attachment = encode_attachment(
+            (self._fingerprint, number, math.nan, time.time(), call_id, caller.timeout)
+        )
+        started = time.monotonic()
+        try:
+            ok, answer = caller.call(payload, attachment)
+        except NoAnswer as end:
+            ok, answer = self._retry(caller, payload, attachment, end, started)
+        if ok and (decode := self._decode) is not None and isinstance(answer, bytes):
+            try:
+                return cast("V", self._value_of(decode(answer)))
+            except DECODE_ERRORS as error:
+                raise misfit(error, f"reply of {self._what}") from error
+        return cast("V", self._result(ok, answer, started + caller.timeout))
+
+    def begin(self, *args: P.args, **kwargs: P.kwargs) -> Future[V]:
+        """Call the operation without waiting; the future has what the call would return or raise."""
+        communicator, line = self._communicator, self._proxy._line
+        arguments = self._make(*args, **kwargs)
+        future: Future[V] = communicator.new_future()
+        deadline = time.monotonic() + self._proxy._timeout
+
+        def start() -> None:
+            try:
+                caller = self._caller or self._find(deadline)
+                if not future.done():  # cancelled during the search for its servant
+                    self._begin(caller, arguments, future)
+            except Exception as error:  # noqa: BLE001 - the future raises it
+                fail(future, error)
+
+        try:
+            if line in communicator.pool.lines or not communicator.knows(self._proxy._target):
+                communicator.pool.submit_in_line(line, start)  # it may take a while
+            else:
+                start()
+        except ZenohIceError as error:
+            fail(future, error)
+        return future
+
+    def _find(self, deadline: float) -> Caller:
+        """Wait until the servant is there, and return what calls it.
+
+        Both together end at a moment of the monotonic clock, at most the proxy's limit from now.
+        """
+        proxy, operation, communicator = self._proxy, self._operation, self._communicator
+        target, limit = proxy._target, proxy._timeout
+        if proxy._oneway and not operation.oneway:
+            raise TwowayOnlyException(
+                f"{self._what} returns something or declares exceptions, which a oneway call would not get: "
+                "call it by a twoway proxy"
+            )
+        if not communicator.knows(target):
+            communicator.check()
+            # A call of a servant that was lost fails at once, as every later one.
+            if not communicator.presence.is_lost(target):
+                communicator.find(target, None, deadline - time.monotonic(), since=deadline - limit)
+        left = deadline - time.monotonic()
+        if left < 0.95 * limit:  # in tenths: for each other limit there is another querier
+            limit *= max(1, int(10 * left / limit)) / 10
+        caller = communicator.transport.caller(target, operation, timeout=limit)
+        # Later calls use it, too, but must not overtake those that wait for the servant.
+        if limit == proxy._timeout and proxy._line not in communicator.pool.lines:
+            self._caller = caller
+        return caller
+
+    def _request(self, arguments: msgspec.Struct, timeout: float) -> tuple[bytes, bytes]:
+        """Return arguments as they travel, and what travels beside them; raises MarshalException."""
+        payload = encode(arguments, self._what)
+        if len(payload) > self._size_limit or self._communicator.destroyed:
+            self._refuse(payload)
+        number, client = next(self._communicator.call_numbers), self._communicator.client_id
+        return payload, encode_call_attachment(self._fingerprint, number, client, timeout)
+
+    def _refuse(self, payload: bytes) -> NoReturn:
+        """Raise why a request is not sent: after a fork, say, the session must not be touched."""
+        self._communicator.check()
+        raise MarshalException(
+            f"{self._what}: a request of {len(payload)} bytes; at most {self._size_limit} are sent"
+        )
+
+    def _result(self, ok: bool, answer: bytes | Parted, deadline: float) -> object:
+        """Return what the operation returns, or raise what it raises."""
+        operation, resolve = self._operation, self._communicator.stringToProxy
+        if ok:
+            return operation.result.unpack_result(answer, f"reply of {self._what}", resolve)
+        failure = decode_error(cast("bytes", answer), operation.exceptions, self._what, resolve)
+        # Not of the call that asks for the difference: one that refused it, too, would be asked for ever.
+        if isinstance(failure, InterfaceMismatchException) and not failure.member and self._fingerprint:
+            difference = _difference(self._proxy, deadline)
+            raise InterfaceMismatchException(
+                f"{failure}; {difference}", failure.expected, failure.found, difference
+            )
+        raise failure
+
+    def _retry(
+        self, caller: Caller, payload: bytes, attachment: bytes, end: NoAnswer, started: float
+    ) -> Outcome:
+        """Call an idempotent operation again if its server was lost and is back.
+
+        Otherwise raise what says why there was no answer.
+        """
+        communicator, target, what = self._communicator, self._proxy._target, self._what
+        error = communicator.explain_no_answer(target, what, started, caller.timeout, end)
+        left = started + caller.timeout - time.monotonic()
+        presence = communicator.presence
+        if (
+            not self._operation.idempotent
+            or end.timed_out
+            or left <= 0
+            or not presence.lost_since(target, started)
+            or not presence.wait_for_return(target, min(_RETRY_WAIT, left))
+        ):
+            raise error
+        again = time.monotonic()
+        caller = self._find(started + caller.timeout)
+        try:
+            return caller.call(payload, attachment)
+        except NoAnswer as second:
+            raise communicator.explain_no_answer(target, what, again, caller.timeout, second) from None
+
+    def _send(self, caller: Caller, arguments: msgspec.Struct) -> None:
+        """Call without an answer; raises SystemException when nobody is there."""
+        target = self._proxy._target
+        if not self._communicator.knows(target):
+            raise self._communicator.presence.explain_absence(target)
+        caller.send(*self._request(arguments, 0.0))  # nobody waits for its end
+
+    def _begin(self, caller: Caller, arguments: msgspec.Struct, future: Future[Any]) -> None:
+        """Call without waiting, and let a future have the outcome."""
+        patience = 0.0 if self._proxy._oneway else caller.timeout
+        payload, attachment = self._request(arguments, patience)
+        started = time.monotonic()
+
+        def finish(outcome: Outcome | SystemException) -> None:  # on a thread of the pool
+            if future.done():
+                return
+            try:
+                if isinstance(outcome, NoAnswer):
+                    with self._communicator.pool.blocked():  # it may call again
+                        outcome = self._retry(caller, payload, attachment, outcome, started)
+                if isinstance(outcome, SystemException):
+                    raise outcome
+                result = self._result(*outcome, started + caller.timeout)
+            except BaseException as error:  # noqa: BLE001 - the future raises it
+                fail(future, error)
+            else:
+                with suppress(InvalidStateError):  # cancelled meanwhile
+                    future.set_result(result)
+
+        cancel = caller.begin(payload, attachment, finish)
+        future.add_done_callback(lambda done: cancel() if done.cancelled() else None)
+
+
+class StreamedCall(Call[P, V]):
+    """A streamed operation of a proxy: call it for the value now, or follow its stream.
+
+    The first use of the stream subscribes; the servant publishes from then on, until the last subscription is
+    closed and nobody has asked for a sample for 10 s. The next question subscribes again.
+    """
+
+    _reader: StreamReader[V] | None = None
+
+    def latest(self) -> Sample[V] | None:
+        """Return the newest sample without a round trip, or None before the first has come.
+
+        `value` of the sample is what the call returns, `age` its age in wall seconds. Raises MarshalException
+        for a sample that does not fit the operation, InterfaceMismatchException for one of a servant with
+        another version of the interface.
+        """
+        return (self._reader or self._open()).latest()
+
+    def wait(self, after: Sample[V] | None = None, timeout: float | None = None) -> Sample[V]:
+        """Return the next sample newer than `after`, or the newest at once without `after`.
+
+        Waits for at most `timeout` s, by default the proxy's limit for calls. Raises TimeoutException;
+        ConnectionLostException or ObjectNotExistException when the servant is gone; otherwise as `latest`.
+        """
+        return (self._reader or self._open()).wait(after, self._patience(timeout))
+
+    def samples(self, timeout: float | None = None, *, rate: float | None = None) -> Samples[V]:
+        """Return what yields sample after sample, always the newest, in `for` and in `async for`.
+
+        With a rate, at most that many per second. Waits for each for at most `timeout` s, by default the
+        proxy's limit for calls; raises as `wait` does.
+        """
+        return Samples(self._reader or self._open(), self._patience(timeout), rate)
+
+    def __aiter__(self) -> AsyncIterator[Sample[V]]:
+        """Yield sample after sample, as `samples` does."""
+        return aiter(self.samples())
+
+    def subscribe(
+        self, callback: Callable[[Sample[V]], Any], *, rate: float | None = None, queue: int = 1
+    ) -> Subscription[V]:
+        """Call a function with sample after sample, on its own thread.
+
+        While it runs, at most `queue` samples wait for it, and further ones replace the oldest: with 1 it
+        always gets the newest, and one that must miss none needs as many as come while it may be busy. `rate`
+        is how many it gets a second at most.
+
+        It continues by itself after a restart of the server. An exception of the function is logged.
+        """
+        return (self._reader or self._open()).subscribe(callback, rate, queue)
+
+    def _patience(self, timeout: float | None) -> float:
+        if timeout is None:
+            return self._proxy.ice_getInvocationTimeout() / 1000
+        if not timeout >= 0.0:
+            raise ConfigurationException(f"a wait lasts 0 s or more, not {timeout!r}")
+        return min(timeout, threading.TIMEOUT_MAX)
+
+    def _open(self) -> StreamReader[V]:
+        streams, target = self._proxy.ice_getCommunicator().streams, self._proxy._target
+        self._reader = streams.reader(target, self._operation)
+        return self._reader
+
+
 class ObjectPrx(Reference):
     """A proxy: it stands for a servant, wherever that is, and survives the restart of its server.
 
@@ -61,6 +317,8 @@ class ObjectPrx(Reference):
     """
 
     ice_interface: ClassVar[Interface] = OBJECT_INTERFACE
+    ice_calls: ClassVar = Call, StreamedCall
+    """What calls an operation, and one that has a stream."""
 
     def __init_subclass__(cls, *, id: str = "", fingerprint: str = "", **options: Any) -> None:  # noqa: ANN401
         """Make the interface that a class declares: its type id, and the digest of its canonical form."""
@@ -160,21 +418,14 @@ class ObjectPrx(Reference):
 
     # What every servant answers.
 
-    def ice_ping(self) -> None:
-        """Return once the servant has answered."""
-        self.ice_invoke(ICE_PING)
-
-    def ice_isA(self, id: str) -> bool:
-        """Return whether the servant has the interface of a type id."""
-        return self.ice_invoke(ICE_IS_A, id)
-
-    def ice_id(self) -> str:
-        """Return the type id of the servant's own interface."""
-        return self.ice_invoke(ICE_ID)
-
-    def ice_ids(self) -> list[str]:
-        """Return the type ids of all interfaces of the servant."""
-        return self.ice_invoke(ICE_IDS)
+    ice_ping = ICE_PING
+    """Return once the servant has answered."""
+    ice_isA = ICE_IS_A
+    """Return whether the servant has the interface of a type id."""
+    ice_id = ICE_ID
+    """Return the type id of the servant's own interface."""
+    ice_ids = ICE_IDS
+    """Return the type ids of all interfaces of the servant."""
 
     def ice_describe(self) -> Schema:
         """Return the servant's own interface, its base interfaces, and every type that they use.
@@ -183,15 +434,9 @@ class ObjectPrx(Reference):
         """
         return parse_schema(self.ice_invoke(ICE_DESCRIBE))
 
-    # How it calls what.
-
-    def ice_call(self, operation: Operation[P, V]) -> Call[P, V]:
-        """Return what calls an operation, and follows its stream if it has one."""
-        return (StreamedCall if operation.streamed else Call)(self, operation)
-
     def ice_invoke(self, operation: Operation[P, V], *args: P.args, **kwargs: P.kwargs) -> V:
         """Call an operation and wait for its outcome, as `Call` does."""
-        return self.ice_call(operation)(*args, **kwargs)
+        return Call(self, operation)(*args, **kwargs)
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, ObjectPrx):
@@ -229,206 +474,6 @@ class ObjectPrx(Reference):
             )
 
 
-class Call(Generic[P, V]):
-    """An operation of a proxy: call it and wait for its outcome, or begin to."""
-
-    def __init__(self, proxy: ObjectPrx, operation: Operation[P, V]) -> None:
-        communicator, arguments, result = proxy._communicator, operation.arguments, operation.result
-        self.__doc__ = operation.__doc__
-        self._proxy: Final = proxy
-        self._communicator: Final = communicator
-        self._operation: Final = operation
-        self._what: Final = f"{proxy._target.identity}.{operation.name}"
-        self._fingerprint: Final = proxy.ice_interface.fingerprint
-        self._size_limit: Final = communicator.settings.size_limit(holds_bytes=arguments.holds_bytes)
-        self._make: Final = arguments.make
-        self._decode: Final = result.decoder(communicator.stringToProxy)
-        self._value_of: Final = result.value_of
-        self._caller: Caller | None = None  # once its servant was found
-
-    def __call__(self, *args: P.args, **kwargs: P.kwargs) -> V:
-        """Call the operation and wait for its outcome.
-
-        Raises the exceptions that the operation declares, or a SystemException; always within the limit.
-        """
-        caller, communicator = self._caller, self._communicator
-        if caller is None:
-            if self._proxy._line in communicator.pool.lines:  # not before calls that wait for the servant
-                return self.begin(*args, **kwargs).result()
-            caller = self._keep(self._find(time.monotonic()))
-        arguments = self._make(*args, **kwargs) if kwargs else self._make(*args)
-        if self._proxy._oneway:
-            return cast("V", self._send(caller, arguments))
-        # As `_request` does, in place: each step into another function costs a small call a microsecond.
-        try:
-            payload = to_msgpack(arguments)
-        except ENCODE_ERRORS as error:
-            raise not_encoded(error, self._what) from error
-        if len(payload) > self._size_limit or communicator.destroyed:
-            self._refuse(payload)
-        number = next(communicator.call_numbers)
-        call_id = f"{communicator.client_id}/{number}"
-        attachment = encode_attachment(
-            (self._fingerprint, number, math.nan, time.time(), call_id, caller.timeout)
-        )
-        started = time.monotonic()
-        try:
-            ok, answer = caller.call(payload, attachment)
-        except NoAnswer as end:
-            ok, answer = self._retry(caller, payload, attachment, end, started)
-        if ok and isinstance(answer, bytes):
-            try:
-                return cast("V", self._value_of(self._decode(answer)))
-            except DECODE_ERRORS as error:
-                raise misfit(error, f"reply of {self._what}") from error
-        return cast("V", self._result(ok, answer, started + caller.timeout))
-
-    def begin(self, *args: P.args, **kwargs: P.kwargs) -> Future[V]:
-        """Call the operation without waiting; the future has what the call would return or raise."""
-        communicator, line = self._communicator, self._proxy._line
-        arguments = self._make(*args, **kwargs)
-        future: Future[V] = communicator.new_future()
-        began = time.monotonic()
-
-        def start() -> None:
-            try:
-                caller = self._caller or self._find(began)
-                if line not in communicator.pool.lines:  # or other calls would overtake those in the line
-                    self._keep(caller)
-                if not future.done():  # cancelled during the search for its servant
-                    self._begin(caller, arguments, future)
-            except Exception as error:  # noqa: BLE001 - the future raises it
-                fail(future, error)
-
-        try:
-            if line in communicator.pool.lines or not communicator.knows(self._proxy._target):
-                communicator.pool.submit_in_line(line, start)  # it may take a while
-            else:
-                start()
-        except ZenohIceError as error:
-            fail(future, error)
-        return future
-
-    def _find(self, began: float) -> Caller:
-        """Wait until the servant is there, and return what calls it.
-
-        Both together take as long as a call may, from a moment of the monotonic clock on.
-        """
-        proxy, operation, communicator = self._proxy, self._operation, self._communicator
-        target, limit = proxy._target, proxy._timeout
-        if proxy._oneway and not operation.oneway:
-            raise TwowayOnlyException(
-                f"{self._what} returns something or declares exceptions, which a oneway call would not get: "
-                "call it by a twoway proxy"
-            )
-        if not communicator.knows(target):
-            communicator.check()
-            # A call of a servant that was lost fails at once, as every later one.
-            if not communicator.presence.is_lost(target):
-                communicator.find(target, None, began + limit - time.monotonic(), since=began)
-        return self._caller_within(began + limit - time.monotonic())
-
-    def _caller_within(self, left: float) -> Caller:
-        """Return what calls the servant within so many s, which are at most the proxy's limit."""
-        limit = self._proxy._timeout
-        if left < 0.95 * limit:  # in tenths: for each other limit there is another querier
-            limit *= max(1, int(10 * left / limit)) / 10
-        return self._communicator.transport.caller(self._proxy._target, self._operation, timeout=limit)
-
-    def _keep(self, caller: Caller) -> Caller:
-        """Let later calls use a caller, if it has the proxy's limit."""
-        if caller.timeout == self._proxy._timeout:
-            self._caller = caller
-        return caller
-
-    def _request(self, arguments: msgspec.Struct, timeout: float) -> tuple[bytes, bytes]:
-        """Return arguments as they travel, and what travels beside them; raises MarshalException."""
-        payload = encode(arguments, self._what)
-        if len(payload) > self._size_limit or self._communicator.destroyed:
-            self._refuse(payload)
-        number, client = next(self._communicator.call_numbers), self._communicator.client_id
-        return payload, encode_call_attachment(self._fingerprint, number, client, timeout)
-
-    def _refuse(self, payload: bytes) -> NoReturn:
-        """Raise why a request is not sent: after a fork, say, the session must not be touched."""
-        self._communicator.check()
-        raise MarshalException(
-            f"{self._what}: a request of {len(payload)} bytes; at most {self._size_limit} are sent"
-        )
-
-    def _result(self, ok: bool, answer: bytes | Parted, deadline: float) -> object:
-        """Return what the operation returns, or raise what it raises."""
-        operation, resolve = self._operation, self._communicator.stringToProxy
-        if ok:
-            return operation.result.unpack_result(answer, f"reply of {self._what}", resolve)
-        failure = decode_error(cast("bytes", answer), operation.exceptions, self._what, resolve)
-        # Not of the call that asks for the difference: one that refused it, too, would be asked for ever.
-        if isinstance(failure, InterfaceMismatchException) and not failure.member and self._fingerprint:
-            difference = _difference(self._proxy, deadline)
-            raise InterfaceMismatchException(
-                f"{failure}; {difference}", failure.expected, failure.found, difference
-            )
-        raise failure
-
-    def _retry(
-        self, caller: Caller, payload: bytes, attachment: bytes, end: NoAnswer, started: float
-    ) -> Outcome:
-        """Call an idempotent operation again if its server was lost and is back.
-
-        Otherwise raise what says why there was no answer.
-        """
-        communicator, target, what = self._communicator, self._proxy._target, self._what
-        error = communicator.explain_no_answer(target, what, started, caller.timeout, end)
-        left = started + caller.timeout - time.monotonic()
-        presence = communicator.presence
-        if (
-            not self._operation.idempotent
-            or end.timed_out
-            or left <= 0
-            or not presence.lost_since(target, started)
-            or not presence.wait_for_return(target, min(_RETRY_WAIT, left))
-        ):
-            raise error
-        again = time.monotonic()
-        caller = self._caller_within(started + caller.timeout - again)
-        try:
-            return caller.call(payload, attachment)
-        except NoAnswer as second:
-            raise communicator.explain_no_answer(target, what, again, caller.timeout, second) from None
-
-    def _send(self, caller: Caller, arguments: msgspec.Struct) -> None:
-        """Call without an answer; raises SystemException when nobody is there."""
-        target = self._proxy._target
-        if not self._communicator.knows(target):
-            raise self._communicator.presence.explain_absence(target)
-        caller.send(*self._request(arguments, 0.0))  # nobody waits for its end
-
-    def _begin(self, caller: Caller, arguments: msgspec.Struct, future: Future[Any]) -> None:
-        """Call without waiting, and let a future have the outcome."""
-        patience = 0.0 if self._proxy._oneway else caller.timeout
-        payload, attachment = self._request(arguments, patience)
-        started = time.monotonic()
-
-        def finish(outcome: Outcome | SystemException) -> None:  # on a thread of the pool
-            if future.done():
-                return
-            try:
-                if isinstance(outcome, NoAnswer):
-                    with self._communicator.pool.blocked():  # it may call again
-                        outcome = self._retry(caller, payload, attachment, outcome, started)
-                if isinstance(outcome, SystemException):
-                    raise outcome
-                result = self._result(*outcome, started + caller.timeout)
-            except BaseException as error:  # noqa: BLE001 - the future raises it
-                fail(future, error)
-            else:
-                with suppress(InvalidStateError):  # cancelled meanwhile
-                    future.set_result(result)
-
-        cancel = caller.begin(payload, attachment, finish)
-        future.add_done_callback(lambda done: cancel() if done.cancelled() else None)
-
-
 def _difference(proxy: ObjectPrx, deadline: float) -> str:
     """Return in what the interface of a proxy differs from that of its servant; asks the servant."""
     left = deadline - time.monotonic()
@@ -445,67 +490,3 @@ def fail(future: Future[Any], error: BaseException) -> None:
     """Give a future an exception, unless it has an outcome already."""
     with suppress(InvalidStateError):
         future.set_exception(error)
-
-
-class StreamedCall(Call[P, V]):
-    """A streamed operation of a proxy: call it for the value now, or follow its stream.
-
-    The first use of the stream subscribes; the servant publishes from then on, until the last subscription is
-    closed and nobody has asked for a sample for 10 s. The next question subscribes again.
-    """
-
-    _reader: StreamReader[V] | None = None
-
-    def latest(self) -> Sample[V] | None:
-        """Return the newest sample without a round trip, or None before the first has come.
-
-        `value` of the sample is what the call returns, `age` its age in wall seconds. Raises MarshalException
-        for a sample that does not fit the operation, InterfaceMismatchException for one of a servant with
-        another version of the interface.
-        """
-        return (self._reader or self._open()).latest()
-
-    def wait(self, after: Sample[V] | None = None, timeout: float | None = None) -> Sample[V]:
-        """Return the next sample newer than `after`, or the newest at once without `after`.
-
-        Waits for at most `timeout` s, by default the proxy's limit for calls. Raises TimeoutException;
-        ConnectionLostException or ObjectNotExistException when the servant is gone; otherwise as `latest`.
-        """
-        return (self._reader or self._open()).wait(after, self._patience(timeout))
-
-    def samples(self, timeout: float | None = None, *, rate: float | None = None) -> Samples[V]:
-        """Return what yields sample after sample, always the newest, in `for` and in `async for`.
-
-        With a rate, at most that many per second. Waits for each for at most `timeout` s, by default the
-        proxy's limit for calls; raises as `wait` does.
-        """
-        return Samples(self._reader or self._open(), self._patience(timeout), rate)
-
-    def __aiter__(self) -> AsyncIterator[Sample[V]]:
-        """Yield sample after sample, as `samples` does."""
-        return aiter(self.samples())
-
-    def subscribe(
-        self, callback: Callable[[Sample[V]], Any], *, rate: float | None = None, queue: int = 1
-    ) -> Subscription[V]:
-        """Call a function with sample after sample, on its own thread.
-
-        While it runs, at most `queue` samples wait for it, and further ones replace the oldest: with 1 it
-        always gets the newest, and one that must miss none needs as many as come while it may be busy. `rate`
-        is how many it gets a second at most.
-
-        It continues by itself after a restart of the server. An exception of the function is logged.
-        """
-        return (self._reader or self._open()).subscribe(callback, rate, queue)
-
-    def _patience(self, timeout: float | None) -> float:
-        if timeout is None:
-            return self._proxy.ice_getInvocationTimeout() / 1000
-        if not timeout >= 0.0:
-            raise ConfigurationException(f"a wait lasts 0 s or more, not {timeout!r}")
-        return min(timeout, threading.TIMEOUT_MAX)
-
-    def _open(self) -> StreamReader[V]:
-        streams, target = self._proxy.ice_getCommunicator().streams, self._proxy._target
-        self._reader = streams.reader(target, self._operation)
-        return self._reader

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, NamedTuple, TypeVar
 
 import msgspec
 
-from ._codec import DECODE_ERRORS, ENCODE_ERRORS, misfit, not_encoded, to_msgpack
+from ._codec import DECODE_ERRORS, ENCODE_ERRORS, LARGEST_BULK, misfit, not_encoded, to_msgpack
 from ._presence import servant_token
 from ._threads import Job, Kind
 from ._wire import (
@@ -58,6 +58,7 @@ V = TypeVar("V")
 _MOST_WAITING: Final = 64  # calls of a servant
 _MOST_ONEWAY: Final = 1024  # the same, where nobody waits for the answer
 _MOST_UNANSWERED: Final = 1024  # calls that a servant answers later
+_MOST_BYTES: Final = LARGEST_BULK  # of the calls that wait, and of those that are answered later
 _CONCURRENT_CALLS: Final = 4  # of a servant that lets its calls overlap
 _DRAIN_LIMIT: Final = 1.0  # s to wait for running calls
 _TOKEN_LIMIT: Final = 1.0  # s to wait for the report of our own tokens' end
@@ -170,8 +171,7 @@ def publisher(operation: Operation[..., V]) -> cached_property[Publisher[V]]:
 
 
 class _Here(threading.local):
-    def __init__(self) -> None:
-        self.turns: list[_Turn] = []  # of the servants whose calls this thread runs, the innermost last
+    turns: tuple[_Turn, ...] = ()  # of the servants whose calls this thread runs, the innermost last
 
 
 _here: Final = _Here()
@@ -196,7 +196,7 @@ class _Method:
     what: str
     function: Callable[..., Any]  # the servant's method
     limit: int  # bytes that the arguments may have
-    decode: Callable[[bytes], msgspec.Struct]  # returns arguments that came; raises one of DECODE_ERRORS
+    decode: Callable[[bytes], msgspec.Struct]  # of the arguments; raises MarshalException or DECODE_ERRORS
     make_result: Callable[[Any], msgspec.Struct] | None  # of one value without byte sequences
     fingerprints: frozenset[str] | None  # of the callers' interfaces; None for what every servant has
     kind: Kind
@@ -240,7 +240,6 @@ class ServedObject:
             self._add_method(operation, None)
         width = _CONCURRENT_CALLS if servant.ice_concurrent else 1
         self._turn: Final[_Turn] = servant.__dict__.setdefault(_TURN, _Turn(width))
-        self._most_bytes: Final = communicator.settings.max_bulk_size
         self._executed = 0
         self._failed = 0
         self._refused = 0
@@ -312,11 +311,11 @@ class ServedObject:
             current = Current(
                 self.target.identity, operation.name, about.call_id, timeout, self._communicator
             )
-            turns.append(turn)
+            _here.turns = (*turns, turn)
             try:
                 result = method.function(*arguments, current)
             finally:
-                turns.pop()
+                _here.turns = turns
             stage = _Stage.RETURNED
             if operation.amd and (future := self._future_of(result)) is not None:
                 self._answer_later(call, future)
@@ -352,7 +351,7 @@ class ServedObject:
         """Let a call wait for its turn; raises BusyException when too many do. Holds the turn's lock."""
         turn, size = self._turn, len(call.payload)
         most = _MOST_WAITING if call.about.timeout > 0 else _MOST_ONEWAY
-        too_large = turn.waiting_bytes + size > self._most_bytes
+        too_large = turn.waiting_bytes + size > _MOST_BYTES
         if len(turn.waiting) >= most or (turn.waiting and too_large):
             raise BusyException(
                 f"{call.method.what}: {len(turn.waiting)} calls are already waiting; "
@@ -365,7 +364,7 @@ class ServedObject:
 
     def _check_unanswered(self, size: int, what: str) -> None:
         """Raise BusyException when there is no room for one more call that is answered later."""
-        too_large = self._unanswered_bytes + size > self._most_bytes
+        too_large = self._unanswered_bytes + size > _MOST_BYTES
         if self._unanswered >= _MOST_UNANSWERED or (self._unanswered and too_large):
             raise BusyException(
                 f"{what}: {self._unanswered} calls are not answered yet; this one was not executed"
@@ -456,12 +455,13 @@ class ServedObject:
     def _add_method(self, operation: Operation[..., Any], fingerprints: frozenset[str] | None) -> None:
         # All before the first call: a type that cannot be decoded is an error of the servant's start.
         communicator, arguments = self._communicator, operation.arguments
+        what = f"{self.target.identity}.{operation.name}"
         self._methods[operation.name] = _Method(
             operation,
-            f"{self.target.identity}.{operation.name}",
+            what,
             getattr(self.servant, operation.method),
-            communicator.settings.size_limit(holds_bytes=arguments.holds_bytes),
-            arguments.decoder(communicator.stringToProxy),
+            arguments.size_limit,
+            arguments.decode or partial(arguments.unpack, what=what, resolve=communicator.stringToProxy),
             operation.result.make_single,
             fingerprints,
             communicator.pool.kind(),
@@ -480,10 +480,9 @@ class ServedObject:
         for operation in self._interface.all_operations.values():
             if operation.streamed:
                 publisher = self.servant.ice_publisher(operation)
-                limit = communicator.settings.size_limit(holds_bytes=operation.result.holds_bytes)
                 outlet = communicator.transport.publish(self.target, operation)
                 later(outlet.close)
-                channel = Channel(outlet, self._interface.fingerprint, limit)
+                channel = Channel(outlet, self._interface.fingerprint)
                 publisher.attach(channel)
                 later(publisher.detach, channel)
                 self._outlets[operation.name] = outlet

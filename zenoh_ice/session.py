@@ -13,6 +13,7 @@ from typing import Any, Final
 
 import zenoh
 
+from ._codec import LARGEST_BULK
 from ._presence import client_token as client_token  # noqa: PLC0414 - for routers
 from .exceptions import ConfigurationException, ConnectFailedException, EndpointInUseException
 from .security import access_control, check_security, exposure
@@ -91,7 +92,7 @@ def session_config(settings: Settings) -> dict[str, Any]:
     congestion = {"block": {"wait_before_close": round(settings.timeout * 1e6)}}
     link: dict[str, Any] = {
         "tx": {"lease": lease, "queue": {"congestion_control": congestion}},
-        "rx": {"max_message_size": settings.max_bulk_size + (1 << 16)},
+        "rx": {"max_message_size": LARGEST_BULK + (1 << 16)},
     }
     if security.authority:
         # No link without TLS to where others say that somebody is.

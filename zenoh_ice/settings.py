@@ -53,7 +53,6 @@ Listen = Annotated[str, _text(rf"({_HOST}:(0|{_PORT})|{_SOCKET})([?#].*)?", _AN_
 # Zenoh keeps a kilobyte for each call until its limit has passed, answered or not.
 Timeout = Annotated[float, Meta(ge=0.001, le=60.0, description="write seconds from 0.001 to 60")]
 Lease = Annotated[float, Meta(ge=0.1, le=60.0, description="write seconds from 0.1 to 60")]
-Size = Annotated[int, Meta(ge=1, le=1 << 30, description="write a whole number from 1 to 1073741824")]
 Threads = Annotated[int, Meta(ge=1, le=256, description="write a whole number from 1 to 256")]
 Text = Annotated[str, _text(r"[^\0]*", "write text")]
 Name = Annotated[str, _text(r"[^\x00-\x1f\x7f-\x9f]{1,64}", "write 1 to 64 characters")]
@@ -116,8 +115,6 @@ class Settings(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, di
     lease: Lease = 2.0  # s of silence until a peer that hangs is lost; one that dies is noticed at once
     shared_memory: bool = True
     log_level: Literal["debug", "info", "warning", "error", "critical"] = "warning"
-    max_message_size: Size = 1 << 20  # bytes that are decoded, of an operation without byte sequences
-    max_bulk_size: Size = 32 << 20  # bytes that are decoded, of an operation with byte sequences: images
     dispatch_threads: Threads = 8  # for callbacks and the calls within the process
     security: Security = Security()
 
@@ -136,10 +133,6 @@ class Settings(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, di
     def override(self, **changes: object) -> Settings:
         """Return a copy with changes, `security` as a table; raises ConfigurationException for bad ones."""
         return _overlay(self, changes, "the program")
-
-    def size_limit(self, *, holds_bytes: bool) -> int:
-        """Return how many bytes a payload may have: more where its type holds byte sequences."""
-        return self.max_bulk_size if holds_bytes else self.max_message_size
 
     def describe(self) -> str:
         """Return a table of the settings, of `[security]` those given, and where each comes from."""

@@ -58,8 +58,6 @@ class Channel(NamedTuple):
 
     outlet: Outlet
     fingerprint: str
-    limit: int
-    """Largest size of a sample in bytes."""
 
 
 class Publisher(Generic[V]):
@@ -94,10 +92,10 @@ class Publisher(Generic[V]):
         if not channels:
             return
         what = f"sample of {self.operation.name}"
-        payload = self.operation.result.gather_result(value, what)
-        for channel in channels:
-            if len(payload) > channel.limit:
-                raise MarshalException(f"{what}: {len(payload)} bytes; at most {channel.limit} are sent")
+        result = self.operation.result
+        payload = result.gather_result(value, what)
+        if len(payload) > result.size_limit:
+            raise MarshalException(f"{what}: {len(payload)} bytes; at most {result.size_limit} are sent")
         with self._turn:  # they travel in the order of their numbers
             number = next(self._numbers)
             for channel in channels:

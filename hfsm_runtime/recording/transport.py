@@ -24,6 +24,7 @@ from zenoh_ice import Communicator, ObjectPrx, Sample, Settings, Subscription, U
 from zenoh_ice.exceptions import SystemException
 from zenoh_ice.in_process import InProcessTransport, Pool
 from zenoh_ice.interface import Operation
+from zenoh_ice.proxy import Call
 from zenoh_ice.transport import (
     Arrived,
     Caller,
@@ -198,18 +199,15 @@ class _Encoded:
     """A codec that lets payloads through as they are."""
 
     make: Final = msgspec.Raw
+    decode: Final = None
+    value_of: Final = None
 
     def __init__(self, operation_codec: Any) -> None:  # noqa: ANN401
         self.fields: Final = operation_codec.fields
         self.holds_bytes: Final = operation_codec.holds_bytes
+        self.size_limit: Final = operation_codec.size_limit
 
     def unpack_result(self, payload: bytes | Parted, *_: object) -> bytes | Parted:
-        return payload
-
-    def decoder(self, resolve: object) -> Callable[[bytes], bytes]:  # noqa: ARG002
-        return self.value_of
-
-    def value_of(self, payload: bytes) -> bytes:
         return payload
 
 
@@ -274,8 +272,8 @@ class _RecordedCaller(_Recorded):
     ) -> None:
         super().__init__(transport, target, operation)
         self.timeout: Final = proxy.ice_getInvocationTimeout() / 1000
-        self._call: Final = proxy.ice_call(_encoded(operation))
-        self._call_oneway: Final = proxy.ice_oneway().ice_call(_encoded(operation))
+        self._call: Final = Call(proxy, _encoded(operation))
+        self._call_oneway: Final = Call(proxy.ice_oneway(), _encoded(operation))
 
     def call(self, payload: bytes, attachment: bytes) -> Outcome:  # noqa: ARG002 - each call below has its own
         """Call and wait for the answer, while other threads run code."""

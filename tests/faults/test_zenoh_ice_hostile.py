@@ -262,9 +262,13 @@ class TestCallIds:
             assert handler.recv().ok is not None
 
     def test_calls_that_are_answered_later_hold_no_more_bytes_than_one_may_have(
-        self, endpoint: str, make_communicator: Callable[..., Communicator]
+        self,
+        endpoint: str,
+        make_communicator: Callable[..., Communicator],
+        monkeypatch: pytest.MonkeyPatch,
     ) -> None:
-        server = make_communicator(listen=[endpoint], max_bulk_size=40)
+        monkeypatch.setattr("zenoh_ice.servant._MOST_BYTES", 40)
+        server = make_communicator(listen=[endpoint])
         client = make_communicator(connect=[endpoint])
         adapter = server.createObjectAdapter("Test")
         servant = Later()

@@ -147,9 +147,13 @@ class TestOneway:
         assert len(caplog.records) < 5
 
     def test_bytes_of_calls_that_wait_are_bounded_too(
-        self, endpoint: str, make_communicator: Callable[..., Communicator]
+        self,
+        endpoint: str,
+        make_communicator: Callable[..., Communicator],
+        monkeypatch: pytest.MonkeyPatch,
     ) -> None:
-        server = make_communicator(listen=[endpoint], max_bulk_size=1 << 20)
+        monkeypatch.setattr("zenoh_ice.servant._MOST_BYTES", 1 << 20)
+        server = make_communicator(listen=[endpoint])
         client = make_communicator(connect=[endpoint])
         servant = GripperI()
         servant.leave.clear()

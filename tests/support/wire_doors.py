@@ -466,7 +466,7 @@ def _settings() -> Door:
 
     sound = [
         b"realm = 'nao'\nconnect = ['tcp/127.0.0.1:7447', 'unixsock-stream/nao.sock']\ntimeout = 2.5\n",
-        b'shared_memory = true\nmax_message_size = 0x100000\nclock = "auto"\nmode = "client"\n',
+        b'shared_memory = true\ndispatch_threads = 0x10\nclock = "auto"\nmode = "client"\n',
         (
             b'[security]\nmutual = false\nuser = "a"\npassword = "b"\n[security.roles.student]\n'
             b'call = ["Camera*.get*", "Left*Motors.get*"]\nread = ["**"]\nserve = ["Hfsm.*"]\n'

@@ -283,7 +283,7 @@ async def control(monitor: HfsmMonitorPrx, action: str, arguments: Mapping[str, 
             raise msgspec.ValidationError(f"it takes no {printable(min(unknown))[:40]}")
         values = msgspec.structs.asdict(msgspec.convert(arguments, codec.struct))
         with refusals("the component"):
-            return await asyncio.wrap_future(monitor.ice_call(operation).begin(**values))
+            return await asyncio.wrap_future(getattr(monitor, operation.method).begin(**values))
     except msgspec.ValidationError as error:
         raise VisualHfsmError(f"the component cannot be asked to {action}: {error}") from error
     except ZenohIceError as error:

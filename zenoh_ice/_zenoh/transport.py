@@ -9,13 +9,13 @@ import threading
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
-from functools import lru_cache, partial
+from functools import cached_property, lru_cache, partial
 from typing import Any, Final
 
 import zenoh
 from zenoh.handlers import Callback, RingChannel
 
-from .._codec import Pieces
+from .._codec import LARGEST, Pieces
 from .._presence import any_client, client_token
 from .._threads import Job, Kind, Pool, UserCodeThread
 from .._wire import ERROR_ENCODING, decode_attachment, encode_error, unknown_exception
@@ -34,6 +34,7 @@ from ..text import without_source
 from ..transport import (
     Arrived,
     Buffer,
+    Caller,
     NoAnswer,
     Outcome,
     Pacer,
@@ -275,10 +276,11 @@ class _Caller:
             transport.appear(target.realm)
         self.timeout: Final = timeout
         self._transport: Final = transport
+        self._target: Final = target
+        self._operation: Final = operation
         self._prefix: Final = target.prefix
         self._receivers: Final = transport.local.receivers
-        self._call_here: Final = transport.local.caller(target, operation, timeout=timeout).call
-        self._limit: Final = settings.size_limit(holds_bytes=result.holds_bytes)
+        self._limit: Final = result.size_limit
         self._may_refer: Final = result.holds_bytes
         self._kind: Kind | None = None
         self._what: Final = f"reply of {target.identity}.{operation.name}"
@@ -299,9 +301,13 @@ class _Caller:
         except zenoh.ZError as error:
             raise transport.refusal(operation.name, error) from error
 
+    @cached_property
+    def _here(self) -> Caller:
+        return self._transport.local.caller(self._target, self._operation, timeout=self.timeout)
+
     def call(self, payload: bytes, attachment: bytes) -> Outcome:
         if self._prefix in self._receivers:
-            return self._call_here(payload, attachment)
+            return self._here.call(payload, attachment)
         try:
             # No variable holds the channel: the frames of an exception would keep it, and one that a servant
             # fills with more replies holds up all that comes by the same link.
@@ -352,7 +358,7 @@ class _Caller:
         assert error is not None  # a reply is either
         if str(error.encoding) == ERROR_ENCODING:
             size = len(error.payload)
-            if size > self._transport.settings.max_message_size:
+            if size > LARGEST:
                 raise MarshalException(f"{self._what}: an error of {size} bytes")
             return False, error.payload.to_bytes()
         raise NoAnswer(timed_out=error.payload.to_bytes() == _TIMEOUT)
@@ -405,7 +411,7 @@ class _Inlet:
     ) -> None:
         self._transport: Final = transport
         self._key: Final = key
-        self._limit: Final = transport.settings.size_limit(holds_bytes=operation.result.holds_bytes)
+        self._limit: Final = operation.result.size_limit
         self._closed: Final = threading.Event()
         self._thread: threading.Thread | None = None
         # A ring: a queue that is full and keeps what it has would hold up the whole session.

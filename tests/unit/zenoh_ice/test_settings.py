@@ -97,7 +97,7 @@ def test_environment_can_name_the_file(tmp_path: Path) -> None:
         ("timeout = 600", ["timeout", "60"]),
         ("shared_memory = 1", ["shared_memory", "true or false"]),
         ("log_level = 'loud'", ["log_level"]),
-        ("max_message_size = 0", ["max_message_size"]),
+        ("dispatch_threads = 0", ["dispatch_threads"]),
         ("realm = \nclock = 1", ["TOML", "line 1"]),
         pytest.param(f"timeout = {'9' * 400}", ["timeout", "60"], id="longer than a float"),
         pytest.param(f"timeout = {'9' * 5000}", ["TOML", "4300 digits"], id="longer than Python reads"),
