@@ -250,7 +250,7 @@ def _proxy(kind: type[Reference], text: object) -> Reference:
         raise ValueError(f"Expected a proxy, got {text!r}")  # msgspec adds where
     if (resolve := _resolve.get()) is None:
         raise MarshalException(f"the proxy {text} needs a communicator to arrive")
-    return kind.ice_fromWire(text, resolve)
+    return kind.uncheckedCast(resolve(text))
 
 
 def misfit(error: BaseException, what: str) -> MarshalException:

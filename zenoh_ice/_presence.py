@@ -109,7 +109,8 @@ class Presence:
     """Follow the servants of some realms.
 
     The transport's threads run the handlers here, so they only note what they are given, and nothing asks the
-    transport for anything while it holds the lock that they take. `submit` runs a function on another thread.
+    transport for anything while it holds the lock that they take. `submit` runs a function on another thread;
+    `is_served` asks, within some s, a process that seems to serve a target whether it does.
     What is remembered is bounded, whatever tokens a stranger declares. A process that `needs_links` warns
     when it has none any more.
     """
@@ -119,10 +120,12 @@ class Presence:
         transport: Transport,
         submit: Callable[[Callable[[], object]], None],
         *,
-        needs_links: bool = True,
+        is_served: Callable[[Target, float], bool],
+        needs_links: bool,
     ) -> None:
         self._transport: Final = transport
         self._submit: Final = submit
+        self._is_served: Final = is_served
         self._endpoints: Final = tuple(transport.endpoints)
         self._needs_links: Final = needs_links
         self._changed: Final = threading.Condition()
@@ -250,18 +253,18 @@ class Presence:
         )
 
     def explain_no_answer(
-        self, target: Target, what: str, started: float, timeout: float | None, is_served: Callable[[], bool]
+        self, target: Target, what: str, started: float, timeout: float, *, timed_out: bool
     ) -> SystemException:
         """Return the exception of a call that ended without an answer.
 
-        `started` is the moment of the monotonic clock when it began, `timeout` its limit in s if that has
+        `started` is the moment of the monotonic clock when it began, `timeout` its limit in s, which may have
         passed. Servants answer every call that reaches them. So where the call ended before its limit, and
-        `is_served` finds that the servant is well, it did not get there: access control dropped it.
+        the servant is well, it did not get there: access control dropped it.
         """
         served = False
         # No further news will come of a servant that was offline before the call.
-        unexplained = timeout is None and target in self.present and not self.lost_since(target, started)
-        if unexplained and not (served := is_served()):
+        unexplained = not timed_out and target in self.present and not self.lost_since(target, started)
+        if unexplained and not (served := self._is_served(target, started + timeout - time.monotonic())):
             self._wait_until(lambda: self.lost_since(target, started), _LOSS_NOTICE)
         if self._closed:
             return CommunicatorDestroyedException(f"{what}: the communicator was destroyed during the call")
@@ -271,7 +274,7 @@ class Presence:
             reason = ": the server restarted during the call"
         elif self._last_link_lost >= started:
             reason = ": the connection was lost during the call"
-        elif timeout is not None:
+        elif timed_out:
             return TimeoutException(f"{what} did not answer within {timeout:g} s")
         elif self._came.get(target, -math.inf) >= started:
             reason = ": its servant started during the call, and missed it"

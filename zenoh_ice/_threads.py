@@ -84,7 +84,8 @@ class Pool:
         self.pulse: Final = Pulse()
         self._limit = size
         self._name: Final = name
-        self._places: Final[dict[type, Callable[[Any], Job | None]]] = {}
+        self.place: Callable[[Any], Job | None] = lambda job: job
+        """Makes jobs, or None, of other objects among them, in the order of these; it raises nothing."""
         self._lock: Final = threading.Lock()
         self._lead: Final = threading.Lock()  # of the thread that takes jobs
         self._leader = 0  # its identifier; 0: nobody leads, or a thread is about to
@@ -97,13 +98,6 @@ class Pool:
         """Lines with waiting or running jobs: later ones must not overtake them."""
         self._stop_watch: Callable[[], object] | None = None
         self._hand_on()
-
-    def place(self, kind: type, place: Callable[[Any], Job | None]) -> None:
-        """Let a function make jobs, or None, of the objects of a type that are put among the jobs.
-
-        It is called in the order in which they were put, whichever threads run the jobs; it raises nothing.
-        """
-        self._places[kind] = place
 
     def submit(self, run: Callable[[], object], kind: Kind | None = None) -> None:
         """Run a job as soon as a thread is free; after `close` it is dropped."""
@@ -209,7 +203,7 @@ class Pool:
                     self.jobs.put(None)
                     self._lead.release()
                     return
-                if type(job) is not tuple and (job := self._places[type(job)](job)) is None:
+                if type(job) is not tuple and (job := self.place(job)) is None:
                     continue
                 kind, run = job
                 began = time.monotonic()

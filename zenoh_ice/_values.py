@@ -48,7 +48,7 @@ def slice_name(name: str) -> str:
 
 
 class StructType(msgspec.StructMeta):
-    """Makes structs whose default values may be mutable: each struct gets a copy of its own."""
+    """Makes structs whose default values may be mutable: each struct gets its own copy."""
 
     known: ClassVar[object] = object()
     """Another object after each new struct: what was built from all known classes is stale then."""
@@ -96,8 +96,8 @@ class Reference(ABC):
 
     @classmethod
     @abstractmethod
-    def ice_fromWire(cls, text: str, resolve: Resolve) -> Self:
-        """Return what a text stands for, by a function that makes untyped proxies of texts."""
+    def uncheckedCast(cls, proxy: Any) -> Self:  # noqa: ANN401 - what `Resolve` returns
+        """Return what an untyped proxy stands for as one of this type."""
 
 
 Resolve = Callable[[str], Reference]

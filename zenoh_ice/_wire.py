@@ -14,7 +14,7 @@ from weakref import WeakKeyDictionary
 import msgspec
 from msgspec import Meta
 
-from ._codec import Buffer, Codec, encode
+from ._codec import DECODE_ERRORS, Buffer, Codec, encode, misfit
 from ._values import Resolve
 from .exceptions import (
     AccessDeniedException,
@@ -32,7 +32,7 @@ from .exceptions import (
 )
 from .text import cut, encodable, printable
 
-ATTACHMENT_LIMIT: Final = 512  # bytes; ours has some 100
+_ATTACHMENT_LIMIT: Final = 512  # bytes; ours has some 100
 
 # Refused is also what is not a number: servants and readers wait and compute by these.
 _WallTime = Annotated[float, Meta(ge=0.0, le=1e11)]
@@ -96,8 +96,7 @@ NO_ATTACHMENT: Final = Attachment()
 encode_attachment: Final = msgspec.msgpack.Encoder().encode
 """Returns the members of an attachment, as a tuple, as they travel."""
 
-read_attachment: Final = msgspec.msgpack.Decoder(Attachment).decode
-"""Returns the attachment that arrived; raises DECODE_ERRORS."""
+_read_attachment: Final = msgspec.msgpack.Decoder(Attachment).decode
 
 
 def encode_call_attachment(fingerprint: str, number: int, client: str, timeout: float) -> bytes:
@@ -114,14 +113,14 @@ def encode_sample_attachment(
     return encode_attachment((fingerprint, sequence, robot_time, sent_at, stream, 0.0))
 
 
-def decode_attachment(data: bytes) -> Attachment:
+def decode_attachment(data: Buffer) -> Attachment:
     """Return the attachment that arrived; raises MarshalException for a malformed one."""
-    if len(data) > ATTACHMENT_LIMIT:
-        raise MarshalException(f"attachment: {len(data)} bytes; at most {ATTACHMENT_LIMIT} are accepted")
+    if len(data) > _ATTACHMENT_LIMIT:  # before it is so much as copied
+        raise MarshalException(f"attachment: {len(data)} bytes; at most {_ATTACHMENT_LIMIT} are accepted")
     try:
-        return read_attachment(data)
-    except (ValueError, RecursionError, OverflowError) as error:
-        raise MarshalException(f"attachment: {error}") from error
+        return _read_attachment(bytes(data))
+    except DECODE_ERRORS as error:
+        raise misfit(error, "attachment") from error
 
 
 class _WireError(msgspec.Struct, omit_defaults=True):
@@ -198,7 +197,7 @@ def decode_error(
             codec = _codecs.get(nearest) or _codecs.setdefault(nearest, Codec(nearest.Members))
             try:
                 members = codec.unpack(bytes(wire.members), f"{what}: {type_id}", resolve)
-                return nearest.ice_from_members(members)
+                return nearest(**msgspec.structs.asdict(members))
             except MarshalException as problem:
                 return problem
     name = printable(wire.exception, _LONGEST_NAME)

@@ -31,14 +31,14 @@ from .exceptions import (
     SystemException,
     TimeoutException,
 )
-from .interface import StreamedOperation
+from .interface import stream
 from .proxy import ObjectPrx, fail
 from .servant import ObjectAdapter, ServedObject
 from .settings import Settings, load_settings
 from .status import ProcessStatus, ServantStatus, decode_status, encode_status
 from .streams import Streams
 from .text import few, printable
-from .transport import NoAnswer, Target, Transport, check_name
+from .transport import Target, Transport, check_name
 
 __all__ = ["Communicator", "initialize"]
 
@@ -126,7 +126,10 @@ class Communicator:
             # leave.
             named = "connect" in settings.origins or settings.connect != Settings().connect
             self.presence: Final = Presence(
-                self.transport, self.pool.submit, needs_links=named or not settings.listen
+                self.transport,
+                self.pool.submit,
+                is_served=lambda target, left: self._ask(target, min(_STATUS_LIMIT, left)) is not None,
+                needs_links=named or not settings.listen,
             )
             self.presence.watch(self.realm)
             self.coroutines: Final = Coroutines(f"zenoh_ice {self.realm} coroutines")
@@ -186,19 +189,6 @@ class Communicator:
         self._futures.add(future)
         future.add_done_callback(self._forget_future)
         return future
-
-    def explain_no_answer(
-        self, target: Target, what: str, started: float, timeout: float, end: NoAnswer
-    ) -> SystemException:
-        """Return the exception of a call that ended without an answer."""
-        limit = min(_STATUS_LIMIT, started + timeout - time.monotonic())
-        return self.presence.explain_no_answer(
-            target,
-            what,
-            started,
-            timeout=timeout if end.timed_out else None,
-            is_served=lambda: self._ask(target, limit) is not None,
-        )
 
     # Servants.
 
@@ -371,22 +361,22 @@ class Communicator:
         )
 
 
-# The robot's clock, as far as this package needs interfaces/clock.idl: it may not import what is generated
-# from it. Without a fingerprint it reads every version that has these members.
-
-
 class _ClockReading(msgspec.Struct):
     time: float
     rate: float
     simulated: bool
 
 
-_GET_TIME: Final[StreamedOperation[[], _ClockReading]] = StreamedOperation(
-    "getTime",
-    arguments=msgspec.defstruct("Arguments", []),
-    result=msgspec.defstruct("Result", [("returnValue", _ClockReading)]),
-    idempotent=True,
-)
+class _ClockPrx(ObjectPrx):
+    """The robot's clock, as far as this package needs interfaces/clock.idl.
+
+    It may not import what is generated from it. Without a fingerprint it reads every version that has these
+    members.
+    """
+
+    @stream(idempotent=True)
+    def getTime(self) -> _ClockReading:
+        raise NotImplementedError  # it declares the operation
 
 
 def _choose_clock(communicator: Communicator) -> Clock:
@@ -399,13 +389,12 @@ def _choose_clock(communicator: Communicator) -> Clock:
     choice = communicator.settings.clock
     if choice == "wall":
         return WallClock()
-    proxy = communicator.stringToProxy("Clock")
+    proxy = _ClockPrx.uncheckedCast(communicator.stringToProxy("Clock"))
     try:
-        clock = RobotClock(*astuple(proxy.ice_invoke(_GET_TIME)))
+        clock = RobotClock(*astuple(proxy.getTime()))
         if choice == "sim" or clock.simulated:
             communicator._end.callback(clock.close)  # first: streams that were closed refuse to subscribe
-            reader = communicator.streams.reader(proxy._target, _GET_TIME)
-            reader.subscribe(lambda it: clock.update(*astuple(it.value)))
+            proxy.getTime.subscribe(lambda sample: clock.update(*astuple(sample.value)))
             return clock
     except (ObjectNotExistException, ConnectionLostException, TimeoutException, MarshalException) as error:
         if choice == "sim":

@@ -129,11 +129,6 @@ class UserException(ZenohIceError):
         return self.Members(**{name: getattr(self, name) for name in self.Members.__struct_fields__})
 
     @classmethod
-    def ice_from_members(cls, members: msgspec.Struct) -> UserException:
-        """Make the exception from the members that arrived."""
-        return cls(**msgspec.structs.asdict(members))
-
-    @classmethod
     def ice_type_ids(cls) -> list[str]:
         """Return the type ids from the exception's own to that of its outermost declared base."""
         declared = [vars(base)["ice_type_id"] for base in cls.__mro__ if "ice_type_id" in vars(base)]

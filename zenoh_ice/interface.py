@@ -126,9 +126,9 @@ class Operation(Generic[P, V]):
         vars(proxy)[self.method] = call
         return call
 
-    def prepare(self) -> None:
-        """Derive the codecs in advance, so that the first call is as fast as the others."""
-        _ = self.arguments, self.result
+    def __call__(self, proxy: ObjectPrx, *args: P.args, **kwargs: P.kwargs) -> V:
+        """Call the operation of a proxy: `PoseHeadPrx.getPose(head)`, as Python has it of methods."""
+        return self.__get__(proxy)(*args, **kwargs)
 
     @cached_property
     def arguments(self) -> Codec[Any]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import threading
 import time
-from collections.abc import AsyncIterator, Callable
+from collections.abc import Callable
 from concurrent.futures import Future, InvalidStateError
 from contextlib import suppress
 from typing import (
@@ -24,7 +24,7 @@ from typing import (
 import msgspec
 
 from ._codec import DECODE_ERRORS, ENCODE_ERRORS, encode, misfit, not_encoded, to_msgpack
-from ._values import Reference, Resolve
+from ._values import Reference
 from ._wire import decode_error, encode_attachment, encode_call_attachment
 from .exceptions import (
     ConfigurationException,
@@ -193,10 +193,11 @@ class Call(Generic[P, V]):
 
         Otherwise raise what says why there was no answer.
         """
-        communicator, target, what = self._communicator, self._proxy._target, self._what
-        error = communicator.explain_no_answer(target, what, started, caller.timeout, end)
+        presence, target = self._communicator.presence, self._proxy._target
+        error = presence.explain_no_answer(
+            target, self._what, started, caller.timeout, timed_out=end.timed_out
+        )
         left = started + caller.timeout - time.monotonic()
-        presence = communicator.presence
         if (
             not self._operation.idempotent
             or end.timed_out
@@ -210,7 +211,9 @@ class Call(Generic[P, V]):
         try:
             return caller.call(payload, attachment)
         except NoAnswer as second:
-            raise communicator.explain_no_answer(target, what, again, caller.timeout, second) from None
+            raise presence.explain_no_answer(
+                target, self._what, again, caller.timeout, timed_out=second.timed_out
+            ) from None
 
     def _send(self, caller: Caller, arguments: msgspec.Struct) -> None:
         """Call without an answer; raises SystemException when nobody is there."""
@@ -279,10 +282,6 @@ class StreamedCall(Call[P, V]):
         """
         return Samples(self._reader or self._open(), self._patience(timeout), rate)
 
-    def __aiter__(self) -> AsyncIterator[Sample[V]]:
-        """Yield sample after sample, as `samples` does."""
-        return aiter(self.samples())
-
     def subscribe(
         self, callback: Callable[[Sample[V]], Any], *, rate: float | None = None, queue: int = 1
     ) -> Subscription[V]:
@@ -294,7 +293,7 @@ class StreamedCall(Call[P, V]):
 
         It continues by itself after a restart of the server. An exception of the function is logged.
         """
-        return (self._reader or self._open()).subscribe(callback, rate, queue)
+        return Subscription(self._reader or self._open(), callback, rate, queue)
 
     def _patience(self, timeout: float | None) -> float:
         if timeout is None:
@@ -354,7 +353,7 @@ class ObjectPrx(Reference):
         cast = cls.uncheckedCast(proxy)
         cast._check_interface()
         for operation in cls.ice_interface.all_operations.values():
-            operation.prepare()
+            _ = operation.arguments, operation.result  # now, so that the first call is as fast as the others
         return cast
 
     @classmethod
@@ -383,11 +382,6 @@ class ObjectPrx(Reference):
     def ice_toWire(self) -> str:
         """Return the proxy as text that means the same in every realm."""
         return f"{self._target.identity}{' -o' if self._oneway else ''}@{self._target.realm}"
-
-    @classmethod
-    def ice_fromWire(cls, text: str, resolve: Resolve) -> Self:
-        """Return the proxy that arrived as text."""
-        return cls.uncheckedCast(cast("ObjectPrx", resolve(text)))
 
     # How it calls.
 

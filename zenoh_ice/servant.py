@@ -22,11 +22,10 @@ from ._codec import DECODE_ERRORS, ENCODE_ERRORS, LARGEST_BULK, misfit, not_enco
 from ._presence import servant_token
 from ._threads import Job, Kind
 from ._wire import (
-    ATTACHMENT_LIMIT,
     NO_ATTACHMENT,
     Attachment,
+    decode_attachment,
     encode_error,
-    read_attachment,
     unknown_exception,
 )
 from .exceptions import (
@@ -44,7 +43,7 @@ from .exceptions import (
 from .interface import OBJECT_TYPE_ID, Interface, Operation
 from .reflection import schema_of
 from .status import ServantStatus
-from .streams import Channel, Publisher
+from .streams import Publisher
 from .transport import Answer, Buffer, Outlet, Reply, Target, check_name
 
 if TYPE_CHECKING:
@@ -162,7 +161,7 @@ class Object(ABC):  # noqa: B024 - the abstract methods are those of the generat
         """Return the publisher of a streamed operation; nobody listens before the servant is served."""
         # Servants need not call our constructor, as in Ice, so there is none.
         publishers: dict[str, Publisher[Any]] = self.__dict__.setdefault("_ice_publishers", {})
-        return publishers.setdefault(operation.name, Publisher(operation))
+        return publishers.setdefault(operation.name, Publisher(operation, self.ice_interface.fingerprint))
 
 
 def publisher(operation: Operation[..., V]) -> cached_property[Publisher[V]]:
@@ -270,9 +269,7 @@ class ServedObject:
                 )
             data = _NO_ARGUMENTS if payload is None else bytes(payload)
             if attachment is not None:
-                if len(attachment) > ATTACHMENT_LIMIT:
-                    raise MarshalException(f"attachment: {len(attachment)} bytes; fewer are accepted")
-                about = read_attachment(bytes(attachment))
+                about = decode_attachment(attachment)
             call = _Call(self, method, data, about, reply, time.monotonic())
             with turn.changed:
                 if self._withdrawn:
@@ -286,8 +283,6 @@ class ServedObject:
                 self._executed += 1
         except ZenohIceError as error:
             return self._refusals, partial(reply, *self._refuse(error, about))
-        except DECODE_ERRORS as error:
-            return self._refusals, partial(reply, *self._refuse(misfit(error, "attachment"), about))
         return method.kind, partial(self._run, call)
 
     def _run(self, call: _Call) -> None:
@@ -482,9 +477,8 @@ class ServedObject:
                 publisher = self.servant.ice_publisher(operation)
                 outlet = communicator.transport.publish(self.target, operation)
                 later(outlet.close)
-                channel = Channel(outlet, self._interface.fingerprint)
-                publisher.attach(channel)
-                later(publisher.detach, channel)
+                publisher.attach(outlet)
+                later(publisher.detach, outlet)
                 self._outlets[operation.name] = outlet
         communicator.pool.reserve(self._turn.width)
         later(communicator.pool.reserve, -self._turn.width)

@@ -12,7 +12,7 @@ from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any, Final, Generic, NamedTuple, Self, TypeVar, cast
+from typing import Any, Final, Generic, Self, TypeVar, cast
 from weakref import WeakValueDictionary
 
 from ._presence import Presence
@@ -32,7 +32,7 @@ from .exceptions import (
 from .interface import Operation
 from .transport import Inlet, Outlet, Pacer, Target, Transport
 
-__all__ = ["Channel", "Publisher", "Sample", "Samples", "StreamReader", "Streams", "Subscription"]
+__all__ = ["Publisher", "Sample", "Samples", "StreamReader", "Streams", "Subscription"]
 
 V = TypeVar("V")
 
@@ -53,13 +53,6 @@ _logger = logging.getLogger(__name__)
 # At the servant.
 
 
-class Channel(NamedTuple):
-    """The publishing end of a stream under one identity."""
-
-    outlet: Outlet
-    fingerprint: str
-
-
 class Publisher(Generic[V]):
     """Publish the values of a streamed operation to its listeners.
 
@@ -67,20 +60,22 @@ class Publisher(Generic[V]):
     the servant: a listener wants the newest.
     """
 
-    def __init__(self, operation: Operation[..., V]) -> None:
+    def __init__(self, operation: Operation[..., V], fingerprint: str) -> None:
+        """Make the publisher of a servant whose interface has this fingerprint."""
         self.operation: Final = operation
+        self._fingerprint: Final = fingerprint
         self.stream: Final = secrets.token_hex(8)
         """Another after each restart, so that the numbers of samples can begin again."""
         self._numbers = itertools.count(1)
         # A listener that gets a sample at once, in a test without a network, may publish in turn.
         self._turn = threading.RLock()
         self._lock = threading.Lock()
-        self._channels: tuple[Channel, ...] = ()
+        self._outlets: tuple[Outlet, ...] = ()  # one for each identity of the servant
 
     @property
     def listening(self) -> bool:
         """Return whether anybody listens; takes less than a microsecond."""
-        return any(channel.outlet.listening for channel in self._channels)
+        return any(outlet.listening for outlet in self._outlets)
 
     def publish(self, value: V, time: float = math.nan) -> None:
         """Send a value to all listeners; does nothing while there is none.
@@ -88,8 +83,8 @@ class Publisher(Generic[V]):
         `time` is the robot time of the value in s. Raises MarshalException for a value that does not fit the
         operation.
         """
-        channels = [channel for channel in self._channels if channel.outlet.listening]
-        if not channels:
+        outlets = [outlet for outlet in self._outlets if outlet.listening]
+        if not outlets:
             return
         what = f"sample of {self.operation.name}"
         result = self.operation.result
@@ -97,20 +92,19 @@ class Publisher(Generic[V]):
         if len(payload) > result.size_limit:
             raise MarshalException(f"{what}: {len(payload)} bytes; at most {result.size_limit} are sent")
         with self._turn:  # they travel in the order of their numbers
-            number = next(self._numbers)
-            for channel in channels:
-                attachment = encode_sample_attachment(channel.fingerprint, number, time, self.stream)
-                channel.outlet.put(payload, attachment)
+            attachment = encode_sample_attachment(self._fingerprint, next(self._numbers), time, self.stream)
+            for outlet in outlets:
+                outlet.put(payload, attachment)
 
-    def attach(self, channel: Channel) -> None:
-        """Publish on a channel, too."""
+    def attach(self, outlet: Outlet) -> None:
+        """Publish through an outlet, too."""
         with self._lock:
-            self._channels += (channel,)
+            self._outlets += (outlet,)
 
-    def detach(self, channel: Channel) -> None:
-        """Stop publishing on a channel."""
+    def detach(self, outlet: Outlet) -> None:
+        """Stop publishing through an outlet."""
         with self._lock:
-            self._channels = tuple(other for other in self._channels if other is not channel)
+            self._outlets = tuple(other for other in self._outlets if other is not outlet)
 
 
 # At the client.
@@ -180,7 +174,7 @@ class Streams:
         self.resolve: Final = resolve
         self.is_heard: Final = is_heard
         self.closed: Final = threading.Event()
-        self.listening: Final[set[_Listener[Any]]] = set()
+        self.listening: Final[set[StreamReader[Any] | Subscription[Any]]] = set()
         self._transport: Final = transport
         self._lock: Final = threading.RLock()
         self._readers: Final = WeakValueDictionary[tuple[Target, Operation[..., Any]], StreamReader[Any]]()
@@ -200,7 +194,7 @@ class Streams:
                     self._repeating = repeat(LINGER / _LOOKS, self.close_unwanted, "zenoh_ice streams")
             return reader
 
-    def listen(self, listener: _Listener[Any], queue: int) -> Inlet:
+    def listen(self, listener: StreamReader[Any] | Subscription[Any], queue: int) -> Inlet:
         """Return a listening end for a listener; raises CommunicatorDestroyedException after `close`."""
         with self._lock:
             self._check_open(listener)
@@ -252,10 +246,6 @@ class _Listener(Generic[V]):
         self.lost = 0
         """Number of samples that did not arrive: see `Sample.lost`. Those dropped for a rate count, too."""
         streams.presence.watch(target.realm)
-
-    def close(self) -> None:
-        """Stop listening."""
-        raise NotImplementedError
 
     def _decode(self, inlet: Inlet, raw: object) -> Sample[V] | None:
         """Return a sample that came; None for one that was lost.
@@ -356,12 +346,6 @@ class StreamReader(_Listener[V]):
                 self._waiting -= 1
                 self._looks = 0
 
-    def subscribe(
-        self, callback: Callable[[Sample[V]], Any], rate: float | None = None, queue: int = 1
-    ) -> Subscription[V]:
-        """Return a callback on the stream; raises ConfigurationException for options that make no sense."""
-        return Subscription(self, callback, rate, queue)
-
     def lost_since(self, moment: float) -> bool:
         """Return whether the servant was lost after a moment of the monotonic clock, and is offline."""
         presence = self.streams.presence
@@ -424,8 +408,13 @@ class Subscription(_Listener[V]):
     """
 
     def __init__(
-        self, reader: StreamReader[V], callback: Callable[[Sample[V]], Any], rate: float | None, queue: int
+        self,
+        reader: StreamReader[V],
+        callback: Callable[[Sample[V]], Any],
+        rate: float | None = None,
+        queue: int = 1,
     ) -> None:
+        """Begin; raises ConfigurationException for options that make no sense."""
         _check(rate, queue)
         super().__init__(reader.streams, reader.target, reader.operation)
         self.received = 0
@@ -510,7 +499,7 @@ class Samples(Generic[V]):
             with suppress(RuntimeError):  # the loop was closed, and nobody looks any more
                 loop.call_soon_threadsafe(take, sample)
 
-        with self._reader.subscribe(notify):
+        with Subscription(self._reader, notify):
             while True:
                 await asyncio.sleep(self._pacer.delay())
                 started = time.monotonic()

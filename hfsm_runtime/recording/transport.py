@@ -364,7 +364,7 @@ class _RecordedInlet(_Recorded):
             exchange = Exchange(self._operation, "sample", None, sample.value, extra=_describe(sample))
             self._arrive("subscription", ticket, exchange, partial(callback, sample))
 
-        self._subscription = self._reader.subscribe(deliver, rate, self._queue)
+        self._subscription = Subscription(self._reader, deliver, rate, self._queue)
 
     def open(self, sample: Sample[Any]) -> Arrived:
         """Return what a sample holds; its age is recorded each time it is read."""

@@ -222,7 +222,7 @@ class TestAsyncio:
     def test_loop_over_a_stream(self, calculator: CalculatorPrx, servant: CalculatorI) -> None:
         async def read() -> list[Sample[Reading]]:
             samples = []
-            async for sample in calculator.getReading:
+            async for sample in calculator.getReading.samples():
                 samples.append(sample)
                 if len(samples) == 5:
                     break

@@ -278,7 +278,7 @@ def _references() -> Door:
 def _tokens() -> Door:
     def take(data: bytes) -> bool:
         transport = InProcessTransport(Pool(0, "test"))
-        presence = Presence(transport, lambda _: None)
+        presence = Presence(transport, lambda _: None, is_served=lambda *_: False, needs_links=True)
         presence.watch("nao")
         key = data.decode("utf-8", "replace")
         for _ in range(2):

@@ -106,7 +106,7 @@ class ZenohTransport:
         self._refusals: Final = Kind()
         # Those that fall out of it live on in the calls that hold them.
         self.caller: Final = lru_cache(_MOST_CALLERS)(partial(_Caller, self))
-        pool.place(zenoh.Query, self._place)
+        pool.place = self._place
         with _prepared_process():
             self.session: Final = open_session(settings)
         try:

@@ -189,7 +189,7 @@ def test_jobs_are_made_of_the_objects_of_a_type_in_the_order_of_the_queue(pool: 
         placed.append(query)
         return None if len(placed) % 10 == 0 else (kind, execute)
 
-    pool.place(Query, place)
+    pool.place = place
     queries = [Query() for _ in range(200)]
     for query in queries:
         pool.jobs.put(query)

@@ -21,9 +21,10 @@ Announce = Callable[..., Served]
 
 def make_presence(
     submit: Callable[[Callable[[], object]], None] = lambda _: None,
+    is_served: Callable[[Target, float], bool] = lambda *_: False,
 ) -> tuple[Presence, InProcessTransport]:
     transport = InProcessTransport(Pool(0, "test"))
-    presence = Presence(transport, submit)
+    presence = Presence(transport, submit, is_served=is_served, needs_links=True)
     presence.watch("nao")
     return presence, transport
 
@@ -68,9 +69,7 @@ def test_listeners_are_called_once_for_all_that_comes_before_they_are() -> None:
 
 def explained(presence: Presence) -> SystemException:
     """Return why a call of the head that begins now and ends at once has no answer."""
-    return presence.explain_no_answer(
-        HEAD, "Head.stop", time.monotonic(), timeout=None, is_served=lambda: False
-    )
+    return presence.explain_no_answer(HEAD, "Head.stop", time.monotonic(), LIMIT, timed_out=False)
 
 
 def test_a_call_of_a_servant_that_is_away_is_explained_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -83,14 +82,15 @@ def test_a_call_of_a_servant_that_is_away_is_explained_at_once(monkeypatch: pyte
 
 
 def test_word_of_a_loss_that_comes_after_the_end_of_a_call_explains_it() -> None:
-    presence, transport = make_presence()
-    token = transport.announce(servant_token(HEAD, "::nao::PoseHead", "f", "abc", 1.0))
+    tokens: list[Served] = []
 
-    def is_served() -> bool:
-        token.close()
+    def is_served(target: Target, timeout: float) -> bool:
+        tokens[0].close()
         return False
 
-    error = presence.explain_no_answer(HEAD, "Head.stop", time.monotonic(), timeout=None, is_served=is_served)
+    presence, transport = make_presence(is_served=is_served)
+    tokens.append(transport.announce(servant_token(HEAD, "::nao::PoseHead", "f", "abc", 1.0)))
+    error = explained(presence)
     assert isinstance(error, ConnectionLostException)
     assert "is offline" in str(error)
 
