@@ -3,6 +3,7 @@
 #   make check               format, lint, check types and run the quick tests: after each change
 #   make test                set everything up and run every test
 #   make docs                build the documentation as a site in site/
+#   make release             build the distributions and an SBOM in dist/, and check them
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
@@ -12,7 +13,7 @@ SECONDS ?=
 # hundreds of processes that they start would compile it again, which takes a third of their time.
 PACKAGES := $(patsubst %/__init__.py,%,$(wildcard */__init__.py))
 
-.PHONY: help demo check test types quick-tests all-tests cover-page docs lint lint-page format coverage bench bench-transport oracle mutation codegen constraints vendor packages system browser clean
+.PHONY: help demo check test types quick-tests all-tests cover-page docs release lint lint-page format coverage bench bench-transport oracle mutation codegen constraints vendor packages system browser clean
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
@@ -47,6 +48,9 @@ cover-page: tests/page/node_modules/.stamp
 
 docs: $(VENV)/dev.stamp ## Build the documentation as a site in site/
 	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --clean && echo "the site is in site/; $(BIN)/mkdocs serve shows it, with search"
+
+release: $(VENV)/release.stamp ## Build sdist, wheel and SBOM in dist/, and check them; nothing is uploaded
+	@$(BIN)/python deploy/setup/release.py
 
 lint: $(VENV)/dev.stamp ## Check format, style, types, import rules and generated files
 	$(BIN)/ruff format --check .

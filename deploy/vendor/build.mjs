@@ -1,6 +1,7 @@
 // Bundle the page's libraries: one minified ES module each, in visualhfsm/web/static/vendor/.
 // Run by `make vendor`. The same lock file gives the same bytes.
 import { build } from "esbuild";
+import { createHash } from "node:crypto";
 import { copyFile, mkdir, readFile, readdir, rm, writeFile } from "node:fs/promises";
 import { dirname, join } from "node:path";
 import { fileURLToPath } from "node:url";
@@ -52,16 +53,27 @@ function packageOf(input) {
   return parts.slice(0, parts[0].startsWith("@") ? 2 : 1).join("/");
 }
 
+/** The text of a package's licence. */
 async function licenceOf(name) {
   const directory = join(here, "node_modules", name);
-  const { version, license } = JSON.parse(await readFile(join(directory, "package.json"), "utf8"));
   const file = (await readdir(directory)).find((entry) => /^licen[cs]e(\.|$)/i.test(entry));
   if (!file) throw new Error(`${name} has no licence file`);
-  const text = (await readFile(join(directory, file), "utf8")).replaceAll("\r\n", "\n").trim();
-  return `${name} ${version} (${license})\n\n${text}\n`;
+  return (await readFile(join(directory, file), "utf8")).replaceAll("\r\n", "\n").trim();
 }
 
-const packages = new Set();
+const locked = JSON.parse(await readFile(join(here, "package-lock.json"), "utf8")).packages;
+const report = { bundles: {}, packages: {} };
+
+/** Enter a file of the folder into the report, with what is in it. */
+async function enter(file, names) {
+  const sha256 = createHash("sha256").update(await readFile(join(shipped, file))).digest("hex");
+  report.bundles[file] = { sha256, packages: [...names].sort() };
+  for (const name of names) {
+    const { version, license, integrity } = locked[`node_modules/${name}`];
+    report.packages[name] = { version, license, integrity };
+  }
+}
+
 await rm(shipped, { recursive: true, force: true });
 await mkdir(shipped, { recursive: true });
 for (const [name, exports] of Object.entries(bundles)) {
@@ -78,13 +90,16 @@ for (const [name, exports] of Object.entries(bundles)) {
     target: "es2022",
     banner: { js: `/* ${name}: made by deploy/vendor/build.mjs; licences in LICENSES.txt */` },
   });
-  for (const input of Object.keys(metafile.inputs)) {
-    if (input.includes("node_modules/")) packages.add(packageOf(input));
-  }
+  const inputs = Object.keys(metafile.inputs).filter((input) => input.includes("node_modules/"));
+  await enter(`${name}.js`, new Set(inputs.map(packageOf)));
 }
 await copyFile(join(here, "node_modules/uplot/dist/uPlot.min.css"), join(shipped, "uplot.css"));
+await enter("uplot.css", ["uplot"]);
 
-const licences = await Promise.all([...packages].sort().map(licenceOf));
+report.packages = Object.fromEntries(Object.entries(report.packages).sort());
+await writeFile(join(shipped, "packages.json"), JSON.stringify(report, null, 2) + "\n");
+const licences = await Promise.all(Object.entries(report.packages).map(
+  async ([name, { version, license }]) => `${name} ${version} (${license})\n\n${await licenceOf(name)}\n`));
 await writeFile(join(shipped, "LICENSES.txt"),
   "The bundles in this folder hold these packages (made by deploy/vendor/build.mjs).\n\n" +
   licences.join(`\n${"-".repeat(100)}\n\n`));

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.places import ROOT
 from visualhfsm.web.assets import STATIC, Assets
 
 PAGE = '<script type="importmap">%IMPORT_MAP%</script>\n%PRELOADS%\n<script src="/static/%VERSION%/app.js"></script>'
@@ -85,3 +86,33 @@ def test_bundles_are_modules_without_source_maps_and_with_their_licences() -> No
         text = bundle.read_text("utf-8")
         assert "export{" in text
         assert "sourceMappingURL" not in text
+
+
+VENDOR = STATIC / "vendor"
+REPORT = json.loads((VENDOR / "packages.json").read_text("utf-8"))
+"""What is vendored, as deploy/vendor/build.mjs reports it; the SBOM of a release has it, too."""
+
+
+def test_the_report_has_every_vendored_file_with_its_hash() -> None:
+    files = {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in VENDOR.iterdir()}
+    for own in ("LICENSES.txt", "packages.json"):
+        del files[own]
+    assert {name: bundle["sha256"] for name, bundle in REPORT["bundles"].items()} == files
+
+
+def test_the_report_names_the_packages_of_the_lock_file() -> None:
+    lock = json.loads((ROOT / "deploy" / "vendor" / "package-lock.json").read_text("utf-8"))["packages"]
+    bundled = {name for bundle in REPORT["bundles"].values() for name in bundle["packages"]}
+    assert bundled == set(REPORT["packages"])
+    for name, package in REPORT["packages"].items():
+        locked = lock[f"node_modules/{name}"]
+        assert package == {key: locked[key] for key in ("version", "license", "integrity")}
+
+
+def test_the_licence_of_every_vendored_package_is_there() -> None:
+    sections = (VENDOR / "LICENSES.txt").read_text("utf-8").partition("\n\n")[2].split(f"\n{'-' * 100}\n\n")
+    texts = {title: text for title, _, text in (section.partition("\n\n") for section in sections)}
+    assert set(texts) == {
+        f"{name} {package['version']} ({package['license']})" for name, package in REPORT["packages"].items()
+    }
+    assert [title for title, text in texts.items() if "copyright" not in text.lower()] == []

@@ -1,0 +1,194 @@
+"""Build the distributions of a release and check them: `make release` writes dist/, and uploads nothing.
+
+The version stands in pyproject.toml alone. CHANGELOG.md has a section with it and its date.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tarfile
+import tempfile
+import threading
+import tomllib
+import urllib.request
+import zipfile
+from pathlib import Path
+from typing import Any, Final
+
+from cyclonedx.schema import SchemaVersion
+from cyclonedx.validation.json import JsonStrictValidator
+
+ROOT: Final = Path(__file__).resolve().parents[2]
+DIST: Final = ROOT / "dist"
+EXTRAS: Final = "learning,naoqi,python2,security,sim,test,vision,web"
+VENDORED: Final = "visualhfsm/web/static/vendor/packages.json"
+PROJECT: Final[dict[str, Any]] = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
+LIMIT: Final = 600  # s for a step
+
+
+class ReleaseError(Exception):
+    """The release is not in order."""
+
+
+def run(*command: str | Path, cwd: Path = ROOT) -> str:
+    """Return what a command prints; raises ReleaseError, with that, when it fails."""
+    environment = {**os.environ, "PIP_CONSTRAINT": str(ROOT / "constraints.txt")}
+    environment.pop("PYTHONPATH", None)
+    done = subprocess.run(
+        command, cwd=cwd, env=environment, capture_output=True, text=True, timeout=LIMIT, check=False
+    )
+    if done.returncode:
+        raise ReleaseError(f"{' '.join(map(str, command))}\n{done.stdout}{done.stderr}")
+    return done.stdout
+
+
+def dated(version: str) -> str:
+    """Return the heading of a version in CHANGELOG.md."""
+    changelog = (ROOT / "CHANGELOG.md").read_text("utf-8")
+    found = re.search(rf"^## {re.escape(version)} - \d{{4}}-\d\d-\d\d$", changelog, re.MULTILINE)
+    if found is None:
+        raise ReleaseError(
+            f"CHANGELOG.md has no section {version!r} with a date: write one, or change pyproject.toml"
+        )
+    return found[0].removeprefix("## ")
+
+
+def missing(names: set[str], wanted: list[str]) -> None:
+    """Raise ReleaseError when a distribution lacks files."""
+    if absent := [name for name in wanted if name not in names]:
+        raise ReleaseError(f"the distribution lacks {', '.join(absent)}")
+
+
+def check_contents(sdist: Path, wheel: Path) -> None:
+    """Compare the distributions with the files of the repository.
+
+    The source distribution has all of them, the wheel those of its packages.
+    """
+    tracked = run("git", "ls-files").splitlines()
+    target = PROJECT["tool"]["hatch"]["build"]["targets"]["wheel"]
+    with tarfile.open(sdist) as archive:
+        missing({name.partition("/")[2] for name in archive.getnames()}, tracked)
+    with zipfile.ZipFile(wheel) as archive:
+        shipped = set(archive.namelist())
+    packaged = [name for name in tracked if name.partition("/")[0] in target["packages"]]
+    missing(shipped, [name for name in packaged if not name.startswith(tuple(target["exclude"]))])
+    if tools := [name for name in shipped if name.startswith(tuple(target["exclude"]))]:
+        raise ReleaseError(f"the wheel has {', '.join(tools)}")
+
+
+def check_commands(programs: Path, folder: Path) -> None:
+    """Run the commands of the installed wheel: their help, `codegen`, `visualhfsm check` and the editor."""
+    for name in PROJECT["project"]["scripts"]:
+        run(programs / name, "--help", cwd=folder)
+    shutil.copytree(ROOT / "behaviors", folder / "behaviors", ignore=shutil.ignore_patterns("*.py", "__*"))
+    document = folder / "behaviors" / "dance.xml"
+    run(programs / "codegen", document, cwd=folder)
+    run(programs / "visualhfsm", "check", document, cwd=folder)
+    run(programs / "python", document.with_suffix(".py"), "--help", cwd=folder)
+    check_editor(programs, folder / "empty")
+
+
+def check_editor(programs: Path, folder: Path) -> None:
+    """Open the page of `visualhfsm edit` in an empty folder, and each of its modules."""
+    folder.mkdir()
+    command = [str(programs / "visualhfsm"), "edit", "--no-browser"]
+    with subprocess.Popen(
+        command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+    ) as editor:
+        limit = threading.Timer(LIMIT, editor.kill)
+        limit.start()
+        try:
+            assert editor.stdout is not None
+            address = next(
+                (found[0] for line in editor.stdout if (found := re.search(r"http://127\S+", line))), None
+            )
+            if address is None:
+                raise ReleaseError("visualhfsm edit ended without printing its address")
+            opener = urllib.request.build_opener(urllib.request.HTTPCookieProcessor())
+            page = opener.open(address, timeout=60).read().decode()
+            base = address.partition("/?")[0]
+            modules = set(re.findall(r'"(/static/[^"]+)"', page))
+            for module in modules:
+                opener.open(base + module, timeout=60).read()
+        finally:
+            editor.terminate()
+            editor.wait()
+            limit.cancel()
+    if len(modules) < 20:
+        raise ReleaseError(f"the page names {len(modules)} files, not its modules")
+
+
+def write_sbom(python: Path, path: Path) -> None:
+    """Write what an environment holds, and what is vendored, as an SBOM of CycloneDX.
+
+    It names no addresses: those of the environment are of this machine. `visualhfsm` is its subject, and what
+    builds environments is left out.
+    """
+    tool = Path(sys.executable).with_name("cyclonedx-py")
+    options = ["--pyproject", str(ROOT / "pyproject.toml"), "--output-reproducible", "--spec-version", "1.6"]
+    bom = json.loads(run(tool, "environment", *options, python))
+    for component in [bom["metadata"]["component"], *bom["components"]]:
+        component.pop("externalReferences", None)
+        component.pop("properties", None)
+    for tools in bom["metadata"].get("tools", {}).values():
+        for each in tools:
+            each.pop("externalReferences", None)
+    ours, others = "visualhfsm", {"pip", "setuptools"}
+    needed = {each["ref"].partition("==")[0]: each.get("dependsOn", []) for each in bom["dependencies"]}[ours]
+    bom["components"] = [each for each in bom["components"] if each["name"] not in others | {ours}]
+    for name, package in json.loads((ROOT / VENDORED).read_text("utf-8"))["packages"].items():
+        purl = f"pkg:npm/{name.replace('@', '%40')}@{package['version']}"
+        content = base64.b64decode(package["integrity"].removeprefix("sha512-")).hex()
+        bom["components"].append(
+            {
+                "type": "library",
+                "bom-ref": purl,
+                "name": name,
+                "version": package["version"],
+                "purl": purl,
+                "licenses": [{"license": {"id": package["license"]}}],
+                "hashes": [{"alg": "SHA-512", "content": content}],
+            }
+        )
+        needed.append(purl)
+    kept = {each["bom-ref"] for each in bom["components"]}
+    bom["dependencies"] = [each for each in bom["dependencies"] if each["ref"] in kept]
+    bom["dependencies"].append({"ref": bom["metadata"]["component"]["bom-ref"], "dependsOn": needed})
+    text = json.dumps(bom, indent=2) + "\n"
+    if (error := JsonStrictValidator(SchemaVersion.V1_6).validate_str(text)) is not None:
+        raise ReleaseError(f"the SBOM is no CycloneDX: {error}")
+    path.write_text(text, "utf-8")
+
+
+def main() -> None:
+    """Build, check, and leave the distributions and the SBOM in dist/."""
+    version = PROJECT["project"]["version"]
+    heading = dated(version)
+    shutil.rmtree(DIST, ignore_errors=True)
+    print(f"building visualhfsm {heading}")
+    run(sys.executable, "-m", "build", "--outdir", DIST)
+    sdist, wheel = DIST / f"visualhfsm-{version}.tar.gz", DIST / f"visualhfsm-{version}-py3-none-any.whl"
+    run(sys.executable, "-m", "twine", "check", "--strict", sdist, wheel)
+    check_contents(sdist, wheel)
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        python = folder / "venv" / "bin" / "python"
+        print("installing the wheel in a clean environment, and running its commands")
+        run(sys.executable, "-m", "venv", folder / "venv")
+        run(python, "-m", "pip", "install", "--quiet", f"{wheel}[{EXTRAS}]")
+        check_commands(python.parent, folder)
+        write_sbom(python, DIST / f"visualhfsm-{version}.cdx.json")
+    print("\n".join(f"dist/{path.name}: {path.stat().st_size // 1000} kB" for path in sorted(DIST.iterdir())))
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except ReleaseError as error:
+        sys.exit(f"error: {error}")

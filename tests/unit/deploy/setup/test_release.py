@@ -1,0 +1,32 @@
+"""What a release is made from: the version and its section in the changelog."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+
+from tests.support.places import ROOT
+
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
+HEADINGS = re.findall(r"^## (.*)$", (ROOT / "CHANGELOG.md").read_text("utf-8"), re.MULTILINE)
+
+
+def test_the_newest_section_of_the_changelog_is_that_of_the_version() -> None:
+    released = [heading.partition(" - ") for heading in HEADINGS if heading != "Unreleased"]
+    assert released[0][0] == PROJECT["project"]["version"]
+    assert all(re.fullmatch(r"\d{4}-\d\d-\d\d", date) for _, _, date in released)
+    numbers = [tuple(map(int, version.split("."))) for version, _, _ in released]
+    assert numbers == sorted(set(numbers), reverse=True)
+    assert [date for _, _, date in released] == sorted((date for _, _, date in released), reverse=True)
+
+
+def test_the_version_stands_in_one_place() -> None:
+    version = re.escape(PROJECT["project"]["version"])
+    pattern = re.compile(rf"__version__|^version = [\"']{version}", re.MULTILINE)
+    places = {
+        str(path.relative_to(ROOT))
+        for name in PROJECT["tool"]["hatch"]["build"]["targets"]["wheel"]["packages"]
+        for path in (ROOT / name).rglob("*.py")
+        if pattern.search(path.read_text("utf-8"))
+    }
+    assert not places
