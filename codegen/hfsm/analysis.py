@@ -33,7 +33,9 @@ from .code.text import (
     refuse_functions,
     split,
 )
+from .definitions import COMPONENT_ALIASES
 from .document import Argument, Automaton, Document, Library, State, Text, Transition
+from .effects import CodeEffects
 from .extension import Extension, find_extension
 
 __all__ = [
@@ -48,9 +50,6 @@ __all__ = [
     "imported_names",
     "library_names",
 ]
-
-COMPONENT_ALIASES: Final = frozenset({"globalNamespace", "interfaces", "namespace", "rosNode"})
-"""What VisualStates calls the component in places; each is the component itself."""
 
 _DEEPEST: Final = 150
 """Nodes below one another in code that is looked into: the checks go down with Python's stack."""
@@ -294,6 +293,11 @@ class Analysis:
     def defined(self) -> frozenset[str]:
         """The attributes that functions, and what stands among them, give to the component."""
         return frozenset[str]().union(*(piece.bound for piece in self.functions))
+
+    @cached_property
+    def effects(self) -> CodeEffects:
+        """What the code does when it runs."""
+        return CodeEffects(self)
 
     @cached_property
     def extension(self) -> Extension | None:

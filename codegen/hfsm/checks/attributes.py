@@ -7,11 +7,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Final
 
 from ...diagnostics import Note, did_you_mean
-from ..analysis import COMPONENT_ALIASES, Access, Analysis, Piece
+from ..analysis import Access, Analysis, Piece
 from ..code.text import all_nodes
 from ..codes import Code
+from ..definitions import COMPONENT_ALIASES, COMPONENT_ATTRIBUTES
 from ..known_interfaces import DescriptionError, KnownInterface, KnownInterfaces, Operation
-from .component import COMPONENT_ATTRIBUTES
 from .report import Report
 
 __all__ = ["STREAM", "check_attributes"]

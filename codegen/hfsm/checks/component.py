@@ -18,12 +18,12 @@ from ..code.names import identifier
 from ..code.text import definitions
 from ..code.values import PARAMETER_TYPES, ValueTextError, parse_value
 from ..codes import Code
+from ..definitions import COMPONENT_ATTRIBUTES
 from ..document import Document, Interface, Parameter
 from ..known_interfaces import KnownInterfaces
 from .report import Report
 
 __all__ = [
-    "COMPONENT_ATTRIBUTES",
     "ON_ERROR",
     "ON_REFUSED",
     "STANDARD_OPTIONS",
@@ -39,9 +39,6 @@ ON_ERROR: Final = ("stop", "continue")
 
 ON_REFUSED: Final = ("pause", "error")
 """Policies when the robot refuses a command; the first is the default."""
-
-COMPONENT_ATTRIBUTES: Final = frozenset({"automaton", "clock", "log", "mark", "send", "sleep"})
-"""Attributes that every component has. A function of a document may override one of them."""
 
 STANDARD_OPTIONS: Final = frozenset(
     {

@@ -13,7 +13,6 @@ from ..analysis import Access, Analysis, Piece
 from ..code.text import all_nodes
 from ..codes import Code
 from ..document import Automaton, Document
-from ..sends import sends_of, unclear_sends
 from .report import Report, transition_label
 
 __all__ = ["check_events"]
@@ -30,10 +29,10 @@ def check_events(analysis: Analysis, report: Report) -> None:
     for access in () if has_own_send else analysis.accesses:
         if (constant := _sent_name(access)) is not None:
             sent.setdefault(str(constant.value), access.piece.place(constant))
-    names = {piece: sends_of(piece.tree).names for piece in analysis.pieces}
+    names = {piece: frozenset(analysis.effects.of_piece(piece).events) for piece in analysis.pieces}
     otherwise = set[str]().union(*names.values())
     senders = _Senders(analysis, names)
-    is_complete = analysis.is_complete and not has_own_send and not unclear_sends(analysis)
+    is_complete = analysis.is_complete and not has_own_send and not analysis.effects.unclear_sends
     declared = {event.name.strip(): report.place(event) for event in document.events}
     awaited: set[str] = set()
     for automaton in document.automata:

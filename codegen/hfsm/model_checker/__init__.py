@@ -17,8 +17,7 @@ The path, from a document to a counterexample:
 from __future__ import annotations
 
 from .checker import DEFAULT_LIMIT, QUICK_LIMIT, ModelReport, check_model, report_model
-from .commands import Command, Commands, is_command, read_operations
-from .conflicts import Conflict
+from .conflicts import Command, Commands, Conflict, is_command, read_operations
 from .counterexample import Counterexample, Step, StepKind
 from .expressions import ExpressionError
 from .properties import PropertyResult, Verdict

@@ -11,8 +11,7 @@ from ..analysis import Analysis
 from ..checks.report import Report, state_label, transition_label
 from ..codes import Code
 from ..document import Document, Text
-from .commands import Commands, Operations
-from .conflicts import Conflict, Use, find_conflicts, uses_of
+from .conflicts import Commands, Conflict, Operations, Use, find_conflicts, uses_of
 from .exploration import Budget
 from .fireability import analyze, events_of
 from .model import AutomatonModel, Model, StateModel, TransitionModel, condition_of, read_model

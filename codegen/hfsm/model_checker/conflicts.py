@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import re
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import combinations
 from typing import Final
 
-from ...diagnostics import Location, Note
-from ..document import Text
-from .commands import Command, Commands
+from ...diagnostics import Diagnostics, Location, Note
+from ..analysis import Analysis
+from ..codes import Code
+from ..document import Interface, Text
+from ..known_interfaces import DescriptionError, KnownInterfaces
 from .counterexample import Counterexample, counterexample
 from .exploration import Budget, find
 from .fireability import Fireability
@@ -17,7 +20,102 @@ from .model import AutomatonModel, Model, condition_of
 from .reachability import Reached
 from .transition_system import ACTIVE, RUNNING, Configuration, TransitionSystem
 
-__all__ = ["Conflict", "Use", "find_conflicts", "uses_of"]
+__all__ = [
+    "Command",
+    "Commands",
+    "Conflict",
+    "Operations",
+    "Use",
+    "find_conflicts",
+    "is_command",
+    "read_operations",
+    "uses_of",
+]
+
+
+_COMMANDS: Final = re.compile(r"(set|send|play|stop|start|move|turn|walk|go|do|reset|say|command)(?![a-z])")
+_READS: Final = re.compile(r"(get|is|has|read|list|find|ice)(?![a-z])")
+Operations = Mapping[str, Mapping[str, bool]]
+"""Whether each operation commands something, by the attribute of `self` that holds the proxy."""
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """That a piece of code commands the servant `identity` by an operation of `self.<interface>`."""
+
+    identity: str
+    interface: str
+    operation: str
+
+
+def is_command(operation: str, idempotent: bool | None = None) -> bool | None:
+    """Return whether an operation changes something, by its name and whether its IDL says `idempotent`.
+
+    None where neither says so.
+    """
+    if _COMMANDS.match(operation):
+        return True
+    if _READS.match(operation):
+        return False
+    return None if idempotent is None else not idempotent
+
+
+def read_operations(
+    interfaces: Iterable[Interface], known: KnownInterfaces, diagnostics: Diagnostics
+) -> dict[str, dict[str, bool]]:
+    """Return the operations of a document's interfaces, as their packages describe them.
+
+    A description that cannot be read is reported as an error; there is none of a proxy written by hand.
+    """
+    found: dict[str, dict[str, bool]] = {}
+    for interface in interfaces:
+        candidates = known.find(interface.type)
+        try:
+            operations = known.operations(candidates[0]) if len(candidates) == 1 else None
+        except DescriptionError as error:
+            path = error.place.path
+            if path.is_file():
+                diagnostics.add_source(path, path.read_text(encoding="utf-8", errors="replace"))
+            message = f"the description of package `{path.parent.name}` {error}"
+            note = Note("the model checker needs it: undo a broken merge, or generate the package again")
+            diagnostics.error(Code.BAD_DESCRIPTION, message, error.place, [note])
+        else:
+            if operations is not None:
+                found[interface.name] = {
+                    name: is_command(name, each.is_idempotent) is True for name, each in operations.items()
+                }
+    return found
+
+
+class Commands:
+    """What the code of a document commands."""
+
+    def __init__(self, analysis: Analysis, operations: Operations | None = None) -> None:
+        document = analysis.document
+        self._analysis = analysis
+        self._operations = operations or {}
+        self._interfaces = {interface.name: interface for interface in document.interfaces}
+        for alias, name in document.proxy_aliases.items():
+            self._interfaces.setdefault(alias, self._interfaces[name])
+
+    def of(self, text: Text) -> tuple[set[Command], set[Command]]:
+        """Return what a text of the document commands for certain, and what it may command."""
+        effects = self._analysis.effects.of(text)
+        certain, possible = set[Command](), set[Command]()
+        for call in effects.calls | effects.possible:
+            interface = self._interfaces[call.proxy]
+            described = self._operations.get(interface.name, {})
+            changes = described.get(call.operation, is_command(call.operation))
+            if changes is not False:
+                is_certain = changes is True and call in effects.calls
+                command = Command(interface.identity, *call)
+                (certain if is_certain else possible).add(command)
+        return certain, possible
+
+    def unclear(self, text: Text) -> Location | None:
+        """Return the first place where code may command anything, None when all of it is followed."""
+        piece, effects = self._analysis.piece(text), self._analysis.effects.of(text)
+        return piece.place(effects.any_call[0]) if piece is not None and effects.any_call else None
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,10 +178,10 @@ def _uses(model: Model, automaton: AutomatonModel, commands: Commands) -> Iterat
         for piece, text, number in texts:
             path = (source if number is None else automaton.source.transitions[number]).path or model.path
             place = Location(path, max(1, text.line), max(1, text.column))
-            found = commands.of(text)
-            for command in sorted(found.certain | found.possible, key=repr):
-                certain = command in found.certain
-                yield Use(automaton.index, state.index, command, piece, place, number, certain)
+            certain, possible = commands.of(text)
+            for command in sorted(certain | possible, key=repr):
+                is_certain = command in certain
+                yield Use(automaton.index, state.index, command, piece, place, number, is_certain)
             unclear = commands.unclear(text)
             if unclear is not None:
                 yield Use(automaton.index, state.index, ANYTHING, piece, unclear, number, certain=False)

@@ -15,7 +15,6 @@ from ...diagnostics import Note
 from ..analysis import Analysis
 from ..code.language import is_foreign
 from ..document import Text
-from ..sends import sends_of, unclear_sends
 from .guards import Conjunction, satisfy
 from .model import AutomatonModel, Model, StateModel, TransitionModel
 
@@ -47,14 +46,13 @@ def events_of(model: Model) -> Events:
     always = [text for automaton in document.automata for text in (automaton.functions, automaton.variables)]
     always += [functions.text for functions in document.functions]
     outside = declared | _sent(model.analysis, always)
-    places = tuple(unclear_sends(model.analysis)) if waited_for - outside else ()
+    places = model.analysis.effects.unclear_sends if waited_for - outside else ()
     return Events(outside, waited_for - outside if places else frozenset(), places)
 
 
 def _sent(analysis: Analysis, texts: Iterable[Text]) -> frozenset[str]:
     """Return the events that code certainly sends."""
-    pieces = map(analysis.piece, texts)
-    return frozenset[str]().union(*(sends_of(piece.tree).names for piece in pieces if piece is not None))
+    return frozenset[str]().union(*(analysis.effects.of(text).events for text in texts))
 
 
 def _running(

@@ -14,8 +14,9 @@ from ..analysis import Analysis, analyze
 from ..code.language import is_foreign
 from ..code.values import delay as transition_time
 from ..code.values import milliseconds
+from ..definitions import Answer
 from ..document import DEFAULT_PERIOD, Automaton, Document, State, Text, Transition
-from .guards import Answer, Answers, Conjunction, conjunction
+from .guards import Conjunction, conjunction
 
 __all__ = [
     "AutomatonModel",
@@ -167,7 +168,7 @@ class _Reader:
         outgoing: dict[int, tuple[TransitionModel, ...]] = {}
         for leaving, items in source.all_outgoing().items():
             known = [transitions[id(item)] for item in items if id(item) in transitions]
-            outgoing[leaving] = tuple(self._separated(source, known))
+            outgoing[leaving] = tuple(self._separated(known))
         states = []
         for number, state in enumerate(source.states):
             found = [self._sources.get(child) for child in dict.fromkeys(state.children)]
@@ -237,11 +238,7 @@ class _Reader:
             return holds
         return (*arrives, *((f"{atom} [{event}]", value) for atom, value in holds))
 
-    @cached_property
-    def _answers(self) -> Answers:
-        return Answers(self._analysis)
-
-    def _separated(self, source: Automaton, outgoing: list[TransitionModel]) -> Iterator[TransitionModel]:
+    def _separated(self, outgoing: list[TransitionModel]) -> Iterator[TransitionModel]:
         """Yield the transitions out of a state: those that may answer unlike others get own atoms."""
         atoms = Counter(atom for model in outgoing for atom, _ in model.needs or () if model.guarded)
         for model in outgoing:
@@ -253,9 +250,11 @@ class _Reader:
         if not self._python or not is_entangled:
             yield from outgoing
             return
-        answers = self._answers.of_state(source.id, [condition_of(model.source) for model in outgoing])
+        effects = self._analysis.effects
+        answers = [effects.of(condition_of(model.source)).answer for model in outgoing]
+        is_changing = any(Answer.CHANGES in answer for answer in answers)
         for model, answer in zip(outgoing, answers, strict=True):
-            is_other, is_unsure = Answer.OTHER in answer, Answer.UNKNOWN in answer
+            is_other, is_unsure = Answer.OTHER in answer, is_changing or Answer.UNKNOWN in answer
             if model.guarded and is_unsure and not is_other:
                 text = condition_of(model.source)
                 path = model.source.path or self._analysis.path

@@ -47,8 +47,8 @@ def commanded(code: str, functions: str = "", variables: str = "") -> set[tuple[
     root = automaton(1, [state(1, code=code)], functions=Text(functions), variables=Text(variables))
     doc = document(root, interfaces=(HEAD, LEFT, RIGHT))
     commands = Commands(analyze(doc, PATH), operations_of(doc))
-    found = commands.of(doc.automata[0].states[0].code)
-    return {(command.identity, command.operation) for command in found.certain}
+    certain, _ = commands.of(doc.automata[0].states[0].code)
+    return {(command.identity, command.operation) for command in certain}
 
 
 MOVE = """

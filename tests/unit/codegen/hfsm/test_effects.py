@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import random
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -30,7 +31,7 @@ from hfsm_pytest.loading import load_component
 from hfsm_runtime.observer import Observer
 from hfsm_runtime.tree import Run
 from tests.support.examples import examples
-from tests.support.model_documents import PATH, automaton, document, on, state, stated, when
+from tests.support.model_documents import PATH, after, automaton, document, on, state, stated, when
 
 FUNCTIONS = {
     "coin": """def coin(self):
@@ -57,6 +58,9 @@ FUNCTIONS = {
 """,
     "emit": """def emit(self, who, name):
     who.send(name)
+""",
+    "say": """def say(self):
+    super().send("x")
 """,
     "Holder": """class Holder:
     def __init__(self, component):
@@ -102,6 +106,10 @@ SENDS = [
     '[c.send("x") for c in (self,)]',
     'eval("c.s" + "end(chr(120))", {"c": self})',
     'self._hfsm_send("x", None)',
+    'name = "y"\nname, other = "x", "y"\nself.send(name)',
+    'name = "y" if self is None else "".join("x")\nself.send(name)',
+    "self.say()",
+    "self.send.__self__.send(name='x')",
     '{"me": self}["me"].send(name="x")',
     'match self:\n    case object(send=tell):\n        tell("x")',
 ]
@@ -281,6 +289,8 @@ def test_no_verdict_is_wrong_for_code_with_aliases_and_state(
 
 
 HELPERS = """
+HELPERS = True
+
 def nod(self, who, *others):
     who.setSpeed(0.1, 0.0)
     for other in others:
@@ -313,6 +323,21 @@ class Holder:
 
     def move(self):
         self.component.Head.stop()
+
+def inside(self):
+    eval("self.Neck.stop()")
+
+@property
+def late(self):
+    self.Head.stop()
+
+@staticmethod
+def still(proxy):
+    proxy.stop()
+
+if HELPERS:
+    def hidden(self):
+        self.Neck.stop()
 """
 START = """
 self.mine = self.Head
@@ -334,6 +359,20 @@ COMMANDS = [
     "self.keep()\nself.kept()", "self.store(head := self.Neck)\nself.kept()",
     "for self.each in (self.Head, self.Neck):\n    self.each.stop()", "global h\nh = self.Head\nh.stop()",
 ]  # fmt: skip
+
+
+LEFT_BEHIND = [
+    ("def turn():\n    self.Head.stop()", "turn()"),
+    ("turn = lambda: self.Head.stop()", "turn()"),
+    ("turn = self.Head.stop", "turn()"),
+    ("self.turn = lambda: self.Head.stop()", "self.turn()"),
+    ("helpers = [self.Head]", "helpers[0].stop()"),
+    ("helper = self.Holder(self)", "helper.move()"),
+    ("global kept\nkept = self.Head", "self.kept()"),
+    ("class Helper:\n    def move(me):\n        self.Head.stop()\nhelper = Helper()", "helper.move()"),
+    ('name = "Head"', "getattr(self, name).stop()"),
+]
+"""What code of one state leaves to that of another, which commands the head."""
 
 
 class Servant:
@@ -397,3 +436,19 @@ def test_no_conflict_of_code_with_aliases_and_helpers_is_denied_or_made_up(
     else:
         assert report.doubtful or not all(found.values())
     assert {identity for identity, certain in found.items() if certain} <= of_first & of_second
+
+
+@pytest.mark.parametrize(("first", "then"), LEFT_BEHIND)
+def test_what_a_state_leaves_to_another_is_followed_or_undecided(
+    first: str, then: str, tmp_path: Path
+) -> None:
+    below = [
+        automaton(2, [state(1, code=first), state(2, code=then)], [after(200, 1, 2)], father=1),
+        automaton(3, [state(1), state(2, code="self.Head.stop()")], [after(200, 1, 2)], father=1),
+    ]
+    root = automaton(1, [state(1, children=[2, 3])], functions=Text(HELPERS))
+    doc = document(root, *below, interfaces=(Interface(name="Head", type="PoseHead"),))
+    still = replace(below[1], states=(state(1), state(2)))
+    assert commanded(replace(doc, automata=(root, below[0], still)), tmp_path) == {"Head"}
+    report = check_model(doc, PATH)
+    assert report.conflicts or not report.complete

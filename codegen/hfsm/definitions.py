@@ -1,0 +1,229 @@
+"""Know what the code of a document defines and assigns, and what answers the same when it is asked again."""
+
+from __future__ import annotations
+
+import ast
+from enum import IntFlag
+from typing import TYPE_CHECKING, Final
+
+from .code.text import all_nodes, binds, bound_names, dotted
+
+if TYPE_CHECKING:
+    from .analysis import Analysis, Piece
+
+__all__ = [
+    "COMPONENT_ALIASES",
+    "COMPONENT_ATTRIBUTES",
+    "UNKNOWN",
+    "Answer",
+    "Definitions",
+    "is_static",
+]
+
+COMPONENT_ATTRIBUTES: Final = frozenset({"automaton", "clock", "log", "mark", "send", "sleep"})
+"""Attributes that every component has. A function of a document may override one of them."""
+
+COMPONENT_ALIASES: Final = frozenset({"globalNamespace", "interfaces", "namespace", "rosNode"})
+"""What VisualStates calls the component in places; each is the component itself."""
+
+_REFLECTION: Final = frozenset(
+    {
+        *("eval", "exec", "vars", "locals", "globals", "__import__", "import_module", "getmembers"),
+        *("currentframe", "_getframe", "f_locals", "get_objects", "builtins", "__builtins__"),
+        *("__dict__", "__self__", "__globals__", "__closure__", "__getattribute__", "__getattr__"),
+    }
+)
+"""What finds objects or attributes whose names do not stand in the code."""
+_ANY_NAME: Final = _REFLECTION | {"setattr", "__setattr__"}
+"""What may assign a name that does not stand in the code."""
+_PURE: Final = frozenset({"abs", "bool", "float", "int", "isinstance", "len", "round", "str"})
+_PURE_OF_SEVERAL: Final = frozenset({"max", "min"})
+"""A single argument of theirs may be a generator."""
+_PURE_METHODS: Final = frozenset({"endswith", "isalpha", "isdigit", "lower", "startswith", "strip", "upper"})
+_RANDOM_LIBRARIES: Final = ("random.", "secrets.", "uuid.", "numpy.random.", "os.urandom")
+_RANDOM: Final = frozenset({"choice", "gauss", "rand", "randint", "randn", "random", "randrange", "uniform"})
+_TAKING: Final = frozenset({"next", "pop", "popleft", "read", "readline", "recv", "get_nowait", "shuffle"})
+_OPERATORS: Final = (ast.Compare, ast.BinOp, ast.UnaryOp, ast.BoolOp, ast.Subscript)
+_DISPLAYS: Final = (ast.Tuple, ast.List, ast.Set, ast.Dict, ast.Constant)
+_PLAIN: Final = (
+    *(ast.expr_context, ast.boolop, ast.operator, ast.unaryop, ast.cmpop, ast.keyword, ast.Starred),
+    *(ast.Module, ast.IfExp, *_OPERATORS, *_DISPLAYS, ast.JoinedStr, ast.FormattedValue, ast.Slice),
+    *(ast.Return, ast.Expr, ast.If, ast.Pass, ast.Assign, ast.AnnAssign, ast.Raise, ast.Assert),
+)
+"""Nodes that change nothing by themselves."""
+_LITERAL: Final = (*_DISPLAYS, ast.UnaryOp, ast.BinOp, ast.operator, ast.unaryop, ast.expr_context)
+
+
+class Answer(IntFlag):
+    """How a guard may answer when it is evaluated for the second time in one cycle.
+
+    OTHER ones draw lots, read a sensor, or take something away. Evaluating a guard that CHANGES something may
+    change what others answer.
+    """
+
+    SAME = 0
+    UNKNOWN = 1
+    OTHER = 2
+    CHANGES = 4
+
+
+UNKNOWN: Final = Answer.UNKNOWN | Answer.CHANGES
+"""The answer of code that cannot be followed."""
+
+
+class Definitions:
+    """What code of a document defines and assigns anywhere.
+
+    The code is `opaque` where classes of the document may define operators, and where `eval`, its like or
+    hand-written code beside the document may assign anything: then only constants are sure to stay.
+    """
+
+    def __init__(self, analysis: Analysis) -> None:
+        document = analysis.document
+        self.libraries = analysis.libraries
+        self.proxies = {interface.name for interface in document.interfaces} | set(document.proxy_aliases)
+        self._declared = self.proxies | {each.name for each in document.parameters}
+        self._declared |= COMPONENT_ATTRIBUTES | COMPONENT_ALIASES
+        self._is_extended = analysis.extension is not None
+        self.is_opaque = self._is_extended or not analysis.is_complete
+        self.functions: dict[str, ast.FunctionDef] = {}
+        self.unclear_attributes: set[str] = set()
+        """What stands among the functions and is no plain function, class or constant."""
+        self.bound = {item.name for automaton in document.automata for item in automaton.inputs}
+        """Every name that the document gives to something."""
+        self.shared: set[str] = set()
+        """Variables that code assigns from within functions, or for the whole file."""
+        self.globals: set[str] = set()
+        """Names of the whole file, which are not followed."""
+        self._assigned = set(analysis.defined)
+        """Attributes of the component that are assigned."""
+        self._users: dict[str, set[int]] = {}
+        """The automata whose code has an attribute, 0 for functions."""
+        self.reflection = _REFLECTION | {
+            name for name, full in self.libraries.items() if full.rpartition(".")[2] in _REFLECTION
+        }
+        for piece in analysis.functions:
+            for node in piece.tree.body:
+                self._define(node)
+        for piece in analysis.pieces:
+            self._read(piece)
+
+    def _define(self, node: ast.stmt) -> None:
+        """Note what a statement among the functions gives to the component."""
+        match node:
+            case ast.FunctionDef(name=name) if not node.decorator_list or is_static(node):
+                self.functions[name] = node
+                self.unclear_attributes.discard(name)
+            case ast.ClassDef(decorator_list=[], keywords=[]):
+                pass
+            case ast.Assign(value=value) | ast.AnnAssign(value=ast.expr() as value) if all(
+                isinstance(each, _LITERAL) for each in ast.walk(value)
+            ):
+                pass
+            case _:
+                self.unclear_attributes |= bound_names(ast.Module([node], []))
+
+    def _read(self, piece: Piece) -> None:
+        """Note what code defines, assigns and uses."""
+        for node in all_nodes(piece.tree):
+            match node:
+                case ast.Global(names=names) | ast.Nonlocal(names=names):
+                    self.shared.update(names)
+                    self.globals.update(names if isinstance(node, ast.Global) else ())
+                case ast.Attribute(attr=name, ctx=context):
+                    self._users.setdefault(name, set()).add(0 if piece.is_functions else piece.automaton)
+                    if not isinstance(context, ast.Load):
+                        self._assigned.add(name)
+                    self.is_opaque |= name in _ANY_NAME
+                case ast.Name(id=name, ctx=ast.Load()):
+                    self.is_opaque |= name in _ANY_NAME
+                case ast.arg(arg=name):
+                    self.bound.add(name)
+                case ast.ClassDef():
+                    self.is_opaque = True
+            if not isinstance(node, ast.Nonlocal):
+                self.bound.update(binds(node))
+
+    def is_assigned(self, name: str) -> bool:
+        """Return whether code gives an attribute to the component."""
+        return name in self._assigned
+
+    def is_unclear_attribute(self, name: str) -> bool:
+        """Return whether nobody knows what reading an attribute of the component does."""
+        if name in self.unclear_attributes:
+            return True
+        return self._is_extended and name not in self._assigned | self._declared
+
+    def is_library(self, path: list[str]) -> bool:
+        """Return whether a dotted name leads to something that the document does not define."""
+        return bool(path) and path[0] not in self.bound
+
+    def is_unknown(self, function: ast.expr) -> bool:
+        """Return whether nothing is known of what is called: an object of the document, or of its code."""
+        match dotted(function):
+            case []:
+                return not (isinstance(function, ast.Attribute) and isinstance(function.value, _DISPLAYS))
+            case ["self", name, *_]:
+                return name not in COMPONENT_ATTRIBUTES | self.proxies or name in self._assigned
+            case path:
+                return not self.is_library(path)
+
+    def answer_of_node(self, node: ast.AST, automaton: int) -> Answer:
+        """Return how a node makes code answer; `automaton` is 0 in functions, whose variables are local."""
+        match node:
+            case ast.Attribute(ctx=ast.Load()):
+                return self._answer_of_attribute(node, automaton)
+            case ast.Name(id=name, ctx=context):
+                is_own = isinstance(context, ast.Load) or automaton == 0
+                stays = is_own and name not in self.shared and not self.is_opaque
+                return Answer.SAME if stays else UNKNOWN
+            case ast.Attribute() | ast.Subscript(ctx=ast.Store() | ast.Del()):
+                return UNKNOWN
+            case ast.NamedExpr() | ast.Await():
+                return Answer.OTHER | Answer.CHANGES
+            case ast.Call():
+                return Answer.SAME  # what is called answers
+            case ast.Compare(ops=operators, comparators=compared):
+                for operator, right in zip(operators, compared, strict=True):
+                    if isinstance(operator, ast.In | ast.NotIn) and not isinstance(right, _DISPLAYS):
+                        return UNKNOWN  # it may be a generator
+        is_plain = isinstance(node, _PLAIN) and not (self.is_opaque and isinstance(node, _OPERATORS))
+        return Answer.SAME if is_plain else UNKNOWN
+
+    def _answer_of_attribute(self, node: ast.Attribute, automaton: int) -> Answer:
+        path = dotted(node)
+        if path and (path[0] == "event" or path[0] in self.libraries) and path[0] not in self.bound:
+            return Answer.SAME
+        if path[:1] != ["self"] or (len(path) > 2 and path[1] not in self.proxies):
+            return UNKNOWN if node.attr in self.bound else Answer.UNKNOWN
+        name = path[1]
+        if name in self.functions:
+            return UNKNOWN
+        is_own = automaton != 0 and self._users.get(name) == {automaton}
+        stays = not self.is_opaque and (is_own or name not in self._assigned)
+        return Answer.SAME if stays else Answer.UNKNOWN
+
+    def answer_of_call(self, call: ast.Call) -> Answer:
+        """Return how a call answers of what is not followed."""
+        path = dotted(call.func)
+        name = path[-1] if path else getattr(call.func, "attr", "")
+        if path[:1] == ["self"] and len(path) > 2 and path[1] in self.proxies:
+            return Answer.OTHER
+        if path == ["self", "clock", "now"]:
+            return Answer.UNKNOWN
+        if name in self.bound:
+            return UNKNOWN
+        full = ".".join([self.libraries.get(path[0], path[0]), *path[1:]]) if self.is_library(path) else ""
+        if full.startswith(_RANDOM_LIBRARIES) or name in _RANDOM:
+            return Answer.OTHER
+        if name in _TAKING:
+            return Answer.OTHER | Answer.CHANGES
+        several = len(call.args) > 1 and not any(isinstance(each, ast.Starred) for each in call.args)
+        is_pure = full in _PURE or (full in _PURE_OF_SEVERAL and several) or full.startswith("math.")
+        is_method = isinstance(call.func, ast.Attribute) and name in _PURE_METHODS
+        return Answer.SAME if (is_pure or is_method) and not self.is_opaque else UNKNOWN
+
+
+def is_static(function: ast.FunctionDef) -> bool:
+    """Return whether a function is a static method and nothing else."""
+    return [each.id for each in function.decorator_list if isinstance(each, ast.Name)] == ["staticmethod"]
