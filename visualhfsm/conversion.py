@@ -43,7 +43,7 @@ def convert_document(
         language = document.language.text.strip()
         first = next(code_of(document, source), None)
         place = Location(source) if first is None else first.place
-        message = f"the code is {language}: it is kept, and does not run here"
+        message = f"the code is {language}: it is kept, but cannot run"
         diagnostics.note(Code.KEPT_LANGUAGE, message, place)
     return write_scxml(document, source, diagnostics) if to_scxml else write_document(document)
 

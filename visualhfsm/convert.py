@@ -45,10 +45,9 @@ def convert(
 
     Read are VisualHFSM's documents of 2013 in Spanish, those of 2013 to 2017,
     VisualStates' since 2017, and SCXML of any program. Of documents nothing is
-    lost: what has no meaning here is kept as it is, and reported; what cannot be
-    carried of SCXML is reported with its line, and so is Python 2, which is
-    fixed on request; C++ is kept, and does not run here. OUT is written whole
-    or not at all.
+    lost: what is unknown is kept and reported. What cannot be imported from
+    SCXML is reported with its line, and so is Python 2, which is converted on
+    request. C++ is kept, but cannot run. After an error OUT is not written.
     """
     # Here: other commands need not wait for the readers of documents.
     from visualhfsm.conversion import convert_document

@@ -12,7 +12,7 @@ __all__ = ["Code"]
 
 
 class Code(StrEnum):
-    """What a diagnostic is about: E is an error, W a warning, N a note."""
+    """The kind of a diagnostic: E is an error, W a warning, N a note."""
 
     UNREADABLE_FILE = "E500"
     FILE_TOO_LARGE = "E501"

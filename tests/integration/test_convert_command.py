@@ -76,7 +76,7 @@ def test_what_is_kept_without_use_and_what_is_python_2_is_told_with_its_line(fol
     done = convert("old.xml", "new.xml")
     told = [line for line in done.stderr.splitlines() if line.startswith("old.xml")]
     assert told == [
-        "old.xml:2:20: note[N501]: `topics` has no meaning here: it is kept, and not used",
+        "old.xml:2:20: note[N501]: `topics` is unknown: it is kept, but not used",
         'old.xml:4:57: warning[W506]: Python 2: `print "waiting"` is `print("waiting")` in Python 3',
     ]
 

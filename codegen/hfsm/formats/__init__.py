@@ -1,5 +1,6 @@
-"""Documents as files: read in every dialect in which they were ever written, and written in the native one.
+"""Document files: read in every dialect, and written in the native format.
 
-`schema` has the tables of the native format, by which `native` reads it and `writer` writes it. `reader`
-finds the dialect of a document that `xml_tree` has parsed. `spanish` and `visualstates` translate theirs.
+`schema` has the tables of the native format, with which `native` reads and `writer` writes it. `xml_tree`
+parses XML and `reader` detects the dialect. `spanish` and `visualstates` translate theirs to the native
+format.
 """

@@ -1,6 +1,6 @@
-"""Read the native format by its tables.
+"""Read the native format with its tables.
 
-What the tables do not have is kept with its node: unknown elements and attributes, and comments.
+Unknown elements and attributes, and comments, are kept with their node.
 """
 
 from __future__ import annotations
@@ -26,18 +26,18 @@ MAX_ID: Final = 2**31 - 1
 """The largest id."""
 
 _KEPT: Final = "kept"
-"""Holds an unknown element of an old dialect whose name means something in the native one."""
-_MOST_LINES: Final = 20  # that a remark lists
+"""The tag around an unknown element of an old dialect whose name has a meaning in the native format."""
+_MOST_LINES: Final = 20  # in the list of a remark
 
 Translation = Callable[[XmlElement], list[XmlElement]]
-"""Makes native elements of one of an old dialect."""
+"""Translates an element of an old dialect to native elements."""
 
 
 class NativeReader:
-    """Makes a document of a tree of XML; `failed` says that the file cannot be understood.
+    """Builds a document from a tree of XML; after errors it has `failed`.
 
-    `remarks` gets what is kept but has no use here; what is in `expected` is kept without a remark. In a
-    document that `is_old` transitions get different ids: the generators of old never read them.
+    `remarks` gets notes about what is kept but not used, except about the elements in `expected`. If the
+    document `is_old`, transitions get unique ids, since the original generators ignored them.
     """
 
     def __init__(
@@ -53,7 +53,7 @@ class NativeReader:
         self._lists: list[Element] = []
 
     def document(self, root: XmlElement) -> Document:
-        """Return the document; worth nothing if the reader has `failed` afterwards."""
+        """Return the document; it is useless if the reader has `failed` afterwards."""
         document = cast("Document", self._node(root, DOCUMENT))
         self._report_remarks()
         return replace(document, root_tag=root.tag, lists=tuple(self._lists))
@@ -89,14 +89,14 @@ class NativeReader:
     def _sorted(
         self, element: XmlElement, known: Mapping[str, Leaf | Items]
     ) -> tuple[dict[str, list[XmlElement]], tuple[Extra, ...]]:
-        """Return the known children of an element, and what else stands in it.
+        """Return the known children of an element, and its other content.
 
-        A comment belongs to the node that follows it, and before anything else to the element around it.
+        A comment belongs to the following node, or to the enclosing element if another element follows.
         """
         found: dict[str, list[XmlElement]] = {}
         extras: list[Extra] = []
         if element.text.strip():
-            message = f"text of its own in `{element.name}` is not kept on saving"
+            message = f"text directly in `{element.name}` is lost on saving"
             self.warn(element, Code.LOST_ON_SAVING, message)
         for child in element.children:
             expected = known.get(child.tag)
@@ -113,7 +113,7 @@ class NativeReader:
         return found, (*extras, *element.trailing)
 
     def _kept(self, element: XmlElement) -> Element:
-        """Return an unknown element as it is kept: with its text, or else with its children."""
+        """Return an unknown element with its text or its children."""
         attributes = tuple(element.attributes.items())
         if element.text.strip() or not (element.children or element.trailing):
             self.check_leaf(element, *element.attributes)
@@ -138,7 +138,7 @@ class NativeReader:
     def _leaf(
         self, fields: dict[str, Any], parent: XmlElement, tag: str, leaf: Leaf, found: Sequence[XmlElement]
     ) -> None:
-        """Add the fields that a leaf holds; one that is missing and has a default is left out."""
+        """Add the fields of a leaf, except a missing one that has a default."""
         for element in found:
             self.check_leaf(element, *(["type"] if tag == "trans" else []))
         if leaf.field == "children":
@@ -146,7 +146,7 @@ class NativeReader:
             fields[leaf.field] = fields.get(leaf.field, ()) + tuple(each for each in ids if each != NO_CHILD)
         elif leaf.is_id and not (found and found[0].text.strip()):
             element = found[0] if found else parent
-            message = f"`{parent.name}` does not say its `{found[0].name if found else tag}`"
+            message = f"`{parent.name}` has no `{found[0].name if found else tag}`"
             self.warn(element, Code.MISSING_ID, message)
             fields[leaf.field] = 0
         elif found:
@@ -160,16 +160,16 @@ class NativeReader:
         if "type" in trigger.attributes:
             return trigger.attributes["type"]
         kind = "time" if trigger.text.strip().isdecimal() else "condition"
-        message = f"`{trigger.name}` has no `type`: its text is taken for a {kind}"
+        message = f"`{trigger.name}` has no `type`: its text is read as a {kind}"
         self.warn(trigger, Code.TRIGGER_WITHOUT_TYPE, message)
         return kind
 
     def check_leaf(self, element: XmlElement, *known: str) -> None:
-        """Warn of what an element that holds a value has besides, since it is not kept."""
+        """Warn about attributes and children of an element with a value, which are not kept."""
         if element.attributes.keys() - known:
-            self.warn(element, Code.LOST_ON_SAVING, f"attributes of `{element.name}` are not kept on saving")
+            self.warn(element, Code.LOST_ON_SAVING, f"attributes of `{element.name}` are lost on saving")
         if element.children or element.trailing:
-            message = f"comments and elements inside the text of `{element.name}` are not kept on saving"
+            message = f"comments and elements inside the text of `{element.name}` are lost on saving"
             self.warn(element, Code.LOST_ON_SAVING, message)
 
     # Elements of old dialects.
@@ -182,11 +182,12 @@ class NativeReader:
         names: Mapping[str, str | None],
         nodes: Mapping[str, Translation] | None = None,
     ) -> XmlElement:
-        """Return an element of an old dialect as one of the native format, which `document` can read.
+        """Return an element of an old dialect in the native format, which `document` can read.
 
-        `names` has the native names of children, which are blank for a value and None for an element that is
-        read elsewhere: what stands twice is kept, and the first counts. `nodes` may repeat: functions make
-        other elements of them. An unknown child with one of the `native` names is put into an element `kept`.
+        `names` has the native names of children with a value: blank for a value, None for an element that is
+        read elsewhere. Of repeated children the first is used and the others are kept. `nodes` has functions
+        that translate children, which may repeat. An unknown child with one of the `native` names is put into
+        an element `kept`.
         """
         made = replace(
             element, tag=tag, attributes=dict(element.attributes), children=[], trailing=[*element.trailing]
@@ -201,7 +202,7 @@ class NativeReader:
                 name = names[child.tag]
                 first = seen.setdefault(name or child.tag, child)
                 if first is not child:
-                    message = f"a second `{child.name}` is kept, and the first counts"
+                    message = f"a second `{child.name}` is kept, but the first is used"
                     note = Note("the first is here", self.place(first))
                     self.warn(child, Code.OLD_REPEATED_ELEMENT, message, note)
                     self.expected.add(child)
@@ -230,7 +231,7 @@ class NativeReader:
         native: Collection[str],
         nodes: Mapping[str, Translation],
     ) -> None:
-        """Add what stands in an element to the one around it, translated by `nodes`."""
+        """Add the content of an element to the enclosing one, translated by `nodes`."""
         if around is not None:
             self.check_leaf(replace(around, children=[], trailing=[]))
             inside = self.translated(around, around.tag, native, {}, nodes)
@@ -240,9 +241,9 @@ class NativeReader:
     # Values.
 
     def number(self, elements: Sequence[XmlElement], *, expected: bool = True, unique: bool = False) -> None:
-        """Set the ids of elements of one kind that have none, with a warning if they are `expected`.
+        """Set the missing ids of elements of one kind, with a warning if ids are `expected`.
 
-        If they are to be `unique`, others than the first of one id get another, too, and so does a 0.
+        With `unique`, repeated ids and 0 are replaced, too.
         """
         given = [each for each in elements if each.attributes.get("id", "").strip()]
         for element in given:
@@ -255,13 +256,13 @@ class NativeReader:
             known = first.setdefault(number, element)
             if not number:
                 element.attributes["id"] = next(free)
-                message = f"`{element.name}` has no id: it is given {element.attributes['id']}"
+                message = f"`{element.name}` has no id: it gets {element.attributes['id']}"
                 if expected:
                     self.warn(element, Code.MISSING_ID, message)
             elif unique and (known is not element or number == "0"):
                 element.attributes["id"] = next(free)
-                reason = "is not at least 1" if known is element else "is that of another"
-                message = f"the id {number} of a transition {reason}: it is given {element.attributes['id']}"
+                reason = "is less than 1" if known is element else "is not unique"
+                message = f"the id {number} of a transition {reason}: it gets {element.attributes['id']}"
                 notes = [] if known is element else [Note("the other is here", self.place(known))]
                 self.warn(element, Code.OLD_REPEATED_ID, message, *notes)
 
@@ -277,63 +278,65 @@ class NativeReader:
         return text
 
     def parse_id(self, element: XmlElement, name: str, value: str) -> int:
-        """Return the id in a text; reports an error when it is none."""
+        """Return the id in a text, or report an error."""
         digits = value.strip()
         if digits.isascii() and digits.isdigit() and len(digits) <= 10 and int(digits) <= MAX_ID:
             return int(digits)
         self.error(
-            element, Code.MALFORMED_ELEMENT, f"`{name}` is a number from 0 to {MAX_ID}, not `{value[:40]}`"
+            element,
+            Code.MALFORMED_ELEMENT,
+            f"`{name}` must be a number from 0 to {MAX_ID}, not `{value[:40]}`",
         )
         return 0
 
     def _pixels(self, element: XmlElement, name: str, text: str) -> float:
-        """Return the number in a text, 0 when it is blank."""
+        """Return the number in a text, 0 if it is blank."""
         for written in (text.strip() or "0", text.strip().replace(",", ".", 1)):
             with suppress(ValueError):
                 number = float(written)
                 if math.isfinite(number):
                     if "," in text:
-                        message = (
-                            f"`{name}` is written with a comma: `{text.strip()[:40]}` is taken for {number}"
-                        )
+                        message = f"`{name}` has a comma: `{text.strip()[:40]}` is read as {number}"
                         self.warn(element, Code.COMMA_IN_NUMBER, message)
                     return number
-        self.error(element, Code.MALFORMED_ELEMENT, f"`{name}` is a number of pixels, not `{text[:40]}`")
+        self.error(element, Code.MALFORMED_ELEMENT, f"`{name}` must be a number of pixels, not `{text[:40]}`")
         return 0.0
 
     def _flag(self, element: XmlElement, name: str, text: str) -> bool:
-        """Return whether a text says true; a blank one does not."""
+        """Return whether a text is true; blank means false."""
         value = text.strip().lower()
         if value not in ("true", "false", "1", "0", ""):
-            self.error(element, Code.MALFORMED_ELEMENT, f"`{name}` is `true` or `false`, not `{value[:40]}`")
+            self.error(
+                element, Code.MALFORMED_ELEMENT, f"`{name}` must be `true` or `false`, not `{value[:40]}`"
+            )
         return value in ("true", "1")
 
     # Reports.
 
     def place(self, element: XmlElement) -> Location:
-        """Return where the start tag of an element stands."""
+        """Return the place of the start tag of an element."""
         return Location(self.path, element.line, element.column, len(element.name) + 1)
 
     def error(self, element: XmlElement, code: str, message: str, *notes: Note) -> None:
-        """Report what keeps the file from being understood."""
+        """Report an error: the file cannot be read."""
         self.failed = True
         self.diagnostics.error(code, message, self.place(element), notes)
 
     def warn(self, element: XmlElement, code: str, message: str, *notes: Note) -> None:
-        """Report what was understood in one of several ways."""
+        """Report an ambiguity that was resolved."""
         self.diagnostics.warning(code, message, self.place(element), notes)
 
     def remark(self, element: XmlElement, message: str) -> None:
-        """Remember what is kept without being used."""
+        """Remember an element that is kept but not used."""
         self._remarked.setdefault(message, []).append(element)
 
     def remark_unknown(self, element: XmlElement) -> None:
-        """Remember an unknown element, if it says something and was not expected."""
+        """Remember an unknown element, unless it is empty or expected."""
         if element not in self.expected and (element.text.strip() or element.children or element.attributes):
-            self.remark(element, f"`{element.name}` has no meaning here: it is kept, and not used")
+            self.remark(element, f"`{element.name}` is unknown: it is kept, but not used")
 
     def _report_remarks(self) -> None:
-        """Report what is kept without being used: each kind once, with all its lines."""
+        """Report what is kept but not used: each kind once, with all its lines."""
         if self.remarks is None or self.failed:
             return
         for message, (first, *others) in self._remarked.items():

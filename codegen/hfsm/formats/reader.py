@@ -1,9 +1,8 @@
 """Read an automaton document in any of its dialects into the model.
 
-All dialects share two roots, so that only what stands below it tells: automata of 2013 are written in
-Spanish, later ones have ids as attributes, and VisualStates has had nested states since 2017. The reader
-reports what keeps the file from being understood; whether a component can be generated from it is for
-`codegen.hfsm.checks` to say.
+All dialects share two roots, so that only the content distinguishes them: documents of 2013 are in Spanish,
+later ones have ids as attributes, and VisualStates has nested states since 2017. The reader reports why a
+file cannot be read; `codegen.hfsm.checks` finds whether a component can be generated from it.
 """
 
 from __future__ import annotations
@@ -40,7 +39,7 @@ _VISUALSTATES: Final = frozenset(("state", "global_namespace", "functions", "var
 
 
 class Dialect(StrEnum):
-    """In which way a document is written."""
+    """A format of documents."""
 
     NATIVE = "native"
     SPANISH = "Spanish (2013)"
@@ -48,7 +47,7 @@ class Dialect(StrEnum):
 
 
 def dialect_of(root: XmlElement) -> Dialect:
-    """Return the dialect of a document by what stands below its root."""
+    """Return the dialect of a document, by the elements below its root."""
     automata = list(root.elements("SubAutomata"))
     if automata:
         spanish = any("id" not in each.attributes and any(each.elements(*_SPANISH)) for each in automata)
@@ -59,7 +58,7 @@ def dialect_of(root: XmlElement) -> Dialect:
 
 
 def looks_like_document(file: Path) -> bool:
-    """Return whether a file seems to be a document; one that cannot be read is for its reader."""
+    """Return whether a file seems to be a document, or is unreadable, which its reader reports."""
     try:
         with file.open("rb") as stream:
             return _ROOT.search(stream.read(_HEAD)) is not None
@@ -70,9 +69,9 @@ def looks_like_document(file: Path) -> bool:
 def read_document(
     path: Path, diagnostics: Diagnostics, remarks: Diagnostics | None = None
 ) -> Document | None:
-    """Return the document in a file, or None after errors were reported.
+    """Return the document in a file, or None after reporting errors.
 
-    `remarks` gets notes about what is kept without being used.
+    `remarks` gets notes about what is kept but not used.
     """
     content = read_bytes(path, diagnostics)
     return None if content is None else parse_document(content, path, diagnostics, remarks)
@@ -81,17 +80,17 @@ def read_document(
 def parse_document(
     content: bytes | str, path: Path, diagnostics: Diagnostics, remarks: Diagnostics | None = None
 ) -> Document | None:
-    """Return the document in `content`, or None after errors were reported; `path` is for the messages.
+    """Return the document in `content`, or None after reporting errors; `path` is for the messages.
 
-    A document that an editor of old wrote is marked so. Documents of old dialects never say their language:
-    one whose code looks like C++ is marked so, with a note. A document in the format of today is in Python
-    unless it says otherwise.
+    A document that a former editor wrote gets the name of that editor as its dialect. Old dialects do not
+    name their language: if the code looks like C++, the document is marked as C++, with a note. A document in
+    the current format is in Python unless it names another language.
     """
     root = parse_xml(content.encode() if isinstance(content, str) else content, path, diagnostics)
     if root is None:
         return None
     if root.tag not in _ROOT_TAGS:
-        message = f"`{root.tag}` is not the root of a document: it is `VisualHFSM`"
+        message = f"`{root.tag}` is not the root of a document: it must be `VisualHFSM`"
         place = Location(path, root.line, root.column, len(root.tag) + 1)
         diagnostics.error(Code.NOT_A_DOCUMENT, message, place)
         return None
@@ -111,15 +110,15 @@ def parse_document(
     if dialect is not Dialect.NATIVE and is_mostly_cpp(document):
         document = replace(document, language=Text(CPP))
         if (piece := first_foreign(document, path)) is not None:
-            message = "most of the code looks like C++: it is kept as C++, and does not run here"
+            message = "most of the code looks like C++: it is kept as C++, but cannot run"
             diagnostics.note(Code.KEPT_LANGUAGE, message, piece.place)
     return document
 
 
 def _editor_of(root: XmlElement, dialect: Dialect) -> str:
-    """Return which editor of old wrote a document that does not say it, or an empty text for none.
+    """Return the former editor that wrote a document without a dialect, or an empty text.
 
-    The format of today is VisualHFSM's of 2017. Its editor wrote everything on one line; ours never does.
+    The current format is VisualHFSM's of 2017. Its editor wrote everything on one line; ours never does.
     """
     if dialect is Dialect.VISUALSTATES:
         return "VisualStates"
@@ -130,7 +129,7 @@ def _editor_of(root: XmlElement, dialect: Dialect) -> str:
 
 
 def _unescape_code(document: Document, path: Path, diagnostics: Diagnostics) -> Document:
-    """Undo what VisualStates escaped twice on saving, where it is not part of the code's texts."""
+    """Undo the repeated escaping of VisualStates, but not inside string literals."""
 
     def unescaped(text: Text) -> Text:
         code = text.text
@@ -138,11 +137,11 @@ def _unescape_code(document: Document, path: Path, diagnostics: Diagnostics) -> 
         names = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)} if tree else set()
         if _ENTITY.search(code) is None or (tree is not None and names.isdisjoint(_NAMES)):
             return text
-        while _ENTITY.search(code) is not None:  # each time that it was opened and saved
+        while _ENTITY.search(code) is not None:  # once for each time that it was saved
             code = unescape(code, {"&quot;": '"'})
         if parse_piece(code) is None:
             return text
-        message = "`<` and `>` were escaped twice when the document was saved: that is undone"
+        message = "`<` and `>` were escaped twice when the document was saved: they are restored"
         diagnostics.warning(Code.OLD_CODE_CHANGED, message, Location(path, text.line, max(1, text.column)))
         return replace(text, text=code)
 

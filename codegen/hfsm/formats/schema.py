@@ -1,7 +1,7 @@
-"""The native format in tables: which element holds which field of the model, in the order of the file.
+"""Tables of the native format: the element of each field of the model, in the order of the file.
 
-Reader, writer and the readers of old dialects share them. The format is VisualHFSM's of 2013 to 2017, with
-what has been added to it since.
+The reader, the writer and the readers of old dialects share them. The format is VisualHFSM's of 2013 to
+2017, with later additions.
 """
 
 from __future__ import annotations
@@ -18,9 +18,10 @@ __all__ = ["AUTOMATON", "DOCUMENT", "INTERFACE", "STATE", "TRANSITION", "Items",
 
 @dataclass(frozen=True, slots=True)
 class Leaf:
-    """An element or attribute that holds one value of a `type`: `Text`, `str`, `float`, `bool` or an id.
+    """An element or attribute with one value of a `type`: `Text`, `str`, `float`, `bool` or an id.
 
-    An `optional` one is left out for the model's `default`. One that `repeats` holds one of several ids.
+    An `optional` leaf is omitted if the value is the model's `default`. One that `repeats` has one of several
+    ids.
     """
 
     field: str
@@ -31,15 +32,15 @@ class Leaf:
 
     @property
     def is_id(self) -> bool:
-        """Whether it holds the id of something that has to be there."""
+        """Whether it is an id that must exist."""
         return self.type is int and self.default is MISSING
 
 
 @dataclass(frozen=True, slots=True)
 class NodeKind:
-    """An element of the model: its tag, its attributes and its children, both in the order of the file.
+    """An element of the model: its tag, and its attributes and children in the order of the file.
 
-    One with a `text` holds the field of that name and has no children.
+    One with `text` has the field of that name as its text, and no children.
     """
 
     tag: str
@@ -51,9 +52,9 @@ class NodeKind:
 
 @dataclass(frozen=True, slots=True)
 class Items:
-    """Nodes of one kind: side by side, at most `one`, or `listed` in an element around them.
+    """Child nodes of one kind: any number, at most `one`, or `listed` in an enclosing element.
 
-    A list that is not `optional` is written even when it is empty.
+    A list that is not `optional` is written even if it is empty.
     """
 
     field: str
@@ -72,9 +73,9 @@ _LEAF: Final = re.compile(r"(?P<tag>\w+)(=(?P<field>\w+))?(?P<mark>[?*]?)")
 
 
 def _leaves(kind: type[model.Node], table: str) -> dict[str, Leaf]:
-    """Return leaves by their tags from `tag=field`; a field with the name of its tag is left out.
+    """Return leaves by tag from a table of `tag=field`; `=field` is omitted if both names are equal.
 
-    `?` marks what is optional, and `*` what repeats.
+    `?` means optional, and `*` repeated.
     """
     types = get_type_hints(kind)
     defaults = {each.name: each.default for each in fields(kind)}

@@ -1,6 +1,6 @@
-"""Translate the dialect of February 2013, whose elements have Spanish names, to the native format.
+"""Translate the Spanish dialect of February 2013 to the native format.
 
-Its code is C++ and its libraries are the names of JdeRobot's drivers, such as `laser`: nothing to import.
+Its code is C++. Its libraries are names of JdeRobot's drivers, such as `laser`, and cannot be imported.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ _STATE: Final = {
 
 
 def translate_spanish(root: XmlElement, reader: NativeReader) -> XmlElement:
-    """Return the root of a document in Spanish as that of a native one."""
+    """Return the root of a Spanish document as a native one."""
     automata = list(root.elements("SubAutomata"))
     _number(automata, "idSub", reader)
     owners = _owners(automata)
@@ -65,7 +65,7 @@ def _automaton(element: XmlElement, reader: NativeReader, owner: int) -> XmlElem
 
 
 def _state(element: XmlElement, reader: NativeReader) -> list[XmlElement]:
-    """Return a state and the transitions out of it, which stood inside it."""
+    """Return a state and its transitions, which are inside it in this dialect."""
     transitions: list[XmlElement] = []
 
     def transition(each: XmlElement) -> list[XmlElement]:
@@ -79,7 +79,7 @@ def _state(element: XmlElement, reader: NativeReader) -> list[XmlElement]:
 
 
 def _transition(element: XmlElement, reader: NativeReader, origin: str) -> XmlElement:
-    # Of the time and the condition there is one; if both are there, the condition is kept as unknown.
+    # A transition has a time or a condition; if it has both, the condition is kept as unknown.
     timed = element.first("codigo") is None or bool(_text(element, "tiempo"))
     trigger = "tiempo" if timed else "codigo"
     names = {"nombre": "name", "destino": "destiny", trigger: "trans"}
@@ -104,13 +104,13 @@ def _number(elements: Sequence[XmlElement], tag: str, reader: NativeReader) -> N
 
 
 def _text(element: XmlElement, tag: str) -> str:
-    """Return the text of the first child with a tag, without white space around it."""
+    """Return the stripped text of the first child with a tag."""
     child = element.first(tag)
     return "" if child is None else child.text.strip()
 
 
 def _owners(automata: list[XmlElement]) -> dict[str, int]:
-    """Return for each automaton, by its id, the id of the automaton whose state names it as its child."""
+    """Return the id of the father of each automaton by id: a state of the father owns the automaton."""
     owners: dict[str, int] = {}
     for automaton in automata:
         for state in automaton.elements("Estado"):
@@ -121,7 +121,7 @@ def _owners(automata: list[XmlElement]) -> dict[str, int]:
 
 
 def _drivers(automata: list[XmlElement]) -> list[XmlElement]:
-    """Return the libraries that any automaton names, each once; the lists themselves are kept as they are."""
+    """Return the libraries of all automata, each once; the original lists are kept as they are."""
     lists = [each for automaton in automata for each in automaton.elements("Librerias")]
     found: dict[str, XmlElement] = {}
     for lib in (each for libraries in lists for each in libraries.elements("lib")):

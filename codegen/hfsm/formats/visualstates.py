@@ -1,9 +1,9 @@
 """Translate the dialect of VisualStates, since 2017, to the native format.
 
-Its states stand inside states, in five variants. A state that holds states owns an automaton here; the
-outermost state stands for the component. A state that is entered again restarts its automaton. Functions and
-variables belonged to the component, to a state or to a namespace: here they belong to the automaton that the
-state owns, and all are reached through `self`.
+It has five variants of nested states. A state with inner states becomes a state that owns an automaton; the
+outermost state becomes the component. A state that is entered again restarts its automaton. Functions and
+variables belonged to the component, to a state or to a namespace: here they belong to the automaton of that
+state, and code uses them through `self`.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from .xml_tree import XmlElement, new_leaf
 __all__ = ["translate_visualstates"]
 
 _PSEUDO_STATE: Final = "pseudostate"
-"""Holds what the outermost state has: it is no state of any automaton."""
+"""The element for the content of the outermost state, which is not a state of an automaton."""
 _CODE: Final = ("functions", "variables")
 _NO_CODE: Final[dict[str, str | None]] = dict.fromkeys(_CODE, "")
 _STATE: Final = {tag: tag for tag in ("posx", "posy", "name", "code")}
@@ -37,7 +37,7 @@ _TRANSITION: Final = {
     "code": "transcode",
 }
 _MOVED: Final[dict[str, Translation]] = dict.fromkeys(("state", "transition"), lambda _: [])
-"""What is taken out of a state, to be put elsewhere."""
+"""Elements that are moved out of a state."""
 _TRIGGERS: Final = {"0": "time", "1": "condition"}
 _INTERFACE: Final = {
     **{tag: tag for tag in ("ip", "port", "interface")},
@@ -50,7 +50,7 @@ _TYPES: Final = {"Boolean": "bool", "Integer": "int", "Float": "float", "String"
 
 
 def translate_visualstates(root: XmlElement, reader: NativeReader) -> XmlElement:
-    """Return the root of a document of VisualStates as that of a native one."""
+    """Return the root of a document of VisualStates as a native one."""
     return _Translator(root, reader).document()
 
 
@@ -60,22 +60,22 @@ class _Translator:
         self._reader = reader
         outermost = list(root.elements("state"))
         if len(outermost) > 1:
-            message = "there are several outermost states: they are taken for those of the root"
+            message = "there are several outermost states: they become states of the root automaton"
             reader.warn(outermost[1], Code.SEVERAL_OUTERMOST_STATES, message)
         self._has_outermost = len(outermost) == 1
         around = XmlElement("state", {}, 0, 0, children=outermost)
         self._outermost = outermost[0] if self._has_outermost else around
         self._automata: dict[XmlElement, int] = {}
-        """The ids of automata by the states that own them, each before those below it."""
+        """The ids of automata by the states that own them, parents first."""
         self._around: dict[XmlElement, int] = {}
-        """The ids of the automata that states stand in."""
+        """The ids of the automata that contain the states."""
         self._members: dict[int, set[str]] = {}
         """The ids of the states of automata."""
         self._kept: set[XmlElement] = set()
-        """The namespaces in which something has no word here: they are kept whole."""
+        """Namespaces with unknown content, which are kept as a whole."""
         self._functions: set[str] = set()
         self._renamed: defaultdict[XmlElement | int, dict[str, str]] = defaultdict(dict)
-        """The new names of functions, for the code of an automaton and for that of one state."""
+        """The new names of functions, for the code of an automaton or of one state."""
 
     def document(self) -> XmlElement:
         """Return the root of the native document."""
@@ -104,10 +104,10 @@ class _Translator:
         return made
 
     def _number_automata(self) -> None:
-        """Give ids to all states and automata.
+        """Assign ids to all states and automata.
 
-        An automaton's id is that of the state that owns it and one, so that it does not change with what is
-        drawn elsewhere; where two states have one id, the second automaton gets a free one.
+        The id of an automaton is the id of its owner plus 1, so that it does not depend on the rest of the
+        document. If two states have the same id, the second automaton gets a free id.
         """
         self._reader.number(list(_states_below(self._outermost)))
         written = self._outermost.attributes.get("id", "")
@@ -115,7 +115,7 @@ class _Translator:
         used: set[int] = set()
         free = (number for number in count(1) if number not in used)
         owners = [self._outermost]
-        for owner in owners:  # which grows: those below follow
+        for owner in owners:  # grows while it is read: the states below are appended
             wanted = (around if owner is self._outermost else self._id(owner)) + 1
             number = wanted if wanted not in used and wanted <= MAX_ID else next(free)
             used.add(number)
@@ -126,7 +126,7 @@ class _Translator:
             owners += [state for state in states if state.first("state") is not None]
 
     def _id(self, state: XmlElement) -> int:
-        """Return the id of a state, 0 of the outermost, which is none of any automaton."""
+        """Return the id of a state, or 0 for the outermost one."""
         return 0 if state is self._outermost else int(state.attributes["id"])
 
     # States and transitions.
@@ -153,9 +153,11 @@ class _Translator:
         elif timestep is not None:
             reader.expected.add(timestep)
             if timestep.text.strip() != period.strip():
-                reader.remark(timestep, "the `timestep` of a state that holds none is kept, and not used")
+                reader.remark(
+                    timestep, "the `timestep` of a state without inner states is kept, but not used"
+                )
         if namespace is not None and owned is None and not _is_blank(namespace):
-            reader.remark(element, "the namespace of a state that holds none is kept, and not used")
+            reader.remark(element, "the namespace of a state without inner states is kept, but not used")
             self._kept.add(namespace)
         names |= self._namespace_of(element, "namespace")
         made = reader.translated(element, STATE.tag, STATE.children, names, _MOVED)
@@ -167,7 +169,7 @@ class _Translator:
         return made
 
     def _pseudo_state(self) -> XmlElement:
-        """Return what the outermost state has, for it is no state of any automaton."""
+        """Return an element with the content of the outermost state, which is not a state of an automaton."""
         names = {**_NO_CODE, "timestep": "", **self._namespace_of(self._outermost, "namespace")}
         made = replace(
             self._reader.translated(self._outermost, _PSEUDO_STATE, (), names, _MOVED), comments=[]
@@ -179,9 +181,9 @@ class _Translator:
         return made
 
     def _transitions_of(self, owner: XmlElement) -> Iterator[tuple[XmlElement, XmlElement]]:
-        """Yield the transitions of an automaton, each with the state in which it stands.
+        """Yield the transitions of an automaton, each with the state that contains it.
 
-        They stand in the state that they leave; one that stands around that is found, too.
+        They are in the state that they leave, or in one of the states around it.
         """
         inside = self._ids_inside(owner)
         for each in owner.elements("transition"):
@@ -192,7 +194,7 @@ class _Translator:
             yield from ((each, state) for each in state.elements("transition") if _origin(each) not in inside)
 
     def _ids_inside(self, state: XmlElement) -> set[str]:
-        """Return the ids of states in one that no state beside it has."""
+        """Return the ids of the states inside a state that none of its siblings has."""
         if state is self._outermost or state not in self._automata:
             return set()
         return self._members[self._automata[state]] - self._members[self._around[state]]
@@ -217,9 +219,9 @@ class _Translator:
     # Functions, variables and parameters.
 
     def _code_of(self, owner: XmlElement) -> list[XmlElement]:
-        """Return the functions and the variables of an automaton: those of the states around and inside it.
+        """Return the functions and variables of an automaton: those of its owner and of its states.
 
-        The root has those of the component, too.
+        The root also gets those of the component.
         """
         automaton = self._automata[owner]
         shared = [self._root, self._root.first("global_namespace")] if owner is self._outermost else []
@@ -240,9 +242,9 @@ class _Translator:
         return found
 
     def _rename_functions(self, element: XmlElement | None, automaton: int, scope: XmlElement | int) -> None:
-        """Find new names for functions whose names are taken: each namespace had its own.
+        """Choose new names for functions of different namespaces with the same name.
 
-        `scope` is the automaton, or the one state whose functions they are.
+        `scope` is the automaton, or the state that has the functions.
         """
         tree = None if element is None else parse_piece(element.text)
         if element is None or tree is None:
@@ -253,12 +255,12 @@ class _Translator:
         if taken:
             self._renamed[scope] |= {name: f"{name}_{suffix}" for name in taken}
             listed = ", ".join(f"`{name}`" for name in taken)
-            message = f"another namespace has {listed}, too: here the names end with `_{suffix}`"
+            message = f"another namespace also has {listed}: here `_{suffix}` is appended to the names"
             self._reader.warn(element, Code.OLD_CODE_CHANGED, message)
         self._functions |= names
 
     def _with_new_names(self, text: str, *scopes: XmlElement | int) -> str:
-        """Return code in which functions of some scopes have their new names."""
+        """Return code with the new names of the functions of some scopes."""
         for old, new in (pair for scope in scopes for pair in self._renamed.get(scope, {}).items()):
             name = re.compile(
                 rf"(\bdef\s+|\bself\.(?:(?:namespace|interfaces|rosNode)\.)?){re.escape(old)}\b"
@@ -267,7 +269,7 @@ class _Translator:
         return text
 
     def _namespace_of(self, element: XmlElement, tag: str) -> dict[str, str | None]:
-        """Return what becomes of a namespace: one in which something has no word here is kept."""
+        """Return the native name of a namespace, or none for one with unknown content, which is kept."""
         namespace = element.first(tag)
         if namespace is None or namespace not in self._kept:
             return {tag: None}
@@ -275,7 +277,7 @@ class _Translator:
         return {}
 
     def _parameters(self) -> XmlElement:
-        """Return the parameters of namespaces; a namespace with anything else but code is kept."""
+        """Return the parameters of namespaces; a namespace with anything else than code is kept."""
         found: dict[str, XmlElement] = {}
         namespaces = [owner.first("namespace") for owner in self._automata]
         for namespace in (self._root.first("global_namespace"), *namespaces):
@@ -295,14 +297,14 @@ class _Translator:
                 if element.tag == "param" and kind and name.isidentifier() and name not in found:
                     found[name] = _parameter(element, name, kind)
                 else:
-                    self._reader.remark(element, f"the parameter `{name}` is kept, and not used")
+                    self._reader.remark(element, f"the parameter `{name}` is kept, but not used")
                     self._kept.add(namespace)
         return XmlElement("parameters", {}, 0, 0, children=[*found.values()])
 
     def _config(self, element: XmlElement) -> XmlElement:
-        """Return the interfaces of a component, and what else its configuration says.
+        """Return the interfaces of a component, and the rest of its configuration.
 
-        `config` holds a list of interfaces, or what ROS needs to know; `configs` is the list of August 2017.
+        `config` is a list of interfaces or has settings of ROS; `configs` is the list of August 2017.
         """
 
         def interface(each: XmlElement) -> list[XmlElement]:
@@ -320,7 +322,7 @@ def _origin(transition: XmlElement) -> str:
 
 
 def _parameter(element: XmlElement, name: str, kind: str) -> XmlElement:
-    """Return a parameter of the component, with its name and its type in Python."""
+    """Return a parameter of the component, with its name and type in Python."""
     value, description = element.first("value"), element.first("description")
     literal = _literal(kind, "" if value is None else value.text)
     made = XmlElement("parameter", {}, element.line, element.column)
@@ -340,7 +342,7 @@ def _literal(kind: str, value: str) -> str:
 
 
 def _is_blank(element: XmlElement) -> bool:
-    """Return whether nothing is written in an element."""
+    """Return whether an element is empty."""
     return not (element.text.strip() or element.trailing) and all(
         _is_blank(each) and not (each.attributes or each.comments) for each in element.children
     )

@@ -1,4 +1,4 @@
-"""Write an automaton document in the native format: stable order and indentation, code byte for byte."""
+"""Write an automaton document in the native format, with a fixed order and unchanged code."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .schema import DOCUMENT, Items, Leaf, NodeKind
 __all__ = ["UNWRITABLE", "DocumentNotWritableError", "write_document"]
 
 UNWRITABLE: Final = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
-"""Characters that XML 1.0 cannot hold, not even as a reference."""
+"""Characters that XML 1.0 does not allow, not even as a reference."""
 
 _INDENT: Final = "  "
 _TEXT_ESCAPES: Final = {"\r": "&#13;"}
@@ -22,11 +22,11 @@ _ATTRIBUTE_ESCAPES: Final = {**_TEXT_ESCAPES, '"': "&quot;", "\n": "&#10;", "\t"
 
 
 class DocumentNotWritableError(ValueError):
-    """A text of the document holds a character that XML cannot hold."""
+    """A text of the document has a character that XML does not allow."""
 
 
 def write_document(document: Document) -> str:
-    """Return the document as a file's text, which ends with a newline.
+    """Return the text of the document's file, which ends with a newline.
 
     Raises DocumentNotWritableError.
     """
@@ -42,7 +42,7 @@ class _Writer:
         self._depth = 0
 
     def node(self, node: Node, kind: NodeKind) -> None:
-        """Write an element of the model with all that it holds."""
+        """Write an element of the model with its content."""
         self._extras(node.comments)
         attributes = tuple(
             (name, _text(value))
@@ -52,7 +52,7 @@ class _Writer:
         start = f"<{kind.tag}{_attributes(attributes + node.attributes)}>"
         if kind.text:
             if node.extras:
-                raise DocumentNotWritableError(f"`{kind.tag}` holds only text")
+                raise DocumentNotWritableError(f"`{kind.tag}` can only have text")
             self._line(f"{start}{_escaped(getattr(node, kind.text).text)}</{kind.tag}>")
             return
         self._line(start)
@@ -71,7 +71,7 @@ class _Writer:
         self._line(f"</{kind.tag}>")
 
     def _list(self, items: Items, around: Element, nodes: Sequence[Node]) -> None:
-        """Write a list of the document, with what else stands in it."""
+        """Write a list of the document with its other content."""
         start = f"{around.tag}{_attributes(around.attributes)}"
         if nodes or around.children:
             self._line(f"<{start}>")
@@ -99,7 +99,7 @@ class _Writer:
         for extra in extras:
             if isinstance(extra, Comment):
                 if "--" in extra.text or extra.text.endswith("-"):
-                    raise DocumentNotWritableError("a comment cannot hold `--` or end with `-`")
+                    raise DocumentNotWritableError("a comment cannot contain `--` or end with `-`")
                 self._line(f"<!--{_checked(extra.text)}-->")
                 continue
             start = f"<{extra.tag}{_attributes(extra.attributes)}"
@@ -117,7 +117,7 @@ class _Writer:
 
 
 def _attributes(attributes: Sequence[tuple[str, str]]) -> str:
-    """Return the attributes of a start tag, each with a blank before it."""
+    """Return the attributes of a start tag, each after a space."""
     return "".join(f' {name}="{_escaped(value, _ATTRIBUTE_ESCAPES)}"' for name, value in attributes)
 
 
@@ -128,7 +128,9 @@ def _escaped(text: str, escapes: dict[str, str] = _TEXT_ESCAPES) -> str:
 def _checked(text: str) -> str:
     found = UNWRITABLE.search(text)
     if found:
-        raise DocumentNotWritableError(f"XML cannot hold the character {found.group()!r} in `{text[:40]!r}`")
+        raise DocumentNotWritableError(
+            f"XML does not allow the character {found.group()!r} in `{text[:40]!r}`"
+        )
     return text
 
 

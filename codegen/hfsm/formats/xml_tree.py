@@ -1,4 +1,4 @@
-"""Parse XML from anywhere into a tree whose elements and texts know their line and column."""
+"""Parse untrusted XML into a tree whose elements and texts have a line and a column."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from ..document import Comment, Text
 __all__ = ["MAX_SIZE", "XmlElement", "new_leaf", "parse_xml", "read_bytes"]
 
 MAX_SIZE: Final = 16 << 20
-"""Largest document in bytes."""
+"""The largest document in bytes."""
 
 _MAX_DEPTH: Final = 64
 _MAX_ELEMENTS: Final = 500_000
@@ -29,10 +29,10 @@ _MAX_ELEMENTS: Final = 500_000
 
 @dataclass(slots=True, eq=False)
 class XmlElement:
-    """An element; `text` is all character data directly inside it.
+    """An element; `text` is the character data directly inside it.
 
-    `comments` stand before it, `trailing` ones after its last child. `name` is what messages call it: the
-    tag in the file.
+    `comments` are before it, `trailing` ones after its last child. `name` is the tag in the file, for
+    messages.
     """
 
     tag: str
@@ -52,27 +52,27 @@ class XmlElement:
 
     @property
     def content(self) -> Text:
-        """The text with its place."""
+        """The text with its position."""
         return Text(self.text, self.text_line, self.text_column)
 
     def elements(self, *tags: str) -> Iterator[XmlElement]:
-        """Return the elements directly inside this one, all of them or those with some tags."""
+        """Return the child elements, all of them or those with the given tags."""
         return (child for child in self.children if not tags or child.tag in tags)
 
     def first(self, tag: str) -> XmlElement | None:
-        """Return the first element directly inside this one with a tag, or None."""
+        """Return the first child element with a tag, or None."""
         return next(self.elements(tag), None)
 
 
 def new_leaf(tag: str, text: str, place: XmlElement) -> XmlElement:
-    """Return an element that holds a text, in the place of the text of another."""
+    """Return an element with a text, at the position of the text of another element."""
     return XmlElement(tag, {}, place.line, place.column, text, place.text_line, place.text_column)
 
 
 def read_bytes(path: Path, diagnostics: Diagnostics) -> bytes | None:
-    """Return what is in a file, or None after an error was reported.
+    """Return the content of a file, or None after reporting an error.
 
-    Of one that is too large it is as much as `parse_xml` needs to say so.
+    Of a file that is too large, only as much is read as `parse_xml` needs to report it.
     """
     try:
         with path.open("rb") as file:
@@ -83,7 +83,7 @@ def read_bytes(path: Path, diagnostics: Diagnostics) -> bytes | None:
 
 
 def parse_xml(content: bytes, path: Path, diagnostics: Diagnostics) -> XmlElement | None:
-    """Return the root element, or None after an error was reported. All comments around it are before it."""
+    """Return the root element, or None after reporting an error; comments outside it are put before it."""
     if len(content) > MAX_SIZE:
         message = f"the file is larger than {MAX_SIZE >> 20} MiB"
         diagnostics.error(Code.FILE_TOO_LARGE, message, Location(path))
@@ -103,7 +103,7 @@ def parse_xml(content: bytes, path: Path, diagnostics: Diagnostics) -> XmlElemen
             message = f"malformed XML: {builder.problem(error.getMessage())}"
         elif isinstance(error, DefusedXmlException):
             code = Code.DOCUMENT_TYPE
-            reason = "a document type or an entity of its own has no place in a document"
+            reason = "document types and entities are not allowed in a document"
             message = f"{type(error).__name__}: {reason}"
         diagnostics.error(code, message, builder.place())
         return None
@@ -112,7 +112,7 @@ def parse_xml(content: bytes, path: Path, diagnostics: Diagnostics) -> XmlElemen
 
 
 class _PositionedParser(DefusedExpatParser):
-    """A parser that hands character data over piece by piece, so that the place of the first is known."""
+    """A parser that does not buffer character data, so that the position of the first character is known."""
 
     def __init__(self) -> None:
         super().__init__(forbid_dtd=True, forbid_entities=True, forbid_external=True)
@@ -135,21 +135,21 @@ class _TreeBuilder(ContentHandler, LexicalHandler):
         self._elements = 0
 
     def place(self) -> Location:
-        """Return where the parser is."""
+        """Return the current place of the parser."""
         line, column = self._position()
         return Location(self._path, max(1, line), column)
 
     def _position(self) -> tuple[int, int]:
         return int(self._locator.getLineNumber() or 0), int(self._locator.getColumnNumber() or 0) + 1
 
-    def problem(self, told: str) -> str:
-        """Return what expat has told, in words that fit where it only says that there is no element."""
-        if told != "no element found":
-            return told
+    def problem(self, message: str) -> str:
+        """Return the message of expat, or a clearer one if it is `no element found`."""
+        if message != "no element found":
+            return message
         if not self._open:
-            return "there is nothing in it"
+            return "the file has no element"
         element = self._open[-1]
-        return f"it ends before the element `{element.tag}` of line {element.line} does"
+        return f"the element `{element.tag}` of line {element.line} is not closed"
 
     def startElement(self, name: str, attrs: AttributesImpl) -> None:
         line, column = self._position()
@@ -182,5 +182,5 @@ class _TreeBuilder(ContentHandler, LexicalHandler):
         (self._open[-1].trailing if self._open else self._around).append(Comment(content))
 
     def processingInstruction(self, target: str, data: str) -> None:  # noqa: ARG002 - the signature of SAX
-        message = "a processing instruction is not kept on saving"
+        message = "a processing instruction is lost on saving"
         self._diagnostics.warning(Code.LOST_ON_SAVING, message, self.place())

@@ -1,4 +1,4 @@
-"""Exchange documents with other programs as SCXML (W3C Recommendation of 1 September 2015)."""
+"""Import and export documents as SCXML (W3C Recommendation of 1 September 2015)."""
 
 from __future__ import annotations
 

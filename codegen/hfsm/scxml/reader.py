@@ -1,10 +1,10 @@
 """Read SCXML into the model of a document.
 
-A file that was written here, and whose chart nobody has changed since, gives the document that it was. Of any
-other file what has a meaning here is carried, and the rest is reported.
+A file that was exported here, and whose chart has not been changed since, gives the original document. Of any
+other file what has an equivalent here is imported, and the rest is reported.
 
-In SCXML a transition leads from any state into any other, and says where inside it. Here it joins two states
-of one automaton, and an automaton that is entered begins in its first state, or where it was.
+In SCXML a transition can lead from any state to any other, and into inner states. Here it connects two states
+of one automaton, and an automaton that is entered starts in its initial state, or continues.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from .writer import OWN_NAMESPACE, SCXML_NAMESPACE, write_scxml
 
 __all__ = ["is_scxml", "parse_scxml"]
 
-_HEAD: Final = 4096  # bytes in which the root of a file begins
+_HEAD: Final = 4096  # bytes in which the root of a file must start
 _START: Final = re.compile(
     rb"\A(?:\xef\xbb\xbf)?(?:\s|<\?.*?\?>|<!--.*?-->)*<(?:[\w.-]+:)?scxml[\s/>]", re.DOTALL
 )
@@ -39,16 +39,16 @@ _PARTS: Final = {
 }
 _STATE_PARTS: Final = (*_STATES, "onentry", "onexit", "transition", "initial", "history", "datamodel")
 _RETURN: Final = "200"
-"""Milliseconds in a state that waits before it returns: two cycles, in which the one above has left."""
+"""Time in ms in a state that waits before it returns: two cycles, in which the state above is left."""
 
 
 def is_scxml(name: str, content: bytes) -> bool:
-    """Return whether a file is SCXML: by the end of its name, or by its root."""
+    """Return whether a file is SCXML, by its extension or its root."""
     return name.lower().endswith(".scxml") or _START.match(content[:_HEAD]) is not None
 
 
 def parse_scxml(content: bytes | str, path: Path, diagnostics: Diagnostics) -> Document | None:
-    """Return the document in SCXML, or None after errors were reported; `path` is for the messages."""
+    """Return the document in SCXML, or None after reporting errors; `path` is for the messages."""
     root = parse_xml(content.encode() if isinstance(content, str) else content, path, diagnostics)
     if root is None:
         return None
@@ -56,13 +56,13 @@ def parse_scxml(content: bytes | str, path: Path, diagnostics: Diagnostics) -> D
     chart = reader.document()
     element = root.first(_NATIVE)
     if element is not None:
-        # Empty lines before it give its parts their lines in the file.
+        # With empty lines before it, its elements have the same lines as in the file.
         native = parse_document("\n" * (element.text_line - 1) + element.text, path, diagnostics)
         if native is None or (chart is not None and chart == _written_chart(native)):
             return native
         message = (
-            "the chart was changed since it was written from this document: the chart alone is read, without "
-            "what SCXML cannot say, such as positions and code that runs in every cycle"
+            "the chart was changed since it was exported: only the chart is read, without what SCXML "
+            "cannot express, such as positions and code that runs in every cycle"
         )
         reader.report(Code.SCXML_NOT_CARRIED, element, message)
     diagnostics.add_all(reader.diagnostics)
@@ -70,16 +70,16 @@ def parse_scxml(content: bytes | str, path: Path, diagnostics: Diagnostics) -> D
 
 
 def _written_chart(native: Document) -> Document | None:
-    """Return what is read of the chart that is written of a document."""
+    """Return the document that is read from the exported chart of a document."""
     written = parse_xml(write_scxml(native, Path(), Diagnostics()).encode(), Path(), Diagnostics())
     assert written is not None, "what was written can be read"
     return _Reader(written, Path()).document()
 
 
 def _resolve_namespaces(element: XmlElement, around: Mapping[str, str]) -> None:
-    """Take the prefixes from elements of SCXML; `{namespace}name` are those of other programs, and ours.
+    """Remove the prefixes of SCXML elements; elements of other programs and ours become `{namespace}name`.
 
-    Without any namespace an element is SCXML's.
+    An element without a namespace is SCXML's.
     """
     namespaces = {**around}
     for name, value in element.attributes.items():
@@ -106,19 +106,19 @@ class _State:
 
     @property
     def path(self) -> list[_State]:
-        """The state and those around it, from the inside."""
+        """The state and the states around it, the innermost first."""
         owner = self.automaton.owner
         return [self, *(owner.path if owner is not None else ())]
 
     def path_to(self, automaton: _Automaton) -> list[_State]:
-        """Return the path up to the state of an automaton; nothing when the state is not inside it."""
+        """Return the path up to the state of an automaton, or nothing if this state is not inside it."""
         levels = [each.automaton for each in self.path]
         return self.path[: levels.index(automaton) + 1] if automaton in levels else []
 
 
 @dataclass(slots=True, eq=False)
 class _Automaton:
-    """States side by side, and the element that holds them, or is the only one."""
+    """Sibling states, and the element that contains them or is the only state."""
 
     element: XmlElement
     number: int
@@ -126,19 +126,19 @@ class _Automaton:
     states: list[_State] = field(default_factory=list)
     transitions: list[Transition] = field(default_factory=list)
     variables: list[str] = field(default_factory=list)
-    """The lines that give its variables their values."""
+    """The lines that set its variables."""
     first: _State | None = None
 
 
 class _Goal(NamedTuple):
-    """Where a transition leads; by its history a state goes on where it was."""
+    """The target of a transition: a state, or its history."""
 
     state: _State
     history: XmlElement | None = None
 
 
 class _Reader:
-    """Makes a document of the chart in a file, and collects what there is to report."""
+    """Builds a document from the chart in a file, and collects diagnostics."""
 
     def __init__(self, root: XmlElement, path: Path) -> None:
         self.diagnostics = Diagnostics()
@@ -146,36 +146,36 @@ class _Reader:
         self._path = path
         self._script = ScriptReader(root.attributes.get("datamodel", ""), self.report)
         self._others: set[str] = set()
-        """Names of elements of other programs that were reported."""
+        """Names of elements of other programs that have been reported."""
         self._automata: list[_Automaton] = []
         self._goals: dict[str, _Goal] = {}
-        """What transitions can lead to, by ids; a region stands for the state that has it."""
+        """The possible targets of transitions by id; a region means the state that contains it."""
         self._data: dict[str, tuple[XmlElement, int]] = {}
-        """The elements of variables, each with the number of its automaton."""
+        """The elements of the variables, with the number of their automaton."""
         self._timers: dict[tuple[XmlElement, str], str] = {}
         self._events: dict[str, None] = {}
-        """The events for which transitions wait."""
+        """The events that transitions wait for."""
 
     def report(self, code: str, element: XmlElement, message: str, notes: Sequence[Note] = ()) -> None:
-        """Report something about an element, as an error, a warning or a note by its code."""
+        """Report an error, a warning or a note about an element, depending on its code."""
         place = Location(self._path, element.line, element.column, len(element.tag) + 1)
         add = {"E": self.diagnostics.error, "W": self.diagnostics.warning}.get(code[0], self.diagnostics.note)
         add(code, message, place, notes)
 
     def _lose(self, element: XmlElement, message: str) -> None:
-        """Report what is not carried."""
+        """Report what is not imported."""
         self.report(Code.SCXML_NOT_CARRIED, element, message)
 
     def _approximate(self, element: XmlElement, message: str) -> None:
-        """Report what is carried, but means something else in some cases."""
+        """Report what is imported, but has another meaning in some cases."""
         self.report(Code.SCXML_NOT_THE_SAME, element, message)
 
     def document(self) -> Document | None:
-        """Return the document, or None after errors were reported."""
+        """Return the document, or None after reporting errors."""
         root = self._root
         _resolve_namespaces(root, {})
         if root.tag != "scxml":
-            message = f"`{root.tag[:60]}` is not the root of SCXML: it is `scxml`, of {SCXML_NAMESPACE}"
+            message = f"`{root.tag[:60]}` is not the root of SCXML: it must be `scxml`, in {SCXML_NAMESPACE}"
             self.report(Code.INVALID_SCXML, root, message)
             return None
         self._read_automaton(root, None)
@@ -200,7 +200,7 @@ class _Reader:
     # The states as a tree.
 
     def _read_automaton(self, element: XmlElement, owner: _State | None, *, is_state: bool = False) -> None:
-        """Read the states inside an element, or the element as the only state."""
+        """Read the states inside an element, or the element itself as the only state."""
         automaton = _Automaton(element, len(self._automata) + 1, owner)
         self._automata.append(automaton)
         if owner is not None:
@@ -215,7 +215,7 @@ class _Reader:
             for history in each.elements("history"):
                 self._add_goal(history, _Goal(state, history))
                 if state.history is not None:
-                    message = "a second history of a state: its automata have one, the first"
+                    message = "the state has a second history: only the first is imported"
                     self._approximate(history, message)
                 state.history = state.history or history
         for state in automaton.states:
@@ -238,20 +238,20 @@ class _Reader:
                 self._read_automaton(region, state, is_state=True)
         is_shallow = state.history is not None and state.history.attributes.get("type") != "deep"
         if is_shallow and any(each.automata for inner in state.automata for each in inner.states):
-            message = "a shallow history: here what is further inside goes on where it was, too"
+            message = "the history is shallow: here inner automata also resume"
             self._approximate(state.history or element, message)
 
     def _check_parts(self, element: XmlElement, known: Sequence[str]) -> None:
-        """Report what is inside an element and is not carried."""
+        """Report the content of an element that is not imported."""
         for child in element.elements():
             if child.tag.startswith("{"):
                 name = child.tag.partition("}")[2]
                 if child.tag != _NATIVE and name not in self._others:
-                    message = f"`{name[:60]}` belongs to another program and is not carried"
+                    message = f"`{name[:60]}` belongs to another program and is not imported"
                     self.report(Code.SCXML_FOREIGN, child, message)
                 self._others.add(name)
             elif child.tag not in known:
-                self._lose(child, f"`{child.tag[:60]}` is not carried: there is nothing like it here")
+                self._lose(child, f"`{child.tag[:60]}` is not imported: there is no equivalent here")
 
     def _add_goal(self, element: XmlElement, goal: _Goal) -> None:
         name = element.attributes.get("id", "")
@@ -263,7 +263,7 @@ class _Reader:
         for data in inside_all(element, "datamodel", "data"):
             name, text = data.attributes.get("id", ""), data.attributes.get("expr", data.text)
             if not is_name(name) or "src" in data.attributes:
-                self._lose(data, f"the data `{name[:60]}` is no variable of Python")
+                self._lose(data, f"the data `{name[:60]}` cannot be a Python variable")
             else:
                 value = self._script.expression(data, text) if text.strip() else "None"
                 automaton.variables.append(f"{name} = {value}")
@@ -272,7 +272,7 @@ class _Reader:
             automaton.variables += self._script.lines([script])
 
     def _find_first(self, automaton: _Automaton) -> None:
-        """Find where an automaton begins: where it says, else where one around it says, else in the first."""
+        """Find the initial state: by the automaton itself, by one around it, or else the first state."""
         element, wanted = automaton.element, automaton.first
         automaton.first = wanted or next(iter(automaton.states), None)
         if automaton.first is None or automaton.first.element is element:
@@ -286,7 +286,7 @@ class _Reader:
             for each in start.path_to(automaton):
                 each.automaton.first = each
             if not start.path_to(automaton):
-                message = f"`{start.name[:60]}` is not inside what begins there"
+                message = f"`{start.name[:60]}` is not inside the element that starts there"
                 self.report(Code.INVALID_SCXML, element, message)
         if wanted is not None:
             self._check_first(wanted, element)
@@ -294,7 +294,7 @@ class _Reader:
     def _check_first(self, state: _State, element: XmlElement) -> None:
         first = state.automaton.first
         if first is not None and first is not state:
-            message = f"it enters `{state.name[:60]}`: here what is around that begins in `{first.name[:60]}`"
+            message = f"it enters `{state.name[:60]}`: here the state around it starts in `{first.name[:60]}`"
             self._approximate(element, message)
 
     # Transitions.
@@ -302,7 +302,7 @@ class _Reader:
     def _read_transition(self, state: _State, element: XmlElement) -> None:
         names = element.attributes.get("target", "").split()
         if state.element.tag == "final" or not names:
-            self._lose(element, "a transition without a target, or of a final state, is not carried")
+            self._lose(element, "a transition without a target, or out of a final state, is not imported")
             return
         goals = self._find_goals(names, element)
         transitions = list(self._transitions(state, element))
@@ -310,11 +310,13 @@ class _Reader:
             return
         (origin, destination), *others = {_side_by_side(state, goal.state) for goal in goals}
         if others:
-            message = "a transition to several targets that are not inside one state is not carried"
+            message = "a transition to several targets that are not in one state is not imported"
             self._lose(element, message)
             return
         if element.attributes.get("type") == "internal" and goals[0].state is not origin is destination:
-            self._approximate(element, f"it stays in `{state.name[:60]}`: here it leaves and enters that")
+            self._approximate(
+                element, f"it stays in `{state.name[:60]}`: here it leaves and enters the state again"
+            )
         self._check_entered(goals, destination, element)
         code = self._script.code([element])
         if origin is not state:
@@ -324,7 +326,7 @@ class _Reader:
             _join(state, destination, replace(transition, code=code))
 
     def _transitions(self, state: _State, element: XmlElement) -> Iterator[Transition]:
-        """Yield a transition for each event, which is not joined to states yet."""
+        """Yield a transition for each event, not yet connected to states."""
         text = element.attributes.get("cond", "")
         condition = self._script.expression(element, text) if text.strip() else ""
         events = element.attributes.get("event", "").split()
@@ -337,11 +339,13 @@ class _Reader:
             elif event == f"done.state.{state.name}":
                 yield _transition("finished", "", condition, element)
             elif not name or event == "error" or event.startswith(("error.", "done.")):
-                message = f"`{event[:60]}` is not carried: here a transition waits for one event that is sent"
-                self._lose(element, f"{message}, or for the end of its own state")
+                message = (
+                    f"`{event[:60]}` is not imported: here a transition waits for one event that is sent"
+                )
+                self._lose(element, f"{message}, or for its state to finish")
             else:
                 if name != event:
-                    message = f"`{event[:60]}` is taken for `{name[:60]}` alone: here events have one name"
+                    message = f"`{event[:60]}` is read as `{name[:60]}` only: here an event has one name"
                     self._approximate(element, message)
                 self._events[decode_event(name)] = None
                 yield _transition("event", decode_event(name), condition, element)
@@ -349,20 +353,20 @@ class _Reader:
     def _leave(
         self, state: _State, origin: _State, destination: _State, name: str, element: XmlElement
     ) -> tuple[_State, str]:
-        """Let an event lead from `origin`, which is around a state, to the destination.
+        """Connect `origin`, a state around `state`, to the destination with an event.
 
-        Returns the state in which the automaton inside waits until then, and the event. Where the state
-        around goes on later, the automaton returns to the state that it left.
+        Returns the state in which the inner automaton waits until then, and the event. If the outer state
+        resumes later, the automaton returns to the state that it left.
         """
         inner, around = state.automaton, state.path_to(origin.automaton)[1:]
         event = f"leave {around[0].name} for {name}"
         leaving = (each for each in origin.automaton.transitions if each.origin == origin.number)
         if all(each.trigger.text != event for each in leaving):
-            # First, since in SCXML what is inside comes first.
+            # First, since in SCXML inner transitions have priority.
             _join(origin, destination, _transition("event", event, "", element), place=0)
             message = (
-                f"it leaves `{origin.name[:60]}` from inside: here through the state `{event[:60]}` and an "
-                "event, which takes a cycle: events that come before it meet the state that is left"
+                f"it leaves `{origin.name[:60]}` from inside: here with the state `{event[:60]}` and an "
+                "event, which takes a cycle: earlier events still reach the state that is left"
             )
             self.report(Code.SCXML_OTHER_SHAPE, element, message)
         resumes = any(each.history is not None for each in around)
@@ -376,7 +380,7 @@ class _Reader:
         return waiting, event
 
     def _find_goals(self, names: Sequence[str], element: XmlElement) -> list[_Goal]:
-        """Return what ids stand for, after reporting those that stand for nothing."""
+        """Return the targets with some ids, after reporting unknown ids."""
         for name in names:
             if name not in self._goals:
                 notes = did_you_mean(name, self._goals)
@@ -384,7 +388,7 @@ class _Reader:
         return [self._goals[name] for name in names if name in self._goals]
 
     def _starts(self, goal: _Goal) -> list[_State]:
-        """Return the states that are entered; for a history those where it begins."""
+        """Return the states that a target enters; for a history the default ones."""
         state, history = goal
         if history is None:
             return [state]
@@ -393,12 +397,12 @@ class _Reader:
         return [each.state for each in defaults if state in each.state.path] or [state]
 
     def _check_entered(self, goals: Sequence[_Goal], destination: _State, element: XmlElement) -> None:
-        """Report where automata do not begin as a transition wants it."""
+        """Report automata that do not start as a transition requires."""
         for goal in goals:
             path = (each for start in self._starts(goal) for each in start.path_to(destination.automaton))
             for each in path:
                 if each.history is not None and goal.history is None:
-                    message = f"it enters `{each.name[:60]}` anew: here what is inside goes on where it was"
+                    message = f"it restarts `{each.name[:60]}`: here the automata inside resume"
                     self._approximate(element, message)
                 if each is not destination:
                     self._check_first(each, element)
@@ -433,16 +437,14 @@ class _Reader:
         )
 
     def _check_scopes(self, document: Document) -> None:
-        """Report data that code elsewhere uses: here a variable belongs to one automaton."""
+        """Report data that other automata use: here a variable belongs to one automaton."""
         for code in analyze(document, self._path).automata:
             used = frozenset[str]().union(*(piece.used for piece in code.sharing()))
             for name in used & self._data.keys():
                 data, owner = self._data[name]
                 if owner != code.automaton.id:
-                    message = (
-                        f"`{name[:60]}` is a variable of automaton {owner} alone here, and others use it"
-                    )
-                    self._approximate(data, f"{message}: let it be `self.{name[:60]}`")
+                    message = f"`{name[:60]}` is here a variable of automaton {owner}, but others use it"
+                    self._approximate(data, f"{message}: replace it by `self.{name[:60]}`")
 
 
 def _transition(type: str, trigger: str, guard: str, element: XmlElement) -> Transition:
@@ -452,19 +454,19 @@ def _transition(type: str, trigger: str, guard: str, element: XmlElement) -> Tra
 
 
 def _join(origin: _State, destination: _State, transition: Transition, place: int | None = None) -> None:
-    """Add a transition between two states to their automaton, at the end or at a place."""
+    """Add a transition between two states to their automaton, at the end or at an index."""
     joined = replace(transition, origin=origin.number, destination=destination.number)
     transitions = origin.automaton.transitions
     transitions.insert(len(transitions) if place is None else place, joined)
 
 
 def _position(number: int) -> tuple[float, float]:
-    """Return where the state with a number is put on the canvas, in pixels."""
+    """Return the position of a state on the canvas in pixels, by its number."""
     row, column = divmod(number - 1, 4)
     return 120.0 + 300.0 * column, 160.0 + 200.0 * row
 
 
 def _side_by_side(source: _State, goal: _State) -> tuple[_State, _State]:
-    """Return the states of one automaton that are two others or around them, as far inside as there are."""
+    """Return the innermost two states of one automaton that are, or contain, two states."""
     around = {state.automaton: state for state in source.path}
     return next((around[state.automaton], state) for state in goal.path if state.automaton in around)

@@ -21,7 +21,7 @@ from .writer import expression_of
 __all__ = ["ScriptReader", "decode_event", "everywhere", "inside_all", "is_name", "take_timers"]
 
 Report = Callable[[str, XmlElement, str], None]
-"""Reports something under a code about an element."""
+"""Reports a diagnostic with a code about an element."""
 
 _ECMASCRIPT: Final = "ECMAScript"
 _ENCODED: Final = re.compile(r"_x([0-9A-F]{4,6})_")
@@ -41,7 +41,7 @@ _COMMON: Final = (
 
 
 def everywhere(element: XmlElement, *tags: str) -> Iterator[XmlElement]:
-    """Yield the elements with these tags at any depth inside an element."""
+    """Yield the elements with some tags at any depth inside an element."""
     for child in element.elements():
         if child.tag in tags:
             yield child
@@ -49,15 +49,15 @@ def everywhere(element: XmlElement, *tags: str) -> Iterator[XmlElement]:
 
 
 def inside_all(element: XmlElement, holder: str, tag: str) -> Iterator[XmlElement]:
-    """Yield the elements with a tag in those with another inside an element."""
+    """Yield the elements with a tag inside the children with the tag `holder`."""
     return (each for found in element.elements(holder) for each in found.elements(tag))
 
 
 def take_timers(root: XmlElement, report: Report) -> dict[tuple[XmlElement, str], str]:
-    """Return the milliseconds after which a state gets an event of its own, by its element and the event.
+    """Return the delays in ms of timers, by the element of their state and the event.
 
-    In SCXML that is an event that a state sends to itself on entry, delayed, and that no other state sends or
-    waits for. What sends and cancels it is taken out.
+    In SCXML a timer is a delayed event that a state sends to itself on entry, and that no other state sends
+    or waits for. The elements that send and cancel it are removed.
     """
     senders: dict[XmlElement, XmlElement] = {}
     waiting: dict[str, set[XmlElement]] = defaultdict(set)
@@ -86,19 +86,21 @@ def take_timers(root: XmlElement, report: Report) -> dict[tuple[XmlElement, str]
 
 
 def _take_out(state: XmlElement, sends: list[XmlElement], report: Report) -> None:
-    """Take out of a state what sends and cancels the events of its timers."""
+    """Remove the elements of a state that send and cancel the events of its timers."""
     cancels = {each.attributes.get("sendid", ""): each for each in inside_all(state, "onexit", "cancel")}
     gone = {*sends, *(cancels[name] for each in sends if (name := each.attributes.get("id")) in cancels)}
     for holder in state.elements("onentry", "onexit"):
         holder.children = [each for each in holder.children if each not in gone]
     for send in sends:
         if send.attributes.get("id") not in cancels:
-            message = "the timer ends here when the state is left; in SCXML, without `cancel`, it goes on"
+            message = (
+                "here the timer ends when the state is left; in SCXML it continues, as there is no `cancel`"
+            )
             report(Code.SCXML_OTHER_SHAPE, send, message)
 
 
 def _delay(send: XmlElement) -> str:
-    """Return the milliseconds after which an event is sent, blank where that is no time."""
+    """Return the delay of an event in ms, blank if it is not a time."""
     quoted = _QUOTED.fullmatch(send.attributes.get("delayexpr", ""))
     match = _TIME.fullmatch(send.attributes.get("delay", quoted[2] if quoted else "").strip())
     return f"{(Decimal(match[1]) * _MILLISECONDS[match[2]]).normalize():f}" if match is not None else ""
@@ -107,8 +109,8 @@ def _delay(send: XmlElement) -> str:
 class ScriptReader:
     """Translates the code of a file into Python.
 
-    Expressions of a `datamodel` that is not Python are translated when they have the same parts in Python.
-    Any other code is kept and reported: then the document is in `language`.
+    Expressions of another `datamodel` than Python are translated if Python has the same syntax elements. Any
+    other code is kept and reported; then the document is in `language`.
     """
 
     def __init__(self, datamodel: str, report: Report) -> None:
@@ -117,10 +119,10 @@ class ScriptReader:
         self._name = _ECMASCRIPT if is_default else datamodel
         self._report = report
         self.language = ""
-        """The language of the code that was read so far, blank for Python."""
+        """The language of the code read so far, blank for Python."""
 
     def expression(self, element: XmlElement, text: str) -> str:
-        """Return an expression in Python, or as it is; `element` is where it stands."""
+        """Return an expression in Python, or unchanged; `element` is for the messages."""
         python = None if self._is_python else _translated(text)
         if python is None:
             self._check(element, text)
@@ -136,7 +138,7 @@ class ScriptReader:
         return Text(text, found[0].line, found[0].column) if text else Text()
 
     def lines(self, elements: Iterable[XmlElement]) -> Iterator[str]:
-        """Yield the lines of Python that do what elements of executable content do."""
+        """Yield the lines of Python for elements of executable content."""
         for element in elements:
             attributes = element.attributes
             match element.tag:
@@ -149,8 +151,10 @@ class ScriptReader:
                     yield from self._send(element)
                 case "log":
                     label, value = _quoted(attributes.get("label", "")), attributes.get("expr", "").strip()
-                    told = f'%s %s", {label}, {self.expression(element, value)}' if value else f'%s", {label}'
-                    yield f'self.log.info("{told})'
+                    arguments = (
+                        f'%s %s", {label}, {self.expression(element, value)}' if value else f'%s", {label}'
+                    )
+                    yield f'self.log.info("{arguments})'
                 case "assign" if is_name(attributes.get("location", "").strip()):
                     text = attributes.get("expr", element.text).strip()
                     value = self.expression(element, text) if text else "None"
@@ -158,12 +162,12 @@ class ScriptReader:
                 case "if":
                     yield from self._if(element)
                 case name:
-                    self._lose(element, f"`{name}` is not carried: write in Python what it does")
+                    self._lose(element, f"`{name}` is not imported: write it in Python")
 
     def _send(self, element: XmlElement) -> Iterator[str]:
         event, attributes = element.attributes.get("event", ""), element.attributes
         if "delay" in attributes or "delayexpr" in attributes:
-            self._lose(element, f"the delayed event `{event[:60]}` is not carried: only states have timers")
+            self._lose(element, f"the delayed event `{event[:60]}` is not imported: only states have timers")
             return
         is_plain = attributes.get("target", "") in _SELF_TARGETS and attributes.keys() <= _SEND_ATTRIBUTES
         data: list[str] = []
@@ -172,7 +176,7 @@ class ScriptReader:
             is_plain &= item.tag == "param" and bool(value)
             data.append(f"{_quoted(name)}: {self.expression(item, value)}")
         if not event or not is_plain:
-            self._lose(element, "an event for others, or of a computed name, is not carried")
+            self._lose(element, "an event for other programs, or with a computed name, is not imported")
             return
         values = f", {{{', '.join(data)}}}" if data else ""
         yield f"self.send({_quoted(decode_event(event))}{values})"
@@ -197,31 +201,33 @@ class ScriptReader:
         yield from (f"    {line}" if line else line for line in lines or ["pass"])
 
     def _check(self, element: XmlElement, text: str) -> None:
-        """Report code that does not run here."""
+        """Report code that cannot run here."""
         if not self._is_python and text.strip():
             self.language = self._name
             first = text.strip().partition("\n")[0][:60]
-            message = f"`{first}` is {self._name}: it is kept, and does not run before it is in Python"
+            message = (
+                f"`{first}` is {self._name}: it is kept, but cannot run until it is translated to Python"
+            )
             self._report(Code.KEPT_LANGUAGE, element, message)
         elif (name := _SYSTEM_NAMES.search(text)) is not None:
-            self._lose(element, f"`{name[0]}` does not exist here: the code stops with a NameError")
+            self._lose(element, f"`{name[0]}` does not exist here: the code would raise NameError")
 
     def _lose(self, element: XmlElement, message: str) -> None:
         self._report(Code.SCXML_NOT_CARRIED, element, message)
 
 
 def decode_event(name: str) -> str:
-    """Return the name of an event that the writer may have encoded: `_x0020_` is a blank."""
+    """Return the name of an event without the writer's encoding: `_x0020_` is a space."""
     return _ENCODED.sub(_decoded, name)
 
 
 def is_name(text: str) -> bool:
-    """Return whether a text can be the name of a variable."""
+    """Return whether a text is a valid name of a variable."""
     return text.isascii() and text.isidentifier() and not keyword.iskeyword(text)
 
 
 def _translated(text: str) -> str | None:
-    """Return an expression of ECMAScript that has the same parts in Python; None for any other."""
+    """Return an expression of ECMAScript in Python, or None if Python lacks one of its syntax elements."""
     python = _WORDS.sub(lambda match: _IN_PYTHON.get(match[0].strip(), match[0]), text.strip())
     parsed = expression_of(python)
     return python if parsed is not None and all(map(_is_common, ast.walk(parsed))) else None

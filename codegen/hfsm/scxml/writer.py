@@ -1,7 +1,7 @@
 """Write a document as SCXML, the W3C's language of state charts (Recommendation of 1 September 2015).
 
-What SCXML can express is written in its own elements. The whole native document stands in front of them, in
-an element of our namespace, so that the reader returns the same document.
+What SCXML can express is written as SCXML. The complete native document comes first, in an element of our
+namespace, so that the reader returns the same document.
 """
 
 from __future__ import annotations
@@ -29,15 +29,15 @@ SCXML_NAMESPACE: Final = "http://www.w3.org/2005/07/scxml"
 """The namespace of the W3C's recommendation."""
 
 OWN_NAMESPACE: Final = "urn:visualhfsm:document"
-"""The namespace of the native document in a file that was written here."""
+"""The namespace of the native document in an exported file."""
 
 _MAX_DEPTH: Final = 24
-"""Levels of automata in a file, each of up to two elements, of which the reader takes 64."""
+"""Levels of automata in a file; each takes up to two elements, and the reader accepts 64."""
 
-# Latin letters, of those with which XML lets a name begin.
+# Latin letters with which a name in XML may start.
 _LETTERS: Final = "A-Z_a-z\u00c0-\u00d6\u00d8-\u00f6\u00f8-\u02ff"
 _NOT_IN_IDS: Final = re.compile(f"[^{_LETTERS}0-9-]+")
-# An event `a` also matches `a.b` in SCXML, so that full stops and the reserved first words are encoded, too.
+# In SCXML an event `a` also matches `a.b`: full stops and reserved first words are encoded, too.
 _NOT_IN_EVENTS: Final = re.compile(
     rf"[^{_LETTERS}0-9-]|_(?=x[0-9A-F]{{4,6}}_)|\A(?:d(?=one\Z)|e(?=rror\Z)|t(?=imeout\Z))"
 )
@@ -46,15 +46,15 @@ _MILLISECONDS: Final = re.compile(r"[0-9]{1,12}(?:\.[0-9]{1,9})?")
 
 
 def write_scxml(document: Document, path: Path, diagnostics: Diagnostics) -> str:
-    """Return a document as SCXML, and report what other programs do not see of it.
+    """Return a document as SCXML, and report what other programs ignore.
 
-    `path` is where the document lies. Raises DocumentNotWritableError.
+    `path` is that of the document. Raises DocumentNotWritableError.
     """
     return _Writer(document, path, diagnostics).text()
 
 
 def expression_of(code: str) -> ast.expr | None:
-    """Return the tree of an expression of Python, or None when the text is none."""
+    """Return the tree of a Python expression, or None for any other text."""
     with without_warnings():
         tree = parse_piece(code)
     match tree:
@@ -65,7 +65,7 @@ def expression_of(code: str) -> ast.expr | None:
 
 @dataclass(slots=True)
 class _Placed:
-    """A state with its element, and the id of its history, blank where what is inside restarts."""
+    """A state with its element and the id of its history, blank if its automata restart."""
 
     state: State
     element: ET.Element
@@ -83,15 +83,15 @@ class _Writer:
         self._ids: set[str] = set()
         """The ids of the file."""
         self._repeated: Counter[str] = Counter()
-        """How often an id was wanted that was taken."""
+        """The number of conflicts for each id."""
         self._by_id = {each.id: each for each in reversed(document.automata)}
         self._placed: dict[int, Automaton] = {}
-        """The automata that are written, by their ids."""
+        """The automata that have been written, by id."""
         self._omitted: dict[str, int] = {}
-        """Kinds of things for which SCXML has no word, with the line of the first."""
+        """Features without an equivalent in SCXML, with the line of the first use."""
 
     def text(self) -> str:
-        """Return the file."""
+        """Return the text of the file."""
         # A CDATA section ends with its first `]]>`.
         native = write_document(self._document).partition("\n")[2].replace("]]>", "]]]]><![CDATA[>")
         language = self._document.language.text.strip().lower().replace("+", "plus")
@@ -104,13 +104,13 @@ class _Writer:
             self._placed[top.id] = top
             self._automaton(root, top)
         if top is None or not top.states:
-            self._warn(self._document, "SCXML wants a state: other programs may refuse the file")
+            self._warn(self._document, "SCXML requires a state: other programs may reject the file")
         for automaton in self._document.automata:
             if self._placed.get(automaton.id) is not automaton:
-                message = f"automaton {automaton.id} has no place in SCXML: no state there can own it"
+                message = f"automaton {automaton.id} cannot be exported: no state can own it"
                 self._warn(automaton, message)
         for kind, line in self._omitted.items():
-            message = f"SCXML has no word for {kind}: it is kept, and other programs do not see it"
+            message = f"SCXML has no equivalent of {kind}: it is kept, but other programs ignore it"
             self._diagnostics.note(Code.SCXML_NO_WORD, message, Location(self._path, line))
         ET.indent(root)
         start, end, rest = ET.tostring(root, encoding="unicode").partition(">")
@@ -133,7 +133,7 @@ class _Writer:
             self._omit("code that runs in every cycle", [] if state.code.is_blank else [state.code])
             self._omit("the argument of a state", state.arguments)
         for transition in (each for leaving in outgoing.values() for each in leaving):
-            self._warn(transition, f"transition {transition.id} has no place in SCXML: it leaves no state")
+            self._warn(transition, f"transition {transition.id} cannot be exported: it leaves no state")
         self._omit("functions", [] if automaton.functions.is_blank else [automaton.functions])
         self._omit("an automaton of another file", [] if automaton.imported is None else [automaton.imported])
         self._omit("the input of an automaton", automaton.inputs)
@@ -191,7 +191,7 @@ class _Writer:
                 what = (
                     "it leads nowhere, its state is final, or its type, time or event is missing or unknown"
                 )
-                self._warn(transition, f"transition {transition.id} has no place in SCXML: {what}")
+                self._warn(transition, f"transition {transition.id} cannot be exported: {what}")
                 return
         element = ET.SubElement(placed.element, "transition", {"event": event} if event else {})
         if condition.strip():
@@ -201,7 +201,7 @@ class _Writer:
             ET.SubElement(element, "script").text = transition.code.text
 
     def _condition(self, text: Text) -> str:
-        """Return a condition for SCXML: one that is not written yet, or is of statements, never holds."""
+        """Return a condition for SCXML: one that is empty or has statements never holds."""
         if not self._is_python:
             return "false" if text.is_blank else text.text
         is_expression = expression_of(text.text) is not None
@@ -209,7 +209,7 @@ class _Writer:
         return text.text if is_expression else "False"
 
     def _variables(self, parent: ET.Element, automaton: Automaton) -> None:
-        """Write the variables of an automaton as data when all are `name = value` and no name is taken."""
+        """Write the variables of an automaton as data if all are `name = value` with unique names."""
         if automaton.variables.is_blank:
             return
         lines = automaton.variables.text.split("\n")
@@ -217,7 +217,7 @@ class _Writer:
         is_plain = len(found) == len(lines) and not found.keys() & self._ids
         is_plain &= all(expression_of(value) is not None for value in found.values())
         if not self._is_python or not is_plain:
-            self._omit("code that gives variables their values", [automaton.variables])
+            self._omit("code that sets variables", [automaton.variables])
             return
         self._ids |= found.keys()
         datamodel = ET.Element("datamodel")
@@ -234,7 +234,7 @@ class _Writer:
         return found
 
     def _omit(self, kind: str, found: Sequence[Node | Text]) -> None:
-        """Note things for which SCXML has no word."""
+        """Remember elements without an equivalent in SCXML."""
         if found:
             self._omitted.setdefault(kind, found[0].line)
 
@@ -249,6 +249,6 @@ def _add_script(parent: ET.Element, tag: str, code: Text) -> None:
 
 
 def _identifier(text: str) -> str:
-    """Return an id made from a text; it has no full stop, so that no event matches another's."""
+    """Return an id for a text, without full stops, so that no event matches another one."""
     found = _NOT_IN_IDS.sub("_", text).strip("_") or "state"
     return f"_{found}" if found[0] in "-0123456789" else found

@@ -33,7 +33,7 @@ def test_the_document_is_written_as_the_scxml_that_stands_there(folder: Path) ->
     assert result.exit_code == 0, result.stderr
     assert (folder / "out.scxml").read_text() == EXAMPLES["doorbell.scxml"]
     assert violations(EXAMPLES["doorbell.scxml"]) == []
-    assert "note[N560]: SCXML has no word for code that runs in every cycle" in result.stderr
+    assert "note[N560]: SCXML has no equivalent of code that runs in every cycle" in result.stderr
 
 
 @pytest.mark.parametrize("name", ["doorbell.scxml", "by_its_root.xml"])

@@ -116,9 +116,7 @@ def visualstates_transition(id: int, origin: int, destination: int) -> str:
     ],
 )
 def test_repeated_ids_of_transitions_are_renumbered(tmp_path: Path, text: str) -> None:
-    assert checked(tmp_path / "old.xml", text) == [
-        "W508: the id 4 of a transition is that of another: it is given 1"
-    ]
+    assert checked(tmp_path / "old.xml", text) == ["W508: the id 4 of a transition is not unique: it gets 1"]
     component = load(compile_to(tmp_path, text))
     assert [each.id for each in component.automaton().transitions] == [4, 1]
     assert checked(tmp_path / "new.xml", converted(text)) == []
@@ -150,7 +148,7 @@ def test_every_namespace_has_functions_of_its_own(tmp_path: Path) -> None:
         + _with_speed(2, "fast", _inner(4), 2, namespace=True)
     )
     assert [each for each in checked(tmp_path / "old.xml", text) if not each.startswith("N")] == [
-        "W509: another namespace has `speed`, too: here the names end with `_3`"
+        "W509: another namespace also has `speed`: here `_3` is appended to the names"
     ]
     component = load(compile_to(tmp_path, text))
     run = VirtualRun(component)

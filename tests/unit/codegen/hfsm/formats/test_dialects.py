@@ -97,7 +97,7 @@ def read(text: str) -> tuple[Document, list[str]]:
     ],
 )
 def test_the_language_of_an_old_dialect_is_guessed_and_the_guess_is_told(text: str) -> None:
-    told = "N502: most of the code looks like C++: it is kept as C++, and does not run here"
+    told = "N502: most of the code looks like C++: it is kept as C++, but cannot run"
     document, found = read(text)
     assert document.language.text == "C++"
     assert told in found
@@ -225,8 +225,8 @@ def test_comments_and_unknown_elements_of_2013_survive() -> None:
     for piece in (*(f"<!-- {each} -->" for each in "aceh"), 'f="g"', "<otro>i</otro>"):
         assert written.count(piece) == 1, piece
     assert [message for message in found if message.startswith("W501")] == [
-        "W501: attributes of `id` are not kept on saving",
-        "W501: attributes of `transiciones` are not kept on saving",
+        "W501: attributes of `id` are lost on saving",
+        "W501: attributes of `transiciones` are lost on saving",
     ]
 
 
@@ -275,7 +275,7 @@ def test_parameters_of_namespaces_become_those_of_the_component() -> None:
         ("loud", "bool", "True"),
     ]
     assert document.parameters[0].description.text == "how fast"
-    assert "N501: the parameter `pose` is kept, and not used" in found
+    assert "N501: the parameter `pose` is kept, but not used" in found
 
 
 def test_what_has_no_word_here_is_kept_and_told() -> None:
@@ -291,7 +291,7 @@ def test_what_has_no_word_here_is_kept_and_told() -> None:
     left = document.automata[1].states[0]
     assert left.extras == (Element("timestep", (), "30"),)
     told = "\n".join(found)
-    for words in ("`topics`", "`buildDependencies`", "`timestep` of a state that holds none"):
+    for words in ("`topics`", "`buildDependencies`", "`timestep` of a state without inner states"):
         assert words in told
 
 

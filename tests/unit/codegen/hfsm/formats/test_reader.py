@@ -142,10 +142,10 @@ def test_unknown_elements_attributes_and_comments_survive() -> None:
     ("text", "expected"),
     [
         ("<VisualHFSM>\n <a>\n</VisualHFSM>", "test.xml:3:3: malformed XML: mismatched tag"),
-        ("", "test.xml:1:1: malformed XML: there is nothing in it"),
-        ("<VisualHFSM>\n <a>", "test.xml:2:5: malformed XML: it ends before the element `a` of line 2 does"),
+        ("", "test.xml:1:1: malformed XML: the file has no element"),
+        ("<VisualHFSM>\n <a>", "test.xml:2:5: malformed XML: the element `a` of line 2 is not closed"),
         (b"\xff\xfe\x00<", "test.xml:1:2: malformed XML: not well-formed (invalid token)"),
-        ("<html/>", "test.xml:1:1: `html` is not the root of a document: it is `VisualHFSM`"),
+        ("<html/>", "test.xml:1:1: `html` is not the root of a document: it must be `VisualHFSM`"),
     ],
 )
 def test_malformed_xml_is_told_with_its_place(text: str | bytes, expected: str) -> None:
