@@ -16,7 +16,7 @@ BUILTIN_TYPES = ("bool", "byte", "short", "int", "long", "float", "double", "str
 
 @dataclass(slots=True, eq=False)
 class BuiltinType:
-    """A type of the language: `int`, `string`, ...; `Object` and `Value` stand for any class."""
+    """A built-in type: `int`, `string`, ...; `Object` and `Value` mean any class."""
 
     name: str
     token: Token
@@ -24,17 +24,17 @@ class BuiltinType:
 
 @dataclass(slots=True, eq=False)
 class NamedType:
-    """A type by its name, as it was written (`Time`, `jderobot::Time`, `::jderobot::Time`).
+    """A type by its name as written (`Time`, `jderobot::Time`, `::jderobot::Time`).
 
-    The name of an interface without a star means a servant passed by value, as a class is.
+    The name of an interface without a star means a servant that is passed by value, like a class.
     """
 
     name: str
     token: Token
     definition: Definition | None = None
-    """What the name means, once the checker has found it.
+    """The definition that the name refers to, set by the checker.
 
-    It stays a declaration when nothing included defines what was declared; then only its name is known.
+    It is a declaration if no included file has the definition; then only the name is known.
     """
 
 
@@ -59,7 +59,7 @@ class Metadata:
 
 @dataclass(slots=True, eq=False)
 class Definition:
-    """Anything that has a name."""
+    """Base of everything that has a name."""
 
     name: str
     token: Token
@@ -77,7 +77,7 @@ class Definition:
         return parse_doc_comment(self.doc)
 
     def is_marked(self, text: str) -> bool:
-        """Return whether it has this metadata."""
+        """Return whether it has some metadata."""
         return any(metadata.text == text for metadata in self.metadata)
 
     @property
@@ -88,9 +88,9 @@ class Definition:
 
 @dataclass(slots=True, eq=False)
 class Literal:
-    """A value as it was written: a literal, or the name of a constant or an enumerator.
+    """A value as written: a literal, or the name of a constant or an enumerator.
 
-    The checker gives a name its value and its target.
+    The checker sets the value and the target of a name.
     """
 
     token: Token
@@ -101,18 +101,18 @@ class Literal:
 
 @dataclass(slots=True, eq=False)
 class Member(Definition):
-    """A member of a struct, a class or an exception; with a tag it is optional."""
+    """A member of a struct, a class or an exception; optional if it has a tag."""
 
     type: Type = field(kw_only=True)
     default: Literal | None = None
     tag: Literal | None = None
-    """The number of `optional(n)`: `tag.value` once it is checked."""
+    """The number in `optional(n)`; the checker sets `tag.value`."""
     kind: ClassVar[str] = "member"
 
 
 @dataclass(slots=True, eq=False)
 class Parameter(Definition):
-    """A parameter of an operation; with a tag it is optional."""
+    """A parameter of an operation; optional if it has a tag."""
 
     type: Type = field(kw_only=True)
     out: bool = False
@@ -126,12 +126,12 @@ class Operation(Definition):
 
     returns: Type | None = None
     return_tag: Literal | None = None
-    """The number of `optional(n)` before the type that it returns."""
+    """The number in `optional(n)` before the return type."""
     parameters: list[Parameter] = field(default_factory=list)
     throws: list[NamedType] = field(default_factory=list)
     idempotent: bool = False
     amd: bool = False
-    """Whether it, or its interface, is marked `["amd"]`: its servant may answer later; set by the checker."""
+    """Whether it or its interface is marked `["amd"]`: its servant may answer later. Set by the checker."""
     kind: ClassVar[str] = "operation"
 
     @property
@@ -151,13 +151,13 @@ class Operation(Definition):
 
     @property
     def outputs(self) -> list[Parameter]:
-        """The parameters that come back beside the return value."""
+        """The out parameters, which are returned in addition to the return value."""
         return [parameter for parameter in self.parameters if parameter.out]
 
 
 @dataclass(slots=True, eq=False)
 class Interface(Definition):
-    """An interface; `bases` are those that it extends."""
+    """An interface; `bases` are the interfaces that it extends."""
 
     bases: list[NamedType] = field(default_factory=list)
     operations: list[Operation] = field(default_factory=list)
@@ -169,7 +169,7 @@ class Interface(Definition):
         return [base.definition for base in self.bases if isinstance(base.definition, Interface)]
 
     def ancestors(self) -> Iterator[Interface]:
-        """Yield every interface that it extends, near or far, each once."""
+        """Yield every interface that it extends, directly or not, once."""
         seen: set[str] = set()
         queue = list(self.base_definitions)
         while queue:
@@ -190,19 +190,19 @@ class Struct(Definition):
 
 @dataclass(slots=True, eq=False)
 class Derivable(Definition):
-    """A record that can extend one of its kind."""
+    """A record that can extend another of its kind."""
 
     base: NamedType | None = None
     members: list[Member] = field(default_factory=list)
 
     @property
     def base_definition(self) -> Derivable | None:
-        """What it extends."""
+        """The definition that it extends."""
         definition = self.base.definition if self.base else None
         return definition if isinstance(definition, Derivable) else None
 
     def ancestors(self) -> Iterator[Derivable]:
-        """Yield what it extends, the nearest first."""
+        """Yield the definitions that it extends, the nearest first."""
         base = self.base_definition
         while base is not None:
             yield base
@@ -217,7 +217,7 @@ class Class(Derivable):
     """
 
     compact_id: Literal | None = None
-    """The number in `class C(1)`: `compact_id.value` once it is checked."""
+    """The number in `class C(1)`; the checker sets `compact_id.value`."""
     implements: list[NamedType] = field(default_factory=list)
     operations: list[Operation] = field(default_factory=list)
     kind: ClassVar[str] = "class"
@@ -225,14 +225,14 @@ class Class(Derivable):
 
 @dataclass(slots=True, eq=False)
 class ExceptionType(Derivable):
-    """What an operation can throw."""
+    """An exception that an operation can throw."""
 
     kind: ClassVar[str] = "exception"
 
 
 @dataclass(slots=True, eq=False)
 class Enumerator(Definition):
-    """A value of an enumeration; `literal` is what was written, `value` what it counts as."""
+    """A value of an enumeration; `literal` is as written, `value` its number."""
 
     literal: Literal | None = None
     value: int = 0
@@ -276,7 +276,7 @@ class Constant(Definition):
 
 @dataclass(slots=True, eq=False)
 class ForwardDeclaration(Definition):
-    """`interface Camera;` or `class Node;`: the definition follows, here or in another file."""
+    """`interface Camera;` or `class Node;`: the definition follows in this or another file."""
 
     of: type[Interface] | type[Class] = Interface
     definition: Definition | None = None
@@ -285,7 +285,7 @@ class ForwardDeclaration(Definition):
 
 @dataclass(slots=True, eq=False)
 class Module(Definition):
-    """A namespace; each time it is opened makes another node."""
+    """A namespace; there is a node for each time that it is opened."""
 
     definitions: list[Definition] = field(default_factory=list)
     kind: ClassVar[str] = "module"

@@ -1,7 +1,7 @@
-"""Check that a tree follows the rules of Slice, and complete it: names, values, tags.
+"""Check a tree by the rules of Slice, and set its names, values and tags.
 
-The tree is walked in the order of the source, as a name must be declared before it is used. The rules are
-those of the reference compiler, slice2py of Ice 3.7.
+The tree is walked in the order of the source, since names must be declared before use. The rules are those
+of the reference compiler, slice2py of Ice 3.7.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _Inherited = dict[str, ast.Definition]
 
 
 def check(root: ast.Module, diagnostics: Diagnostics) -> None:
-    """Resolve the names of a translation unit in place and report what is wrong with it."""
+    """Resolve the names of a translation unit in place and report its errors."""
     _Checker(diagnostics).check(root)
 
 
@@ -103,7 +103,7 @@ class _Checker:
         return Scope(f"{definition.scoped} (again)")
 
     def _metadata(self, definition: ast.Definition) -> None:
-        """Report metadata that is unknown or out of place."""
+        """Report metadata that is unknown or not allowed."""
         kind = with_article(definition.kind)
         is_operation = isinstance(definition, ast.Operation)
         is_dispatched = issubclass(declared_kind(definition), ast.Operation | ast.Interface | ast.Class)
@@ -112,7 +112,7 @@ class _Checker:
             if text == "stream" and not is_operation:
                 self._error(Code.BAD_STREAM, f"only operations can be streamed, not {kind}", metadata.token)
             elif text == "stop" and not is_operation:
-                message = f'["stop"] is for the operation that stops, not for {kind}'
+                message = f'["stop"] is for operations, not for {kind}'
                 self._error(Code.BAD_STOP, message, metadata.token)
             elif text == "amd" and not is_dispatched:
                 message = f'["amd"] is ignored: it is for operations and interfaces, not for {kind}'
@@ -122,16 +122,14 @@ class _Checker:
                 self._warning(Code.UNKNOWN_METADATA, message, metadata.token, *did_you_mean(text, _METADATA))
 
     def _limit_depth(self, definition: ast.Definition) -> None:
-        """Report types that contain or extend others too deeply for those that walk them, here and later."""
+        """Report types that contain or extend others too deeply for recursive algorithms."""
         depth = 0
         for named in _parts(definition):
             part = named.definition
             if part is None or isinstance(part, ast.ForwardDeclaration):
                 continue
             if self._depths.get(part.scoped, 0) >= _DEEPEST_TYPE:
-                message = (
-                    f"`{named.name}` is nested too deeply: more than {_DEEPEST_TYPE} types in each other"
-                )
+                message = f"`{named.name}` is nested too deeply: more than {_DEEPEST_TYPE} levels"
                 self._error(Code.TOO_DEEP, message, named.token)
                 named.definition = None
             else:
@@ -147,7 +145,7 @@ class _Checker:
         scope: Scope,
         inherited: _Inherited,
     ) -> None:
-        """Check the members and operations of `owner`, which has the body `scope`."""
+        """Check the members and operations of `owner`, whose body is `scope`."""
         tags: dict[int, ast.Literal] = {}
         for item in items:
             self._metadata(item)
@@ -160,8 +158,8 @@ class _Checker:
     def _member(self, member: ast.Member, owner: ast.Definition, scope: Scope, inherited: _Inherited) -> None:
         if isinstance(owner, ast.Struct):
             if member.tag is not None:
-                message = f"member `{member.name}` is optional, which members of structs cannot be"
-                note = Note("members of classes and exceptions can")
+                message = f"member `{member.name}` cannot be optional in a struct"
+                note = Note("use a class or an exception")
                 self._error(Code.BAD_TAG, message, member.tag.token, note)
         elif member.tag is not None:
             self._constants.check_number(member.tag, _TAG, scope)
@@ -197,7 +195,7 @@ class _Checker:
         self._unique_number(number, "compact id", self._compact_ids)
         if definition.implements or definition.operations:
             what = "operations" if definition.operations else "implemented interfaces"
-            message = f"{what} of a class are deprecated and left out; an interface can have operations"
+            message = f"{what} of a class are deprecated and ignored; use an interface"
             self._warning(Code.DEPRECATED, message, definition.token)
 
     # Dictionaries
@@ -216,7 +214,7 @@ class _Checker:
         token = dictionary.key.token
         if reason:
             message = f"the key of dictionary `{dictionary.name}` {reason}"
-            note = Note("a key is a bool, an integer, a string, an enumeration, or a struct of these")
+            note = Note("a key can be a bool, an integer, a string, an enumeration, or a struct of these")
             self._error(Code.BAD_DICTIONARY_KEY, message, token, note)
         elif _holds_sequence(dictionary.key):
             message = f"sequences in the key of dictionary `{dictionary.name}` are deprecated"
@@ -235,7 +233,7 @@ class _Checker:
     def _bases(
         self, derived: ast.Interface | ast.Class, named: Sequence[ast.NamedType], scope: Scope
     ) -> list[ast.NamedType]:
-        """Resolve the interfaces that are extended or implemented; return those that are good, each once."""
+        """Resolve the interfaces that are extended or implemented; return the valid ones, each once."""
         good: dict[str, ast.NamedType] = {}
         for each in named:
             base = self._resolver.complete(each, ast.Interface, derived, scope)
@@ -244,7 +242,7 @@ class _Checker:
         return list(good.values())
 
     def _inherited(self, derived: ast.Interface | ast.Class) -> _Inherited:
-        """Return what is inherited from all bases; report operations that two of them define."""
+        """Return the inherited members and operations; report operations that two bases define."""
         named = derived.bases if isinstance(derived, ast.Interface) else [derived.base, *derived.implements]
         bases = [each.definition for each in named if each is not None and each.definition is not None]
         inherited: _Inherited = {}
@@ -299,7 +297,7 @@ class _Checker:
             before = parameter
 
     def _unique_number(self, number: ast.Literal | None, what: str, used: dict[int, ast.Literal]) -> None:
-        """Report a tag or a compact id that another one of `used` has, and add it to them."""
+        """Report a tag or a compact id that is in `used`, or add it."""
         if number is None or not isinstance(number.value, int):
             return
         first = used.setdefault(number.value, number)
@@ -317,12 +315,12 @@ class _Checker:
                 self._error(Code.BAD_THROWS, f"`{named.name}` is in `throws` twice", named.token, note)
 
     def _stops(self, owner: ast.Interface) -> None:
-        """Report stop operations that cannot be called without knowing more than the mark, or are several."""
+        """Report stop operations that cannot be called without further information, or several of them."""
         marked = [operation for operation in owner.operations if operation.stop]
         for operation in marked:
             if operation is not marked[0]:
                 note = Note("the first is here", marked[0].token.location)
-                message = f'`{owner.name}` has two operations marked ["stop"]; one is to stop it all'
+                message = f'`{owner.name}` has two operations marked ["stop"]; one must stop everything'
                 self._error(Code.BAD_STOP, message, operation.token, note)
             problems = []
             if operation.returns is not None or operation.outputs:
@@ -336,17 +334,15 @@ class _Checker:
                 self._error(Code.BAD_STOP, message, operation.token)
 
     def _generated_names(self, interface: ast.Interface, inherited: _Inherited) -> None:
-        """Report operations and parameters with a name that proxies, servants or the wire use."""
+        """Report operations and parameters with a name that proxies, servants or the protocol use."""
         own = interface.operations
         for operation in own:
             if operation.name.startswith("ice_"):
-                message = (
-                    f"operation `{operation.name}`: names with `ice_` belong to what every object offers"
-                )
+                message = f"operation `{operation.name}`: names with `ice_` are reserved"
                 self._error(Code.RESERVED_NAME, message, operation.token)
             for parameter in operation.outputs:
                 if parameter.name == "returnValue" and operation.returns is not None:
-                    message = "`returnValue` is how the wire calls what an operation returns"
+                    message = "`returnValue` is reserved: it is the return value in the protocol"
                     self._error(Code.RESERVED_NAME, message, parameter.token)
         operations = {each.name: each for each in inherited.values() if isinstance(each, ast.Operation)}
         operations |= {operation.name: operation for operation in own}
@@ -358,11 +354,11 @@ class _Checker:
                 self._error(Code.NAME_CLASH_IN_OUTPUT, message, other.token, note)
 
 
-# What definitions are made of
+# Parts of definitions
 
 
 def _names_in(bases: Iterable[ast.Definition]) -> _Inherited:
-    """Return the members and operations of classes, interfaces and exceptions and of their bases."""
+    """Return the members and operations of classes, interfaces, exceptions and their bases."""
     found: _Inherited = {}
     for base in bases:
         if isinstance(base, ast.Interface):
@@ -380,7 +376,7 @@ def _names_in(bases: Iterable[ast.Definition]) -> _Inherited:
 
 
 def _parts(definition: ast.Definition) -> Iterator[ast.NamedType]:
-    """Yield the types that a definition is made of: members, elements, bases, but not members of classes."""
+    """Yield the types of members, elements and bases of a definition, but not of members of classes."""
     types: list[ast.Type | None] = []
     match definition:
         case ast.Struct():
@@ -399,7 +395,7 @@ def _parts(definition: ast.Definition) -> Iterator[ast.NamedType]:
 
 
 def _why_not_a_key(kind: ast.Type) -> str:
-    """Return why values of a type cannot be keys of a dictionary; nothing when they can."""
+    """Return why a type cannot be the key of a dictionary, or an empty text if it can."""
     match kind:
         case ast.BuiltinType(name=name):
             return "" if name in _KEY_TYPES else f"is {with_article(name)}"
@@ -407,7 +403,7 @@ def _why_not_a_key(kind: ast.Type) -> str:
             return ""
         case ast.NamedType(definition=ast.Sequence() as sequence):
             reason = _why_not_a_key(sequence.element)
-            return f"is a sequence of what {reason}" if reason else ""
+            return f"is a sequence whose element {reason}" if reason else ""
         case ast.NamedType(definition=ast.Struct() as struct):
             for member in struct.members:
                 reason = _why_not_a_key(member.type)
@@ -422,7 +418,7 @@ def _why_not_a_key(kind: ast.Type) -> str:
 
 
 def _holds_sequence(kind: ast.Type) -> bool:
-    """Return whether a type is a sequence or a struct with a sequence somewhere in it."""
+    """Return whether a type is a sequence or a struct that contains one."""
     match kind:
         case ast.NamedType(definition=ast.Sequence()):
             return True

@@ -1,4 +1,4 @@
-"""The codes of everything that the Slice compiler reports."""
+"""The codes of all diagnostics of the Slice compiler."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from enum import StrEnum
 
 
 class Code(StrEnum):
-    """What a diagnostic is about: E is an error, W a warning."""
+    """The kind of a diagnostic: E is an error, W a warning."""
 
     UNREADABLE_FILE = "E001"
     UNEXPECTED_CHARACTER = "E002"

@@ -1,4 +1,4 @@
-"""Run IDL files through all stages: from paths to the text of generated packages."""
+"""Run all stages of the compiler: from the paths of IDL files to the text of generated packages."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from .python_writer import write_module
 
 @dataclass(frozen=True, slots=True)
 class Compilation:
-    """What a run makes: files, and the leftovers of earlier runs that no IDL file accounts for any more."""
+    """The output of a run: files, and leftovers of earlier runs whose IDL file no longer exists."""
 
     files: tuple[GeneratedFile, ...] = ()
     leftovers: tuple[Path, ...] = ()
@@ -43,10 +43,10 @@ def compile_interfaces(
     output: Path | None,
     diagnostics: Diagnostics,
 ) -> Compilation:
-    """Compile IDL files and all that they include.
+    """Compile IDL files and the files that they include.
 
-    The packages, one for each Slice module, go to the directory `output`, or else beside the files that were
-    given. What is wrong goes to `diagnostics`; after an error the compilation is empty. Nothing is written.
+    The packages, one for each Slice module, go to the directory `output`, by default next to the given files.
+    Problems are reported to `diagnostics`; after an error the compilation is empty. Nothing is written.
     """
     units = Units(include_directories, diagnostics)
     sources = {source: path for path in paths if (source := units.load(path)) is not None}
@@ -78,7 +78,7 @@ def compile_interfaces(
 
 @dataclass(frozen=True, slots=True)
 class Unit:
-    """What one file defines by itself, with all that it includes."""
+    """A file with everything that it includes."""
 
     tree: ast.Module
     included: tuple[Source, ...]
@@ -92,33 +92,34 @@ class Units:
         self._units: dict[Source, Unit | None] = {}
 
     def load(self, path: Path) -> Source | None:
-        """Return the source at `path`, or None after reporting why it cannot be read."""
+        """Return the source at `path`, or None after reporting an error."""
         return self._preprocessor.load(path)
 
     def read(self, source: Source, diagnostics: Diagnostics) -> Unit | None:
-        """Return the unit of a file, or None after reporting what is wrong with it."""
+        """Return the unit of a file, or None after reporting errors."""
         if source not in self._units:
             errors_before = len(diagnostics.errors)
             read = self._preprocessor.preprocess(source, diagnostics)
             tree = parse(read.tokens, diagnostics)
-            if read.complete:  # else every name of the file that is not found would seem undefined
+            if read.complete:  # otherwise every name of a missing file would seem undefined
                 check(tree, diagnostics)
             sound = len(diagnostics.errors) == errors_before
             self._units[source] = Unit(tree, tuple(read.included)) if sound else None
         return self._units[source]
 
     def with_included(self, given: Iterable[Source]) -> dict[Source, ast.Module | None]:
-        """Return the trees of files and of all that they include, each read by itself, in a fixed order.
+        """Return the trees of files and of everything that they include, each as a separate unit.
 
-        The order depends on the files that it has alone, not on which of them were given: those that no
-        other one includes come first. A file with an error that its includers do not have has no tree.
+        The order is fixed and does not depend on which files were given: files that no other one includes
+        come first. A file that has errors only as a separate unit has no tree.
         """
         found: dict[Source, Unit | None] = {}
         waiting = list(given)
         while waiting:
             source = waiting.pop()
             if source not in found:
-                # The files given have been reported on; one that needs its includers may be wrong alone.
+                # The errors of given files have been reported; an included file may be invalid as a separate
+                # unit.
                 unit = found[source] = self.read(source, Diagnostics())
                 waiting += unit.included if unit is not None else ()
         included = {each for unit in found.values() if unit is not None for each in unit.included}
@@ -136,7 +137,7 @@ def _generate(
     *,
     knows_all_sources: bool,
 ) -> Compilation:
-    """Return the packages below the directory `root`, and the leftovers in it."""
+    """Return the packages for the directory `root`, and the leftovers in it."""
     modules = modules_of(trees)
     files: list[GeneratedFile] = []
     paths: dict[Path, GeneratedModule] = {}
@@ -146,7 +147,7 @@ def _generate(
         path = root.joinpath(*module.package, f"{module.name}.py")
         other = paths.setdefault(path, module)
         if other is not module:
-            message = f"{path} would be made from this file and from {other.source.path}"
+            message = f"{path} would be generated from this file and from {other.source.path}"
             note = Note("rename one of the files, or compile them to different directories")
             diagnostics.error(Code.NAME_CLASH_IN_OUTPUT, message, Location(module.source.path), [note])
         text, needed = write_module(module, modules)
@@ -174,7 +175,7 @@ def _generate(
 
 
 def _report_redefinitions(modules: Iterable[GeneratedModule], diagnostics: Diagnostics) -> None:
-    """Report names that files which do not include each other define twice."""
+    """Report names that are defined in two files which do not include each other."""
     defined: dict[tuple[str, ...], ast.Definition] = {}
     for module in modules:
         for definition in module.definitions:
@@ -187,32 +188,32 @@ def _report_redefinitions(modules: Iterable[GeneratedModule], diagnostics: Diagn
 
 
 def _report_cycle(needs: Mapping[str, Mapping[str, GeneratedModule]], diagnostics: Diagnostics) -> None:
-    """Report Slice modules that need each other: Python could not import their packages."""
+    """Report Slice modules that import each other: Python could not import their packages."""
     try:
         TopologicalSorter(needs).prepare()
     except CycleError as error:
         needed, one, *_ = error.args[1]
         names = " and ".join(f"`{name}`" for name in sorted(set(error.args[1])))
-        message = f"modules {names} need each other: Python could not import them"
-        note = Note("move what both need to a module of its own")
+        message = f"modules {names} depend on each other: Python could not import them"
+        note = Note("move their common definitions to a third module")
         place = needs[one][needed].definitions[0].token.location
         diagnostics.error(Code.MODULES_IN_CYCLE, message, place, [note])
 
 
 def _report_foreign_file(path: Path, diagnostics: Diagnostics) -> None:
-    """Report a file in the place of a generated one that codegen did not write."""
+    """Report an existing file that codegen did not generate and would overwrite."""
     try:
         text = path.read_text("utf-8", errors="replace")
-    except OSError:  # absent, or reported when it is compared with what was generated
+    except OSError:  # absent, or reported when it is compared with the generated file
         return
     if text.strip() and GENERATED_BY not in text:
         message = f"{path} was not generated by codegen and is not overwritten"
-        note = Note("move it away, or write to another directory with -o")
+        note = Note("move it, or write to another directory with -o")
         diagnostics.error(Code.FOREIGN_FILE, message, Location(path), [note])
 
 
 def _package_root(output: Path) -> tuple[GeneratedFile, ...]:
-    """Return what makes the output directory a typed package, as far as it is not one."""
+    """Return the missing files that make the output directory a typed package."""
     wanted = [
         GeneratedFile(output / "__init__.py", '"""Packages generated by codegen from Slice."""\n'),
         GeneratedFile(output / "py.typed", ""),

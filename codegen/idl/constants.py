@@ -1,4 +1,4 @@
-"""Check and evaluate values: of constants, defaults, enumerators, tags and compact ids."""
+"""Check and evaluate the values of constants, defaults, enumerators, tags and compact ids."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ _VALUE_TYPES = frozenset({*_INTEGER_RANGES, "bool", "float", "double", "string"}
 
 
 class ConstantChecker:
-    """Gives literals their values and reports those that do not fit."""
+    """Sets the values of literals and reports invalid ones."""
 
     def __init__(self, resolver: Resolver) -> None:
         self._resolver = resolver
         self._error = resolver.error
 
     def check_value(self, literal: ast.Literal, kind: ast.Type, what: str, scope: Scope) -> None:
-        """Give a constant or a member, which messages call `what`, its value of a type."""
+        """Set the value of a constant or a member of some type; `what` names it in messages."""
         if literal.name is not None and not self._resolve(literal, scope):
             return
         if isinstance(kind, ast.NamedType) and isinstance(kind.definition, ast.Enumeration):
@@ -36,14 +36,14 @@ class ConstantChecker:
         elif isinstance(kind, ast.BuiltinType) and kind.name in _VALUE_TYPES:
             self._check_builtin(literal, kind.name, what, scope)
         else:
-            message = f"{what} can have no value: its type is neither built in nor an enumeration"
+            message = f"{what} cannot have a value: its type is neither built in nor an enumeration"
             self._error(Code.BAD_CONSTANT, message, kind.token)
 
     def _resolve(self, literal: ast.Literal, scope: Scope) -> bool:
-        """Find what a literal names, if it is declared; report a name that has no value."""
+        """Find the target of a literal, if it is declared; report a name without a value."""
         name = literal.name or ""
         target = self._resolver.symbols.find(name, scope.name)
-        if target is None:  # perhaps an enumerator of the wanted type
+        if target is None:  # perhaps an enumerator of the expected type
             return True
         if not isinstance(target, ast.Constant | ast.Enumerator):
             note = Note(f"`{target.name}` is defined here", target.token.location)
@@ -67,7 +67,7 @@ class ConstantChecker:
         if isinstance(target, ast.Constant):
             literal.value = target.literal.value
         value = literal.value
-        if value is None:  # it has been reported
+        if value is None:  # already reported
             return
         if not _fits(kind, value):
             message = f"the value of {what} is {_described(value)}, not {with_article(kind)}"
@@ -75,7 +75,9 @@ class ConstantChecker:
         elif kind in _INTEGER_RANGES and isinstance(value, int):
             lowest, highest = _INTEGER_RANGES[kind]
             if not lowest <= value <= highest:
-                message = f"{what} is out of range: {with_article(kind)} lies between {lowest} and {highest}"
+                message = (
+                    f"{what} is out of range: {with_article(kind)} must be between {lowest} and {highest}"
+                )
                 self._error(Code.OUT_OF_RANGE, message, literal.token)
         elif kind in {"float", "double"} and isinstance(value, int | float):
             literal.value = _as_float(value)
@@ -83,14 +85,14 @@ class ConstantChecker:
                 self._error(Code.OUT_OF_RANGE, f"{what} is out of range for a {kind}", literal.token)
 
     def _check_enumerator(self, literal: ast.Literal, enumeration: ast.Enumeration, what: str) -> None:
-        """Resolve a value of an enumeration: an enumerator, scoped or not, or a constant of the type."""
+        """Resolve an enumeration's value: an enumerator, scoped or not, or a constant of the type."""
         if literal.name is None:
-            message = f"{what} is an enumerator of `{enumeration.name}`, not {_described(literal.value)}"
+            message = f"{what} must be an enumerator of `{enumeration.name}`, not {_described(literal.value)}"
             self._error(Code.BAD_CONSTANT, message, literal.token)
             return
         target = _enumerator_or_constant(literal.target)
         if literal.target is None:
-            # An enumerator can be named as if it stood beside its enumeration.
+            # An enumerator can be named like a sibling of its enumeration.
             container, separator, last = literal.name.rpartition("::")
             name = f"{container}{separator}{enumeration.name}::{last}" if separator else last
             found = self._resolver.symbols.find(name, enumeration.scoped)
@@ -107,7 +109,7 @@ class ConstantChecker:
     # Enumerations
 
     def check_enumerator_value(self, enumerator: ast.Enumerator, scope: Scope) -> None:
-        """Evaluate the value that an enumerator is given, if it is."""
+        """Evaluate the explicit value of an enumerator, if it has one."""
         literal = enumerator.literal
         if literal is None:
             return
@@ -125,7 +127,7 @@ class ConstantChecker:
             self._error(Code.BAD_ENUMERATION, message, literal.token)
 
     def number_enumerators(self, enumeration: ast.Enumeration) -> None:
-        """Count the enumerators; report values out of range or used twice."""
+        """Number the enumerators; report values that are out of range or repeated."""
         used: dict[int, ast.Enumerator] = {}
         value = -1
         for enumerator in enumeration.enumerators:
@@ -149,7 +151,7 @@ class ConstantChecker:
     # Tags and compact ids
 
     def check_number(self, number: ast.Literal, what: str, scope: Scope) -> None:
-        """Evaluate the number in `optional(n)` or `class C(n)`, which messages call `what`."""
+        """Evaluate the number in `optional(n)` or `class C(n)`; `what` names it in messages."""
         if number.name is not None:
             target = self._named_number(number.name, number, scope)
             if target is None:
@@ -163,13 +165,13 @@ class ConstantChecker:
                 self._error(Code.BAD_TAG, f"{what} is not an integer", number.token)
             number.value = None
         elif not 0 <= value <= _HIGHEST_INT:
-            message = f"{what} is out of range: it lies between 0 and {_HIGHEST_INT}"
+            message = f"{what} is out of range: it must be between 0 and {_HIGHEST_INT}"
             self._error(Code.BAD_TAG, message, number.token)
 
     def _named_number(
         self, name: str, number: ast.Literal, scope: Scope
     ) -> ast.Constant | ast.Enumerator | None:
-        """Find a constant or an enumerator, which needs no enumeration before its name here."""
+        """Find a constant or an enumerator; the enumeration can be omitted here."""
         target = self._resolver.symbols.find(name, scope.name)
         if isinstance(target, ast.Constant | ast.Enumerator):
             return target
@@ -182,7 +184,7 @@ class ConstantChecker:
         if len(enumerators) == 1:
             return enumerators[0]
         if enumerators:
-            notes = [Note("it could be this one", each.token.location) for each in enumerators]
+            notes = [Note("this is one of them", each.token.location) for each in enumerators]
             message = f"`{name}` is an enumerator of more than one enumeration"
             self._error(Code.UNDEFINED_NAME, message, number.token, *notes)
         else:
@@ -197,7 +199,7 @@ class ConstantChecker:
 def _enumerator_or_constant(
     target: ast.Constant | ast.Enumerator | None,
 ) -> ast.Constant | ast.Enumerator | None:
-    """Return the enumerator that is the value of a constant, or else what is given."""
+    """Return the enumerator that is the value of a constant, or else the definition itself."""
     named = target.literal.target if isinstance(target, ast.Constant) else None
     return named if isinstance(named, ast.Enumerator) else target
 

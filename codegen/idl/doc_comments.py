@@ -1,4 +1,4 @@
-"""Turn doc comments into plain text: what it is, its parameters, what it returns and throws."""
+"""Split doc comments into plain text: the description, parameters, return value and exceptions."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _INLINE_TAG = re.compile(r"\{@\w+\s+([^{}]*)\}")
 _HTML_TAG = re.compile(r"</?[A-Za-z][A-Za-z0-9]*(?:\s[^<>]*)?/?>")
 _PARAGRAPH_TAG = re.compile(r"<(?:p|br|li|ul|ol|dl|dt|dd)\b[^<>]*>", re.IGNORECASE)
 _LAYOUT = str.maketrans("", "", "\n\t")
-# Any tag at the beginning of a line; in the middle of one those that cannot belong to the text.
+# Any tag at the start of a line, and in the middle only those that cannot be text.
 _BLOCK_TAG = re.compile(
     r"""(?: ^[ \t]*[@\\](?=\w) | (?<=[ \t])@(?=(?:param|returns?|throws?|exception|see|deprecated)\b) )
         (\w+)[ \t]*""",
@@ -23,7 +23,7 @@ _IGNORED_TAGS = frozenset({"author", "date", "file", "ingroup", "since", "versio
 
 @dataclass(frozen=True, slots=True)
 class DocComment:
-    """A doc comment by its parts, each a text of paragraphs with an empty line between them."""
+    """The parts of a doc comment; empty lines separate the paragraphs of each part."""
 
     text: str = ""
     parameters: dict[str, str] = field(default_factory=dict)
@@ -31,9 +31,9 @@ class DocComment:
     throws: dict[str, str] = field(default_factory=dict)
 
 
-@lru_cache(maxsize=4096)  # the writer and the schema use the same ones
+@lru_cache(maxsize=4096)  # the writer and the schema use the same comments
 def parse_doc_comment(raw: str | None) -> DocComment:
-    """Return the parts of the raw text of a doc comment; all are empty when there is none."""
+    """Return the parts of a raw doc comment; all are empty for None."""
     if raw is None:
         return DocComment()
     text = _LEADING_STAR.sub("", raw.replace("\r", "")) if "\n" in raw else raw
@@ -64,7 +64,7 @@ def parse_doc_comment(raw: str | None) -> DocComment:
 
 
 def _clean(text: str) -> str:
-    """Return text without markup, one line a paragraph, an empty line between paragraphs."""
+    """Return text without markup, one line per paragraph, with empty lines between them."""
     text = _INLINE_TAG.sub(lambda match: match[1].strip().lstrip("#").replace("#", "."), text)
     text = _PARAGRAPH_TAG.sub("\n\n", text)
     text = html.unescape(_HTML_TAG.sub("", text))

@@ -1,4 +1,4 @@
-"""Lay out Python source the way `ruff format` does at the project's line length."""
+"""Format Python source like `ruff format` with the project's line length."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _ENDS_WITH_QUOTE = re.compile(r'(?<!\\)(?:\\\\)*"$')  # one that no backslash es
 
 
 def bracketed(before: str, items: Sequence[str], after: str, indent: str = "") -> list[str]:
-    """Return `before items after` on one line, or one item a line when that is too long."""
+    """Return `before items after` on one line, or with one item per line if that is too long."""
     line = f"{indent}{before}{', '.join(items)}{after}"
     if not items or len(line) <= LINE_LENGTH:
         return [line]
@@ -21,7 +21,7 @@ def bracketed(before: str, items: Sequence[str], after: str, indent: str = "") -
 
 
 def docstring(text: str, indent: str = "") -> list[str]:
-    """Return a docstring; each line of the text keeps its indent and is wrapped when it is too long."""
+    """Return a docstring; each line of the text keeps its indent and is wrapped if it is too long."""
     text = text.replace("\\", "\\\\").replace('"""', '\\"\\"\\"')
     width = LINE_LENGTH - len(indent)
     lines: list[str] = []
@@ -47,7 +47,7 @@ def docstring(text: str, indent: str = "") -> list[str]:
         closing = ' """' if _ENDS_WITH_QUOTE.search(lines[0]) else '"""'
         if len(indent) + 3 + len(lines[0]) + len(closing) <= LINE_LENGTH:
             return [f'{indent}"""{lines[0]}{closing}']
-        # `ruff format` has no closing quotes alone below one line.
+        # `ruff format` puts the closing quotes on the same line if there is only one.
         lines = textwrap.wrap(
             lines[0], width - 3 - len(closing), break_long_words=False, break_on_hyphens=False
         )
@@ -55,7 +55,7 @@ def docstring(text: str, indent: str = "") -> list[str]:
 
 
 def string(value: str) -> str:
-    """Return a string literal in double quotes, or in single ones when that saves backslashes."""
+    """Return a string literal in double quotes, or in single ones if that saves backslashes."""
     quote = "'" if value.count('"') > value.count("'") else '"'
     body = value.replace("\\", "\\\\").replace(quote, "\\" + quote)
     characters = (each if each.isprintable() else repr(each)[1:-1] for each in body)
@@ -63,7 +63,7 @@ def string(value: str) -> str:
 
 
 def stacked(chunks: Iterable[Sequence[str]]) -> list[str]:
-    """Return the lines of a module's statements: two empty lines around a class, one between others."""
+    """Return the lines of a module: two empty lines around a class, one between other statements."""
     lines: list[str] = []
     class_before = False
     for chunk in chunks:
@@ -76,7 +76,7 @@ def stacked(chunks: Iterable[Sequence[str]]) -> list[str]:
 
 
 def source_order(names: Iterable[str]) -> list[str]:
-    """Return names as isort orders them: constants, then classes, then the rest."""
+    """Return names in the order of isort: constants, then classes, then the rest."""
 
     def key(name: str) -> tuple[int, str]:
         bare = name.lstrip("_")

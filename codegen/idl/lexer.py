@@ -1,4 +1,4 @@
-"""Split the text of a Slice file into tokens, each with its place and its doc comment, and read literals."""
+"""Split the text of a Slice file into tokens with their place and doc comment, and evaluate literals."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ KEYWORDS = frozenset(
 
 
 class Kind(Enum):
-    """What a token is; the values are the names of groups in the pattern of tokens."""
+    """The kind of a token; the values are names of groups in the regular expression."""
 
     NAME = "name"
     KEYWORD = "keyword"
@@ -32,13 +32,13 @@ class Kind(Enum):
     DIRECTIVE = "directive"
     INVALID = "invalid"
     UNTERMINATED = "unterminated"
-    """A string or a comment without its end."""
+    """A string or a comment without an end."""
     END = "end"
     """The end of the file."""
 
 
 class Source:
-    """A source file: its path as people know it and its text."""
+    """A source file: its path as given, and its text."""
 
     def __init__(self, path: Path, text: str) -> None:
         self.path = path
@@ -46,7 +46,7 @@ class Source:
 
     @cached_property
     def tokens(self) -> list[Token]:
-        """The tokens of the file, directives unresolved, with one of kind END last."""
+        """The tokens of the file with unresolved directives; the last one is of kind END."""
         return _tokenize(self)
 
     @cached_property
@@ -54,13 +54,13 @@ class Source:
         return [0, *(match.end() for match in re.finditer("\n", self.text))]
 
     def position(self, offset: int) -> tuple[int, int]:
-        """Return line and column, both from 1, of the character at `offset`."""
+        """Return the line and column of the character at `offset`, counted from 1."""
         line = bisect_right(self._line_starts, offset)
         return line, offset - self._line_starts[line - 1] + 1
 
 
 class Token:
-    r"""A word of a Slice file.
+    r"""A token of a Slice file.
 
     `doc` is the doc comment before the token, `trailing_doc` one of the form `/**< */` after it; both are
     raw text without the marks of the comment. `escaped` marks a name written with a backslash: `\module`.
@@ -130,7 +130,7 @@ def _tokenize(source: Source) -> list[Token]:
 
 
 def _note_doc_comment(comment: str, pending: str | None, tokens: list[Token]) -> str | None:
-    """Add a doc comment to the token before it, or return what the token after it is to get."""
+    """Add a doc comment to the previous token, or return the doc comment for the next token."""
     block = comment.startswith("/*")
     body = comment[3:-2] if block else comment[3:]
     if body.startswith("<"):
@@ -164,7 +164,7 @@ _SIMPLE_ESCAPES = {
 
 
 class LiteralError(Exception):
-    """A literal has no value; the message says why."""
+    """A literal is invalid."""
 
 
 def parse_integer(text: str) -> int:
@@ -182,7 +182,7 @@ def parse_integer(text: str) -> int:
 
 
 def parse_float(text: str) -> float:
-    """Return the value of a floating-point literal. Raises LiteralError when it is too large or small."""
+    """Return the value of a floating-point literal. Raises LiteralError if it is too large or too small."""
     digits = text.rstrip("fF")
     value = float(digits)
     if value == 0 and any(digit in "123456789" for digit in re.split("[eE]", digits)[0]):
@@ -193,11 +193,10 @@ def parse_float(text: str) -> float:
 
 
 def parse_string(text: str) -> tuple[str, list[str]]:
-    r"""Return the value of a quoted string literal, and the escapes in it that Slice does not have.
+    r"""Return the value of a quoted string literal, and its unknown escapes.
 
-    Escapes of single bytes above 127 (`\xe9`, `\303`) stand for the bytes of UTF-8; bytes that are none
-    become U+FFFD. An unknown escape stands for itself. Raises LiteralError for one that is no byte or no
-    character.
+    Escapes of bytes above 127 (`\xe9`, `\303`) are bytes of UTF-8; invalid bytes become U+FFFD. An unknown
+    escape is kept. Raises LiteralError for an escape that is neither a byte nor a character.
     """
     body = text[1:-1].replace("\\\n", "")  # a backslash continues the line
     if "\\" not in body:
@@ -223,7 +222,7 @@ def _escaped(match: re.Match[str], unknown: list[str]) -> bytes:
     if short is not None or long is not None:
         code_point = int(short or long, 16)
         if code_point > 0x10FFFF or 0xD800 <= code_point <= 0xDFFF:
-            raise LiteralError(f"the escape `{match.group()}` is no character")
+            raise LiteralError(f"the escape `{match.group()}` is not a character")
         return chr(code_point).encode()
     if simple in {"x", "u", "U"}:
         raise LiteralError(f"the escape `{match.group()}` needs hexadecimal digits")

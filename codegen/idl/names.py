@@ -1,4 +1,4 @@
-"""Choose Python names for what a Slice file defines, and keep them apart from all others in the module."""
+"""Choose unique Python names for the definitions of a Slice file."""
 
 from __future__ import annotations
 
@@ -13,10 +13,11 @@ from pathlib import Path
 from . import ast
 from .layout import LINE_LENGTH, bracketed, source_order
 
-_RUNTIME = "zenoh_ice", "generated", "ice"  # package, module, and how it is known in generated modules
+_RUNTIME = "zenoh_ice", "generated", "ice"  # package, module, and its name in generated modules
 
-# As in Ice's mapping to Python a name that Python or the base class needs gets an underscore before it. No
-# name of Slice begins or ends with one, so these, and those below with one at the end, clash with nothing.
+# As in Ice's mapping to Python, a name that is reserved by Python or the base class gets a leading
+# underscore. Names in Slice neither start nor end with one, so these names, and those below with a
+# trailing underscore, are unique.
 _BASE_CLASS_NAMES: dict[type[ast.Definition], frozenset[str]] = {
     ast.Enumerator: frozenset(name for name in {*dir(int), *dir(enum.IntEnum), "mro", "name", "value"}),
     ast.Operation: frozenset({"checkedCast", "uncheckedCast"}),
@@ -47,7 +48,7 @@ def module_package(module: str) -> tuple[str, ...]:
 
 
 def file_module(path: Path, taken: Iterable[str]) -> str:
-    """Return the name of the Python module for an IDL file, in lower case, apart from the `taken` names."""
+    """Return the name of the Python module for an IDL file, in lower case and not in `taken`."""
     name = re.sub(r"\W", "_", path.stem.lower())
     if not name or name[0].isdigit() or keyword.iskeyword(name) or name == "__init__":
         name = f"_{name}"
@@ -55,11 +56,10 @@ def file_module(path: Path, taken: Iterable[str]) -> str:
 
 
 class ModuleNames:
-    """The names in one generated module: what it imports, and under which name that is known in it.
+    """The names in one generated module: its imports, and their local names.
 
-    A name that the module itself defines, or that a class in it gives to a member, so that it would mean the
-    member in the annotations after it, is known with an underscore at the end: `from typing import Final as
-    Final_`.
+    An import gets a trailing underscore, `from typing import Final as Final_`, if the module defines the same
+    name, or if a class has a member of this name, which later annotations would refer to.
     """
 
     def __init__(self, package: tuple[str, ...], definitions: Iterable[ast.Definition]) -> None:
@@ -86,7 +86,7 @@ class ModuleNames:
         return "builtins_" if taken else "builtins"
 
     def builtin(self, name: str) -> str:
-        """Return how a builtin is written here."""
+        """Return a builtin as it is written in this module."""
         assert hasattr(builtins, name)
         if name in self._shadowed or name in self._defined:
             self._needs_builtins = True
@@ -94,10 +94,10 @@ class ModuleNames:
         return name
 
     def imported(self, module: str, name: str) -> str:
-        """Return the name under which `name` of `module` is known here, and import it."""
+        """Import `name` from `module` and return its local name."""
         local = name
         if name in self._defined:
-            local = f"{self.defined(name)}_"  # twice where the definition itself is known with one
+            local = f"{self.defined(name)}_"  # a second underscore if the definition has one
         elif name in self._shadowed:
             local = f"{name}_"
         if self._external.setdefault(local, module) != module:  # the same name in two modules
@@ -106,7 +106,7 @@ class ModuleNames:
         return local
 
     def runtime(self, name: str) -> str:
-        """Return how something of the run-time library is written here, and import that."""
+        """Import the run-time library and return a name from it as it is written in this module."""
         package, module, known_as = _RUNTIME
         if known_as in self._shadowed or known_as in self._defined:
             known_as += "_"
@@ -114,18 +114,18 @@ class ModuleNames:
         return f"{known_as}.{name}"
 
     def defined(self, name: str) -> str:
-        """Return how a definition of this module is written in annotations of its classes."""
+        """Return a definition of this module as it is written in annotations of its classes."""
         return f"{name}_" if self.is_shadowed(name) else name
 
     def is_shadowed(self, name: str) -> bool:
-        """Return whether a member of a class has the name of this definition, or a builtin has it.
+        """Return whether a member of a class or a builtin has the name of this definition.
 
-        A type checker takes the builtin where the definition comes later.
+        A type checker uses the builtin if the definition comes later.
         """
         return name in self._shadowed or hasattr(builtins, name)
 
     def relative(self, package: tuple[str, ...], module: str) -> str:
-        """Return the relative name of a module of another generated package, or of this one."""
+        """Return the relative name of a module in this or another generated package."""
         shared = 0
         for here, there in zip(self._package, package, strict=False):
             if here != there:
@@ -135,7 +135,7 @@ class ModuleNames:
         return dots + ".".join((*package[shared:], module))
 
     def import_lines(self) -> list[str]:
-        """Return the import statements, grouped as isort does."""
+        """Return the import statements, grouped like isort."""
         groups: list[list[str]] = [["from __future__ import annotations"], [], [], []]
         if self._needs_builtins:
             groups[1].append(

@@ -1,4 +1,4 @@
-"""Assign definitions to Python modules, and write the packages that hold these modules."""
+"""Assign definitions to Python modules, and generate their packages."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ ModuleKey = tuple[Source, str]
 
 @dataclass(slots=True, eq=False)
 class GeneratedModule:
-    """A Python module: what one IDL file defines in one Slice module."""
+    """A Python module with the definitions of one IDL file in one Slice module."""
 
     source: Source
     slice_module: str
@@ -42,7 +42,7 @@ class GeneratedModule:
 
     @property
     def package(self) -> tuple[str, ...]:
-        """The path of packages that it is in."""
+        """The path of its packages."""
         return module_package(self.slice_module)
 
     @property
@@ -52,10 +52,11 @@ class GeneratedModule:
 
 
 def modules_of(trees: Mapping[Source, ast.Module | None]) -> dict[ModuleKey, GeneratedModule]:
-    """Return the Python modules for what files define; `trees` are those of their translation units.
+    """Return the Python modules for the definitions of files; `trees` are those of their translation units.
 
-    A file without a tree is generated as in the first one that includes it. Two files of one name in one unit
-    make two modules; the second, in the order of the includes, is named after its directory, too.
+    A file without a tree is generated as part of the first file that includes it. Two files with the same
+    name in one unit become two modules; the name of the second one, in the order of includes, contains its
+    directory.
     """
     nested: defaultdict[str, set[str]] = defaultdict(set)
     for around, definition in chain.from_iterable(map(_walk, filter(None, trees.values()))):
@@ -64,7 +65,7 @@ def modules_of(trees: Mapping[Source, ast.Module | None]) -> dict[ModuleKey, Gen
     modules: dict[ModuleKey, GeneratedModule] = {}
     for main, tree in trees.items():
         found = _modules_in(tree) if tree is not None else {}
-        # Those that another unit has named keep their names, so that all units import the same modules.
+        # Names from another unit are kept, so that all units import the same modules.
         used = {(modules[key].slice_module, modules[key].name) for key in found if key in modules}
         for key, module in found.items():
             if key in modules:
@@ -81,7 +82,7 @@ def modules_of(trees: Mapping[Source, ast.Module | None]) -> dict[ModuleKey, Gen
 
 
 def _modules_in(tree: ast.Module) -> dict[ModuleKey, GeneratedModule]:
-    """Return the modules for what a translation unit defines, without their names."""
+    """Return the modules for the definitions of a translation unit, without names."""
     found: dict[ModuleKey, GeneratedModule] = {}
     for around, definition in _walk(tree):
         if not isinstance(definition, ast.Module | ast.ForwardDeclaration):
@@ -108,15 +109,15 @@ def _with_directory(path: Path) -> Path:
 
 @dataclass(frozen=True, slots=True)
 class ModuleSummary:
-    """A module as the `__init__.py` and the schema of its package list it."""
+    """A module as it is listed in the `__init__.py` and the schema of its package."""
 
     name: str
     source: str
-    """Name of the IDL file."""
+    """The name of the IDL file."""
     text: str
-    """First paragraphs of its docstring."""
+    """The first paragraphs of its docstring."""
     entries: Mapping[str, dict[str, Any]] | None = None
-    """Its entries in the schema; None for a module on disk, whose entries are kept."""
+    """Its entries in the schema, or None for an existing module, whose entries are kept."""
 
     @classmethod
     def of(cls, module: GeneratedModule) -> ModuleSummary:
@@ -126,7 +127,7 @@ class ModuleSummary:
 
 
 def header(text: str, sources: Iterable[str]) -> list[str]:
-    """Return the docstring of a generated file: what it is, and its sources."""
+    """Return the docstring of a generated file: its description and its sources."""
     made = f"{GENERATED_BY}{', '.join(sources)}. Do not edit: change the IDL and run codegen."
     return docstring(f"{text}\n\n{made}")
 
@@ -134,7 +135,7 @@ def header(text: str, sources: Iterable[str]) -> list[str]:
 def package_files(
     directory: Path, slice_module: str, modules: Iterable[ModuleSummary]
 ) -> list[GeneratedFile]:
-    """Return the files that make a directory a typed package which offers all that its modules define."""
+    """Return the files of a typed package that exports all definitions of its modules."""
     ordered = sorted(modules, key=lambda module: module.name)
     default = _default_text(slice_module)
     text = next((module.text for module in ordered if module.text != default), default)
@@ -150,7 +151,7 @@ def package_files(
 
 
 def _schema(path: Path, modules: list[ModuleSummary], sources: list[str]) -> str:
-    """Return the schema of a package; entries of modules that this run does not generate are kept."""
+    """Return the schema of a package, with the old entries of modules that this run does not generate."""
     on_disk = {module.name for module in modules if module.entries is None}
     entries: dict[str, dict[str, Any]] = {}
     if on_disk and path.is_file():
@@ -161,12 +162,12 @@ def _schema(path: Path, modules: list[ModuleSummary], sources: list[str]) -> str
 
 
 class EarlierModules(NamedTuple):
-    """The modules that earlier runs made in a directory, apart from those that this run makes."""
+    """The modules of earlier runs in a directory that this run does not generate."""
 
     kept: dict[Path, list[ModuleSummary]]
-    """Those that stay, by the directory of their package."""
+    """The modules that stay, by the directory of their package."""
     leftovers: list[Path]
-    """Files that nothing accounts for any more, in packages of this run or in those that become empty."""
+    """Files without a source, in packages of this run or in packages that become empty."""
 
 
 def earlier_modules(
@@ -177,11 +178,11 @@ def earlier_modules(
     *,
     knows_all_sources: bool,
 ) -> EarlierModules:
-    """Return what earlier runs made in the directory `root`.
+    """Return the modules that earlier runs generated in the directory `root`.
 
-    A leftover was made from one of the `sources` of this run or, with `knows_all_sources`, from a file that
-    is not in the directory any more. What another module imports that stays is none: an included file can lie
-    anywhere.
+    A leftover was generated from one of the `sources` of this run or, with `knows_all_sources`, from a file
+    that is no longer in the directory. A module that is imported by another one that stays is not a leftover,
+    since an included file can be in any directory.
     """
     modules: dict[Path, ModuleSummary] = {}
     imports: dict[Path, set[Path]] = {}
@@ -228,7 +229,7 @@ def _text(path: Path) -> str:
 
 
 def _was_made_from(summary: ModuleSummary, sources: Iterable[Path]) -> bool:
-    """Return whether a module was made from one of the files, and not from one of that name elsewhere."""
+    """Return whether a module was generated from one of the files, and not from a file of the same name."""
     names = {
         file_module(each, ())
         for path in sources

@@ -1,4 +1,4 @@
-"""Build the tree of a translation unit, and continue after an error at the next `;` or `}`."""
+"""Parse a translation unit into a tree; after an error, continue at the next `;` or `}`."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ _TYPE_KEYWORDS = frozenset({*ast.BUILTIN_TYPES, "Object", "Value"})
 _RESERVED_SUFFIXES = ("Helper", "Holder", "Prx", "Ptr")
 _DEEPEST_MODULE = 50
 
-_NO_OPERATIONS = "a struct or exception has no operations; put them into an interface"
-_NO_MEMBERS = "an interface has no data members; put them into a struct or class"
+_NO_OPERATIONS = "a struct or exception cannot have operations; use an interface"
+_NO_MEMBERS = "an interface cannot have data members; use a struct or class"
 
 _Item = TypeVar("_Item")
 
 
 class _SliceSyntaxError(Exception):
-    """What is read does not follow the grammar; it has been reported, and parsing continues after it."""
+    """A syntax error that has been reported; parsing continues after it."""
 
 
 def parse(tokens: Sequence[Token], diagnostics: Diagnostics) -> ast.Module:
-    """Return the root module of a translation unit, without what could not be read."""
+    """Return the root module of a translation unit, without definitions that have syntax errors."""
     return _Parser(tokens, diagnostics).root()
 
 
@@ -55,7 +55,7 @@ class _Parser:
     # Definitions
 
     def root(self) -> ast.Module:
-        """Read everything."""
+        """Parse the whole unit."""
         root = ast.Module("", self._token)
         while not self._at_end():
             self._read_into(root.definitions, self._definition)
@@ -70,8 +70,8 @@ class _Parser:
         read = self._readers.get(token.text) if token.kind is Kind.KEYWORD else None
         if read is None:
             if self._at("local"):
-                message = "what is `local` never travels, so that nothing can be generated for it"
-                self._fail(message, Note("leave it out"), code=Code.LOCAL)
+                message = "`local` definitions are not supported: they are never sent"
+                self._fail(message, Note("remove it"), code=Code.LOCAL)
             notes = did_you_mean(token.text, self._readers) if token.kind is Kind.NAME else ()
             self._fail(f"expected a definition, found {_shown(token)}", *notes)
         self._advance()
@@ -81,7 +81,7 @@ class _Parser:
         return definition
 
     def _metadata_of_file(self) -> None:
-        """Take `[["..."]]`; it is for the generators of other languages."""
+        """Parse `[["..."]]`, which is for the generators of other languages."""
         opening = self._advance()
         self._strings("metadata of the file")
         self._expect("]]", "after metadata of the file")
@@ -147,7 +147,7 @@ class _Parser:
         return ast.Interface(name.text, name, bases=bases, operations=operations)
 
     def _accept_extends(self) -> bool:
-        """Take `extends`, or the `:` of Ice 3.8."""
+        """Accept `extends`, or the `:` of Ice 3.8."""
         return self._accept("extends") is not None or self._accept(":") is not None
 
     def _base(self, what: str) -> ast.NamedType | None:
@@ -187,7 +187,7 @@ class _Parser:
         return ast.Enumerator(name.text, name, doc, literal=literal, enumeration=enumeration)
 
     def _report_empty(self, message: str, name: Token) -> None:
-        note = Note("it begins here", name.location)
+        note = Note("it starts here", name.location)
         self._diagnostics.error(Code.NO_MEMBER, message, self._previous.location, [note])
 
     def _sequence(self) -> ast.Sequence:
@@ -222,12 +222,12 @@ class _Parser:
         self._expect_end_of_statement("a constant")
         return ast.Constant(name.text, name, metadata=metadata, type=kind, literal=literal)
 
-    # What bodies hold: members, operations and their parameters
+    # Bodies: members, operations and their parameters
 
     def _body(
         self, what: str, *, members: bool = True, operations: bool = True
     ) -> tuple[list[ast.Member], list[ast.Operation]]:
-        """Read the body of a definition that can have members, operations or both."""
+        """Parse the body of a definition that can have members, operations or both."""
         items = self._block(lambda: self._member_or_operation(members=members, operations=operations), what)
         return (
             [item for item in items if isinstance(item, ast.Member)],
@@ -235,7 +235,7 @@ class _Parser:
         )
 
     def _member_or_operation(self, *, members: bool, operations: bool) -> ast.Member | ast.Operation:
-        """Read a member or, with a parenthesis after its name, an operation."""
+        """Parse a member or, with a parenthesis after its name, an operation."""
         what = "a member" if not operations else "an operation" if not members else "a member or an operation"
         metadata, doc = self._metadata()
         if self._at("idempotent") and not operations:
@@ -277,7 +277,7 @@ class _Parser:
             if self._at(")"):
                 self._fail(f"expected a parameter after `,`, found {_shown(self._token)}")
         if not self._at(")"):
-            begin = Note("the parameters begin here", opening.location)
+            begin = Note("the parameters start here", opening.location)
             self._fail(f"expected `,` or `)` after a parameter, found {_shown(self._token)}", begin)
         self._advance()
         return parameters
@@ -292,10 +292,10 @@ class _Parser:
         doc = doc or name.trailing_doc
         return ast.Parameter(name.text, name, doc, metadata, type=kind, out=out, tag=tag)
 
-    # What definitions are made of: names, types, values, metadata
+    # Parts of definitions: names, types, values, metadata
 
     def _name(self, what: str) -> Token:
-        """Take the name of something that is being defined."""
+        """Parse the name in a definition."""
         token = self._token
         if token.kind is Kind.KEYWORD:
             if token.text == "Value" and what in {"a member", "a parameter", "a member or an operation"}:
@@ -319,14 +319,14 @@ class _Parser:
         if suffix is not None:
             reason = f"the suffix `{suffix}` is reserved"
         elif name.startswith("_") or name.endswith("_") or "__" in name:
-            reason = "a name neither begins nor ends with an underscore nor has two together"
+            reason = "a name cannot start or end with an underscore, or have two in a row"
         else:
             self._well_spelled.add(name)
             return
         self._diagnostics.error(Code.RESERVED_NAME, f"`{name}`: {reason}", token.location)
 
     def _scoped_name(self, what: str) -> tuple[str, Token]:
-        """Take `A`, `A::B` or `::A::B`; return it with its last part, where errors point to."""
+        """Parse `A`, `A::B` or `::A::B`; return it with its last token, for the place of errors."""
         start = self._token
         parts = [""] if self._accept("::") else []
         while True:
@@ -341,12 +341,12 @@ class _Parser:
         if len(parts) > 1 and token.source is start.source:
             written = start.source.text[start.offset : end]
             if any(character.isspace() for character in written):
-                self._diagnostics.error(Code.SYNTAX, "a name with `::` has no space in it", start.location)
+                self._diagnostics.error(Code.SYNTAX, "a name with `::` cannot contain spaces", start.location)
         self._check_spelling(token)
         return "::".join(parts), token
 
     def _list_of(self, what: str) -> list[ast.NamedType]:
-        """Take names with commas between them."""
+        """Parse names that are separated by commas."""
         names = [ast.NamedType(*self._scoped_name(what))]
         while self._accept(","):
             names.append(ast.NamedType(*self._scoped_name(what)))
@@ -368,7 +368,7 @@ class _Parser:
         return ast.ProxyType(kind, star) if star else kind
 
     def _metadata(self) -> tuple[list[ast.Metadata], str | None]:
-        """Take metadata in brackets, if there is any; return it with the doc comment before it."""
+        """Parse metadata in brackets, if there is any; return it with the doc comment before it."""
         doc = self._token.doc
         if not self._accept("["):
             return [], doc
@@ -377,7 +377,7 @@ class _Parser:
         return found, self._token.doc or doc
 
     def _strings(self, what: str) -> list[ast.Metadata]:
-        """Take strings with commas between them; adjacent strings are one."""
+        """Parse strings that are separated by commas; adjacent strings are joined."""
         found: list[ast.Metadata] = []
         while True:
             token = self._token
@@ -398,15 +398,15 @@ class _Parser:
             self._diagnostics.error(Code.BAD_LITERAL, str(error), token.location)
             return ""
         if "\N{REPLACEMENT CHARACTER}" in text and "\N{REPLACEMENT CHARACTER}" not in token.text:
-            message = "the escapes of this string are not UTF-8; what is not is replaced"
+            message = "the escapes of this string are not UTF-8; invalid bytes are replaced"
             self._diagnostics.warning(Code.NOT_UTF8_ESCAPES, message, token.location)
         for escape in unknown:
-            message = f"unknown escape `{escape}` is kept as it is"
+            message = f"unknown escape `{escape}` is kept"
             self._diagnostics.warning(Code.UNKNOWN_ESCAPE, message, token.location)
         return text
 
     def _tag(self) -> ast.Literal | None:
-        """Take `optional(n)`; return its number or the name of one."""
+        """Parse `optional(n)`; return its number, or the name of one."""
         token = self._accept("optional")
         if token is None:
             return None
@@ -419,13 +419,13 @@ class _Parser:
         return tag
 
     def _number(self, what: str) -> ast.Literal:
-        """Take an integer, or the name of a constant or an enumerator."""
+        """Parse an integer, or the name of a constant or an enumerator."""
         if self._token.kind not in {Kind.INTEGER, Kind.NAME} and not self._at("::"):
             self._fail(f"expected {what}, found {_shown(self._token)}")
         return self._literal()
 
     def _literal(self) -> ast.Literal:
-        """Take a literal or the name of a constant or an enumerator."""
+        """Parse a literal, or the name of a constant or an enumerator."""
         token = self._token
         try:
             if token.kind is Kind.INTEGER:
@@ -455,7 +455,7 @@ class _Parser:
 
     @property
     def _previous(self) -> Token:
-        """The token taken last."""
+        """The last token that was consumed."""
         return self._tokens[self._next - 1]
 
     def _at_end(self) -> bool:
@@ -474,7 +474,7 @@ class _Parser:
         return self._advance()
 
     def _expect_end_of_statement(self, what: str) -> Token:
-        """Take the `;` after a statement; at the end of a line reading goes on without one."""
+        """Expect the `;` after a statement; at the end of a line, continue without it."""
         if self._at(";"):
             return self._advance()
         last = self._previous
@@ -492,10 +492,10 @@ class _Parser:
         self._diagnostics.error(code, message, (token or self._token).location, notes)
         raise _SliceSyntaxError
 
-    # Bodies, and the way back after an error
+    # Bodies, and recovery after an error
 
     def _block(self, read_item: Callable[[], _Item | None], what: str) -> list[_Item]:
-        """Read `{`, items and `}`; an item that cannot be read is reported and left out."""
+        """Parse `{`, items and `}`; an item with a syntax error is reported and left out."""
         opening = self._expect("{", f"before the body of {what}")
         items: list[_Item] = []
         while not self._at("}"):
@@ -507,7 +507,7 @@ class _Parser:
         return items
 
     def _read_into(self, items: list[_Item], read_item: Callable[[], _Item | None]) -> None:
-        """Read one item; after an error continue after it, by one token at least."""
+        """Parse one item; after an error, skip it, but at least one token."""
         before = self._next
         try:
             item = read_item()
@@ -538,16 +538,16 @@ class _Parser:
             self._advance()
 
     def _report_end(self, what: str, opening: Token) -> None:
-        """Report the first body that the end of the file leaves open."""
+        """Report the first body without an end."""
         if not self._reported_end:
             self._reported_end = True
-            note = Note("the body begins here", opening.location)
+            note = Note("the body starts here", opening.location)
             message = f"expected `}}` after the body of {what}, found the end of the file"
             self._diagnostics.error(Code.SYNTAX, message, self._token.location, [note])
 
 
 def _shown(token: Token) -> str:
-    """Return a token as messages name it."""
+    """Return a token for messages."""
     if token.kind is Kind.END:
         return "the end of the file"
     if token.kind is Kind.KEYWORD:

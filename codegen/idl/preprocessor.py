@@ -1,7 +1,7 @@
-"""Find, read and join files: from the path of one file to the tokens of all that it includes.
+"""Read a file with everything that it includes into one list of tokens.
 
-Of the C preprocessor Slice files use includes and guards, so that is all there is: `#include`, `#define` of a
-name alone, `#ifdef`, `#ifndef`, `#else`, `#endif` and `#pragma once`. Anything else is an error.
+Slice files use only includes and guards of the C preprocessor. Supported are `#include`, `#define` without a
+value, `#ifdef`, `#ifndef`, `#else`, `#endif` and `#pragma once`. Anything else is an error.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ EXTENSIONS = (".idl", ".ice")
 
 _LARGEST_FILE = 16 * 2**20
 _DEEPEST_INCLUDE = 64
-# Against files that include each other without guards.
+# Limits files that include each other without guards.
 _MOST_INCLUDES = 10_000
 _MOST_TOKENS = 2_000_000
 
-# What the reference compiler defines too, so that files with parts for one language are read alike.
+# The reference compiler also defines these: files can have parts for one language.
 _PREDEFINED = ("ICE_VERSION", "__SLICE2PY__")
 _FOLDERS_OF_ICE = frozenset({"Glacier2", "Ice", "IceBox", "IceGrid", "IcePatch2", "IceSSL", "IceStorm"})
 
@@ -39,17 +39,17 @@ _COMMENT = re.compile(r"//.*|/\*.*?\*/", re.DOTALL)
 
 @dataclass(slots=True)
 class Preprocessed:
-    """A file with all that it includes: the tokens that are left without directives."""
+    """A file with everything that it includes: the remaining tokens without directives."""
 
     tokens: list[Token] = field(default_factory=list)
     included: list[Source] = field(default_factory=list)
-    """Every file that it includes, directly or not, each once."""
+    """Every file that it includes, directly or not, once."""
     complete: bool = True
-    """Whether all of it was read; if not, names that seem undefined may be defined in what is missing."""
+    """Whether everything was read; otherwise undefined names may be defined in missing files."""
 
 
 class Preprocessor:
-    """Read files, each once in a run, and join each with what it includes.
+    """Reads each file once in a run, and joins it with its includes.
 
     `include_directories` are searched for `#include <x>` and, after the directory of the including file, for
     `#include "x"`. Files that cannot be read are reported to `diagnostics`.
@@ -62,7 +62,7 @@ class Preprocessor:
         self._identities: dict[Path, Path] = {}
 
     def load(self, path: Path, included_at: Location | None = None) -> Source | None:
-        """Return the source at `path`, or None after reporting why it cannot be read."""
+        """Return the source at `path`, or None after reporting an error."""
         identity = self._identities.get(path)
         if identity is None:
             identity = self._identities[path] = path.resolve()
@@ -72,8 +72,8 @@ class Preprocessor:
 
     def _read(self, path: Path, requested_at: Location) -> Source | None:
         try:
-            if not path.name.isprintable():  # it is written into what is generated
-                raise OSError(errno.EINVAL, "its name has characters that cannot be printed")
+            if not path.name.isprintable():  # it becomes part of the generated code
+                raise OSError(errno.EINVAL, "its name has unprintable characters")
             status = path.stat()
             if not stat.S_ISREG(status.st_mode):
                 raise OSError(errno.EINVAL, "not a regular file")
@@ -99,26 +99,26 @@ class Preprocessor:
         return Source(path, text)
 
     def preprocess(self, source: Source, diagnostics: Diagnostics) -> Preprocessed:
-        """Return a file as the main file of a translation unit; errors go to `diagnostics`."""
+        """Return a file as the main file of a translation unit; report errors to `diagnostics`."""
         reader = _Reader(source, self, diagnostics)
         reader.read(source)
         reader.result.tokens.append(source.tokens[-1])
         return reader.result
 
     def searched(self, own: Path) -> str:
-        """Return the directories that are searched, as messages name them."""
+        """Return the directories that are searched, for messages."""
         return ", ".join(str(directory) for directory in (own, *self._include_directories))
 
     def find(self, name: str, own: Path, *, own_directory_first: bool) -> Path | None:
-        """Return the file that a file in the directory `own` includes by a name.
+        """Return the file for an `#include` in a file of the directory `own`.
 
-        A name with the one extension also finds a file with the other.
+        A name with one extension, `.idl` or `.ice`, also finds a file with the other.
         """
         if "\0" in name:
             return None
         directories = list(self._include_directories)
         directories.insert(0 if own_directory_first else len(directories), own)
-        stem, extension = os.path.splitext(name)  # noqa: PTH122 - `name` may hold what Path would normalize
+        stem, extension = os.path.splitext(name)  # noqa: PTH122 - `name` may have parts that Path would normalize
         others = [stem + other for other in EXTENSIONS if other != extension and extension in EXTENSIONS]
         for candidate in (name, *others):
             for directory in directories:
@@ -132,14 +132,14 @@ class Preprocessor:
 class _Condition:
     token: Token
     active: bool
-    """Whether the present branch is read."""
+    """Whether the current branch is active."""
     otherwise: bool
-    """Whether the branch after `#else` is read; with neither, all branches are skipped."""
+    """Whether the branch after `#else` is active; with neither, all branches are skipped."""
     else_seen: bool = False
 
 
 class _Reader:
-    """The state while one translation unit is read."""
+    """Reads one translation unit."""
 
     def __init__(self, main: Source, preprocessor: Preprocessor, diagnostics: Diagnostics) -> None:
         self.result = Preprocessed()
@@ -153,7 +153,7 @@ class _Reader:
         self._stopped = False
 
     def read(self, source: Source) -> None:
-        """Append the tokens of `source`, and of what it includes, to the result."""
+        """Append the tokens of `source` and of its includes to the result."""
         conditions: list[_Condition] = []
         active = True
         output = self.result.tokens
@@ -164,12 +164,14 @@ class _Reader:
                 if self._stopped:
                     return
             elif kind is Kind.UNTERMINATED or (active and kind is Kind.INVALID):
-                self._report_bad_token(token)  # a string without an end in a skipped branch, too, as slice2py
+                self._report_bad_token(
+                    token
+                )  # also a string without an end in a skipped branch, like slice2py
             elif active and kind is not Kind.END:
                 output.append(token)
         for condition in conditions:
             end = Token(Kind.END, "", source, max(0, len(source.text.rstrip()) - 1))
-            begin = Note("the condition begins here", condition.token.location)
+            begin = Note("the condition starts here", condition.token.location)
             self._error(Code.BAD_DIRECTIVE, "the file ends without an #endif", end, begin)
 
     def _error(self, code: Code, message: str, token: Token, *notes: Note) -> None:
@@ -189,10 +191,10 @@ class _Reader:
     # Directives
 
     def _directive(self, token: Token, conditions: list[_Condition]) -> bool:
-        """Execute a directive; return whether the tokens after it are read."""
+        """Execute a directive; return whether the following tokens are active."""
         text = _COMMENT.sub(" ", token.text.replace("\\\n", " "))
         if "/*" in text:
-            self._error(Code.UNTERMINATED, "a comment that begins on this line has no end", token)
+            self._error(Code.UNTERMINATED, "a comment that starts on this line has no end", token)
             text = text.partition("/*")[0]
         match = _DIRECTIVE.match(text)
         name, rest = (match["name"], match["rest"].strip()) if match else ("", "")
@@ -219,7 +221,7 @@ class _Reader:
     def _unsupported(self, directive: str, token: Token) -> None:
         self.result.complete = False
         note = Note(
-            "there are #include, #define of a name alone, #ifdef, #ifndef, #else, #endif, #pragma once"
+            "supported are #include, #define without a value, #ifdef, #ifndef, #else, #endif, #pragma once"
         )
         self._error(Code.BAD_DIRECTIVE, f"`{_cut(directive)}` is not supported", token, note)
 
@@ -254,7 +256,7 @@ class _Reader:
             conditions.pop()
             return
         if condition.else_seen:
-            begin = Note("the condition begins here", condition.token.location)
+            begin = Note("the condition starts here", condition.token.location)
             self._error(Code.BAD_DIRECTIVE, "#else after #else", token, begin)
         condition.active, condition.otherwise = condition.otherwise, False
         condition.else_seen = True
@@ -266,8 +268,8 @@ class _Reader:
             return
         self._defined.add(match[0])
         if rest[match.end() :]:
-            self.result.complete = False  # its uses cannot be understood
-            message = f"`{match[0]}` cannot have a value: only a name alone can be defined"
+            self.result.complete = False  # its uses are unknown
+            message = f"`{match[0]}` cannot have a value: only names can be defined"
             self._error(Code.BAD_DIRECTIVE, message, token)
 
     def _include(self, rest: str, token: Token) -> None:
@@ -282,7 +284,7 @@ class _Reader:
         if path is None:
             notes = [Note(f"searched in {self._preprocessor.searched(own)}; -I DIR adds a directory")]
             if name.partition("/")[0] in _FOLDERS_OF_ICE:
-                text = "it is a file of Ice: `pip install zeroc-ice` installs the directory `slice` for -I"
+                text = "it belongs to Ice: `pip install zeroc-ice` installs the directory `slice` for -I"
                 notes.append(Note(text))
             self._error(Code.INCLUDE_NOT_FOUND, f"`{name}` is not found", token, *notes)
             self.result.complete = False
@@ -294,7 +296,7 @@ class _Reader:
         too_large = self._includes > _MOST_INCLUDES or len(self.result.tokens) > _MOST_TOKENS
         if self._depth >= _DEEPEST_INCLUDE or too_large:
             self._stopped = True
-            message = f"`{name}` is included without end: do the files lack guards?"
+            message = f"`{name}` is included recursively: are there include guards?"
             self._error(Code.INCLUDE_TOO_DEEP, message, token)
             return
         if source not in self.result.included and source is not self._main:

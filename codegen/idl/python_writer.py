@@ -1,4 +1,4 @@
-"""Write the Python module for what one IDL file defines in one Slice module."""
+"""Generate the Python module for the definitions of one IDL file in one Slice module."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ _INITIAL = {"bool": "False", "string": '""', "float": "0.0", "double": "0.0"} | 
 def write_module(
     module: GeneratedModule, modules: Mapping[ModuleKey, GeneratedModule]
 ) -> tuple[str, set[str]]:
-    """Return the source of a generated module, and the other Slice modules that it imports from.
+    """Return the source of a generated module, and the Slice modules that it imports from.
 
-    `modules` are all that are generated together.
+    `modules` are all modules of the run.
     """
     writer = _ModuleWriter(module, modules)
     return writer.write(), writer.needed
@@ -36,7 +36,7 @@ class _ModuleWriter:
 
     def write(self) -> str:
         definitions = self._module.definitions
-        # At the end, as they may be of classes and proxies that are declared beforehand.
+        # At the end, since they may contain classes and proxies with forward declarations.
         aliases = [each for each in definitions if isinstance(each, ast.Sequence | ast.Dictionary)]
         chunks = [chunk for each in definitions if each not in aliases for chunk in self._write(each)]
         if aliases:
@@ -44,7 +44,7 @@ class _ModuleWriter:
         exported = {name for definition in definitions for name in exported_names(definition)}
         head = header(self._module.text, [self._module.source.path.name])
         if any(isinstance(each, ast.Interface) for each in definitions):
-            # What a method returns that declares an operation comes from the servant.
+            # The result of a method that declares an operation comes from the servant.
             head.append('# mypy: disable-error-code="empty-body"')
         lines = stacked(
             [
@@ -83,7 +83,7 @@ class _ModuleWriter:
     # Types and values
 
     def _type(self, kind: ast.Type, *, optional: bool = False) -> str:
-        """Return a type as an annotation: what can be null in Slice, and what is `optional`, can be None."""
+        """Return a type as an annotation; types that are nullable in Slice, or `optional`, can be None."""
         match kind:
             case ast.BuiltinType(name="Object" | "Value"):
                 text = self._names.runtime("Value")
@@ -100,7 +100,7 @@ class _ModuleWriter:
             case ast.NamedType(definition=ast.Definition() as definition):
                 text = self._reference(definition)
             case _:
-                raise AssertionError(f"the checker let pass {kind}")
+                raise AssertionError(f"the checker accepted {kind}")
         return f"{text} | None" if optional or _is_nullable(kind) else text
 
     def _container(self, definition: ast.Sequence | ast.Dictionary) -> str:
@@ -113,7 +113,7 @@ class _ModuleWriter:
                 return f"{self._names.builtin('dict')}[{self._type(key)}, {self._type(value)}]"
 
     def _reference(self, definition: ast.Definition, name: str = "") -> str:
-        """Return how a definition, or another name that goes with it, is written here."""
+        """Return a definition, or another name of its module, as it is written in this module."""
         name = name or python_name(definition)
         module = self._modules[definition.token.source, definition.module]
         if module is self._module:
@@ -140,9 +140,9 @@ class _ModuleWriter:
         return repr(value)
 
     def _initial(self, member: ast.Member) -> str:
-        """Return what a member holds that is not given, as in Ice's mapping to Python.
+        """Return the default value of a member, as in Ice's mapping to Python.
 
-        A sequence or dictionary, which is None there and travels as an empty one, is empty.
+        A sequence or dictionary is empty; in Ice it is None, which is sent as empty.
         """
         kind = member.type
         if member.default is not None:
@@ -206,7 +206,7 @@ class _ModuleWriter:
     # Interfaces
 
     def _proxy(self, interface: ast.Interface) -> list[str]:
-        """Return the class that declares an interface, and is its proxy."""
+        """Return the class that declares an interface and is its proxy."""
         options = [f'id="{interface.scoped}"', f'fingerprint="{fingerprint(interface)}"']
         doc = interface.documentation.text or f"Proxy of {interface.name}."
         lines = self._class(interface, "Prx", "ObjectPrx", options, doc)
@@ -258,7 +258,7 @@ class _ModuleWriter:
         ]
 
     def _options(self, operation: ast.Operation) -> list[str]:
-        """Return what the decorator of an operation says."""
+        """Return the arguments of an operation's decorator."""
         results = [] if operation.returns is None else ["returnValue"]
         results += [python_name(each) for each in operation.outputs]
         optional = [python_name(each) for each in operation.inputs if each.tag is not None]
@@ -281,7 +281,7 @@ class _ModuleWriter:
         ]
 
     def _parameters(self, operation: ast.Operation, *, with_defaults: bool = False) -> list[str]:
-        """Return the parameters; with defaults, the optional ones at the end need not be given."""
+        """Return the parameters; with defaults, the optional ones at the end can be omitted."""
         parameters = [
             f"{python_name(each)}: {self._type(each.type, optional=each.tag is not None)}"
             for each in operation.inputs
@@ -293,7 +293,7 @@ class _ModuleWriter:
         return parameters
 
     def _returned(self, operation: ast.Operation) -> str:
-        """Return the type of what a proxy's method returns: nothing, a value, or a tuple of them."""
+        """Return the return type of a proxy's method: None, one type, or a tuple."""
         results = [self._type(each.type, optional=each.tag is not None) for each in operation.outputs]
         if operation.returns is not None:
             results.insert(0, self._type(operation.returns, optional=operation.return_tag is not None))
@@ -312,9 +312,9 @@ def _is_nullable(kind: ast.Type) -> bool:
 
 
 def _bases(interface: ast.Interface) -> list[ast.Interface]:
-    """Return the interfaces that Python's classes derive from: not those that another one implies.
+    """Return the bases of the Python classes, without those that another base implies.
 
-    They come in one order for all interfaces, those with the most ancestors first: then Python finds a method
+    They have the same order for all interfaces, with the most ancestors first, so that there is a method
     resolution order for every class.
     """
     direct = interface.base_definitions
@@ -333,7 +333,7 @@ def _doc_lines(definition: ast.Definition, indent: str = "") -> list[str]:
 
 
 def _operation_doc(operation: ast.Operation) -> str:
-    """Return the docstring of an operation; what it throws is in its decorator."""
+    """Return the docstring of an operation; its exceptions are in the decorator."""
     doc = operation.documentation
     paragraphs = [doc.text or f"Call `{operation.name}`."]
     paragraphs += _list("Args", operation.inputs, doc.parameters)
@@ -346,7 +346,7 @@ def _operation_doc(operation: ast.Operation) -> str:
 
 
 def _list(title: str, definitions: Iterable[ast.Definition], texts: dict[str, str]) -> list[str]:
-    """Return a paragraph with the docs of definitions, if there are any."""
+    """Return a paragraph with the documentation of definitions, if they have any."""
     described = [
         f"  {python_name(each)}: {text}"
         for each in definitions

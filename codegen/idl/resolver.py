@@ -1,4 +1,4 @@
-"""Resolve names: declare definitions in scopes, find what a name refers to, and report what is wrong."""
+"""Resolve names: declare definitions in scopes, find the definition of a name, and report errors."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from . import ast
 from .codes import Code
 from .lexer import Token
 
-# Looking for near names is slow; a file with more wrong names than this needs no proposal for each.
+# Searching similar names is slow; after this many undefined names there are no more suggestions.
 _MOST_PROPOSALS = 30
 _MOST_CANDIDATES = 3000
 
@@ -25,12 +25,12 @@ Kinds = tuple[type[ast.Definition], ...]
 
 @dataclass(slots=True, eq=False)
 class Scope:
-    """A body of the source that names are looked up from; a module has one each time it is opened."""
+    """A body in the source in which names are looked up; a module has one each time it is opened."""
 
     name: str = ""
-    """The scoped name of what it is the body of: `::jderobot`; empty for the root."""
+    """The scoped name of the definition with this body: `::jderobot`; empty for the root."""
     introduced: dict[str, tuple[ast.Definition, Token]] = field(default_factory=dict)
-    """What names mean here, from where each is first used or declared; by name in lower case."""
+    """The meaning of each name, in lower case, and the token of its first use or declaration."""
 
 
 def _enclosing_scopes(scope: str) -> Iterator[str]:
@@ -42,7 +42,7 @@ def _enclosing_scopes(scope: str) -> Iterator[str]:
 
 
 class Symbols:
-    """Definitions by scoped name without regard to capitalization, as Slice allows only one of a spelling."""
+    """Definitions by scoped name, ignoring case: in Slice names must not differ only in case."""
 
     def __init__(self) -> None:
         self._by_lower_case: dict[str, ast.Definition] = {}
@@ -51,11 +51,11 @@ class Symbols:
         self._proposals = 0
 
     def get(self, scoped: str) -> ast.Definition | None:
-        """Return the first definition whose scoped name differs from `scoped` at most in capitalization."""
+        """Return the first definition whose scoped name is equal to `scoped`, ignoring case."""
         return self._by_lower_case.get(scoped.lower())
 
     def add(self, definition: ast.Definition) -> None:
-        """Declare a definition under its scoped name; it takes the place of a declaration of it."""
+        """Add a definition under its scoped name; it replaces a forward declaration."""
         key = definition.scoped.lower()
         if isinstance(self._by_lower_case.get(key), ast.ForwardDeclaration):
             self._by_lower_case[key] = definition
@@ -66,7 +66,7 @@ class Symbols:
             self._enumerators[f"{container}::{name}"].append(definition)
 
     def candidates(self, name: str, scope: str) -> Iterator[tuple[ast.Definition, str]]:
-        """Yield what `name` could mean in `scope`, the innermost first, and what it is called there."""
+        """Yield the possible meanings of `name` in `scope`, the innermost first, with their scoped names."""
         for outer in ("",) if name.startswith("::") else _enclosing_scopes(scope):
             expected = f"{outer}::{name.removeprefix('::')}"
             definition = self._by_lower_case.get(expected.lower())
@@ -74,11 +74,11 @@ class Symbols:
                 yield definition, expected
 
     def find(self, name: str, scope: str) -> ast.Definition | None:
-        """Return what `name` means in `scope`, without regard to capitalization."""
+        """Return the meaning of `name` in `scope`, ignoring case."""
         return next((definition for definition, _ in self.candidates(name, scope)), None)
 
     def enumerators(self, name: str, scope: str) -> list[ast.Enumerator]:
-        """Return the enumerators that `name` could mean when their enumeration is left out of it."""
+        """Return the enumerators that `name` could mean without the name of their enumeration."""
         container, separator, last = name.rpartition("::")
         scopes = _enclosing_scopes(scope)
         if separator:
@@ -91,20 +91,20 @@ class Symbols:
         return []
 
     def expect(self, module: ast.Module) -> None:
-        """Remember what a module will define, for those who use it too early."""
+        """Remember the definitions of a module, to explain errors when they are used too early."""
         for definition in module.definitions:
             self._expected.setdefault(definition.name, definition)
             if isinstance(definition, ast.Module):
                 self.expect(definition)
 
     def help(self, name: str, scope: str, kinds: Kinds, also: Iterable[str] = ()) -> tuple[Note, ...]:
-        """Return notes that help with an undefined name: it is defined later, or a near one was meant.
+        """Return notes about an undefined name: it is defined later, or there is a similar name.
 
-        Proposed are names of one of `kinds`, and those in `also`.
+        Suggestions are names of one of `kinds`, and those in `also`.
         """
         later = self._expected.get(name.rpartition("::")[2])
         if later is not None and not later.scoped and isinstance(later, kinds):
-            return (Note("it is defined here, but must be before it is used", later.token.location),)
+            return (Note("it is defined here, but must be defined before it is used", later.token.location),)
         if self._proposals == _MOST_PROPOSALS:
             return ()
         self._proposals += 1
@@ -114,7 +114,7 @@ class Symbols:
         return did_you_mean(elsewhere[0] if elsewhere else name, candidates)
 
     def _spellings(self, scope: str, kinds: Kinds) -> Iterator[str]:
-        """Yield every declared name of some kinds the way it can be written in `scope`."""
+        """Yield every declared name of some kinds as it can be written in `scope`."""
         for definition in self._by_lower_case.values():
             if not issubclass(declared_kind(definition), kinds):
                 continue
@@ -125,7 +125,7 @@ class Symbols:
 
 
 class Resolver:
-    """The names of a translation unit as far as it has been walked, and the report of what is wrong."""
+    """The names of a translation unit as far as it has been walked, and its errors."""
 
     def __init__(self, diagnostics: Diagnostics) -> None:
         self.symbols = Symbols()
@@ -143,7 +143,7 @@ class Resolver:
     # Declarations
 
     def declare(self, definition: ast.Definition, scope: Scope) -> bool:
-        """Declare what a module or the root holds; return whether it has its name to itself."""
+        """Declare a definition in a module or the root; return whether its name is unique."""
         definition.scoped = f"{scope.name}::{definition.name}"
         if not scope.name and not isinstance(definition, ast.Module):
             message = f"{with_article(declared_kind(definition).kind)} can be defined only inside a module"
@@ -151,7 +151,7 @@ class Resolver:
         before = self.symbols.get(definition.scoped)
         if before is not None and not self._may_follow(definition, before):
             return False
-        self._report_name_of_module_around(definition, scope)
+        self._report_name_of_enclosing_module(definition, scope)
         if before is None or not isinstance(definition, ast.ForwardDeclaration):
             self.symbols.add(definition)
         return True
@@ -167,15 +167,15 @@ class Resolver:
         return True
 
     def report_inherited(self, definition: ast.Definition, inherited: dict[str, ast.Definition]) -> None:
-        """Report a member or operation whose name comes from a base; `inherited` is by lower case."""
+        """Report a member or operation whose name is inherited; `inherited` has names in lower case."""
         base = inherited.get(definition.name.lower())
         if base is None:
             return
         note = Note("first defined here", base.token.location)
-        self._report_same_name(definition, base, note, "is inherited already", "the inherited ")
+        self._report_same_name(definition, base, note, "is already inherited", "the inherited ")
 
     def _may_follow(self, definition: ast.Definition, before: ast.Definition) -> bool:
-        """Return whether a second definition of a name only continues the first; report it if not."""
+        """Return whether a second definition of a name continues the first one, or report an error."""
         if isinstance(definition, ast.Module) and isinstance(before, ast.Module):
             if before.name == definition.name:
                 return True
@@ -188,7 +188,7 @@ class Resolver:
             if ast.ForwardDeclaration in {type(definition), type(before)}:
                 if before.name != definition.name:
                     note = Note("first declared here", before.token.location)
-                    message = f"`{definition.name}` differs only in capitalization from `{before.name}`"
+                    message = f"`{definition.name}` differs only in case from `{before.name}`"
                     self.warning(Code.DOUBTFUL_CAPITALIZATION, message, definition.token, note)
                 return True
         self._report_taken(definition, before)
@@ -202,26 +202,26 @@ class Resolver:
     def _report_same_name(
         self, definition: ast.Definition, before: ast.Definition, note: Note, problem: str, which: str = ""
     ) -> None:
-        """Report a name that is taken, or that differs from one that is only in capitalization."""
+        """Report a name that is equal to another one, or differs only in case."""
         name = f"{declared_kind(definition).kind} `{definition.name}`"
         if before.name == definition.name:
             self.error(Code.REDEFINITION, f"{name} {problem}", definition.token, note)
         else:
-            message = f"{name} differs only in capitalization from {which}`{before.name}`"
+            message = f"{name} differs only in case from {which}`{before.name}`"
             self.error(Code.CAPITALIZATION, message, definition.token, note)
 
-    def _report_name_of_module_around(self, definition: ast.Definition, scope: Scope) -> None:
+    def _report_name_of_enclosing_module(self, definition: ast.Definition, scope: Scope) -> None:
         for module in scope.name.split("::"):
             if module.lower() == definition.name.lower():
                 what = declared_kind(definition).kind
-                message = f"{what} `{definition.name}` has the name of a module around it"
+                message = f"{what} `{definition.name}` has the name of an enclosing module"
                 self.error(Code.REDEFINITION, message, definition.token)
                 return
 
     # Types
 
     def data_type(self, kind: ast.Type, scope: Scope) -> bool:
-        """Resolve the type of something that travels; return whether it means something."""
+        """Resolve the type of data; return whether it is valid."""
         if isinstance(kind, ast.BuiltinType):
             return True
         if isinstance(kind, ast.NamedType):
@@ -238,9 +238,9 @@ class Resolver:
         return True
 
     def _type(self, named: ast.NamedType, scope: Scope, proposed: Kinds = _DATA_TYPES) -> bool:
-        """Look a type up; what is found in an inner scope but is no type hides no type further out.
+        """Look up a type; a definition in an inner scope that is not a type does not hide an outer type.
 
-        `proposed` are the kinds of definitions that an undefined name could have been meant for.
+        `proposed` are the kinds of definitions to suggest for an undefined name.
         """
         wrong: ast.Definition | None = None
         for definition, expected in self.symbols.candidates(named.name, scope.name):
@@ -259,7 +259,7 @@ class Resolver:
         return False
 
     def warn_of_deprecated_type(self, kind: ast.Type) -> None:
-        """Warn of interfaces by value and of proxies for classes."""
+        """Warn about interfaces by value and proxies for classes."""
         target = kind.target if isinstance(kind, ast.ProxyType) else kind
         if not isinstance(target, ast.NamedType) or target.definition is None:
             return
@@ -276,7 +276,7 @@ class Resolver:
     def complete(
         self, named: ast.NamedType, wanted: type[ast.Definition], derived: ast.Definition, scope: Scope
     ) -> ast.Definition | None:
-        """Resolve a class or interface of the wanted kind that is defined, not only declared."""
+        """Resolve a class or interface of the expected kind, which must be defined, not only declared."""
         if named.name.removeprefix("::") in {derived.name, derived.scoped.removeprefix("::")}:
             found = self.symbols.find(named.name, scope.name)
             if found is None or found.scoped == derived.scoped:
@@ -298,7 +298,7 @@ class Resolver:
         return definition
 
     def exception(self, named: ast.NamedType, scope: Scope, code: Code) -> ast.ExceptionType | None:
-        """Resolve what is thrown or extended by an exception."""
+        """Resolve an exception that is thrown or extended."""
         for definition, expected in self.symbols.candidates(named.name, scope.name):
             if isinstance(definition, ast.ExceptionType):
                 self._found(named, definition, expected, scope)
@@ -313,7 +313,7 @@ class Resolver:
         named.definition = definition
         self._named_types.append(named)
         if definition.scoped != expected:
-            message = f"`{named.name}` differs only in capitalization from `{definition.scoped}`"
+            message = f"`{named.name}` differs only in case from `{definition.scoped}`"
             note = Note("defined here", definition.token.location)
             self.error(Code.CAPITALIZATION, message, named.token, note)
         self.introduce(named.name, scope, named.token)
@@ -336,10 +336,10 @@ class Resolver:
     def introduce(
         self, name: str, scope: Scope, token: Token, definition: ast.Definition | None = None
     ) -> None:
-        """Fix the meaning of a name in a scope from its first use or declaration on.
+        """Fix the meaning of a name in a scope at its first use or declaration.
 
-        Of `A::B` it is the meaning of `A` that is fixed. Names of members and of parameters are apart from
-        those of types. `definition` is what the whole name means; without it, it is looked up.
+        For `A::B` this is the meaning of `A`. Names of members and parameters are separate from those of
+        types. `definition` is the meaning of the whole name, which is looked up if it is None.
         """
         first, _, rest = name.partition("::")
         if not first:
@@ -358,7 +358,7 @@ class Resolver:
         self.error(Code.CHANGED_MEANING, f"`{first}` changes its meaning in this scope", token, note)
 
     def finish(self) -> None:
-        """Let names that were declared before they were defined mean their definition."""
+        """Replace forward declarations by their definitions."""
         for named in self._named_types:
             if isinstance(named.definition, ast.ForwardDeclaration):
                 named.definition = self.symbols.get(named.definition.scoped)
@@ -378,5 +378,5 @@ def with_article(noun: str) -> str:
 
 
 def declared_kind(definition: ast.Definition) -> type[ast.Definition]:
-    """Return the kind of a definition, or of what a declaration announces."""
+    """Return the kind of a definition, or that of a forward declaration's definition."""
     return definition.of if isinstance(definition, ast.ForwardDeclaration) else type(definition)

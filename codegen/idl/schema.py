@@ -1,8 +1,8 @@
-"""Describe definitions as data: canonical forms with their fingerprints, schemas of packages.
+"""Describe definitions as data: canonical forms with fingerprints, and schemas of packages.
 
-Two definitions have the same canonical form exactly when they are the same on the wire: comments, files, the
-order of definitions and of members, the names of sequences and dictionaries, default values, the numbers of
-optional members and those of classes do not count.
+Two definitions have the same canonical form if and only if they are equal on the wire. It ignores comments,
+files, the order of definitions and members, the names of sequences and dictionaries, default values, tags and
+compact ids.
 
 The schema is JSON: `comment`, and `definitions` by scoped name. `zenoh_ice.reflection` is its reader.
 """
@@ -41,7 +41,7 @@ _FINGERPRINT_DIGITS = 16
 def fingerprint(definition: ast.Definition) -> str:
     """Return the first hexadecimal digits of the SHA-256 of the canonical form of an interface or a type.
 
-    The form has a line for each member of it, of what it extends, and of all types that they use, sorted.
+    The form has a line for each member, including those of its bases and of all types that they use, sorted.
     """
     form = _CanonicalForm()
     form.add(definition)
@@ -57,13 +57,13 @@ class _CanonicalForm:
         self._waiting: list[ast.Definition] = []
 
     def add(self, definition: ast.Definition | None) -> None:
-        """Remember a definition that is used, once."""
+        """Add a definition that is used, once."""
         if definition is not None and definition.scoped not in self._seen:
             self._seen.add(definition.scoped)
             self._waiting.append(definition)
 
     def describe_all(self) -> None:
-        """Write the lines of every definition remembered and of those that these refer to."""
+        """Write the lines of every added definition and of the definitions that it refers to."""
         while self._waiting:
             self._describe(self._waiting.pop())
 
@@ -143,22 +143,22 @@ def _extends(bases: list[str]) -> str:
 
 
 def schema_text(comment: str, entries: Mapping[str, Entry]) -> str:
-    """Return the file of a package, definitions in the order of their names."""
+    """Return the schema file of a package, with the definitions ordered by name."""
     schema = {"comment": comment, "definitions": dict(sorted(entries.items()))}
     return json.dumps(schema, indent=1, ensure_ascii=False) + "\n"
 
 
 def kept_entries(text: str, modules: Collection[str]) -> dict[str, Entry]:
-    """Return the entries of an earlier file for Python modules that were not generated again."""
+    """Return the old entries of Python modules that are not generated again."""
     try:
         definitions = json.loads(text)["definitions"]
         return {name: entry for name, entry in definitions.items() if entry["module"] in modules}
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
-        return {}  # edited by hand or cut short: those modules have no entries until they are generated again
+        return {}  # edited by hand or truncated: these modules have no entries until they are generated again
 
 
 def schema_entry(definition: ast.Definition, module: str) -> Entry:
-    """Return what the schema says of a definition of a Python module; what is empty is left out."""
+    """Return the entry of a definition in a Python module, without empty values."""
     doc = definition.documentation
     entry: Entry = {
         "kind": definition.kind,
@@ -232,14 +232,14 @@ def _members(
 
 
 def _value(literal: ast.Literal | None) -> ast.Value | None:
-    """Return a value as JSON has it: an enumerator by its name."""
+    """Return a value for JSON: an enumerator as its name."""
     if literal is None:
         return None
     return literal.target.name if isinstance(literal.target, ast.Enumerator) else literal.value
 
 
 def _filled(entry: Entry) -> Entry:
-    """Return an entry without what is empty; a value of 0 or false is not."""
+    """Return an entry without empty values; 0 and false are not empty."""
     empty: tuple[object, ...] = ("", [], {})
     marks = {"optional", "idempotent", "streamed"}
     return {

@@ -173,7 +173,7 @@ def test_a_note_points_to_the_first_definition(tmp_path: Path) -> None:
         ("interface Head { }; interface I extends Hed { };", "did you mean `Head`?"),
         ("const int size = 5; struct S { int a = sise; };", "did you mean `size`?"),
         ("enum E { red }; const E k = redd;", "did you mean `red`?"),
-        ("struct S { Pose a; }; struct Pose { int a; };", "must be before it is used"),
+        ("struct S { Pose a; }; struct Pose { int a; };", "must be defined before it is used"),
     ],
 )
 def test_a_note_helps_with_a_name_that_is_not_defined(tmp_path: Path, text: str, note: str) -> None:

@@ -154,4 +154,4 @@ def test_a_name_that_generated_files_cannot_hold_is_an_error(tmp_path: Path, nam
     assert compile_interfaces([tmp_path / name], [], None, diagnostics) == Compilation()
     (error,) = diagnostics
     assert error.code == "E001"
-    assert error.message.endswith("its name has characters that cannot be printed")
+    assert error.message.endswith("its name has unprintable characters")
