@@ -1,9 +1,9 @@
-"""Measure automata: jitter of many on threads, the cost of a cycle, and of a step next to other libraries.
+"""Measure automata: jitter of many threads, cost of a cycle, and of a step compared with other libraries.
 
-Jitter is how far the time between two cycles of one automaton is from its period, in a process of its own
-for each row. `leaves`: a root and its children, all of them active. `ghosts`: a root and two halves of the
-others that take turns each 0.5 s. A step is a transition whose guard is asked, whose code runs, and that
-enters a state whose code runs.
+Jitter is the difference between the time from one cycle of an automaton to the next and its period. Each row
+is measured in a separate process. `leaves`: a root and its children, all of them active. `ghosts`: a root and
+two halves of the other automata, which alternate every 0.5 s. A step evaluates the guard of a transition,
+runs its code, and runs the code of the next state.
 
     pip install 'visualhfsm[bench]'
     python benchmarks/bench_automata.py [--automata 10,100,1000] [--seconds 10] [--json FILE]
@@ -42,18 +42,18 @@ ROUNDS = 15
 STEPS = 20_000
 
 
-class Beginnings(Observer):
-    """Notes when each automaton's cycles begin."""
+class CycleStarts(Observer):
+    """Records when each automaton's cycles start."""
 
     def __init__(self, runs: tuple[Run, ...]) -> None:
         self.times: dict[Run, array[int]] = {run: array("q") for run in runs}
 
     def cycle_began(self, run: Run, at: int) -> None:  # noqa: ARG002
-        """Note the time."""
+        """Record the time."""
         self.times[run].append(time.perf_counter_ns())
 
     def jitter(self) -> list[float]:
-        """Return the deviation of each interval from the period in ms; pauses as a ghost do not count."""
+        """Return the deviation of each interval from the period in ms, except pauses as a ghost."""
         found: list[float] = []
         for times in self.times.values():
             intervals = [b - a for a, b in itertools.pairwise(times)]
@@ -77,7 +77,7 @@ def ghosts(count: int) -> Automaton:
 
 
 def leaf(number: int) -> Automaton:
-    """Return an automaton of two states that change each second."""
+    """Return an automaton that alternates between two states every second."""
     states = [State(id=1, name="x", code=nothing), State(id=2, name="y", code=nothing)]
     return automaton(number, f"leaf {number}", states, [after(1, 1, 2), after(1, 2, 1)], period=PERIOD)
 
@@ -91,7 +91,7 @@ SHAPES: Mapping[str, Callable[[int], Automaton]] = {"leaves": leaves, "ghosts": 
 
 def measure_jitter(shape: str, count: int, seconds: float) -> dict[str, float]:
     runtime = Runtime(component(SHAPES[shape](count)), WallClock())
-    watcher = Beginnings(runtime.tree.runs)
+    watcher = CycleStarts(runtime.tree.runs)
     runtime.start()
     time.sleep(WARM_UP)
     with runtime.tree.lock:
@@ -131,7 +131,7 @@ def measure_cycles() -> dict[str, float]:
 
 
 def measure_steps() -> dict[str, float]:
-    """Return the cost of one transition step in us, of each library that is here."""
+    """Return the cost of one transition step in us, for each library that is installed."""
     makers = {
         "VisualHFSM": step_of_ours,
         "SMACH-like loop": step_of_smach_like,
@@ -144,7 +144,7 @@ def measure_steps() -> dict[str, float]:
         try:
             step = make(counted)
         except ImportError as error:
-            print(f"{name} is left out: {error}", file=sys.stderr)
+            print(f"{name} is skipped: {error}", file=sys.stderr)
             continue
         step()
         if (counted.guards, counted.transitions, counted.states) != (1, 1, 1):
@@ -154,13 +154,13 @@ def measure_steps() -> dict[str, float]:
 
 
 class Counted:
-    """What user code there is in a step, and how often it ran."""
+    """The user code of a step, which counts its calls."""
 
     def __init__(self) -> None:
         self.guards = self.transitions = self.states = 0
 
     def guard(self) -> bool:
-        """Hold."""
+        """Return True."""
         self.guards += 1
         return True
 
@@ -177,7 +177,7 @@ def step_of_ours(counted: Counted) -> Callable[[], object]:
     states = [State(id=1, name="a", code=counted.state), State(id=2, name="b", code=counted.state)]
     transitions = [when(counted.guard, 1, 2, counted.code), when(counted.guard, 2, 1, counted.code)]
     virtual = VirtualRun(component(automaton(1, "root", states, transitions)))
-    virtual.tree.observers.clear()  # the trace of the virtual driver, which others do not write either
+    virtual.tree.observers.clear()  # no trace, as the other libraries write none
     return lambda: run_cycle(virtual.tree, virtual.tree.root, 0, virtual._supervision)
 
 
@@ -248,7 +248,7 @@ def step_of_statemachine(counted: Counted) -> Callable[[], object]:
 
         on_enter_b = on_enter_a
 
-    entered = nothing  # the library enters the initial state, too, when the machine is made
+    entered = nothing  # the library also enters the initial state when the machine is created
     machine: Any = Machine()
     entered = counted.state
     step: Callable[[], object] = machine.step
@@ -268,9 +268,11 @@ def per_step(step: Callable[[], object]) -> float:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--automata", default="10,100,300,1000,2000", help="how many, by commas")
-    parser.add_argument("--seconds", type=float, default=10.0, help="how long each is measured")
-    parser.add_argument("--json", type=Path, help="write the figures there, too")
+    parser.add_argument(
+        "--automata", default="10,100,300,1000,2000", help="numbers of automata, separated by commas"
+    )
+    parser.add_argument("--seconds", type=float, default=10.0, help="duration of each measurement")
+    parser.add_argument("--json", type=Path, help="also write the figures to this file")
     arguments = parser.parse_args()
     console = Console()
     figures: dict[str, Any] = {"jitter": {}, "cycle": measure_cycles(), "step": measure_steps()}

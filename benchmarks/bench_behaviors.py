@@ -1,8 +1,8 @@
-"""Measure the paper's experiments end to end: every component a process, the robot's own camera the judge.
+"""Measure the paper's experiments end to end, with a process for each component, by the robot's camera.
 
-`follow_ball`: share of the images, from the third second on, whose green ball lies in the middle third of
-both axes, on the default waypoints and on three random files. `dance_and_follow`: when the states change,
-and how far the torso tilts.
+`follow_ball`: the share of images, from the third second on, with the green ball in the middle third of both
+axes, on the default waypoints and on three random files. `dance_and_follow`: the times of the state changes,
+and the largest tilt of the torso.
 
     python benchmarks/bench_behaviors.py [--seconds 60] [--only follow|dance]
 """
@@ -32,7 +32,7 @@ from tests.support.processes import ComponentProcess, free_endpoint, module
 from zenoh_ice import Communicator, initialize
 
 SETTLED = 2.0
-"""Seconds after which the ball must be in the middle."""
+"""Seconds until the ball must be in the middle."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class Following:
 
 
 def ball_center(image: ImageData) -> tuple[float, float] | None:
-    """Return the mean pixel of what is clearly green, from the image center; None when nothing is."""
+    """Return the mean position of clearly green pixels relative to the image center, or None."""
     height, width = image.description.height, image.description.width
     red, green, blue = (
         np.frombuffer(image.pixelData, np.uint8).reshape(height, width, 3).astype(np.int16).transpose(2, 0, 1)
@@ -59,7 +59,7 @@ def ball_center(image: ImageData) -> tuple[float, float] | None:
 
 
 def measure_following(communicator: Communicator, seconds: float) -> Following:
-    """Watch the camera for a while and judge every image after the first two seconds."""
+    """Watch the camera for a while and evaluate every image after the first two seconds."""
     camera = CameraPrx.checkedCast(communicator.stringToProxy("Camera"))
     errors: list[float] = []
     frames = centered = 0
@@ -161,14 +161,14 @@ def dance(seconds: float) -> None:
 
 
 def main() -> None:
-    """Run what was asked for."""
+    """Run the requested measurements."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--seconds", type=float, default=60.0)
     parser.add_argument("--only", choices=["follow", "dance"])
     arguments = parser.parse_args()
-    signal.signal(signal.SIGTERM, signal.default_int_handler)  # so that the components end with it
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # so that it stops the components
     if arguments.only != "dance":
         print(
             f"{'follow_ball':<22} {'frames':>6} {'centered':>8} {'seen':>7} {'median':>8} {'worst':>8}"

@@ -1,9 +1,10 @@
 """Measure the model checker on documents of 200 states in several shapes, each with properties.
 
-`flat` is one automaton; `deep` 20 automata of 10 states, one below the other; `parallel` 20 side by side
-below one state; `tree` 20 in three levels. `guards` has conditions only, `timers` timers, `mixed` both, and
-in `stops` automata begin anew each time the state above is entered. Periods are `100 ms` each, or `awkward`:
-five that have no small common multiple. Five properties are about the first and the last automata.
+`flat` is one automaton; `deep` 20 automata of 10 states, each below the previous one; `parallel` 20 automata
+below one state; `tree` 20 automata on three levels. `guards` has only conditions, `timers` timers, `mixed`
+both. In `stops` automata restart each time the state above is entered. All periods are `100 ms`, or
+`awkward`: five periods without a small common multiple. Five properties are about the first and the last
+automata.
 
     python benchmarks/bench_checker.py [--limit 500000] [--json FILE]
 """
@@ -32,31 +33,31 @@ from tests.support.model_documents import after, automaton, document, state, sta
 STATES = 200
 ROUNDS = 3
 PERIODS = (97, 101, 130, 50, 73)
-"""Milliseconds that have no small common multiple."""
+"""Periods in ms without a small common multiple."""
 
 Leave = Callable[[int, int], Iterator[Transition]]
-"""Yields the transitions out of a state: its number, and how many there are."""
+"""Yields the transitions out of a state, by its number and the number of states."""
 
 
 def guards(number: int, of: int) -> Iterator[Transition]:
-    """Go on, and back to the first."""
+    """Lead to the next state, and back to the first one."""
     yield when(f"g{number}", number, number % of + 1)
     yield when(f"h{number}", number, 1)
 
 
 def timers(number: int, of: int) -> Iterator[Transition]:
-    """Go on after a time."""
+    """Lead to the next state after some time."""
     yield after(700 + 131 * (number % 7), number, number % of + 1)
 
 
 def mixed(number: int, of: int) -> Iterator[Transition]:
-    """Go on after a time, or elsewhere by a guard."""
+    """Lead to the next state after some time, or to another one by a condition."""
     yield when(f"g{number}", number, (number * 7) % of + 1)
     yield after(2000 + 300 * (number % 5), number, number % of + 1)
 
 
 def build(shape: str, leave: Leave, periods: tuple[int, ...], history: str = "") -> Document:
-    """Return a document of a shape, whose automata all command one servant in their third state."""
+    """Return a document of some shape, whose automata all command one servant in their third state."""
     chooser = random.Random(1)
     if shape == "flat":
         owners: list[tuple[int, int]] = [(0, 0)]
@@ -96,7 +97,7 @@ def build(shape: str, leave: Leave, periods: tuple[int, ...], history: str = "")
 
 
 def measure(doc: Document, limit: int) -> dict[str, Any]:
-    """Return figures of a check: the median time in s, and what it came to."""
+    """Return the median time of a check in s, and its results."""
     times = []
     for _ in range(ROUNDS):
         began = time.perf_counter()
@@ -121,7 +122,7 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--limit", type=int, default=DEFAULT_LIMIT, help="units of work")
-    parser.add_argument("--json", type=Path, help="write the figures to a file, too")
+    parser.add_argument("--json", type=Path, help="also write the figures to a file")
     options = parser.parse_args()
     table = Table(title=f"{STATES} states, at most {options.limit} units of work")
     for column in (

@@ -1,7 +1,7 @@
-"""Measure the command codegen on 36 interface files: as a command, and the parsing alone.
+"""Measure codegen on 36 interface files: the whole command, and only parsing.
 
-The files are those of interfaces/, copied with other module names until there are 36. Commands run as those
-of an installed package do: with compiled modules, which the first run of each, not counted, writes.
+The files are those of interfaces/, copied with other module names until there are 36. Commands run with
+compiled modules, as in an installed package; the first run, which compiles them, is not counted.
 
     python benchmarks/bench_codegen.py [--rounds 15] [--json FILE]
 """
@@ -36,7 +36,7 @@ LIMITS = {"--help": 150.0, "generate": 300.0, "up to date": 300.0, "--check": 30
 
 
 def write_interfaces(directory: Path) -> list[Path]:
-    """Write 36 files, in a directory for each copy of the project's interfaces."""
+    """Write 36 files, with a directory for each copy of the project's interfaces."""
     sources = sorted((ROOT / "interfaces").glob("*.idl"))
     written: list[Path] = []
     for copy in range(-(-FILES // len(sources))):
@@ -56,7 +56,7 @@ def milliseconds(function: Callable[[], object]) -> float:
 
 
 def parse_all(paths: list[Path]) -> None:
-    """Read each file and parse it once, what it includes read with it."""
+    """Read and parse each file once, with its includes."""
     diagnostics = Diagnostics()
     preprocessor = Preprocessor([], diagnostics)
     for path in paths:
@@ -76,7 +76,7 @@ def measure(directory: Path, rounds: int) -> dict[str, list[float]]:
 
     def run(*arguments: str) -> None:
         command = [*entry, *arguments]
-        # Waiting for the end of its output tells the end at once; waiting for the process alone would poll.
+        # The end of the output is seen at once; waiting for the process would poll.
         subprocess.run(command, env=environment, check=True, stdout=subprocess.PIPE, timeout=60)
 
     everything = [*map(str, paths), "-o", str(output)]
@@ -103,7 +103,7 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--rounds", type=int, default=15)
-    parser.add_argument("--json", type=Path, help="write the durations in ms to a file, too")
+    parser.add_argument("--json", type=Path, help="also write the durations in ms to a file")
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as directory:
         durations = measure(Path(directory), arguments.rounds)

@@ -1,9 +1,9 @@
-"""Measure the editor's page in Chromium, drawn in software: how soon it is usable, how fast it draws.
+"""Measure the editor's page in Chromium with software rendering: time until it is usable, and drawing speed.
 
-`usable` is from the navigation to the first state drawn, `transferred` what came until then. `command` is
-from the request of a person to the next picture with the new state, in a document of 300 states and 600
-transitions. `drag` counts the pictures a second while one state, or all of them, are dragged on that canvas.
-`open` is from the request to the picture of all states of a document of 2000.
+`usable` is the time from the navigation until the first state is drawn, `transferred` the data until then.
+`command` is the time from a command to the next frame with the new state, in a document of 300 states and 600
+transitions. `drag` counts the frames per second while one state, or all of them, are dragged on that canvas.
+`open` is the time from the request for a document of 2000 states to the frame with all of them.
 
     python benchmarks/bench_editor.py [--states 300] [--transitions 600] [--large 2000]
 """
@@ -39,12 +39,12 @@ LIMITS: Final = {
     "drag of all (1/s)": 30.0,
     "open (s)": 2.0,
 }
-"""What the figures are to keep to: at most, and at least for those a second."""
+"""The limits: upper ones, and lower ones for rates."""
 
 COMMANDS: Final = 30
 LOADS: Final = 5
 DRAG_SECONDS: Final = 3.0
-ENDING: Final = 10.0  # s that the server may take to end
+ENDING: Final = 10.0  # s within which the server must end
 
 _WATCH_FIRST_STATE: Final = """
 const look = () => {
@@ -61,7 +61,7 @@ const painted = () => new Promise((done) => requestAnimationFrame(() => setTimeo
 
 
 def grid(states: int, transitions: int) -> str:
-    """Return a document of one automaton whose states stand in rows, with arcs mostly between neighbors."""
+    """Return a document of one automaton with rows of states, and transitions mostly between neighbors."""
     dice = random.Random(1)
     columns = max(1, round((states * 1.3) ** 0.5))
     places = [(240 * (index % columns), 200 * (index // columns)) for index in range(states)]
@@ -85,7 +85,7 @@ def grid(states: int, transitions: int) -> str:
 
 @contextmanager
 def server(root: Path, *files: str) -> Iterator[str]:
-    """Start the editor as a process of its own and yield its address."""
+    """Start the editor as a separate process and yield its address."""
     command = [sys.executable, "-m", "visualhfsm", "edit", *files, "--no-browser"]
     environment = {**os.environ, "XDG_STATE_HOME": str(root / "state"), "PYTHONPATH": str(ROOT)}
     process = subprocess.Popen(command, cwd=root, stdout=subprocess.PIPE, text=True, env=environment)
@@ -103,7 +103,7 @@ def server(root: Path, *files: str) -> Iterator[str]:
 
 @contextmanager
 def opened(browser: Browser, address: str) -> Iterator[Page]:
-    """Open the editor in a window."""
+    """Open the editor in a browser window."""
     page = browser.new_page(viewport={"width": 1280, "height": 800})
     try:
         page.goto(address)
@@ -113,11 +113,11 @@ def opened(browser: Browser, address: str) -> Iterator[Page]:
 
 
 def measure_loading(browser: Browser, root: Path) -> dict[str, float]:
-    """Return how soon the page shows the first state, and how much came until then."""
+    """Return the time until the page shows the first state, and the amount of data received by then."""
     times, sizes = [], []
     with server(root, "small.xml") as address:
         session = browser.new_context()
-        session.new_page().goto(address)  # the token serves once
+        session.new_page().goto(address)  # the token is valid once
         for _ in range(LOADS):
             context = browser.new_context(storage_state=session.storage_state())
             page = context.new_page()
@@ -138,9 +138,9 @@ def measure_loading(browser: Browser, root: Path) -> dict[str, float]:
 
 
 def measure_drawing(page: Page) -> dict[str, float]:
-    """Return how fast a command and a drag are drawn."""
+    """Return how fast the page draws a command and a drag."""
     page.wait_for_selector(".state")
-    page.wait_for_timeout(2000)  # until the first checks are over
+    page.wait_for_timeout(2000)  # until the first checks have finished
     times: list[float] = page.evaluate(
         f"""async () => {{ {_MODULE}
             const {{apply}} = await module('commands');
@@ -172,7 +172,7 @@ def measure_drawing(page: Page) -> dict[str, float]:
 
 
 def drag(page: Page) -> float:
-    """Drag a state in the middle to and fro; return the pictures a second."""
+    """Drag a state in the middle back and forth; return the frames per second."""
     circles = page.locator(".state .body")
     box = circles.nth(circles.count() // 2).bounding_box()
     assert box is not None
@@ -196,7 +196,7 @@ def drag(page: Page) -> float:
 
 
 def measure_opening(page: Page, states: int) -> dict[str, float]:
-    """Return how long a large document takes from the request to the picture."""
+    """Return the time from the request for a large document until it is drawn."""
     page.get_by_role("button", name="Open a document").wait_for()
     duration: float = page.evaluate(
         f"""async () => {{ {_MODULE}
@@ -237,7 +237,7 @@ def main() -> None:
         limit = LIMITS[name]
         kept = value >= limit if "1/s" in name else value <= limit
         fine = fine and kept
-        print(f"  {name:20} {value:8.2f}   limit {limit:g}{'' if kept else '   NOT KEPT'}")
+        print(f"  {name:20} {value:8.2f}   limit {limit:g}{'' if kept else '   EXCEEDED'}")
     sys.exit(not fine)
 
 

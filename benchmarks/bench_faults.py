@@ -1,8 +1,7 @@
-"""Measure how soon callers are told of faults: the figures of docs/explanation/faults.md.
+"""Measure how soon callers are notified of faults: the figures of docs/explanation/faults.md.
 
-Servers and routers run in processes of their own, with the settings that components have unless told
-otherwise: calls of at most 2 s, a lease of 2 s. Each fault is brought about several times; told are the
-median and the longest time.
+Servers and routers run in separate processes, with the default settings of components: calls of at most 2 s,
+a lease of 2 s. Each fault is caused several times; the median and the longest time are printed.
 """
 
 from __future__ import annotations
@@ -26,17 +25,17 @@ from zenoh_ice import Communicator, Sample, SystemException, ZenohIceError, init
 
 SERVER: Final = "tests.support.calculator_server"
 LONG: Final = 60.0  # s
-LIMIT: Final = 120.0  # s in which everything has been told
+LIMIT: Final = 120.0  # s within which every fault has been reported
 
 _logger = logging.getLogger("zenoh_ice")
 
 Figures = dict[str, list[float]]
-"""Seconds by what they were measured of."""
+"""The measured seconds by fault."""
 
 
 @contextmanager
 def serving(endpoint: str) -> Iterator[ComponentProcess]:
-    """Serve a calculator in a process of its own."""
+    """Serve a calculator in a separate process."""
     with ComponentProcess(module(SERVER, "--listen", endpoint)) as server:
         server.wait_for("^ready")
         yield server
@@ -54,12 +53,12 @@ def calling(
 
 
 def patient(calculator: CalculatorPrx) -> CalculatorPrx:
-    """Return a proxy whose calls end for another reason than their limit."""
+    """Return a proxy with a limit so long that calls end for another reason."""
     return calculator.ice_invocationTimeout(LONG * 1000)
 
 
 def failing(call: Callable[[], object]) -> float:
-    """Return for how many s a call that fails took."""
+    """Return the duration in s of a call that fails."""
     began = time.monotonic()
     try:
         call()
@@ -69,7 +68,7 @@ def failing(call: Callable[[], object]) -> float:
 
 
 def until(condition: Callable[[], object]) -> float:
-    """Return after how many s a condition holds."""
+    """Return the time in s until a condition holds."""
     began = time.monotonic()
     while not condition():
         if time.monotonic() - began > LIMIT:
@@ -79,7 +78,7 @@ def until(condition: Callable[[], object]) -> float:
 
 
 def until_it_works(calculator: CalculatorPrx) -> float:
-    """Return after how many s the server answers again."""
+    """Return the time in s until the server answers again."""
 
     def works() -> bool:
         with suppress(SystemException):
@@ -90,14 +89,14 @@ def until_it_works(calculator: CalculatorPrx) -> float:
 
 
 def pending(calculator: CalculatorPrx) -> Future[None]:
-    """Begin a call that takes long."""
+    """Start a call that takes long."""
     future = patient(calculator).sleep.begin(LONG)
     time.sleep(0.05)  # lets it arrive
     return future
 
 
 def server_killed(figures: Figures) -> None:
-    """SIGKILL, and another server in its place."""
+    """Send SIGKILL, and start another server."""
     endpoint = free_endpoint()
     with calling_without_server(endpoint) as (communicator, calculator):
         with serving(endpoint) as server:
@@ -114,7 +113,7 @@ def server_killed(figures: Figures) -> None:
             server.process.kill()
             note(
                 figures,
-                "server killed: who waits for a sample",
+                "server killed: waiting for a sample",
                 failing(lambda: last(calculator, sample)),
             )
 
@@ -127,13 +126,13 @@ def last(calculator: CalculatorPrx, sample: Sample[Reading]) -> None:
 
 @contextmanager
 def calling_without_server(endpoint: str) -> Iterator[tuple[Communicator, CalculatorPrx]]:
-    """Connect to where no server is yet."""
+    """Connect to an endpoint without a server."""
     with initialize(connect=[endpoint], clock="wall") as communicator:
         yield communicator, CalculatorPrx.uncheckedCast(communicator.stringToProxy("Calculator"))
 
 
 def no_server(figures: Figures) -> None:
-    """A cast while nothing answers."""
+    """Cast while nothing answers."""
     with calling_without_server(free_endpoint()) as (_, calculator):
         note(figures, "no server: a cast", failing(lambda: CalculatorPrx.checkedCast(calculator)))
 
@@ -153,11 +152,11 @@ def server_frozen(figures: Figures) -> None:
         server.freeze()
         note(figures, "server frozen: a call of any length", failing(patient(calculator).count))
         server.process.send_signal(signal.SIGCONT)
-        note(figures, "server goes on: calls work again", until_it_works(calculator))
+        note(figures, "server continues: calls work again", until_it_works(calculator))
 
 
 def network(figures: Figures) -> None:
-    """A relay that cuts, holds and garbles."""
+    """Cut, hold and corrupt a connection with a relay."""
     endpoint = free_endpoint()
     with serving(endpoint), Relay(endpoint) as relay, calling(relay.endpoint, listen=()) as (_, calculator):
         relay.cut()
@@ -172,9 +171,9 @@ def network(figures: Figures) -> None:
         began = time.monotonic()
         until(lambda: not works(calculator))
         until(lambda: not _linked(calculator))
-        note(figures, "network garbles: the link is given up", time.monotonic() - began)
+        note(figures, "network corrupts data: the link is closed", time.monotonic() - began)
         relay.resume()
-        note(figures, "network garbles: calls work again", until_it_works(calculator))
+        note(figures, "network corrupts data: calls work again", until_it_works(calculator))
 
 
 def _flip(data: bytearray) -> None:
@@ -194,7 +193,7 @@ def works(calculator: CalculatorPrx) -> bool:
 
 
 def router_gone(figures: Figures) -> None:
-    """SIGKILL of a router that all goes through."""
+    """Kill a router that connects the processes."""
     endpoint = free_endpoint()
     command = module("deploy.nao", "router", "--listen", endpoint)
     with ComponentProcess(command) as router:
@@ -219,21 +218,21 @@ def router_gone(figures: Figures) -> None:
 
 
 def client_gone(figures: Figures) -> None:
-    """SIGKILL and SIGSTOP of a client."""
+    """Kill and stop a client."""
     endpoint = free_endpoint()
     lost: list[str] = []
     with initialize(listen=[endpoint], connect=[], clock="wall") as server:
         server.onClientLost(lost.append)
         for fault, name in ((signal.SIGKILL, "client killed"), (signal.SIGSTOP, "client frozen")):
-            note(figures, f"{name}: the server is told", _losing_client(endpoint, server, lost, fault))
+            note(figures, f"{name}: the server is notified", _losing_client(endpoint, server, lost, fault))
 
 
 def _losing_client(endpoint: str, server: Communicator, lost: list[str], fault: int) -> float:
-    """Return after how many s a server is told that a client is gone."""
+    """Return the time in s until a server is notified of a lost client."""
     with ComponentProcess(module(SERVER, "--connect", endpoint, "--identity", "Other")) as client:
         client_id = client.wait_for("^ready (.*)")[1].strip()
         until(lambda: "Other" in server.identities())
-        time.sleep(0.2)  # until its token has come, too
+        time.sleep(0.2)  # until its token has arrived, too
         client.process.send_signal(fault)
         seconds = until(lambda: client_id in lost)
         client.process.kill()
@@ -241,7 +240,7 @@ def _losing_client(endpoint: str, server: Communicator, lost: list[str], fault: 
 
 
 def refusals(figures: Figures) -> None:
-    """Another version, an identity served twice, and overload."""
+    """Use another version, serve an identity twice, and overload the server."""
     endpoint = free_endpoint()
     with serving(endpoint), calling(endpoint) as (communicator, calculator):
         newer = NewerCalculatorPrx.uncheckedCast(communicator.stringToProxy("Calculator"))
@@ -249,7 +248,7 @@ def refusals(figures: Figures) -> None:
         note(figures, "other version: a cast", failing(lambda: NewerCalculatorPrx.checkedCast(newer)))
         adapter = communicator.createObjectAdapter("Second")
         adapter.add(CalculatorI(), "Calculator")
-        note(figures, "identity served already: `activate`", failing(adapter.activate))
+        note(figures, "identity already served: `activate`", failing(adapter.activate))
         running = pending(calculator)
         calls = [patient(calculator).count.begin() for _ in range(80)]
         newest = calls[-1]
@@ -258,18 +257,18 @@ def refusals(figures: Figures) -> None:
 
 
 class _Errors(logging.Handler):
-    """Collect what is logged as an error."""
+    """Collects logged errors."""
 
     def __init__(self) -> None:
         super().__init__(logging.ERROR)
-        self.told: list[str] = []
+        self.messages: list[str] = []
 
     def emit(self, record: logging.LogRecord) -> None:
-        self.told.append(record.getMessage())
+        self.messages.append(record.getMessage())
 
 
 def two_servers(figures: Figures) -> None:
-    """Two that serve one identity meet by way of a client."""
+    """Connect two servers of one identity through a client."""
     endpoints = [free_endpoint(), free_endpoint()]
     with (
         initialize(listen=[endpoints[0]], connect=[], clock="wall") as first,
@@ -283,13 +282,15 @@ def two_servers(figures: Figures) -> None:
         _logger.addHandler(errors)
         try:
             with initialize(connect=endpoints, clock="wall"):
-                note(figures, "identity served twice: both say so", until(lambda: len(errors.told) >= 2))
+                note(
+                    figures, "identity served twice: both report it", until(lambda: len(errors.messages) >= 2)
+                )
         finally:
             _logger.removeHandler(errors)
 
 
 def note(figures: Figures, what: str, seconds: float) -> None:
-    """Keep a figure."""
+    """Record a figure."""
     figures.setdefault(what, []).append(seconds)
 
 
@@ -310,21 +311,21 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--rounds", type=int, default=5)
     rounds = parser.parse_args().rounds
-    _logger.propagate = False  # what is told of the faults is not asked here
+    _logger.propagate = False  # log messages about the faults are not of interest here
     _logger.addHandler(logging.NullHandler())
     figures: Figures = {}
     for _ in range(rounds):
         for fault in FAULTS:
             fault(figures)
     width = max(map(len, figures))
-    print(f"how soon callers are told of faults, {rounds} rounds")
+    print(f"how soon callers are notified of faults, {rounds} rounds")
     print(f"{'':{width}} {'median':>10} {'longest':>10}")
     for what, seconds in figures.items():
         print(f"{what:{width}} {shown(statistics.median(seconds)):>10} {shown(max(seconds)):>10}")
 
 
 def shown(seconds: float) -> str:
-    """Return a duration for people."""
+    """Return a duration as text."""
     return f"{seconds * 1000:.1f} ms" if seconds < 0.1 else f"{seconds:.2f} s"
 
 

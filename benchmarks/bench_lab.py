@@ -1,9 +1,9 @@
-"""Measure whether an emergency stop gets through while somebody on the network does harm.
+"""Measure whether an emergency stop gets through during an attack on the network.
 
-The figures of docs/decisions/0007-limits-of-a-lab-network.md. Two kinds of stop are sent all the time: a
-fresh one, which makes a link first as a new process does, and a ready one, over a link that stands. All is on
-loopback, and every attack is bounded in number and time: liveliness tokens of a student through a router with
-TLS and roles, and silent TCP connections to the router or to a server without TLS.
+These are the figures of docs/decisions/0007-limits-of-a-lab-network.md. Two kinds of stops are sent all the
+time: fresh ones, which first connect like a new process, and ready ones over an existing link. Everything is
+on loopback, and every attack is limited in number and time: liveliness tokens of a student through a router
+with TLS and roles, and silent TCP connections to the router or to a server without TLS.
 """
 
 from __future__ import annotations
@@ -34,9 +34,9 @@ from zenoh_ice.session import open_session
 from zenoh_ice.settings import Settings, load_settings
 
 LONGEST: Final = 40.0  # s of an attack
-HELD: Final = 3.0  # s for which the tokens stand once they are there
-SILENT: Final = 12.0  # s for which silent connections stand
-AFTERWARDS: Final = 90.0  # s in which a fresh stop has to get through again
+HELD: Final = 3.0  # s for which the tokens are held
+SILENT: Final = 12.0  # s for which silent connections are held
+AFTERWARDS: Final = 90.0  # s within which a fresh stop must get through again
 CASES: Final = {
     "nobody": ("", 0),
     "10,000 tokens": ("tokens", 10_000),
@@ -50,7 +50,7 @@ CASES: Final = {
 
 @dataclass
 class Stops:
-    """How long stops of one kind took, in s, and how many failed."""
+    """The durations in s of stops of one kind, and the number that failed."""
 
     took: list[float] = field(default_factory=list)
     failed: int = 0
@@ -64,7 +64,7 @@ class Stops:
 
 
 def fresh_stop(settings: Settings, stops: Stops) -> bool:
-    """Make a link, stop the robot, and end the link; return whether the robot has answered."""
+    """Connect, stop the robot and disconnect; return whether the robot has answered."""
     began = time.monotonic()
     try:
         with initialize(settings) as communicator:
@@ -77,13 +77,13 @@ def fresh_stop(settings: Settings, stops: Stops) -> bool:
 
 
 def fresh_stops(settings: Settings, stops: Stops, end: threading.Event) -> None:
-    """Send fresh stops until the end."""
+    """Send fresh stops until `end` is set."""
     while not end.wait(0.5):
         fresh_stop(settings, stops)
 
 
 def ready_stops(safety: SafetyPrx, stops: Stops, end: threading.Event) -> None:
-    """Send stops over a link that stands until the end."""
+    """Send stops over one link until `end` is set."""
     while not end.wait(0.25):
         began = time.monotonic()
         try:
@@ -96,7 +96,7 @@ def ready_stops(safety: SafetyPrx, stops: Stops, end: threading.Event) -> None:
 
 @contextmanager
 def attack(kind: str, number: int, where: str) -> Iterator[subprocess.Popen[bytes] | None]:
-    """Run an attacker in a process of its own."""
+    """Run an attacker in a separate process."""
     if not kind:
         yield None
         return
@@ -119,7 +119,7 @@ def declare_tokens(number: int, settings: Settings) -> None:
 
 
 def keep_silent(number: int, port: int) -> None:
-    """Hold TCP connections that say nothing, and replace those that the other side ends."""
+    """Hold silent TCP connections, and replace those that the other side closes."""
     end = time.monotonic() + SILENT
     held: list[socket.socket] = []
     while time.monotonic() < end:
@@ -141,7 +141,7 @@ def keep_silent(number: int, port: int) -> None:
 
 
 def measure(name: str, keys: Keys) -> None:
-    """Bring about one case, and print its row."""
+    """Run one case and print its row."""
     kind, number = CASES[name]
     plain = free_endpoint()
     user = Settings(connect=(plain,), clock="wall") if kind == "silent tcp" else keys.settings("operator")
@@ -186,7 +186,7 @@ def measure(name: str, keys: Keys) -> None:
 
 
 def main() -> None:
-    """Measure the cases that are named, by default all."""
+    """Measure the named cases, by default all of them."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("cases", nargs="*", metavar="CASE", help=", ".join(CASES))
     parser.add_argument("--attack", nargs=3, help=argparse.SUPPRESS)

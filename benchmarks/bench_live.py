@@ -1,9 +1,10 @@
-"""Measure what following a component costs the editor's server, and how late a change of state is told.
+"""Measure the cost of following a component for the editor's server, and the delay of state changes.
 
-A component of 20 automata, each of which changes its state twice a second, runs in a process of its own
-beside the fake robot. Asked are at most 15 % of a core for the status, and 150 ms until a change is seen, of
-which this is a part. The cost is that of this process, which follows it as the server does and makes the
-JSON for one page; the time is that from the code of the new state to the JSON of the snapshot that shows it.
+A component of 20 automata, each of which changes its state twice a second, runs in a separate process with
+the fake robot. Required are at most 15 % of a core for the status, and at most 150 ms until a change is
+visible, of which this is a part. The cost is that of this process, which follows the component like the
+server and encodes the JSON for one page. The delay is the time from the code of the new state to the JSON of
+its snapshot.
 """
 
 from __future__ import annotations
@@ -33,13 +34,13 @@ AUTOMATA: Final = 20
 SECONDS: Final = 10.0
 WARM_UP: Final = 3.0
 SHARE: Final = 0.15
-"""Share of a core that following may take, without 3D and cameras."""
+"""The largest share of a core for following, without 3D and cameras."""
 SEEN: Final = 150.0
-"""Milliseconds, in the median, in which a change is to be seen in the page."""
+"""The largest median delay in ms until a change is visible in the page."""
 
 
 def crowd() -> Document:
-    """Return a document of 20 automata that run side by side below a root."""
+    """Return a document of 20 parallel automata below a root."""
     stamp = Text("changed = time.monotonic()")
     children = tuple(
         Automaton(
@@ -65,7 +66,7 @@ def crowd() -> Document:
 
 
 class Measurement:
-    """What one page gets: its JSON, and how late it is."""
+    """The JSON that one page gets, and its delays."""
 
     def __init__(self) -> None:
         self.delays: list[float] = []
@@ -73,7 +74,7 @@ class Measurement:
         self._states: dict[int, int] = {}
 
     def publish(self, push: object) -> None:
-        """Take what the server would send."""
+        """Record what the server would send."""
         encoded = msgspec.json.encode(push)
         now = time.monotonic()
         if not isinstance(push, Snapshot) or not isinstance(push.value, LiveSnapshot):
@@ -87,7 +88,7 @@ class Measurement:
 
 
 async def follow(endpoint: str, *, poses: bool) -> tuple[Measurement, float]:
-    """Follow the component; return what was measured and the share of a core that it took."""
+    """Follow the component; return the measurement and the share of a core that it took."""
     measurement = Measurement()
     service = Monitoring(measurement.publish, Settings(connect=(endpoint,), clock="wall"))
     task = asyncio.create_task(watch_poses(service)) if poses else None
@@ -97,7 +98,7 @@ async def follow(endpoint: str, *, poses: bool) -> tuple[Measurement, float]:
                 try:
                     await service.attach("crowd")
                     break
-                except Exception:  # noqa: BLE001 - not there yet
+                except Exception:  # noqa: BLE001 - not running yet
                     await asyncio.sleep(0.1)
         await asyncio.sleep(WARM_UP)
         measurement.delays.clear()
@@ -114,7 +115,7 @@ async def follow(endpoint: str, *, poses: bool) -> tuple[Measurement, float]:
 
 
 async def watch_poses(service: Monitoring) -> None:
-    """Look at the robot in 3D and at both cameras, as a page with all of its panels does."""
+    """Watch the robot in 3D and both cameras, like a page with all its panels."""
 
     async def drain(name: str) -> None:
         async for _ in service.camera(name) if name else service.poses():

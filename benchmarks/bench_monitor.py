@@ -1,9 +1,9 @@
-"""Measure the monitor in the page: how late a change of state is seen, and what following costs.
+"""Measure the monitor in the page: the delay until a state change is visible, and the cost of following.
 
-A component of 20 automata, each of which changes its state twice a second, runs beside the fake robot, and
-Chromium, drawing in software, follows it on the canvas. `seen` is from the code of the new state in the
-component to the picture that shows it; `server` is the processor time of the editor's server, as the share
-of a core, and `rate` how often the page is told.
+A component of 20 automata, each of which changes its state twice a second, runs with the fake robot, and
+Chromium follows it on the canvas with software rendering. `seen` is the time from the code of the new state
+in the component until the frame that shows it; `server` is the processor time of the editor's server as a
+share of a core, and `rate` the number of snapshots per second in the page.
 
     python benchmarks/bench_monitor.py [--seconds 20]
 """
@@ -31,9 +31,9 @@ from tests.support.processes import ComponentProcess, free_endpoint, module
 from visualhfsm.generate import generate_component
 
 SEEN: Final = 150.0
-"""Milliseconds, in the median, in which a change is to be seen."""
+"""The largest median delay in ms until a change is visible."""
 SHARE: Final = 0.15
-"""Share of a core that the server may take."""
+"""The largest share of a core for the server."""
 WARM_UP: Final = 3.0
 
 _FOLLOW: Final = """async (seconds) => {
@@ -44,10 +44,10 @@ _FOLLOW: Final = """async (seconds) => {
   page.open(2);
   const painted = () => new Promise((done) => requestAnimationFrame(() => setTimeout(done)));
   const late = [];
-  let told = 0;
+  let snapshots = 0;
   let pictures = 0;
   let state = 0;
-  monitor.addEventListener('snapshot', () => (told += 1));
+  monitor.addEventListener('snapshot', () => (snapshots += 1));
   const observer = new MutationObserver(async () => {
     const now = monitor.newest.component.automata.find((each) => each.id === 2);
     if (now.state === state || !document.querySelector(`hfsm-canvas [data-key=s${now.state}].active`)) return;
@@ -62,12 +62,12 @@ _FOLLOW: Final = """async (seconds) => {
   requestAnimationFrame(count);
   await new Promise((done) => setTimeout(done, seconds * 1000));
   observer.disconnect();
-  return {late: late.slice(1), rate: told / seconds, pictures: pictures / seconds};
+  return {late: late.slice(1), rate: snapshots / seconds, pictures: pictures / seconds};
 }"""
 
 
 def share_of(process: psutil.Process, seconds: float, page: Page) -> tuple[dict[str, Any], float]:
-    """Return what the page measured meanwhile, and the share of a core that the process took."""
+    """Return the measurement of the page, and the share of a core that the process took meanwhile."""
     before = process.cpu_times()
     found: dict[str, Any] = page.evaluate(_FOLLOW, seconds)
     after = process.cpu_times()
@@ -75,14 +75,14 @@ def share_of(process: psutil.Process, seconds: float, page: Page) -> tuple[dict[
 
 
 def main() -> None:
-    """Print the figures; exits with 1 when one is not kept."""
+    """Print the figures; exit with 1 if a limit is exceeded."""
     parser = argparse.ArgumentParser(description=re.sub(r"\n.*", "", __doc__ or ""))
     parser.add_argument("--seconds", type=float, default=20.0)
     seconds = parser.parse_args().seconds
     endpoint = free_endpoint()
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "crowd.xml")
-        # The page knows no other clock than that of the wall.
+        # The page has only the wall clock.
         text = write_document(crowd()).replace("time.monotonic()", "time.time()")
         path.write_text(text, encoding="utf-8")
         component = generate_component(path, None, Diagnostics())
@@ -108,8 +108,8 @@ def main() -> None:
     seen = statistics.median(late)
     print(
         f"{AUTOMATA} automata: change seen after {seen:.0f} ms in the median (at most {SEEN:g} ms), "
-        f"95 % below {late[int(0.95 * len(late))]:.0f} ms, of {len(late)}; told "
-        f"{found['rate']:.0f} times a second, "
+        f"95 % below {late[int(0.95 * len(late))]:.0f} ms, of {len(late)}; "
+        f"{found['rate']:.0f} snapshots/s, "
         f"{found['pictures']:.0f} pictures/s; server {share:.1%} of a core (at most {SHARE:.0%})"
     )
     sys.exit(int(seen > SEEN or share > SHARE))

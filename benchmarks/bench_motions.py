@@ -1,4 +1,4 @@
-"""Measure the motions in the simulation's physics, in virtual time: what is asked beside what is measured.
+"""Measure the motions in the simulation's physics, in virtual time, and compare them with the requirements.
 
 python benchmarks/bench_motions.py [--runs 10]
 """
@@ -39,13 +39,13 @@ def new_rig(seed: int = 0) -> MotionRig:
 
 
 def push(rig: MotionRig, degrees: float, force: float, seconds: float) -> None:
-    """Push the torso in a direction, from straight ahead to the left."""
+    """Push the torso in a direction, in degrees from straight ahead to the left."""
     way = math.radians(degrees)
     rig.robot.stage.push((force * math.cos(way), force * math.sin(way), 0.0), seconds)
 
 
 def disturbed_lying(posture: str, run: int) -> MotionRig:
-    """Return a robot that lies in a posture, each joint away from it by 0.1 rad (standard deviation)."""
+    """Return a robot that lies in a posture, with an error of 0.1 rad (standard deviation) in each joint."""
     rig, noise = new_rig(run), np.random.default_rng(run)
     rig.go(posture)
     joints = rig.robot.joints
@@ -61,7 +61,7 @@ def disturbed_lying(posture: str, run: int) -> MotionRig:
 
 
 def getting_up(posture: str, runs: int) -> tuple[str, ...]:
-    """Count how often it stands after one play of the motion that stands up from a posture."""
+    """Count how often it stands after playing the motion that gets up from a posture once."""
     motion = next(m.name for m in MOTIONS.values() if (m.start, m.end) == (posture, "StandInit"))
     stands = 0
     for run in range(runs):
@@ -73,7 +73,7 @@ def getting_up(posture: str, runs: int) -> tuple[str, ...]:
 
 
 def falls(runs: int) -> tuple[str, ...]:
-    """Push the robot over in all directions; count how often it stands up again, and how long it takes."""
+    """Push the robot over in all directions; count how often and how fast it gets up again."""
     stands, seconds = 0, []
     for run in range(runs):
         rig = new_rig(run)
@@ -105,7 +105,7 @@ def on_the_feet(motion: str, runs: int) -> tuple[str, ...]:
 
 
 def playing(rig: MotionRig) -> Iterator[None]:
-    """Let the time go on until the action ends."""
+    """Let time pass until the action ends."""
     while rig.player.busy:
         rig.let_go(0.02)
         yield
@@ -126,14 +126,14 @@ def long_dance(minutes: float) -> tuple[str, ...]:
     while rig.clock.now() < minutes * 60.0 and rig.play("dance").status is ActionStatus.Done:
         pass
     return (
-        f"dance again and again for {minutes:g} min",
+        f"dance repeatedly for {minutes:g} min",
         "no fall",
         f"{rig.clock.now() / 60.0:.1f} min, {rig.stance}",
     )
 
 
 def cost() -> tuple[str, ...]:
-    """Measure what the player takes of a processor while the robot dances."""
+    """Measure the processor time of the player while the robot dances."""
     rig = new_rig()
     rig.begin("dance")
     seconds = []
@@ -145,7 +145,7 @@ def cost() -> tuple[str, ...]:
         seconds.append(time.perf_counter() - begun)
     microseconds = statistics.median(seconds) * 1e6
     return (
-        "the player's cost a tick, 50 in a second",
+        "the player's cost per tick, 50 ticks per second",
         "-",
         f"{microseconds:.0f} us, {microseconds * 50 / 1e4:.1f} % of a core",
     )
@@ -166,7 +166,7 @@ def main() -> None:
         lambda: long_dance(10.0),
         cost,
     ]
-    table = Table("what", "asked", "measured", title="Motions, in virtual time, with noise")
+    table = Table("motion", "required", "measured", title="Motions, in virtual time, with noise")
     for measure in measures:
         table.add_row(*measure())
     CONSOLE.print(table)

@@ -1,8 +1,8 @@
-"""Measure what serving a real robot over NAOqi adds to NAOqi itself.
+"""Measure the cost of serving a real robot over NAOqi, compared with NAOqi itself.
 
-A robot without physics is served as NAOqi in a process of its own, and `naoserver-naoqi` in another; this
-process is the client of both, over loopback. Asked are less than 0.5 ms that a call adds to the bare call of
-libqi, less than 5 % of the pictures of 640x480 at 30 images/s lost, and that a lost robot is told within 1 s.
+A robot without physics is served as NAOqi in one process, and `naoserver-naoqi` runs in another; this process
+is the client of both, over loopback. Required are less than 0.5 ms added to a plain call of libqi, less than
+5 % lost images of 640x480 at 30 images/s, and that a lost robot is reported within 1 s.
 
     python benchmarks/bench_naoqi.py [--calls 1000] [--seconds 10]
 """
@@ -42,21 +42,21 @@ P = TypeVar("P", bound=ObjectPrx)
 
 CONSOLE: Final = Console(width=100)
 ADDED: Final = 0.5
-"""Milliseconds that a call may add to the bare one."""
+"""The largest time in ms that a call may add to a plain one."""
 LOST: Final = 0.05
-"""Share of the pictures that may be lost."""
-TOLD: Final = 1.0
-"""Seconds within which a lost robot is to be told."""
+"""The largest share of lost images."""
+REPORTED: Final = 1.0
+"""Seconds within which a lost robot must be reported."""
 RATE: Final = 30.0
 PAUSE: Final = 0.002
 """Seconds between two calls."""
 
 
 class RecordingRobot(FakeRobot):
-    """Writes when a command of HeadYaw arrives, on the steady clock that all processes share."""
+    """Prints when a command for HeadYaw arrives, by the monotonic clock, which all processes share."""
 
     def command_positions(self, targets: Mapping[str, float], max_speeds: Mapping[str, float]) -> None:
-        """Move, and write the target and the time."""
+        """Move, and print the target and the time."""
         now = time.monotonic()
         super().command_positions(targets, max_speeds)
         if "HeadYaw" in targets:
@@ -73,7 +73,7 @@ def be_the_robot() -> None:
 
 
 class Bench:
-    """The processes, and the client's connections to both."""
+    """The processes, and the client's connections to them."""
 
     def __init__(self, robot: ComponentProcess, communicator: Communicator, link: Link) -> None:
         self.robot = robot
@@ -84,14 +84,14 @@ class Bench:
         """Return a checked proxy."""
         return interface.checkedCast(self.communicator.stringToProxy(identity))
 
-    def arrival(self, target: float) -> float:
-        """Return when the robot got a command, in s."""
+    def arrival_time(self, target: float) -> float:
+        """Return the time in s at which the robot got a command."""
         return float(self.robot.wait_for(rf"^{target:.9f} ([\d.]+)$").group(1))
 
 
 @contextmanager
 def processes() -> Iterator[Bench]:
-    """Start robot and server, and connect to both."""
+    """Start the robot and the server, and connect to both."""
     endpoint = free_endpoint()
     with ComponentProcess([sys.executable, __file__, "--robot"]) as robot:
         url = robot.wait_for(r"^ready: (\S+)").group(1)
@@ -115,7 +115,7 @@ def measured(count: int, run: Callable[[], object]) -> list[float]:
     for number in range(count + count // 10):
         begin = time.perf_counter()
         run()
-        if number >= count // 10:  # the first warm up
+        if number >= count // 10:  # the first calls are a warm-up
             times.append((time.perf_counter() - begin) * 1000)
         time.sleep(PAUSE)
     return times
@@ -135,7 +135,7 @@ def calls(bench: Bench, count: int) -> None:
     """Compare calls of the server with those of libqi."""
     head, body = bench.proxy(PoseHeadPrx, "Head"), bench.proxy(JointsPrx, "Body")
     table = Table(title="Calls over NAOqi, and through naoserver-naoqi: median / 95 % in ms")
-    for column in ("", "libqi", "through the server", "added", "asked"):
+    for column in ("", "libqi", "through the server", "added", "required"):
         table.add_column(column, justify="right" if column else "left")
     angle = random.Random(1).uniform
     row(
@@ -170,7 +170,7 @@ def calls(bench: Bench, count: int) -> None:
             begun[target] = time.monotonic()
             send(target)
             time.sleep(0.01)
-        return [(bench.arrival(target) - begin) * 1000 for target, begin in begun.items()]
+        return [(bench.arrival_time(target) - begin) * 1000 for target, begin in begun.items()]
 
     row(
         table,
@@ -186,7 +186,7 @@ def calls(bench: Bench, count: int) -> None:
 
 
 def pictures(bench: Bench, seconds: float) -> None:
-    """Count the pictures of a stream."""
+    """Count the images of a stream."""
     camera = bench.proxy(CameraPrx, "Camera")
     description = camera.getCameraDescription()
     description.width, description.height, description.rate = 640, 480, RATE
@@ -206,13 +206,13 @@ def pictures(bench: Bench, seconds: float) -> None:
             ages.append(now - sample.time)
     lost = max(0.0, 1.0 - len(taken) / (RATE * seconds))
     CONSOLE.print(
-        f"pictures of 640x480 in {seconds:g} s at {RATE:g}/s: {arrived} came, {len(taken)} different,"
-        f" {lost:.1%} lost (asked: < {LOST:.0%}); {statistics.median(ages) * 1000:.1f} ms old"
+        f"images of 640x480 in {seconds:g} s at {RATE:g}/s: {arrived} arrived, {len(taken)} different,"
+        f" {lost:.1%} lost (required: < {LOST:.0%}); {statistics.median(ages) * 1000:.1f} ms old"
     )
 
 
 def loss(bench: Bench) -> None:
-    """Freeze the robot, and look when the server tells."""
+    """Freeze the robot, and measure when the server reports it."""
     health = bench.proxy(HealthPrx, "Health")
     bench.robot.freeze()
     frozen = time.monotonic()
@@ -221,9 +221,9 @@ def loss(bench: Bench) -> None:
             lost = [e for e in sample.value.events if e.level == Severity.Error and "lost" in e.message]
             if lost:
                 CONSOLE.print(
-                    f"a robot that is silent was told as lost after {lost[-1].time - frozen:.2f} s,"
-                    f" and stood in the health report after {time.monotonic() - frozen:.2f} s"
-                    f" (asked: < {TOLD:g} s)"
+                    f"a silent robot was reported as lost after {lost[-1].time - frozen:.2f} s,"
+                    f" and was in the health report after {time.monotonic() - frozen:.2f} s"
+                    f" (required: < {REPORTED:g} s)"
                 )
                 return
     finally:

@@ -1,6 +1,6 @@
-"""Measure a robot that is served as NAOqi: how long calls over libqi take, and how many pictures arrive.
+"""Measure a robot that is served as NAOqi: the duration of calls over libqi, and the rate of images.
 
-The robot is a process of its own, the fake one or, with --simulated, the one in MuJoCo.
+The robot runs in a separate process: the fake one or, with --simulated, the one in MuJoCo.
 
     python benchmarks/bench_qi_service.py [--simulated] [--seconds 5]
 """
@@ -36,7 +36,7 @@ CALLS = 1000
 
 @contextmanager
 def robot(simulated: bool) -> Iterator[str]:
-    """Serve a robot in another process; yields its address."""
+    """Serve a robot in another process and yield its address."""
     options = ["naoserver_qi", "--qi", ANYWHERE]
     if simulated:
         options = ["naoserver_sim", "--listen", "tcp/127.0.0.1:0", "--qi", ANYWHERE]
@@ -58,7 +58,7 @@ def robot(simulated: bool) -> Iterator[str]:
 
 
 def latencies(call: Callable[[], object]) -> tuple[float, float]:
-    """Return the median and the 95th percentile of what a call takes in ms."""
+    """Return the median and the 95th percentile of the duration of a call in ms."""
     for _ in range(20):
         call()
     times = []
@@ -70,7 +70,7 @@ def latencies(call: Callable[[], object]) -> tuple[float, float]:
 
 
 def pictures(video: qi.Object, seconds: float) -> tuple[float, float]:
-    """Return how many new pictures of 640x480 came a second, and the share that was lost."""
+    """Return the new images of 640x480 per second, and the share of lost ones."""
     handle = video.subscribeCamera("bench", 0, 2, 11, RATE)
     try:
         video.getImageRemote(handle)
@@ -88,7 +88,7 @@ def pictures(video: qi.Object, seconds: float) -> tuple[float, float]:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--simulated", action="store_true", help="the robot in MuJoCo")
-    parser.add_argument("--seconds", type=float, default=5.0, help="for which pictures are counted")
+    parser.add_argument("--seconds", type=float, default=5.0, help="duration of counting images")
     options = parser.parse_args()
     start_libqi()
     table = Table(title=f"{'simulated' if options.simulated else 'fake'} robot served as NAOqi")
@@ -114,7 +114,7 @@ def main() -> None:
             median, most = latencies(call)
             table.add_row(name, "", f"{median:.2f} ms", f"{most:.2f} ms")
         rate, lost = pictures(session.service("ALVideoDevice"), options.seconds)
-        table.add_row("pictures of 640x480 a second", f"{RATE}", f"{rate:.1f}", "")
+        table.add_row("images of 640x480 per second", f"{RATE}", f"{rate:.1f}", "")
         table.add_row("pictures lost", f"< {ASKED_LOST:.0%}", f"{lost:.1%}", "")
         session.close()
     CONSOLE.print(table)

@@ -1,7 +1,7 @@
-"""Measure what a recording costs: processor time of dance_and_follow on the fake robot, with and without.
+"""Measure the cost of a recording: processor time of dance_and_follow on the fake robot, with and without it.
 
-Runs without, with `--record`, and with `--record-images` follow each other in turns, so that what else the
-machine does touches all alike. The start of the processes does not count.
+Runs without recording, with `--record`, and with `--record-images` alternate, so that other load of the
+machine affects all of them. The start of the processes is not counted.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ WARM_UP: Final = 3.0
 
 
 def measure(endpoint: str, options: list[str]) -> float:
-    """Return the share of a core that a component uses."""
+    """Return the share of a core that a component takes."""
     command = module("behaviors.dance_and_follow", "--connect", endpoint, *options)
     with ComponentProcess(command) as component:
         time.sleep(WARM_UP)

@@ -1,9 +1,9 @@
-"""Measure how long the reload of a running component takes, and whether automata miss a cycle over it.
+"""Measure how long the reload of a running component takes, and whether automata miss cycles.
 
-A document of 50 states in several automata, all active at once, is generated and run; again and again one of
-its automata is edited and the component reloaded through its monitor, over Zenoh on loopback. `call` is the
-whole call as its caller sees it, `held` the time in which no cycle could begin. A cycle is missed when a slot
-of an automaton's schedule has none.
+A component of 50 states in several active automata is generated and run. Repeatedly one of its automata is
+edited and the component is reloaded through its monitor, over Zenoh on loopback. `call` is the duration of
+the whole call for its caller, `held` the time in which no cycle could start. A cycle is missed if a slot of
+an automaton's schedule has none.
 
     python benchmarks/bench_reload.py [--states 50] [--automata 5] [--period 0.02] [--reloads 30]
 """
@@ -30,11 +30,11 @@ from tests.support.processes import free_endpoint
 from zenoh_ice import WallClock, initialize
 
 LIMIT = 0.1
-"""Seconds that a reload is to take at most."""
+"""The longest time of a reload in s."""
 
 
 class Slots(Observer):
-    """Count, for each automaton, the cycles that it ran and the slots that had none."""
+    """Counts the cycles of each automaton, and the slots without a cycle."""
 
     def __init__(self) -> None:
         self.cycles: dict[int, int] = defaultdict(int)
@@ -42,7 +42,7 @@ class Slots(Observer):
         self._last: dict[int, int] = {}
 
     def cycle_began(self, run: Run, at: int) -> None:
-        """Compare with the slot of the cycle before."""
+        """Compare with the slot of the previous cycle."""
         number = run.automaton.id
         last = self._last.get(number)
         if last is not None:
@@ -52,7 +52,7 @@ class Slots(Observer):
 
 
 def text(states: int, automata: int, period: float, version: int) -> str:
-    """Return a document whose root owns all other automata in its only state; the first of them is edited."""
+    """Return a document whose root has one state that owns all other automata; the first one is edited."""
     below = automata - 1
     each = [states // below + (number < states % below) for number in range(below)]
     root_state = state(1, "all", initial=True, child=2).replace(
@@ -73,10 +73,10 @@ def text(states: int, automata: int, period: float, version: int) -> str:
 
 
 def measure(states: int, automata: int, period: float, reloads: int, directory: Path) -> bool:
-    """Reload a component again and again and print the figures; return whether it was fast enough."""
+    """Reload a component repeatedly and print the figures; return whether it was fast enough."""
     versions: list[str] = []
     compiles: list[float] = []
-    for version in range(reloads, 0, -1):  # beforehand: it is another process that compiles
+    for version in range(reloads, 0, -1):  # in advance, as another process compiles them
         began = time.perf_counter()
         file = compile_to(directory, text(states, automata, period, version), "many")
         compiles.append(time.perf_counter() - began)
@@ -111,7 +111,7 @@ def measure(states: int, automata: int, period: float, reloads: int, directory: 
     for label, values in (("call", calls), ("held", holds), ("compile", compiles)):
         middle, worst = 1000 * statistics.median(values), 1000 * max(values)
         print(f"  {label:8} median {middle:7.2f} ms   worst {worst:7.2f} ms")
-    print(f"  {cycles} cycles, {missed} missed over the reloads, {before} before; {not_kept} things not kept")
+    print(f"  {cycles} cycles, {missed} missed during reloads, {before} before; {not_kept} values lost")
     return max(calls) < LIMIT and missed == 0
 
 

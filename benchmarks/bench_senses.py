@@ -1,6 +1,7 @@
-"""Measure what the senses of the simulated robot cost beside stepping it, and what reading them costs.
+"""Measure the cost of the simulated robot's senses compared with stepping, and the cost of reading them.
 
-Times are of the thread's processor, the least of many rounds: other programs hardly disturb them.
+Times are processor times of the thread, the shortest of many rounds, so that other programs hardly affect
+them.
 
     python benchmarks/bench_senses.py [--rounds 40]
 """
@@ -26,12 +27,12 @@ from zenoh_ice import VirtualClock
 
 CONSOLE = Console(width=100)
 ASKED = 0.10
-"""The most that the senses may add to the cost of stepping."""
+"""The largest share that the senses may add to the cost of stepping."""
 TICKS = 50
 
 
 def least(rounds: int, work: dict[str, Callable[[], None]]) -> dict[str, float]:
-    """Return the least time in s of each piece of work, done in turns."""
+    """Return the shortest time in s of each function; their calls alternate."""
     best = dict.fromkeys(work, float("inf"))
     for _ in range(rounds):
         for name, run in work.items():
@@ -42,9 +43,9 @@ def least(rounds: int, work: dict[str, Callable[[], None]]) -> dict[str, float]:
 
 
 def cost_of_standing(rounds: int, *, noise: bool) -> tuple[float, float]:
-    """Return the time of a control tick in s without the senses, and what they add to it.
+    """Return the time of a control tick in s without the senses, and the time that they add.
 
-    Without them MuJoCo measures nothing, and nobody looks.
+    Without them MuJoCo measures nothing, and nothing reads values.
     """
     robot = SimulatedRobot(clock=VirtualClock(), skin=False, noise=noise, seed=1)
     simulator = robot._simulator
@@ -81,8 +82,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description="Measure what the senses of the simulated robot cost.")
     parser.add_argument("--rounds", type=int, default=40)
     rounds = parser.parse_args().rounds
-    table = Table(title=f"Senses beside stepping (asked: less than {ASKED:.0%} more)")
-    for column in ("", "stepping, us a tick", "senses, us a tick", "more"):
+    table = Table(title=f"Senses compared with stepping (required: less than {ASKED:.0%} more)")
+    for column in ("", "stepping, us per tick", "senses, us per tick", "more"):
         table.add_column(column, justify="right" if column else "left")
     for noise in (False, True):
         bare, senses = cost_of_standing(rounds, noise=noise)
@@ -98,14 +99,14 @@ def main() -> None:
     again: list[float] = []
     for _ in range(rounds):
         clock.advance(0.1)
-        robot.state()  # the physics catches up here
+        robot.state()  # the physics is brought up to date here
         for times in (reads, again):
             begin = time.thread_time()
             robot.senses.read()
             times.append(time.thread_time() - begin)
     CONSOLE.print(
-        f"reading all senses: {min(reads) * 1e6:.0f} us when the sonar has measured anew,"
-        f" {min(again) * 1e6:.0f} us when nothing is new"
+        f"reading all senses: {min(reads) * 1e6:.0f} us after a measurement of the sonar,"
+        f" {min(again) * 1e6:.0f} us without new values"
     )
 
 

@@ -1,9 +1,10 @@
 """Measure the simulated robot: pace, lag, memory, cost of physics and images, balance while it dances.
 
-Beside what the project asks for: steps at 30 times real time with walk and senses, three robots with a camera
-each in real time on two cores. docs/explanation/comparison.md has these figures beside qiBullet's.
+Required are steps at 30 times real time with walk and senses, and three robots with a camera each in real
+time on two cores. docs/explanation/comparison.md compares these figures with qiBullet's.
 
-The server runs as a process of its own and is read over Zenoh, as its users do; the rest is measured inside.
+The server runs as a separate process and is read over Zenoh, as by users; the rest is measured in this
+process.
 
     python benchmarks/bench_simulation.py [--seconds 10]
 """
@@ -40,10 +41,10 @@ from zenoh_ice import VirtualClock, initialize
 
 CONSOLE = Console(width=100)
 SETTLING = 1.5
-"""Seconds after the start that are not measured: the factor and the lag are those of the last second."""
+"""Seconds after the start that are not measured: the factor and the lag are means over the last second."""
 ROUNDS = 7
 TICKS = 200
-"""Control ticks of 10 ms, and 4 steps, in a round."""
+"""Control ticks of 10 ms, with 4 steps each, in a round."""
 
 
 def served(seconds: float, options: list[str], cameras: tuple[str, ...]) -> list[str]:
@@ -107,7 +108,7 @@ def print_served(seconds: float) -> None:
 
 
 def paces(work: Callable[[], float]) -> list[float]:
-    """Return the simulated seconds that pieces of work take a second of this thread's processor time."""
+    """Return the simulated seconds per second of this thread's processor time, for each round of work."""
     measured = []
     for _ in range(ROUNDS):
         begin = time.thread_time()
@@ -117,7 +118,7 @@ def paces(work: Callable[[], float]) -> list[float]:
 
 
 def stepping() -> dict[str, list[float]]:
-    """Return how many times as fast as real time one core is, by what is done in a step."""
+    """Return the speed of one core as a multiple of real time, by the content of a step."""
     model = build_model(skin=False)
     data = standing(model, H25.postures["STAND_INIT"])
 
@@ -152,7 +153,7 @@ def stepping() -> dict[str, list[float]]:
 
 
 def learning(name: str) -> list[float]:
-    """Return the pace of an environment of Gymnasium that is stepped without moving."""
+    """Return the pace of a Gymnasium environment whose robot does not move."""
     environment = gymnasium.make(f"naoserver_sim.learning:{name}", disable_env_checker=True)
     environment.reset(seed=1)
     still = np.zeros(environment.action_space.shape or (), np.float32)
@@ -168,18 +169,18 @@ def learning(name: str) -> list[float]:
 
 
 def print_physics() -> None:
-    table = Table("one core", "times real time", "steps a second", "median")
+    table = Table("one core", "times real time", "steps per second", "median")
     figures = stepping() | {name: learning(name) for name in ENVIRONMENTS}
     for name, measured in figures.items():
         best = max(measured)
         table.add_row(name, f"{best:.0f}", f"{best * 400:.0f}", f"{statistics.median(measured):.0f}")
     CONSOLE.print(
-        "physics steps of 2.5 ms, by the processor's time (asked: 30 times real time walking)", table
+        "physics steps of 2.5 ms, by processor time (required: 30 times real time while walking)", table
     )
 
 
 def print_picture_rates() -> None:
-    table = Table("size", "images a second of processor time", "median")
+    table = Table("size", "images per second of processor time", "median")
     robot = SimulatedRobot(clock=VirtualClock())
     for size in ((320, 240), (640, 480)):
         robot.capture("Camera", *size)
@@ -195,11 +196,11 @@ def print_picture_rates() -> None:
 
 
 def print_team(seconds: float, robots: int = 3, cores: int = 2) -> None:
-    """Run several robots on as few cores, and read a camera of each."""
+    """Run several robots on a few cores, and read a camera of each."""
     this = psutil.Process()
     before = this.cpu_affinity()
     available = sorted(before)[:cores]
-    this.cpu_affinity(available)  # what is started from now on inherits it
+    this.cpu_affinity(available)  # processes that are started from now on inherit it
     table = Table("camera", "worst real-time factors", "images/s", "worst lags ms", "cores used")
     for camera in ("320x240@10", "640x480@15"):
         options = ["--camera", f"Camera={camera}"]

@@ -1,4 +1,4 @@
-"""Measure how long a user waits: from `make demo` on a warm environment until the robot's head turns.
+"""Measure the time from `make demo` in a prepared environment until the robot's head turns.
 
 python benchmarks/bench_startup.py [--runs 5]
 """
@@ -25,7 +25,7 @@ TURNING = 0.05
 
 
 def seconds_until_the_head_turns() -> float:
-    """Start the demo once; return the wall seconds until the stream of the head says that it turns."""
+    """Start the demo once; return the wall seconds until the stream of the head shows that it turns."""
     start = time.monotonic()
     with ComponentProcess(["make", "--no-print-directory", "demo"]) as demo:
         endpoint = demo.wait_for(r"endpoint (tcp/[\w.:-]+)")[1]
@@ -35,7 +35,9 @@ def seconds_until_the_head_turns() -> float:
             while max(abs(pose.value.panSpeed), abs(pose.value.tiltSpeed)) < TURNING:
                 pose = head.getPose.wait(after=pose, timeout=30)
             waited = time.monotonic() - start
-        os.killpg(demo.process.pid, signal.SIGINT)  # as Ctrl-C in a terminal: make alone does not pass it on
+        os.killpg(
+            demo.process.pid, signal.SIGINT
+        )  # like Ctrl-C in a terminal: make itself does not forward it
         demo.wait()
     return waited
 
@@ -44,7 +46,7 @@ def main() -> None:
     """Print the median and the extremes."""
     parser = argparse.ArgumentParser(description=re.sub(r"\n.*", "", __doc__ or ""))
     parser.add_argument("--runs", type=int, default=5)
-    seconds_until_the_head_turns()  # not counted: it sets the environment up where that is not done
+    seconds_until_the_head_turns()  # not counted: it prepares the environment if necessary
     waits = [seconds_until_the_head_turns() for _ in range(parser.parse_args().runs)]
     print(
         f"make demo until the head turns: median {statistics.median(waits):.1f} s, "

@@ -1,4 +1,4 @@
-"""Measure tests of behaviors: virtual seconds in a second of the processor, and what a call costs in one.
+"""Measure tests of behaviors: virtual seconds per second of processor time, and the cost of a call.
 
 python benchmarks/bench_testing.py [--seconds 40] [--json FILE]
 """
@@ -46,7 +46,7 @@ def fake(name: str) -> Behavior:
 
 
 def covered(name: str) -> Behavior:
-    """Return a behavior with the fake robot whose coverage is measured."""
+    """Return a behavior with the fake robot, with coverage."""
     b = fake(name)
     Hits().watch(lambda: b.document, b.tree)
     return b
@@ -72,7 +72,7 @@ KINDS: dict[str, Callable[[str], Behavior]] = {
 
 
 def pace(make: Callable[[str], Behavior], name: str, seconds: float) -> float:
-    """Return the virtual seconds in a second, the best of three; of the processor unless GL has a part."""
+    """Return the virtual seconds per second, the best of three; of processor time unless GL is involved."""
     clock = time.perf_counter if make is rendered else time.process_time
     best = 0.0
     for _ in range(3):
@@ -89,7 +89,7 @@ def pace(make: Callable[[str], Behavior], name: str, seconds: float) -> float:
 
 
 def call_cost() -> float:
-    """Return what Head.getPose costs in us."""
+    """Return the cost of Head.getPose in us."""
     b = fake("follow_ball")
     head = b.component.Head
     began = time.process_time()
@@ -99,7 +99,7 @@ def call_cost() -> float:
 
 
 def property_cost() -> float:
-    """Return what a random run of up to 30 steps costs in ms."""
+    """Return the cost of a random run of up to 30 steps in ms."""
     began = time.process_time()
     check_properties(document("dance_and_follow"), lambda b: b.time >= 0, examples=EXAMPLES)
     return (time.process_time() - began) / EXAMPLES * 1e3
@@ -113,7 +113,7 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=40.0, help="virtual seconds of a run")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures to FILE")
     arguments = parser.parse_args()
-    table = Table(title="virtual seconds in a second")
+    table = Table(title="virtual seconds per second")
     table.add_column("behavior")
     for kind in KINDS:
         table.add_column(kind, justify="right")

@@ -1,12 +1,12 @@
-"""Measure calls and streams beside Ice: every figure that was asked for, in one run.
+"""Measure calls and streams compared with Ice: every required figure, in one run.
 
-Servers and clients are processes of their own on loopback; those of Ice, of zenoh_ice and of bare Zenoh
-alternate in rounds. Each section is kept when it is done, so a run that was interrupted goes on with
-`--missing`; the report is made of all sections that there are.
+Servers and clients are separate processes on loopback; those of Ice, of zenoh_ice and of plain Zenoh
+alternate in rounds. Each section is saved when it is complete, so that `--missing` continues an interrupted
+run. The report contains all saved sections.
 
     python benchmarks/bench_transport.py                        everything; 20 minutes of it are the soak
-    python benchmarks/bench_transport.py --only calls,images    some sections anew
-    python benchmarks/bench_transport.py --missing              the sections that are not there yet
+    python benchmarks/bench_transport.py --only calls,images    some sections again
+    python benchmarks/bench_transport.py --missing              the sections without results
     python benchmarks/bench_transport.py --quick --soak-minutes 1 --results DIRECTORY    a short trial
     python benchmarks/bench_transport.py --report               only write the report again
 
@@ -40,7 +40,7 @@ from benchmarks.transport.processes import generated_package  # noqa: E402
 SECTIONS: Final = ("calls", "images", "streams", "clients", "joints", "beside", "soak")
 RESULTS: Final = HERE / "results"
 DISTURBED: Final = 5.0
-"""Percent of the machine that others use before a section, from which its figures are doubtful."""
+"""Load of other processes before a section, in percent, above which its figures are doubtful."""
 
 
 def main() -> None:
@@ -71,14 +71,14 @@ def main() -> None:
 
 def _measure(name: str, package: Path, effort: Effort) -> Section:
     others = psutil.cpu_percent(interval=2.0)
-    beside = f" while others take {others:.0f} % of the machine" if others > DISTURBED else ""
-    print(f"measuring {name}{beside}", flush=True)
+    load = f" while other processes take {others:.0f} % of the machine" if others > DISTURBED else ""
+    print(f"measuring {name}{load}", flush=True)
     begin = time.monotonic()
     section: Section = importlib.import_module(f"benchmarks.transport.{name}").measure(package, effort)
     section.run = {
         "when": time.strftime("%Y-%m-%d %H:%M", time.gmtime()) + " UTC",
         "took": f"{time.monotonic() - begin:.0f} s",
-        "how": ("a short trial" if effort.quick else "a full run") + beside.replace("take", "took"),
+        "how": ("a short trial" if effort.quick else "a full run") + load.replace("take", "took"),
         "on": _machine(),
     }
     return section
@@ -109,11 +109,11 @@ def _options() -> argparse.Namespace:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--only", type=_names, default=SECTIONS, help=f"of {','.join(SECTIONS)}")
-    parser.add_argument("--missing", action="store_true", help="skip sections that there are results of")
+    parser.add_argument("--missing", action="store_true", help="skip sections that have results")
     parser.add_argument("--quick", action="store_true", help="an eighth of the rounds: a trial, no figures")
     parser.add_argument("--soak-minutes", type=float, default=20.0)
     parser.add_argument("--results", type=Path, default=RESULTS, help="directory to write to")
-    parser.add_argument("--report", action="store_true", help="measure nothing, write the report again")
+    parser.add_argument("--report", action="store_true", help="measure nothing, only write the report again")
     return parser.parse_args()
 
 
@@ -129,5 +129,5 @@ if __name__ == "__main__":
     try:
         main()
     except KeyboardInterrupt:
-        print("interrupted; `--missing` goes on with the sections that are not done", file=sys.stderr)
+        print("interrupted; `--missing` continues with the remaining sections", file=sys.stderr)
         sys.exit(130)

@@ -1,6 +1,6 @@
-"""Measure the simulated robot's walk and balance, and print what is asked of them beside it.
+"""Measure the simulated robot's walk and balance, and print the figures with the requirements.
 
-Everything runs in virtual time, with noise in every sense. The largest pushes are drawn, too.
+Everything runs in virtual time, with noise in every sense. The largest pushes are also plotted.
 
     python benchmarks/bench_walk.py [--programmes 30] [--minutes 10] [--plot docs/pictures/walk/pushes.png]
 """
@@ -38,7 +38,7 @@ PUSH_SECONDS: Final = 0.1
 TWO_STEPS: Final = 0.51
 """Seconds."""
 STRONGEST: Final = 8.0
-"""N s: more than any push that is withstood."""
+"""N s: more than any push that the robot withstands."""
 
 
 class Run:
@@ -65,20 +65,20 @@ class Run:
         return self.robot.state().fallen
 
     def place(self) -> tuple[float, float, float]:
-        """Return where the robot really is on the floor, and its heading."""
+        """Return the true position of the robot on the floor, and its heading."""
         torso = self.robot.stage.truth().torso
         return torso.position[0], torso.position[1], torso.heading
 
 
 def reached(velocity: WalkVelocity, seconds: float = 10.0) -> tuple[float, float, float]:
-    """Return the mean velocity in the robot's own frame, once it walks."""
+    """Return the mean velocity in the robot's frame, once it walks."""
     run = Run(0)
     run.walk(velocity, 3.0)
     return mean_velocity(run.place, run.go, seconds, 0.02)
 
 
 def print_speeds() -> None:
-    table = Table("commanded: m/s forward, m/s left, rad/s", "reached", "off (asked: 15 %)")
+    table = Table("commanded: m/s forward, m/s left, rad/s", "reached", "off (required: 15 %)")
     for velocity in (
         *(WalkVelocity(forward=speed) for speed in (0.1, 0.2, 0.25, LIMITS.forward, -0.25)),
         *(WalkVelocity(left=speed) for speed in (0.05, 0.1, LIMITS.left, -0.1)),
@@ -110,7 +110,7 @@ def print_drift(runs: int = 10) -> None:
             way = math.hypot(to_x - x, to_y - y)
         odometry = run.robot.walker.odometry()
         drifts.append(abs(math.cos(heading) * (to_y - y) - math.sin(heading) * (to_x - x)))
-        # Both in the frame in which the robot stood.
+        # Both in the frame of the robot at the start.
         turn = heading - begin.heading
         dx, dy = odometry.x - begin.x, odometry.y - begin.y
         there_x = math.cos(turn) * dx - math.sin(turn) * dy
@@ -119,15 +119,15 @@ def print_drift(runs: int = 10) -> None:
         turns.append(abs(math.remainder(odometry.heading - to_heading + turn, math.tau)))
     CONSOLE.print(
         f"3 m straight, {runs} times: drift {statistics.mean(drifts):.2f} m, at most {max(drifts):.2f} m"
-        f" (asked: 0.3); odometry off by {statistics.mean(errors) * 100:.1f} %, at most"
-        f" {max(errors) * 100:.1f} % (asked: 10); heading by at most {math.degrees(max(turns)):.1f} deg\n"
+        f" (required: 0.3); odometry off by {statistics.mean(errors) * 100:.1f} %, at most"
+        f" {max(errors) * 100:.1f} % (required: 10); heading by at most {math.degrees(max(turns)):.1f} deg\n"
     )
 
 
 def programme(seed: int, seconds: float = 60.0) -> tuple[float | None, float, float, float]:
-    """Walk at velocities out of the full range, a new one each 3 s.
+    """Walk at random velocities of the full range, with a new one every 3 s.
 
-    Returns when it fell, the way, the error of the odometry in m, and the processor's seconds.
+    Returns the time of a fall, the distance, the error of the odometry in m, and the processor time in s.
     """
     run, random = Run(seed), np.random.default_rng(seed)
     begin = time.process_time()
@@ -161,10 +161,10 @@ def print_programmes(count: int) -> None:
             falls.append(f"seed {seed} at {fell:g} s")
     CONSOLE.print(
         f"{count} random programmes of 60 s at up to {LIMITS.forward:g} m/s, {LIMITS.left:g} m/s and"
-        f" {LIMITS.turn:g} rad/s at once: {len(falls)} falls (asked: 2 of 30 at most) {', '.join(falls)}\n"
+        f" {LIMITS.turn:g} rad/s at once: {len(falls)} falls (required: at most 2 of 30) {', '.join(falls)}\n"
         f"odometry off by {statistics.mean(parts) * 100:.1f} % of the way, at most {max(parts) * 100:.1f} %\n"
         f"physics, senses and walk: {60.0 / statistics.median(costs):.0f} times real time on one core"
-        f" (asked of physics and walk: 30)\n"
+        f" (required for physics and walk: 30)\n"
     )
 
 
@@ -188,7 +188,7 @@ def print_balance(minutes: float) -> None:
         speeds = run_speeds(run)
         run.robot.command_positions(targets, {name: 0.3 * speeds[name] for name in targets})
 
-    table = Table("standing", "falls (asked: 0)", "worst tilt")
+    table = Table("standing", "falls (required: 0)", "worst tilt")
     rows: Sequence[tuple[str, Callable[[Run, int], None], float]] = (
         ("still", nothing, 1.0),
         ("head at full speed", look_round, 0.7),
@@ -213,7 +213,7 @@ def run_speeds(run: Run) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class Gaits:
-    """In what the robot is pushed."""
+    """The situations in which the robot is pushed."""
 
     name: str
     velocity: WalkVelocity
@@ -226,7 +226,7 @@ GAITS: Final = (
 
 
 def withstands(velocity: WalkVelocity, angle: float, impulse: float, delay: float) -> bool:
-    """Return whether the robot stands or walks on after a push at the torso, after some seconds more."""
+    """Return whether the robot still stands or walks some seconds after a push at the torso."""
     run = Run(0)
     if velocity != STILL:
         run.walk(velocity, 2.0)
@@ -243,7 +243,7 @@ def withstands(velocity: WalkVelocity, angle: float, impulse: float, delay: floa
 
 
 def largest_push(velocity: WalkVelocity, angle: float, moments: int) -> float:
-    """Return an impulse in N s that is withstood at each of some moments, within 0.1 of the largest."""
+    """Return the largest impulse in N s that it withstands at each of some moments, within 0.1 N s."""
     smallest = STRONGEST
     for moment in range(moments):
         delay = TWO_STEPS * moment / moments
@@ -273,7 +273,7 @@ def print_pushes(moments: int, plot: Path | None) -> None:
     )
     if plot is not None:
         draw(found, angles, names, plot)
-        CONSOLE.print(f"drawn to {plot}")
+        CONSOLE.print(f"plotted to {plot}")
 
 
 def draw(found: dict[str, list[float]], angles: Sequence[float], names: Sequence[str], plot: Path) -> None:
@@ -292,7 +292,7 @@ def draw(found: dict[str, list[float]], angles: Sequence[float], names: Sequence
     axes.set_rlim(0.0, math.ceil(max(max(values) for values in found.values())))
     axes.set_rlabel_position(22.5)
     axes.tick_params(axis="x", pad=18)
-    axes.set_title("Largest push at the torso that is withstood, N s")
+    axes.set_title("Largest push at the torso that the robot withstands, N s")
     axes.legend(loc="upper left", bbox_to_anchor=(-0.25, 1.1), frameon=False)
     plot.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(plot)
@@ -307,9 +307,9 @@ def main() -> None:
     parser.add_argument(
         "--moments", type=int, default=6, help="moments of two steps at which each push strikes"
     )
-    parser.add_argument("--plot", type=Path, help="where to draw the pushes, a PNG")
+    parser.add_argument("--plot", type=Path, help="PNG file for a plot of the pushes")
     options = parser.parse_args()
-    logging.getLogger("naoserver_sim").setLevel(logging.ERROR)  # that it fell is part of the figures
+    logging.getLogger("naoserver_sim").setLevel(logging.ERROR)  # falls are part of the figures
     print_speeds()
     print_drift()
     print_programmes(options.programmes)

@@ -1,11 +1,11 @@
-"""Attack a running server with hostile queries, samples, tokens and links, and watch what that costs it.
+"""Attack a running server with hostile queries, samples, tokens and links, and measure its resources.
 
 python benchmarks/fuzz_server.py [--seconds SECONDS] [--seed NUMBER]
 
-Prints memory, threads and open files of the server as the attack goes on, how many queries got which answer,
-and how a client fares that is served beside: it may be told that the server is busy. Exits with 1 if it is
-served no more, or if the server takes more than half a gigabyte. Of what it takes some 25 MB are what our own
-code holds, all of it bounded; the rest is Zenoh's, and what its allocator keeps.
+Prints the memory, threads and open files of the server during the attack, the number of queries by answer,
+and the calls of an ordinary client, which may get BusyException. Exits with 1 if that client is no longer
+served, or if the server takes more than half a gigabyte. Our code holds about 25 MB of that, which is
+bounded; the rest is Zenoh's, and memory that its allocator keeps.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ _ROWS = 12
 _IN_FLIGHT = 200
 _TOKENS = 5000
 _MOST_MEMORY = 512.0  # MB
-_PATIENCE = 10.0  # s in which a client is served
+_PATIENCE = 10.0  # s within which a client must be served
 _PREFIX = "nao/Calculator/"
 _OPERATIONS = ("add", "divide", "split", "fail", "count", "total", "echo", "who", "getReading", "ice_isA")
 _OTHER_KEYS = (
@@ -56,7 +56,7 @@ _LARGE = (b"\xc6\x00\x20\x00\x00" + bytes(2 << 20), bytes(8 << 20))
 
 
 class _Attack:
-    """What one stranger does, a little at a time."""
+    """The attack of one stranger, in small steps."""
 
     def __init__(self, intruder: Stranger, seed: int) -> None:
         self.answers: Counter[str] = Counter()
@@ -67,7 +67,7 @@ class _Attack:
         self._count = 0
 
     def step(self) -> None:
-        """Do a few hundred things."""
+        """Do a few hundred hostile operations."""
         hostile = self._hostile
         timeout = hostile.choose((2.0, 0.0))
         about = [encode_call_attachment(CALCULATOR.fingerprint, self._count, "abc", timeout)]
@@ -104,7 +104,7 @@ class _Attack:
 
 
 def main() -> None:
-    """Attack, and print what it costs."""
+    """Attack, and print the costs."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -128,7 +128,7 @@ def _run(
     attack = _Attack(first, options.seed)
     most, count = 0.0, 0
     begin = time.monotonic()
-    print("| s | MB | threads | files | a call of a client, ms | told before that it is busy |")
+    print("| s | MB | threads | files | a call of a client, ms | busy before that |")
     print("|---|---|---|---|---|---|")
     while (now := time.monotonic() - begin) < options.seconds:
         if now >= count * options.seconds / _ROWS:
@@ -140,14 +140,14 @@ def _run(
             print(
                 f"| {now:.0f} | {resident:.0f} | {threads} | {files} | {took:.1f} | {refusals} |", flush=True
             )
-            with stranger(endpoint) as other:  # comes, floods and goes
+            with stranger(endpoint) as other:  # connects, floods and disconnects
                 _Attack(other, options.seed + count).step()
         attack.step()
     return attack.answers, most
 
 
 def _call(calculator: CalculatorPrx) -> tuple[float, int]:
-    """Call until it is served; return how many ms that took, and how often it was told to be busy before."""
+    """Call until it is served; return the time in ms, and the number of BusyExceptions before."""
     refusals = 0
     deadline = time.monotonic() + _PATIENCE
     while True:

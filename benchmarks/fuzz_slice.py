@@ -1,4 +1,4 @@
-"""Give the Slice compiler hostile inputs: none may crash it, take a second, or be refused without a reason.
+"""Give the Slice compiler hostile inputs: none may crash it, take a second, or be rejected without an error.
 
 python benchmarks/fuzz_slice.py [--inputs COUNT] [--seed NUMBER]
 """
@@ -16,11 +16,11 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from tests.support.slice_fuzz import Fuzzer, examine
 
 _LIMIT = 1.0
-"""Seconds of the processor that one input may take."""
+"""The longest processor time of one input in s."""
 
 
 def main() -> None:
-    """Run and print what was found; exit with 1 if anything was."""
+    """Run and print failures; exit with 1 if there are any."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -37,7 +37,7 @@ def main() -> None:
             start = time.process_time()
             try:
                 accepted += examine(files, Path(directory))
-            except Exception as error:  # noqa: BLE001 - whatever escapes is what is looked for
+            except Exception as error:  # noqa: BLE001 - any exception is a failure
                 failed += 1
                 print(f"input {number}: {type(error).__name__}: {error}\n  {str(files)[:300]}")
             seconds = time.process_time() - start

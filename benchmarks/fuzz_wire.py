@@ -1,10 +1,10 @@
-"""Give every door of the wire hostile input: whatever comes in is taken, or refused with an error of ours.
+"""Give every entry point of the protocol hostile input, which must be accepted or rejected with our errors.
 
 python benchmarks/fuzz_wire.py [DOOR ...] [--seconds SECONDS] [--seed NUMBER]
 
-Each door is tried in a process of its own, for so many seconds, and may take a second and half a gigabyte at
-most. Where atheris is installed (`pip install atheris`), inputs are bred by which code they reach and which
-comparisons they meet; otherwise they are made by chance. An input that fails is kept under fuzz_findings/.
+Each entry point (door) runs in a separate process for SECONDS; an input may take at most a second and half a
+gigabyte. If atheris is installed (`pip install atheris`), inputs are mutated by the code and comparisons that
+they reach; otherwise they are random. An input that fails is kept in fuzz_findings/.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ _FINDINGS = Path("fuzz_findings")
 _LONGEST_INPUT = 1 << 16
 _SLOWEST = 1.0  # s that one input may take
 _MEMORY = 512  # MB
-_ENDING = 120.0  # s in which a process begins and ends
-_BRED = 0.5  # share of the inputs that atheris changes byte by byte, rather than we by value
+_ENDING = 120.0  # s for the start and the end of a process
+_MUTATED_BY_BYTES = 0.5  # share of the inputs that atheris mutates by bytes; we mutate the others by values
 
 
 def main() -> None:
-    """Try the doors that are named, or all, and exit with 1 if anything was found."""
+    """Try the named doors, or all, and exit with 1 if there are failures."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -47,10 +47,8 @@ def main() -> None:
 
     names = [door.name for door in DOORS]
     if unknown := set(options.doors) - set(names):
-        parser.error(f"no door {', '.join(sorted(unknown))}; there are {', '.join(names)}")
-    print(
-        f"| door ({'guided by atheris' if _GUIDED else 'by chance'}) | inputs | inputs/s | peak MB | result |"
-    )
+        parser.error(f"unknown door {', '.join(sorted(unknown))}; there are {', '.join(names)}")
+    print(f"| door ({'guided by atheris' if _GUIDED else 'random'}) | inputs | inputs/s | peak MB | result |")
     print("|---|---|---|---|---|")
     failed = False
     for name in options.doors or names:
@@ -70,7 +68,7 @@ def main() -> None:
 
 
 def _run(command: list[str], limit: float) -> tuple[str, bool]:
-    """Run a command for so many seconds at most; return what it writes, and whether it failed."""
+    """Run a command with a limit in s; return its output, and whether it failed."""
     process = subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace"
     )
@@ -85,14 +83,14 @@ def _run(command: list[str], limit: float) -> tuple[str, bool]:
 
 
 def _try(name: str, seconds: int, seed: int) -> None:
-    """Try one door in this process, which ends with it; figures go to the standard error as libFuzzer's."""
+    """Try one door in this process, and exit; figures go to stderr in libFuzzer's format."""
     if _GUIDED:
         import atheris
 
         instrumenting = atheris.instrument_imports(include=["zenoh_ice"])
     else:
         instrumenting = nullcontext()
-    with instrumenting:  # all that imports zenoh_ice
+    with instrumenting:  # everything that imports zenoh_ice
         from tests.support.hostile_bytes import BOMBS, HostileBytes
         from tests.support.wire_doors import DOORS
     door = next(door for door in DOORS if door.name == name)
@@ -117,7 +115,7 @@ def _try(name: str, seconds: int, seed: int) -> None:
         return
 
     def breed(data: bytes, longest: int, number: int) -> bytes:
-        if number % 100 < _BRED * 100:
+        if number % 100 < _MUTATED_BY_BYTES * 100:
             return bytes(atheris.Mutate(data, longest))
         return hostile.next_input([data])[:longest]
 

@@ -1,13 +1,13 @@
-"""Measure qiBullet, which is no part of this project, for docs/explanation/comparison.md.
+"""Measure qiBullet, which is not part of this project, for docs/explanation/comparison.md.
 
-It needs an environment of its own:
+It needs a separate environment:
 
     python -m venv qibullet-venv && qibullet-venv/bin/python -m pip install qibullet
     qibullet-venv/bin/python benchmarks/qibullet_figures.py
 
-The meshes of its robots are not needed: their license has to be accepted by whoever uses them, and their
-installer ends with Python 3.9. The robot is loaded from qiBullet's URDF with a box of 4 cm for each mesh that
-is seen, and nothing collides but a box for each sole: physics and pictures cost less than with the meshes.
+The meshes of its robots are not used: every user has to accept their license, and their installer supports
+only Python up to 3.9. The robot is loaded from qiBullet's URDF with a box of 4 cm for each visible mesh, and
+only a box for each sole can collide: physics and images cost less than with the meshes.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from qibullet import NaoVirtual, SimulationManager
 from qibullet.camera import Camera
 from qibullet.robot_virtual import RobotVirtual
 
-PHYSICS_RATE = 240.0  # steps in a simulated second: pybullet's own, which qiBullet keeps
+PHYSICS_RATE = 240.0  # steps per simulated second: the default of pybullet, which qiBullet uses
 SEEN = "0.04 0.04 0.04"
 SOLE = "0.16 0.088 0.016"
 SOLE_PLACE = "0.025 0 -0.037"
@@ -33,7 +33,7 @@ ROUNDS = 5
 
 
 class BareNao(NaoVirtual):  # type: ignore[misc]
-    """qiBullet's Nao without its meshes: its own constructor asks for them."""
+    """qiBullet's Nao without its meshes, which its constructor would ask for."""
 
     def __init__(self, urdf: Path) -> None:
         RobotVirtual.__init__(self, str(urdf))
@@ -41,7 +41,7 @@ class BareNao(NaoVirtual):  # type: ignore[misc]
 
 
 def bare_urdf(folder: Path) -> Path:
-    """Write qiBullet's description of a Nao with boxes for its meshes, and return where."""
+    """Write qiBullet's description of a Nao with boxes for its meshes, and return its path."""
     description = ElementTree.parse(Path(qibullet.__file__).parent / "robot_data" / "nao.urdf")
     for link in description.getroot().iter("link"):
         for seen in link.iter("visual"):
@@ -57,7 +57,7 @@ def bare_urdf(folder: Path) -> Path:
 
 
 def give_box(part: ElementTree.Element, size: str, place: str = "") -> None:
-    """Let a box be the shape of a part of a link."""
+    """Make a box the shape of a part of a link."""
     geometry = part.find("geometry")
     if geometry is None:
         return
@@ -94,7 +94,7 @@ def main() -> None:
         for _ in range(2000):
             manager.stepSimulation(client)
         rates.append(2000 / (time.thread_time() - begin))
-    print(f"steps a second of processor time: {best(rates)}, {max(rates) / PHYSICS_RATE:.0f} x real time")
+    print(f"steps per second of processor time: {best(rates)}, {max(rates) / PHYSICS_RATE:.0f} x real time")
 
     joints = [name for name in nao.joint_dict if "Finger" not in name and "Thumb" not in name]
     rates = []
@@ -123,7 +123,7 @@ def main() -> None:
                 time.sleep(0.0005)
             rates.append(frames / (time.process_time() - used))
         nao.unsubscribeCamera(handle)
-        print(f"pictures of {name} a second of processor time: {best(rates)}")
+        print(f"images of {name} per second of processor time: {best(rates)}")
 
     manager.stopSimulation(client)
 

@@ -1,8 +1,8 @@
-"""Print how far `codegen` agrees with slice2py on the cases of the tests and on generated files.
+"""Print how often `codegen` agrees with slice2py on the test cases and on generated files.
 
     python benchmarks/slice_agreement.py [--generated COUNT] [--seed NUMBER] [FILES.ice...]
 
-Other files are compared too, each by itself. Differences are listed below the table.
+The given files are compared separately. Differences are listed below the table.
 """
 
 from __future__ import annotations
@@ -24,15 +24,19 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument(
-        "--generated", type=int, default=1000, metavar="COUNT", help="files made from the grammar"
+        "--generated",
+        type=int,
+        default=1000,
+        metavar="COUNT",
+        help="number of files to generate from the grammar",
     )
-    parser.add_argument("--seed", type=int, default=0, help="another seed makes other files")
-    parser.add_argument("files", nargs="*", type=Path, help="files of your own, with the extension .ice")
+    parser.add_argument("--seed", type=int, default=0, help="seed of the generated files")
+    parser.add_argument("files", nargs="*", type=Path, help="further files, with the extension .ice")
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as directory:
         root = Path(directory)
         paths = [case.write(root / "cases" / str(number)) for number, case in enumerate(all_cases())]
-        rows = {"cases of the tests": compare(paths, root / "out")}
+        rows = {"test cases": compare(paths, root / "out")}
         generated = root / "generated"
         generated.mkdir()
         rows["generated"] = compare_generated(generated, arguments.generated, arguments.seed)

@@ -1,1 +1,1 @@
-"""The benchmark of calls and streams: a section a module, ours and Ice in processes of their own."""
+"""The benchmark of calls and streams: one module per section, with separate processes for ours and Ice."""

@@ -1,4 +1,4 @@
-"""What Zenoh itself takes for a call: a queryable, a querier with the options that ours have, MessagePack."""
+"""The cost of a call in Zenoh itself: a queryable, a querier with the same options as ours, MessagePack."""
 
 from __future__ import annotations
 

@@ -89,7 +89,7 @@ def measure(package: Path, effort: Effort) -> Section:
 
 @contextmanager
 def _simulator() -> Iterator[None]:
-    """Run a simulated robot that nobody asks anything."""
+    """Run a simulated robot without clients."""
     with ComponentProcess(module("naoserver_sim", "--listen", free_endpoint())) as simulator:
         simulator.wait_for("ready")
         yield
@@ -103,5 +103,5 @@ def _calls(server: Worker, client: Worker, seconds: float, *, beside: bool) -> l
     if beside:
         server.do("stop_sending")
         if client.do("heard") < seconds * RATE / 2:
-            raise RuntimeError(f"{client.name}: the stream did not flow")
+            raise RuntimeError(f"{client.name}: no samples arrived")
     return times

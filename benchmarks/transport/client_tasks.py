@@ -1,4 +1,4 @@
-"""What a client of the benchmark is told to do: call and measure, follow a stream and tell what came."""
+"""The commands of a benchmark client: call and measure, follow a stream and report what arrived."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ import numpy as np
 from .peers import Client
 from .processor_time import thread_times
 
-_WARM_UP: Final = 20  # calls that are not counted: the processes have just been woken
+_WARM_UP: Final = 20  # calls that are not counted: the processes are just waking up
 _QUIET: Final = 0.5  # s without a value after which the rest counts as lost
-_FIRST_SAMPLE: Final = 5.0  # s within which the first comes
+_FIRST_SAMPLE: Final = 5.0  # s within which the first value arrives
 _LATEST_IN_ONE: Final = 100  # the clock itself takes a tenth of a microsecond
 
 
 class ClientTasks:
-    """Calls and follows."""
+    """Calls a server and follows its streams."""
 
     thread_times = staticmethod(thread_times)
 
@@ -49,7 +49,7 @@ class ClientTasks:
         at: float = 0.0,
         size: tuple[int, int] | None = None,
     ) -> list[float]:
-        """Call so often or so long, beginning at a time of the steady clock; return s each."""
+        """Call a number of times or for a duration from a time of the monotonic clock; return s per call."""
         call = self._operation(operation, size)
         for _ in range(min(_WARM_UP, count or _WARM_UP)):
             call()
@@ -65,12 +65,12 @@ class ClientTasks:
         return times
 
     def latest(self, count: int) -> list[float]:
-        """Read the newest joint state so often; return s each."""
+        """Read the newest joint state a number of times; return s per read."""
         read, times = self._client.latest, []
         deadline = time.monotonic() + _FIRST_SAMPLE
-        while read() is None:  # the first question subscribes
+        while read() is None:  # the first read subscribes
             if time.monotonic() > deadline:
-                raise RuntimeError("no joint state has come")
+                raise RuntimeError("no joint state has arrived")
             time.sleep(0.001)
         for _ in range(max(count // _LATEST_IN_ONE, 1)):
             start = time.perf_counter()
@@ -80,7 +80,7 @@ class ClientTasks:
         return times
 
     def pipeline(self, count: int, width: int) -> float:
-        """Keep `width` calls in flight; return calls a second."""
+        """Keep `width` calls in flight; return calls per second."""
         call = self._client.stepAsync
         flying = deque(call() for _ in range(width))
         start = time.perf_counter()
@@ -106,33 +106,33 @@ class ClientTasks:
     # Streams.
 
     def follow(self, stream: str) -> None:
-        """Follow a stream from now on; `heard` tells when it has begun to bring values."""
+        """Follow a stream; `heard` shows when its values arrive."""
         self.unfollow()
         self._arrivals = Arrivals()
         self._following = self._client.follow(stream, self._arrivals.take)
         self._following.__enter__()
 
     def heard(self) -> int:
-        """Return how many values have come."""
+        """Return the number of values that have arrived."""
         return len(self._arrivals.numbers)
 
     def forget(self) -> None:
-        """Forget what has come."""
+        """Discard the values that have arrived."""
         self._arrivals.clear()
 
     def collect(self, last: int, limit: float) -> dict[str, Any]:
-        """Wait until a number has come, or nothing has for a while; return what came since `forget`."""
+        """Wait for the value with a number, or for silence; return what has arrived since `forget`."""
         return self._arrivals.collect(last, limit)
 
     def unfollow(self) -> None:
-        """Follow nothing any more."""
+        """Stop following."""
         following, self._following = self._following, None
         if following is not None:
             following.__exit__(None, None, None)
 
 
 class Arrivals:
-    """What came on a stream, and when."""
+    """The values that arrived on a stream, with their times."""
 
     def __init__(self) -> None:
         self.numbers: list[int] = []
@@ -141,7 +141,7 @@ class Arrivals:
         self._changed = threading.Condition()
 
     def take(self, value: Any) -> None:  # noqa: ANN401
-        """Note a value; of an image it looks at the pixels, as whoever follows it would."""
+        """Record a value; the pixels of an image are read, as by any subscriber."""
         if hasattr(value, "pixels"):
             np.frombuffer(value.pixels, np.uint8)[-1]
         now = time.monotonic_ns()
@@ -152,13 +152,13 @@ class Arrivals:
             self._changed.notify()
 
     def clear(self) -> None:
-        """Forget everything."""
+        """Discard everything."""
         with self._changed:
             for each in (self.numbers, self._latencies, self._times):
                 each.clear()
 
     def collect(self, last: int, limit: float) -> dict[str, Any]:
-        """Wait for a number, or for silence; return what came."""
+        """Wait for the value with a number, or for silence; return what arrived."""
         deadline = time.monotonic() + limit
         with self._changed:
             while not self.numbers or self.numbers[-1] < last:

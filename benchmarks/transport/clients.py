@@ -1,4 +1,4 @@
-"""Sixteen clients that call one server without a pause."""
+"""Sixteen clients that call one server without pauses."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _SECONDS: Final = 4.0
 
 
 def measure(package: Path, effort: Effort) -> Section:
-    """Measure how calls are shared out among clients, each a process."""
+    """Measure how fairly calls are distributed among clients, each in a process."""
     seconds = effort.seconds(_SECONDS)
     with Lab(package) as lab:
         workers = {kind: lab.pair(kind, CLIENTS)[1] for kind in ("ours", "ice")}
@@ -77,7 +77,7 @@ def measure(package: Path, effort: Effort) -> Section:
 
 
 def _together(workers: list[Worker], seconds: float) -> list[list[float]]:
-    """Let all begin at one time; return each client's times."""
+    """Start all clients at one time; return their times."""
     at = time.monotonic() + 1.0
     for worker in workers:
         worker.start("call", operation="step", seconds=seconds, at=at)
@@ -85,6 +85,6 @@ def _together(workers: list[Worker], seconds: float) -> list[list[float]]:
 
 
 def _slowest(clients: list[list[float]]) -> float:
-    """Return the calls of the client that made the fewest, as a share of the mean."""
+    """Return the smallest number of calls of a client, as a share of the mean."""
     counts = [len(each) for each in clients]
     return min(counts) / statistics.mean(counts)

@@ -1,4 +1,4 @@
-"""What is sent in the benchmark: joint states and images, alike for all peers."""
+"""The content of the benchmark: joint states and images, the same for all peers."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ LARGE_IMAGE: Final = (1280, 960)
 
 @cache
 def frame(width: int, height: int) -> Any:  # noqa: ANN401
-    """Return an image as a camera has it, an array; whoever sends it takes its bytes, anew each time."""
+    """Return an image as an array, like a camera; the sender copies its bytes each time."""
     return np.random.default_rng(width).integers(0, 256, (height, width, 3), np.uint8)
 
 
 def marked_joints(number: int) -> list[float]:
-    """Return positions that show whether they belong together."""
+    """Return positions by which torn values can be recognized."""
     return [float(number)] * len(JOINTS)
 
 
 def marked_pixels(number: int, width: int, height: int) -> bytes:
-    """Return an image that shows whether it is of one piece."""
+    """Return an image by which torn values can be recognized."""
     return bytes([number % 251]) * (3 * width * height)

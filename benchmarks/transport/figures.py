@@ -1,4 +1,4 @@
-"""Results of the benchmark: figures with what was asked, tables with what was measured."""
+"""Results of the benchmark: figures with their requirements, and tables of measurements."""
 
 from __future__ import annotations
 
@@ -14,23 +14,23 @@ SMALLEST_QUARTILES: Final = 4
 
 @dataclass(frozen=True)
 class Effort:
-    """How long to measure."""
+    """The duration of measurements."""
 
     quick: bool = False
     soak_minutes: float = 20.0
 
     def rounds(self, full: int) -> int:
-        """Return how many interleaved rounds are counted, of those of a full run."""
+        """Return the number of interleaved rounds, given that of a full run."""
         return max(2, full // 8) if self.quick else full
 
     def seconds(self, full: float) -> float:
-        """Return how long a part takes, of its time in a full run."""
+        """Return the duration of a part, given that of a full run."""
         return max(0.5, full / 8) if self.quick else full
 
 
 @dataclass(frozen=True)
 class Figure:
-    """One number of those that were asked for."""
+    """A required figure."""
 
     what: str
     asked: str
@@ -40,7 +40,7 @@ class Figure:
 
 @dataclass(frozen=True)
 class Table:
-    """What a section measured in detail."""
+    """Detailed measurements of a section."""
 
     title: str
     columns: list[str]
@@ -49,14 +49,14 @@ class Table:
 
 @dataclass
 class Section:
-    """What was found out about one matter; `plot` is what its panel is drawn from."""
+    """The results of one subject; `plot` is the data of its panel."""
 
     name: str
     figures: list[Figure] = field(default_factory=list)
     tables: list[Table] = field(default_factory=list)
     plot: dict[str, Any] = field(default_factory=dict)
     run: dict[str, str] = field(default_factory=dict)
-    """When, how and on what it was measured."""
+    """Time, options and machine of the measurement."""
 
     def save(self, path: Path) -> None:
         """Write it as JSON."""
@@ -65,7 +65,7 @@ class Section:
 
     @classmethod
     def load(cls, path: Path) -> Section:
-        """Read what `save` wrote."""
+        """Read a file written by `save`."""
         data = json.loads(path.read_text())
         data["figures"] = [Figure(**figure) for figure in data["figures"]]
         data["tables"] = [Table(**table) for table in data["tables"]]
@@ -74,7 +74,7 @@ class Section:
 
 @dataclass(frozen=True)
 class Spread:
-    """The median of what the rounds gave, and the middle half of them."""
+    """The median and the quartiles of the rounds."""
 
     median: float
     low: float
@@ -85,7 +85,7 @@ class Spread:
 
 
 def spread(values: Sequence[float]) -> Spread:
-    """Return median and quartiles."""
+    """Return the median and the quartiles."""
     if len(values) < SMALLEST_QUARTILES:
         return Spread(statistics.median(values), min(values), max(values))
     low, median, high = statistics.quantiles(values, n=4, method="inclusive")
@@ -93,18 +93,18 @@ def spread(values: Sequence[float]) -> Spread:
 
 
 def ratio(numerator: Sequence[float], denominator: Sequence[float]) -> Spread:
-    """Return the spread of the ratios of each round."""
+    """Return the spread of the ratios of the rounds."""
     return spread([above / below for above, below in zip(numerator, denominator, strict=True)])
 
 
 def percentile(values: Sequence[float], share: float) -> float:
-    """Return the value below which this share of all lies."""
+    """Return the value below which this share of all values is."""
     ordered = sorted(values)
     return ordered[min(int(len(ordered) * share), len(ordered) - 1)]
 
 
 def thinned(values: Sequence[float], most: int = 500) -> list[float]:
-    """Return quantiles that draw the same curve as all values."""
+    """Return quantiles with the same distribution as all values."""
     ordered = sorted(values)
     last = len(ordered) - 1
     count = min(len(ordered), most)

@@ -1,4 +1,4 @@
-"""The peer beside which it is measured: Ice 3.7, as its users set it up."""
+"""The peer for comparison: Ice 3.7, configured as by its users."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from .interface import IDENTITY, load_ice
 from .peers import Got
 
 _PROPERTIES: Final = {
-    "Ice.MessageSizeMax": "0",  # 1 MB, the default, is too little for the images
+    "Ice.MessageSizeMax": "0",  # the default of 1 MB is too small for the images
     "Ice.ThreadPool.Server.Size": "1",  # the fastest for small calls
     "Ice.Warn.Connections": "0",
 }
 
 
 class IceServer:
-    """A servant that pushes oneway to the sinks that follow it."""
+    """A servant that sends oneway calls to the sinks of its followers."""
 
     def __init__(self, bench: Any) -> None:  # noqa: ANN401
         self._bench = bench
@@ -29,12 +29,12 @@ class IceServer:
         self._sinks: tuple[Any, ...] = ()
 
     def add(self, sink: Any) -> None:  # noqa: ANN401
-        """Push to a sink from now on."""
+        """Add a sink."""
         with self._lock:
             self._sinks += (sink,)
 
     def send(self, stream: str, stamp: int, number: int, content: Any) -> None:  # noqa: ANN401
-        """Push a value; a sink that is gone is forgotten."""
+        """Push a value; a lost sink is removed."""
         joints = stream == "joints"
         value = (
             self._bench.JointState(stamp, number, content)
@@ -70,12 +70,12 @@ class IceClient:
         return future
 
     def latest(self) -> object:
-        """Call: Ice has nothing that keeps the newest value."""
+        """Call, since Ice does not keep the newest value."""
         return self._robot.joints()
 
     @contextmanager
     def follow(self, stream: str, got: Got) -> Iterator[object]:
-        """Let the server push to a sink of ours."""
+        """Register a sink at the server."""
 
         class SinkI(self._bench.Sink):  # type: ignore[misc,name-defined]
             def takeJoints(self, state: Any, current: Any) -> None:  # noqa: ANN401, ARG002

@@ -1,4 +1,4 @@
-"""Make the classes of robot.ice: ours by codegen, Ice's by its own compiler."""
+"""Generate the classes of robot.ice: ours with codegen, Ice's with its own compiler."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ SLICE: Final = Path(__file__).with_name("robot.ice")
 REPOSITORY: Final = SLICE.parents[2]
 REALM: Final = "bench"
 IDENTITY: Final = "Robot"
-"""Under which it is served, unless there are two."""
+"""The identity of the servant, unless there are two."""
 
 _PACKAGE: Final = "bench_generated"
 
@@ -27,7 +27,7 @@ def generate(folder: Path) -> None:
 
 
 def load_generated(folder: Path) -> Any:  # noqa: ANN401
-    """Import our classes from the folder in which they were generated."""
+    """Import our generated classes from a folder."""
     sys.path.insert(0, str(folder))
     return importlib.import_module(f"{_PACKAGE}.Bench")
 

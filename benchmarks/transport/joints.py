@@ -19,7 +19,7 @@ _SECONDS: Final = 5.0
 
 
 def measure(package: Path, effort: Effort) -> Section:
-    """Measure losses and latency of a stream of 26 doubles, each subscriber a process."""
+    """Measure losses and latency of a stream of 26 doubles, with a process for each subscriber."""
     count = int(effort.seconds(_SECONDS) * RATE)
     with Lab(package) as lab:
         pairs = {kind: lab.pair(kind, SUBSCRIBERS) for kind in ("ours", "ice")}

@@ -1,4 +1,4 @@
-"""The peer that is measured: generated proxies and servants of zenoh_ice."""
+"""The measured peer: generated proxies and servants of zenoh_ice."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .interface import IDENTITY, REALM, load_generated
 from .peers import Got
 
 _QUEUE: Final = 1000
-"""Joint states that wait for a subscriber that is late: a second's."""
+"""Joint states that are queued for a slow subscriber: those of one second."""
 
 
 class OurServer:

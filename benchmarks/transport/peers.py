@@ -1,4 +1,4 @@
-"""What the processes of the benchmark can do, whatever they talk over."""
+"""The operations of all peers of the benchmark."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Final, Protocol
 
 KINDS: Final = ("socket", "bare", "bare on ours", "ours", "ice")
-"""`bare on ours` is a client alone: what our servant costs, without our proxy."""
+"""`bare on ours` is only a client: the cost of our servant without our proxy."""
 
 Got = Callable[[Any], object]
 """Takes a JointState or a Picture."""
@@ -19,7 +19,7 @@ class Server(Protocol):
     """Serves `Robot`."""
 
     def send(self, stream: str, stamp: int, number: int, content: Any) -> None:  # noqa: ANN401
-        """Send to all who follow the stream: the positions of `joints`, or the array of `video`."""
+        """Send to all subscribers of a stream: the positions of `joints`, or the array of `video`."""
 
 
 class Client(Protocol):
@@ -38,17 +38,17 @@ class Client(Protocol):
         """Call for the joint state."""
 
     def latest(self) -> object:
-        """Return the newest joint state: without a round trip where there are streams."""
+        """Return the newest joint state, without a round trip if the peer has streams."""
 
     def follow(self, stream: str, got: Got) -> AbstractContextManager[object]:
-        """Call a function with what a stream brings: all of `joints`, the newest of `video`."""
+        """Call a function with the values of a stream: all of `joints`, the newest of `video`."""
 
 
-# Each kind is imported by the processes that need it: none shall carry the libraries of another.
+# Each kind is imported only by the processes that need it, without the libraries of the others.
 
 
 def serve(kind: str, endpoint: str, package: Path) -> AbstractContextManager[Any]:
-    """Serve on an endpoint, `tcp/127.0.0.1:PORT`; gives a Server where there are streams."""
+    """Serve on an endpoint, `tcp/127.0.0.1:PORT`; yields a Server if the peer has streams."""
     if kind == "socket":
         from .socket_peer import serve as serve_socket
 
@@ -67,7 +67,7 @@ def serve(kind: str, endpoint: str, package: Path) -> AbstractContextManager[Any
 
 
 def connect(kind: str, endpoints: Sequence[str], package: Path) -> AbstractContextManager[Any]:
-    """Connect to a server; gives a Client, of which those that are not ours or Ice's can only `step`."""
+    """Connect to a server; yields a Client, which can only `step` unless it is ours or Ice's."""
     if kind == "socket":
         from .socket_peer import connect as connect_socket
 

@@ -1,4 +1,4 @@
-"""Draw what was measured."""
+"""Plot the measurements."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from matplotlib.ticker import LogLocator, NullFormatter
 from .figures import Section
 
 _COLORS: Final = {"bare": "#9aa0a6", "ours": "#0b7285", "ice": "#e8590c"}
-_SHOWN: Final = 0.995  # of what is measured: the last few would take half of a panel
+_SHOWN: Final = 0.995  # share of the values: the last few would take half of a panel
 _NAMES: Final = {"bare": "bare Zenoh", "ours": "zenoh_ice", "ice": "Ice"}
 
 
 def draw(sections: Mapping[str, Section], path: Path) -> None:
-    """Draw a panel for each section that was measured."""
+    """Plot a panel for each section with results."""
     panels = [(name, panel) for name, panel in _PANELS if name in sections]
     columns = min(len(panels), 2)
     rows = -(-len(panels) // columns)
@@ -88,7 +88,7 @@ def _beside(axis: Any, plot: dict[str, Any]) -> None:  # noqa: ANN401
 
 def _soak(axis: Any, plot: dict[str, Any]) -> None:  # noqa: ANN401
     _memory(axis, plot, "memory")
-    axis.set(title="soak: memory of its own", xlabel="minutes", ylabel="MB")
+    axis.set(title="soak: private memory", xlabel="minutes", ylabel="MB")
 
 
 def _soak_shared(axis: Any, plot: dict[str, Any]) -> None:  # noqa: ANN401

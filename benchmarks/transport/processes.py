@@ -1,4 +1,4 @@
-"""Start the processes of the benchmark, give them commands, and end them."""
+"""Start the processes of the benchmark, send them commands, and stop them."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from .interface import IDENTITY, REPOSITORY, generate
 
 LIMIT: Final = 120.0  # s that a command may take
 _END_LIMIT: Final = 15.0
-# Without this, each of Ice's large replies costs several times as much; ours run under the same.
+# Without this, large replies of Ice take several times as long; ours run with the same settings.
 TUNED_MEMORY: Final = {"MALLOC_MMAP_THRESHOLD_": "134217728", "MALLOC_TRIM_THRESHOLD_": "268435456"}
 
 
 class Worker:
-    """A process that obeys; leaving the `with` block ends it."""
+    """A process that executes commands; leaving the `with` block ends it."""
 
     def __init__(
         self,
@@ -45,7 +45,7 @@ class Worker:
             stdout=subprocess.PIPE,
             text=True,
             cwd=REPOSITORY,
-            # Ctrl-C is for us, and we end it. No session: Linux would schedule each as a group of its own.
+            # Ctrl-C goes to us, and we end it. No session: Linux would schedule each session separately.
             process_group=0,
             env={**os.environ, **TUNED_MEMORY},
         )
@@ -74,22 +74,22 @@ class Worker:
         return self
 
     def start(self, do: str, **arguments: Any) -> None:  # noqa: ANN401
-        """Give a command; `finish` has its result."""
+        """Send a command; `finish` returns its result."""
         assert self._process.stdin is not None
         self._process.stdin.write(json.dumps({"do": do, **arguments}) + "\n")
         self._process.stdin.flush()
 
     def finish(self, limit: float = LIMIT) -> Any:  # noqa: ANN401
-        """Return the result of the command that was started. Raises RuntimeError when it failed."""
+        """Return the result of the started command. Raises RuntimeError if it failed."""
         return self._answer(limit).get("result")
 
     def do(self, do: str, **arguments: Any) -> Any:  # noqa: ANN401
-        """Give a command and return its result."""
+        """Send a command and return its result."""
         self.start(do, **arguments)
         return self.finish()
 
     def kill(self) -> None:
-        """End it as a crash would."""
+        """End it like a crash."""
         self._process.kill()
         self._process.wait(_END_LIMIT)
 
@@ -104,9 +104,9 @@ class Worker:
         try:
             line = self._answers.get(timeout=limit)
         except queue.Empty:
-            raise RuntimeError(f"{self.name} said nothing for {limit:g} s") from None
+            raise RuntimeError(f"{self.name} did not answer for {limit:g} s") from None
         if not line:
-            raise RuntimeError(f"{self.name} ended by itself")
+            raise RuntimeError(f"{self.name} ended unexpectedly")
         answer: dict[str, Any] = json.loads(line)
         if "error" in answer:
             raise RuntimeError(f"{self.name}: {answer['error']}")
@@ -114,14 +114,14 @@ class Worker:
 
 
 class Lab:
-    """Makes servers and their clients, and ends them all."""
+    """Starts servers and their clients, and ends them all."""
 
     def __init__(self, package: Path) -> None:
         self.package: Final = package
         self._stack = ExitStack()
 
     def pair(self, kind: str, clients: int = 1) -> tuple[Worker, list[Worker]]:
-        """Return a server and clients of it."""
+        """Return a server and its clients."""
         server = self.worker("server", kind, [free_endpoint()]).wait_until_ready()
         return server, self.clients(kind, server, clients)
 
@@ -150,7 +150,7 @@ class Lab:
 
 @contextmanager
 def generated_package() -> Iterator[Path]:
-    """Give the folder of the generated package while it is there."""
+    """Yield the temporary folder of the generated package."""
     with tempfile.TemporaryDirectory() as folder:
         generate(Path(folder))
         yield Path(folder)

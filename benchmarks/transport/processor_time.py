@@ -1,4 +1,4 @@
-"""Where the time of a call goes: what each thread of its two processes computes for it."""
+"""The distribution of a call's time: the processor time of each thread of both processes."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from .processes import Worker
 
 _TASKS: Final = Path("/proc/self/task")
 _NUMBER: Final = re.compile(r"[-_ ]?\d+$")
-_LEAST: Final = 0.3  # us a call below which a thread is not worth a line
+_LEAST: Final = 0.3  # us per call below which a thread is not listed
 _CALLS: Final = 1000
 
 
 def thread_times() -> dict[str, float]:
-    """Return the processor time of this process in us by thread; those of a pool are one."""
+    """Return the processor time of this process in us by thread; those of a pool are added up."""
     python = {thread.native_id: thread.name for thread in threading.enumerate()}
     times: defaultdict[str, float] = defaultdict(float)
     for task in _TASKS.iterdir():
@@ -32,7 +32,7 @@ def thread_times() -> dict[str, float]:
 
 
 def spent(server: Worker, client: Worker) -> dict[tuple[str, str], float]:
-    """Return what a call takes of the processor, in us, by side and thread."""
+    """Return the processor time of a call in us, by side and thread."""
     sides = {"client": client, "server": server}
     before = {name: side.do("thread_times") for name, side in sides.items()}
     client.do("call", operation="step", count=_CALLS)
@@ -44,7 +44,7 @@ def spent(server: Worker, client: Worker) -> dict[tuple[str, str], float]:
 
 
 def rows(kind: str, rounds: list[dict[tuple[str, str], float]]) -> list[list[str]]:
-    """Return the rows of a table: kind, side, thread, and the median of its us a call."""
+    """Return the rows of a table: kind, side, thread, and the median of us per call."""
     found = []
     for name, thread in rounds[-1]:
         each = spread([one.get((name, thread), 0.0) for one in rounds])

@@ -1,4 +1,4 @@
-"""Show what was measured: as a table in the terminal, as Markdown, and as a plot."""
+"""Show the results as a table in the terminal, as Markdown, and as a plot."""
 
 from __future__ import annotations
 
@@ -13,17 +13,19 @@ from .figures import Section, Table
 
 _INTRODUCTION: Final = (
     "Written by `make bench-transport` (`benchmarks/bench_transport.py`). Every server and client is a",
-    "process of its own, on loopback. Those of Ice and ours alternate in rounds of random order; the first",
-    "round is not counted. A figure is the median of what the rounds gave; their middle half stands in",
-    "parentheses. Ice has its memory tuned (`MALLOC_MMAP_THRESHOLD_`, `MALLOC_TRIM_THRESHOLD_`), without",
-    "which its large replies take several times as long; ours run under the same tuning. Each image that is",
-    "sent is copied out of an array first, as from a camera.",
+    "separate process, on loopback. Those of Ice and ours alternate in rounds of random order; the first",
+    "round is not counted. A figure is the median of the rounds, with the quartiles in parentheses. The",
+    "memory allocation is tuned for Ice (`MALLOC_MMAP_THRESHOLD_`, `MALLOC_TRIM_THRESHOLD_`): otherwise its",
+    "large replies take several times as long. Ours run with the same settings. Each image is copied from",
+    "an array before it is sent, as from a camera.",
 )
 
 
 def show(sections: Sequence[Section]) -> None:
-    """Print the figures beside what was asked."""
-    table = RichTable("", "asked", "measured", "", title="Calls and streams of zenoh_ice, beside Ice 3.7.11")
+    """Print the figures with the requirements."""
+    table = RichTable(
+        "", "required", "measured", "", title="Calls and streams of zenoh_ice and of Ice 3.7.11"
+    )
     for section in sections:
         for figure in section.figures:
             met = "[green]met[/]" if figure.met else "[red]not met[/]"
@@ -45,14 +47,14 @@ def show_details(section: Section) -> None:
 def write_markdown(sections: Sequence[Section], path: Path, plot: Path) -> None:
     """Write the figures and all tables."""
     lines = [
-        "# Calls and streams beside Ice",
+        "# Calls and streams compared with Ice",
         "",
         *_INTRODUCTION,
         "",
         *_lines(
             Table(
                 "",
-                ["figure", "asked", "measured", ""],
+                ["figure", "required", "measured", ""],
                 [
                     [figure.what, figure.asked, figure.measured, "met" if figure.met else "**not met**"]
                     for section in sections

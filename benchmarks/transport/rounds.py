@@ -1,4 +1,4 @@
-"""Measure subjects in rounds that alternate, so that what disturbs the machine disturbs all of them."""
+"""Measure subjects in alternating rounds, so that other load of the machine affects all of them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ T = TypeVar("T")
 
 @dataclass
 class Times:
-    """How long something took in s, round by round."""
+    """The durations of something in s, by round."""
 
     rounds: list[list[float]] = field(default_factory=list)
 
@@ -31,7 +31,7 @@ class Times:
 
     @property
     def all(self) -> list[float]:
-        """Every single one."""
+        """All durations."""
         return [time for times in self.rounds for time in times]
 
     @property
@@ -41,7 +41,7 @@ class Times:
 
 
 def interleaved(subjects: Mapping[str, Callable[[], T]], rounds: int) -> dict[str, list[T]]:
-    """Return what the subjects gave in each round; the first round is not counted, the order is random."""
+    """Return the results of the subjects by round, in random order and without the first round."""
     results: dict[str, list[T]] = {name: [] for name in subjects}
     for number in range(rounds + 1):
         for name in random.sample(list(subjects), len(subjects)):
@@ -52,5 +52,5 @@ def interleaved(subjects: Mapping[str, Callable[[], T]], rounds: int) -> dict[st
 
 
 def timed(subjects: Mapping[str, Callable[[], list[float]]], rounds: int) -> dict[str, Times]:
-    """Return the times that the subjects gave, each a list a round."""
+    """Return the times of the subjects, with a list per round."""
     return {name: Times(results) for name, results in interleaved(subjects, rounds).items()}

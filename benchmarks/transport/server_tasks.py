@@ -1,4 +1,4 @@
-"""What a server of the benchmark is told to do: send on its streams."""
+"""The commands of a benchmark server: send on its streams."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class ServerTasks:
     def send(
         self, stream: str, count: int | None, rate: float = 0.0, size: tuple[int, int] = (0, 0)
     ) -> dict[str, Any]:
-        """Send values, `rate` a second or without a pause, and number them on from those sent before."""
+        """Send values, `rate` per second or without pauses, with consecutive numbers."""
         content: Any = list(JOINTS) if stream == "joints" else frame(*size)
         number = first = self._numbers.get(stream, 0)
         start = time.monotonic()
@@ -49,13 +49,13 @@ class ServerTasks:
         return {"last": number, "sent": number - first, "wall": time.monotonic() - start}
 
     def start_sending(self, stream: str, rate: float, size: tuple[int, int] = (0, 0)) -> None:
-        """Send until told to stop, while other commands are obeyed."""
+        """Send until `stop_sending`, while other commands are executed."""
         self._stop.clear()
         self._thread = threading.Thread(target=self.send, args=(stream, None, rate, size))
         self._thread.start()
 
     def stop_sending(self) -> None:
-        """Stop what was started."""
+        """Stop sending."""
         self._stop.set()
         if self._thread is not None:
             self._thread.join(10.0)

@@ -1,4 +1,4 @@
-"""A long run of mixed load, in which clients and a server are killed and started again and again."""
+"""A long run of mixed load, in which clients and a server are repeatedly killed and restarted."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from .soak_client import RESTARTED, STEADY
 KILL_CLIENT: Final = 5.0  # s
 KILL_SERVER: Final = 30.0
 CALL_LIMIT: Final = 2.5
-"""s in which every call has ended: its limit, and what a busy machine adds."""
+"""s within which every call ends: its limit, with a margin for a busy machine."""
 GROWTH: Final = 0.05
-"""Share by which memory may grow, or seem to, during the measured part of the run."""
+"""The largest apparent growth of memory during the measured part of the run, as a share."""
 
 _SAMPLE: Final = 1.0
 _SETTLING: Final = 0.25  # share of the run in which caches and pools fill
@@ -30,19 +30,19 @@ _SETTLING: Final = 0.25  # share of the run in which caches and pools fill
 
 @dataclass
 class Usage:
-    """What a process used, sample by sample."""
+    """Samples of the resources of a process."""
 
     pid: int
     times: list[float] = field(default_factory=list)
     memory: list[float] = field(default_factory=list)
-    """Resident and its own, not shared, in MB."""
+    """Resident private memory in MB."""
     shared: list[float] = field(default_factory=list)
     """Resident shared memory in MB."""
     threads: list[int] = field(default_factory=list)
     handles: list[int] = field(default_factory=list)
 
     def sample(self, now: float) -> None:
-        """Look at the process."""
+        """Sample the process."""
         process = psutil.Process(self.pid)
         with process.oneshot():
             facts = process.memory_info()
@@ -53,7 +53,7 @@ class Usage:
             self.handles.append(process.num_fds())
 
     def trend(self, values: list[float] | list[int]) -> tuple[float, float, float]:
-        """Return the first and the last level once it had settled, and the slope a minute."""
+        """Return the first and the last level after the start-up phase, and the slope per minute."""
         times = np.array(self.times)
         settled = times >= _SETTLING * times[-1]
         chosen, when = np.array(values, float)[settled], times[settled]
@@ -62,7 +62,7 @@ class Usage:
 
 
 def measure(package: Path, effort: Effort) -> Section:
-    """Run the load; watch a server and a client that stay, and count how calls end."""
+    """Run the load; watch a server and a client that are not killed, and count how calls end."""
     seconds = effort.soak_minutes * 60.0
     with Lab(package) as lab:
         endpoints = [free_endpoint(), free_endpoint()]
@@ -104,13 +104,13 @@ def _section(
     flat, rows, worst = True, [], []
     for name, usage in usages.items():
         for what, values, unit in (
-            ("memory of its own", usage.memory, "MB"),
+            ("private memory", usage.memory, "MB"),
             ("shared memory", usage.shared, "MB"),
             ("threads", usage.threads, ""),
             ("file handles", usage.handles, ""),
         ):
             first, last, slope = usage.trend(values)
-            # Shared memory is a pool that fills; threads and handles come and go with the visitors.
+            # Shared memory is a pool that fills up; threads and handles depend on the killed clients.
             most = max(GROWTH * first, 1.0 if unit else 1.5)
             good = last - first <= most
             flat &= good
@@ -123,7 +123,7 @@ def _section(
                     "flat" if good else "grows",
                 ]
             )
-            if what == "memory of its own":
+            if what == "private memory":
                 worst.append(f"{name} {slope * 1000:+.1f} kB a minute")
     lost = counts["begun"] - counts["ended"]
     ends = {

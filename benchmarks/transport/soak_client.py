@@ -1,4 +1,4 @@
-"""A client of the soak: it calls and follows two servers, of which one is killed again and again."""
+"""A client of the soak: it calls and follows two servers, one of which is killed repeatedly."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _IN_FLIGHT: Final = 8
 
 
 class SoakClient:
-    """Calls until the process ends, and counts."""
+    """Calls until the process ends, and counts the results."""
 
     def __init__(self, endpoints: Sequence[str], package: Path) -> None:
         self._bench = load_generated(package)
@@ -57,18 +57,18 @@ class SoakClient:
         self._stack.close()
 
     def counts(self) -> dict[str, Any]:
-        """Return what happened by now: calls begun and ended, and by what; values seen and torn."""
+        """Return the counts: calls started and ended, by result; values received and torn."""
         with self._lock:
             return {**self._counts, "longest": self._longest}
 
     def stop(self) -> dict[str, Any]:
-        """Stop calling; return the counts once every call has ended, or did not within 10 s."""
+        """Stop calling; return the counts when every call has ended, or after 10 s."""
         self._stop.set()
         for thread in self._threads:
             thread.join(10.0)
         return self.counts()
 
-    # Each runs on a thread of its own.
+    # Each runs on a separate thread.
 
     def _call_on(self, robot: Any) -> None:  # noqa: ANN401
         angles = self._bench.Angles(*POSE)

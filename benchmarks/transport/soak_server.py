@@ -1,4 +1,4 @@
-"""A server of the soak: it answers, and sends on both streams what shows whether it is of one piece."""
+"""A server of the soak: it answers, and sends values by which torn ones can be recognized on both streams."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The floor under every call: a socket of TCP that blocks, and MessagePack."""
+"""The lower bound of a call: a blocking TCP socket, and MessagePack."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def connect(endpoint: str) -> Iterator[SocketClient]:
 
 
 def _answer(listener: socket.socket) -> None:
-    with suppress(OSError):  # it ends
+    with suppress(OSError):  # the peer disconnects
         connection, _ = listener.accept()
         with connection:
             connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)

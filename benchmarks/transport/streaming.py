@@ -1,4 +1,4 @@
-"""Let a server send on a stream, and its clients tell what came."""
+"""Make a server send on a stream, and collect what its clients received."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _BEGIN_LIMIT: Final = 10.0
 
 
 def begin(server: Worker, clients: Sequence[Worker], stream: str, size: tuple[int, int] = (0, 0)) -> None:
-    """Let the clients follow a stream, and return once it reaches every one of them."""
+    """Make the clients follow a stream, and return when it reaches all of them."""
     for client in clients:
         client.do("follow", stream=stream)
     deadline = time.monotonic() + _BEGIN_LIMIT
@@ -32,7 +32,7 @@ def streamed(
     rate: float = 0.0,
     size: tuple[int, int] = (0, 0),
 ) -> list[dict[str, Any]]:
-    """Send so many values; return what each client received, beside what was sent and how long that took."""
+    """Send a number of values; return what each client received, the number sent and the duration."""
     for client in clients:
         client.do("forget")
     sent = server.do("send", stream=stream, count=count, rate=rate, size=size)

@@ -1,4 +1,4 @@
-"""Streams of images: as many as can be, and how late each is at 30 a second."""
+"""Streams of images: the maximum rate, and the latency at 30 images per second."""
 
 from __future__ import annotations
 

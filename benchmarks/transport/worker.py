@@ -1,4 +1,4 @@
-"""A process of the benchmark: a server or a client that does what it is told, one line of JSON at a time.
+"""A process of the benchmark: a server or a client that executes commands, one line of JSON each.
 
 It ends when its standard input is closed.
 """
@@ -31,7 +31,7 @@ def main() -> None:
     parser.add_argument("--identity", required=True)
     options = parser.parse_args()
     logging.basicConfig(level=logging.ERROR, format="%(levelname)s %(name)s: %(message)s")
-    # Answers go where standard output was; whatever else is printed goes to standard error.
+    # Answers go to the original standard output; everything else that is printed goes to standard error.
     answers = os.fdopen(os.dup(1), "w")
     os.dup2(2, 1)
     with _tasks(**vars(options)) as tasks:
@@ -43,7 +43,7 @@ def main() -> None:
             task: Callable[..., Any] = getattr(tasks, command.pop("do"))
             try:
                 _answer(answers, {"result": task(**command)})
-            except Exception as error:  # noqa: BLE001 - it is told to the process that gave the command
+            except Exception as error:  # noqa: BLE001 - reported to the process that sent the command
                 _answer(answers, {"error": f"{type(error).__name__}: {error}"})
 
 
