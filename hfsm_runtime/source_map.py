@@ -1,6 +1,7 @@
-"""Look up the lines of a generated component in the source map at its end.
+"""Look up lines of the running component in the source map at its end.
 
-The table has a row for each piece of code: see `codegen.hfsm.source_map`, which writes it.
+`codegen.hfsm.source_map` defines and writes that table. It is read here again because a component runs
+without the compiler.
 """
 
 from __future__ import annotations
@@ -17,8 +18,8 @@ from typing import Any, Final, NamedTuple
 _NAME: Final = "SOURCE_MAP"
 
 
-class SourceRow(NamedTuple):
-    """Code in lines `first` to `last` of a component; `source` is where the first stands, as `FILE:LINE`."""
+class Row(NamedTuple):
+    """A row of the table: code in lines `first` to `last`; `source` is where it begins, as `FILE:LINE`."""
 
     first: int
     last: int
@@ -40,13 +41,13 @@ class SourceRow(NamedTuple):
 
 def sources_of(namespace: Mapping[str, object]) -> set[str]:
     """Return the names of the files in which the code of a component stands; `namespace` is its module's."""
-    return {SourceRow(*row).file for row in _rows(namespace)}
+    return {Row(*row).file for row in _rows(namespace)}
 
 
-def last_line(error: BaseException, file: str) -> tuple[int, SourceRow | None]:
-    """Return the innermost line of a component's file in a traceback, and the piece of code there.
+def last_line(error: BaseException, file: str) -> tuple[int, Row | None]:
+    """Return the innermost line of a component's file in a traceback, and the row of its code.
 
-    The line is 0 when the file is not involved; the row None where no person's code stands.
+    The line is 0 when the file is not involved; the row is None for a generated line.
     """
     found: TracebackType | None = None
     trace = error.__traceback__
@@ -59,15 +60,15 @@ def last_line(error: BaseException, file: str) -> tuple[int, SourceRow | None]:
     # While the module is being imported it has no map yet.
     rows = _rows(found.tb_frame.f_globals) or _read(file)
     index = bisect_right(rows, line, key=itemgetter(0)) - 1
-    row = SourceRow(*rows[index]) if index >= 0 else None
+    row = Row(*rows[index]) if index >= 0 else None
     return line, row if row and line <= row.last else None
 
 
 def locate(error: BaseException, file: str) -> str:
     """Return where an exception was raised in a component, as `follow_ball.py:57 (follow_ball.xml:31)`.
 
-    The innermost line of the component's `file` counts. For a line that no person wrote only that of the file
-    is returned; the text is empty when the file is not involved.
+    The innermost line of the component's `file` counts. A generated line has only its place in that file; the
+    text is empty when the file is not involved.
     """
     line, row = last_line(error, file)
     if not line:
@@ -77,13 +78,13 @@ def locate(error: BaseException, file: str) -> str:
 
 
 def text_of_guard(guard: Callable[..., object]) -> str:
-    """Return the condition of a guard on one line; empty for one that stands in no generated component."""
+    """Return the condition of a guard on one line; empty for one outside a generated component."""
     code = getattr(guard, "__code__", None)
     rows = _rows(getattr(guard, "__globals__", {}))
     index = bisect_right(rows, code.co_firstlineno, key=itemgetter(0)) if code else len(rows)
     if code is None or index == len(rows):
         return ""
-    row = SourceRow(*rows[index])  # the code that follows the `def`
+    row = Row(*rows[index])  # the code that follows the `def`
     lines = linecache.getlines(code.co_filename)[row.first - 1 : row.last]
     return " ".join(" ".join(lines).split()).removeprefix("return ")
 

@@ -1,9 +1,9 @@
-"""Map the lines of a generated component to the pieces of code of its document.
+"""Write the source map of a generated component, and read it from the file for the editor.
 
-The component ends with the map as a table, `SOURCE_MAP`, one row for each piece: its first and last line in
-the file, where the first stands (`follow_ball.xml:47`), and what it is: the part, the id of the automaton,
-and the id of the state or the transition. The lines of a piece follow each other in both files. The runtime
-reads the same table: see `hfsm_runtime.source_map`.
+The component ends with the map as a table, `SOURCE_MAP`: a tuple with a `SourceRow` for each piece of code,
+as plain tuples in the order of their lines, without zeros at the end. The lines of a piece follow each other
+in both files. This module defines the format. `hfsm_runtime.source_map` reads it in the running component,
+which has no compiler; a test reads what is written here with both.
 """
 
 from __future__ import annotations
@@ -20,11 +20,12 @@ SOURCE_MAP: Final = "SOURCE_MAP"
 
 
 class SourceRow(NamedTuple):
-    """A piece of code in lines `first` to `last` of the component, which begins in a line of a document.
+    """A piece of code in lines `first` to `last` of the component.
 
-    `source` is the name of the file with that line. `part` is `library`, `functions`, `variables`, or
-    `automaton` where the whole of one is imported; of a state `entry`, `code`, `exit` or `argument`; of a
-    transition `trigger`, `guard` or `fired`. `automaton` and `id` are 0 where they mean nothing.
+    `source` is where it begins in a document, as `follow_ball.xml:47`. `part` is `library`, `functions`,
+    `variables`, or `automaton` where a whole one is imported; of a state `entry`, `code`, `exit` or
+    `argument`; of a transition `trigger`, `guard` or `fired`. `automaton` and `id` are 0 where they mean
+    nothing.
     """
 
     first: int
