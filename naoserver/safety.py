@@ -107,20 +107,20 @@ class JointRules:
     def cap_speed(self, joint: str, speed: float, outcome: Outcome, *, full: bool = False) -> float:
         """Return a speed, or velocity, capped; with `full` only by what the motor does."""
         cap = self.facts[joint].max_velocity if full else self.speed_cap(joint)
-        safe = clamp(speed, -cap, cap)
-        if abs(safe - speed) > _ROUNDING:
-            outcome.limitations.append(
-                Limitation(joint, f"speed {speed:.4g} is too fast, limited to {safe:.4g}")
-            )
-        return safe
+        return self._limit(joint, speed, (-cap, cap), f"speed {speed:.4g} is too fast", outcome)
 
     def clamp_target(
         self, joint: str, target: float, limits: tuple[float, float], why: str, outcome: Outcome
     ) -> float:
         """Return a target clamped to limits; `why` says what is wrong beyond them."""
-        safe = clamp(target, *limits)
-        if abs(safe - target) > _ROUNDING:
-            outcome.limitations.append(Limitation(joint, f"{target:.4g} {why}, limited to {safe:.4g}"))
+        return self._limit(joint, target, limits, f"{target:.4g} {why}", outcome)
+
+    def _limit(
+        self, joint: str, value: float, limits: tuple[float, float], problem: str, outcome: Outcome
+    ) -> float:
+        safe = clamp(value, *limits)
+        if abs(safe - value) > _ROUNDING:
+            outcome.limitations.append(Limitation(joint, f"{problem}, limited to {safe:.4g}"))
         return safe
 
 
@@ -336,7 +336,6 @@ class JointSafety:
 
     def _set_drive(self, joint: str, drive: _Drive) -> None:
         self._goals.pop(joint, None)
-        self._resting.discard(joint)
         self._drives[joint] = drive
         self._issued.pop(joint, None)
 
@@ -395,8 +394,8 @@ class JointSafety:
 
     def _ramp(self, joint: str, drive: _Drive, elapsed: float) -> None:
         step = self._rules.facts[joint].max_velocity / self.options.ramp_time * elapsed
-        if joint in self._held_back and drive.velocity * drive.target < 0.0:
-            drive.velocity = 0.0  # it stands at its limit: the way back begins from rest
+        if joint in self._held_back and drive.velocity * drive.target <= 0.0:
+            drive.velocity = 0.0  # it stands at its limit: it rests there, and the way back begins from rest
         drive.velocity += clamp(drive.target - drive.velocity, -step, step)
 
     def _command_drive(

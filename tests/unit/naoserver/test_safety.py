@@ -8,11 +8,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from naoserver.body import H25
+from naoserver.body import H25, RangeTable
 from naoserver.errors import InvalidCommand
 from naoserver.fake import FakeDevice
 from naoserver.options import SafetyOptions
-from naoserver.safety import JointSafety
+from naoserver.robot import JointFacts, JointReading
+from naoserver.safety import Goal, JointSafety
 from tests.support.examples import examples
 from zenoh_ice.clock import VirtualClock
 
@@ -46,6 +47,11 @@ class Rig:
                 self.drive(renew)
             self._apply(self.safety.watch(self.device.read(), self.wall))
             self.trace.append(self.setpoints())
+
+    def reading(self, time=0.0, **setpoints):
+        """Return a reading of joints that stand where their setpoints are."""
+        at = tuple({**self.setpoints(), **setpoints}.values())
+        return replace(self.device.read(), time=time, commands=at, positions=at)
 
     def setpoints(self):
         return dict(zip(LIMITS, self.device.read().commands, strict=True))
@@ -352,3 +358,319 @@ def test_the_joints_of_one_motor_are_reported_the_same_and_the_left_wins(targets
     assert outcome.positions == {"LHipYawPitch": shared, "RHipYawPitch": shared}
     assert [limitation.joint for limitation in outcome.limitations] == limited
     assert outcome.accepted == dict.fromkeys(targets, shared)
+
+
+def test_an_unknown_joint_is_refused_with_a_list_of_the_others():
+    rig = AxisRig(0.0, 1.0)
+    with pytest.raises(InvalidCommand) as refused:
+        rig.safety.move({"Tail": 1.0}, {}, rig.at(0.0))
+    assert str(refused.value) == "there is no joint 'Tail'; there are Axis, Other"
+
+
+def test_a_joint_without_a_fraction_of_its_own_is_driven_below_the_common_one():
+    outcome = Rig().drive({"RShoulderPitch": 100.0})
+    assert outcome.accepted["RShoulderPitch"] == pytest.approx(0.3 * LIMITS["RShoulderPitch"].max_velocity)
+
+
+def test_a_proven_motion_may_move_as_fast_as_the_motor():
+    rig = Rig()
+    speeds = {"RShoulderPitch": 100.0}
+    outcome = rig.safety.move({"RShoulderPitch": 0.2}, speeds, rig.reading(), full_speed=True)
+    assert outcome.max_speeds["RShoulderPitch"] == LIMITS["RShoulderPitch"].max_velocity
+
+
+def test_a_target_that_is_out_of_range_by_a_rounding_is_not_called_limited():
+    outcome = Rig().move({"LHand": -1e-9})
+    assert (outcome.accepted, outcome.limitations) == ({"LHand": 0.0}, [])
+
+
+def test_limitations_say_what_was_wrong_and_what_it_is_now():
+    outcome = Rig().move({"LHand": 2.0}, {"LHand": 5.0})
+    assert [limitation.reason for limitation in outcome.limitations] == [
+        "2 is out of range, limited to 1",
+        "speed 5 is too fast, limited to 2.499",
+    ]
+
+
+# -- stiffness -------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("stiffness", [0.0, 0.5, 1.0])
+def test_a_motor_is_made_as_stiff_as_commanded(stiffness):
+    assert Rig().safety.stiffen({"HeadYaw": stiffness}) == {"HeadYaw": stiffness}
+
+
+@pytest.mark.parametrize("stiffness", [-0.1, 1.1, math.nan])
+def test_a_stiffness_that_is_not_from_0_to_1_is_refused_with_the_joint(stiffness):
+    with pytest.raises(InvalidCommand, match="HeadYaw: a stiffness of ") as refused:
+        Rig().safety.stiffen({"HeadYaw": stiffness})
+    assert refused.value.field == "HeadYaw"
+
+
+def test_the_joints_of_one_motor_are_made_equally_stiff():
+    assert Rig().safety.stiffen({"RHipYawPitch": 0.5}) == {"RHipYawPitch": 0.5, "LHipYawPitch": 0.5}
+
+
+@pytest.mark.parametrize("joint", ["LHipYawPitch", "RHipYawPitch"])
+def test_the_joints_of_one_motor_belong_together(joint):
+    found = Rig().safety.with_coupled(["HeadYaw", joint])
+    assert found[:2] == ("HeadYaw", joint)
+    assert sorted(found) == ["HeadYaw", "LHipYawPitch", "RHipYawPitch"]
+
+
+def test_a_joint_with_a_motor_of_its_own_stands_alone():
+    assert Rig().safety.with_coupled(["HeadYaw"]) == ("HeadYaw",)
+
+
+def test_a_speed_that_only_the_follower_has_is_that_of_both():
+    outcome = Rig().move({"RHipYawPitch": -0.2, "LHipYawPitch": -0.2}, {"RHipYawPitch": 1.0})
+    assert outcome.max_speeds == {"LHipYawPitch": 1.0, "RHipYawPitch": 1.0}
+
+
+# -- what the device is commanded ------------------------------------------------------------------------
+
+
+def test_a_velocity_goes_to_the_device_as_a_velocity():
+    rig = Rig()
+    outcome = rig.drive({"HeadYaw": 0.5})
+    assert (outcome.velocities, outcome.positions) == ({"HeadYaw": 0.5}, {})
+
+
+def test_a_velocity_that_has_not_changed_is_commanded_once():
+    rig = Rig()
+    rig.drive({"HeadYaw": 0.5})
+    assert rig.safety.watch(rig.reading(time=0.02), 0.02).velocities == {}
+
+
+def test_a_renewed_velocity_is_commanded_again():
+    rig = Rig()
+    rig.drive({"HeadYaw": 0.5})
+    assert rig.drive({"HeadYaw": 0.5}).velocities == {"HeadYaw": 0.5}
+
+
+def test_the_same_target_is_commanded_again():
+    rig = Rig()
+    rig.move({"LKneePitch": 0.5})
+    assert rig.move({"LKneePitch": 0.5}).positions == {"LKneePitch": 0.5}
+
+
+def test_renewals_at_one_moment_do_not_shorten_the_ramp():
+    rig = Rig()
+    rig.drive({"HeadYaw": 8.0})
+    first_step = LIMITS["HeadYaw"].max_velocity / 0.25 * 0.02
+    assert rig.drive({"HeadYaw": 8.0}).velocities == {"HeadYaw": pytest.approx(first_step)}
+
+
+def test_a_velocity_is_left_by_a_ramp():
+    rig = Rig()
+    rig.run(0.2, renew={"HeadYaw": 2.0})
+    rig.clock.advance(0.02)
+    step = LIMITS["HeadYaw"].max_velocity / 0.25 * 0.02
+    assert rig.drive({"HeadYaw": 0.0}).velocities == {"HeadYaw": pytest.approx(2.0 - step)}
+
+
+def test_a_limit_is_looked_for_as_far_ahead_as_the_joint_comes_in_one_and_a_half_periods():
+    rig = Rig()
+    near = LIMITS["HeadYaw"].upper - 0.5 * 0.04  # 40 ms ahead at 0.5 rad/s; a period and a half is 30 ms
+    outcome = rig.safety.drive({"HeadYaw": 0.5}, rig.reading(HeadYaw=near), "c1", 0.0)
+    assert (outcome.velocities, outcome.positions) == ({"HeadYaw": 0.5}, {})
+
+
+def test_the_last_bit_before_a_limit_is_a_target_at_the_same_speed():
+    rig = Rig()
+    upper = LIMITS["HeadYaw"].upper
+    outcome = rig.safety.drive({"HeadYaw": 0.5}, rig.reading(HeadYaw=upper - 0.01), "c1", 0.0)
+    assert outcome.positions == {"HeadYaw": upper}
+    assert outcome.max_speeds == {"HeadYaw": 0.5}
+
+
+def test_a_goal_is_forgotten_once_the_joint_is_driven():
+    rig = Rig()
+    rig.move({"HeadYaw": 1.0})
+    rig.drive({"HeadYaw": 0.5})
+    assert rig.safety.goal("HeadYaw") is None
+
+
+def test_a_joint_that_was_held_has_a_goal_again_when_it_is_sent_on():
+    rig = Rig()
+    rig.safety.hold(["LKneePitch"], rig.reading())
+    rig.move({"LKneePitch": 0.5}, {"LKneePitch": 1.0})
+    assert rig.safety.goal("LKneePitch") == Goal(0.5, 1.0)
+
+
+def test_a_joint_within_a_thousandth_of_its_goal_has_arrived():
+    rig = Rig()
+    rig.move({"HeadYaw": 0.001})
+    assert rig.safety.next_watch(rig.reading(HeadYaw=0.0), 0.0) is None
+
+
+# -- at a joint's limit ----------------------------------------------------------------------------------
+
+
+class AxisRig:
+    """A joint with a given range; where `Other` is, at 0, the range table leaves it all of it."""
+
+    def __init__(self, lower, upper, rows=((0.0, -9.0, 9.0),)):
+        joints = [JointFacts("Axis", lower, upper, 2.0, 1.0), JointFacts("Other", -9.0, 9.0, 2.0, 1.0)]
+        options = SafetyOptions(speed_fraction=1.0)
+        self.safety = JointSafety(joints, options, [RangeTable("Other", "Axis", rows)])
+
+    def at(self, setpoint, other=0.0, time=0.0):
+        both = (setpoint, other)
+        return JointReading(time, both, (0.0,) * 2, both, (0.0,) * 2, (1.0,) * 2, (30.0,) * 2)
+
+    def drive(self, velocity, setpoint, **place):
+        return self.safety.drive({"Axis": velocity}, self.at(setpoint, **place), "c1", 0.0)
+
+
+@pytest.mark.parametrize(
+    ("lower", "upper", "setpoint", "velocity"),
+    [(0.0, 1.0, -0.001, 0.1), (0.0, 1.0, 0.0005, 0.1), (-1.0, 0.0, 0.001, -0.1), (-1.0, 0.0, -0.0005, -0.1)],
+)
+def test_a_joint_within_a_thousandth_of_its_limit_is_driven_away_at_its_velocity(
+    lower, upper, setpoint, velocity
+):
+    outcome = AxisRig(lower, upper).drive(velocity, setpoint)
+    assert (outcome.velocities, outcome.positions) == ({"Axis": velocity}, {})
+
+
+@pytest.mark.parametrize(("setpoint", "edge"), [(-0.0011, 0.0), (1.0011, 1.0)])
+def test_a_joint_farther_out_than_that_is_brought_back_at_full_speed(setpoint, edge):
+    outcome = AxisRig(0.0, 1.0).drive(0.1, setpoint)
+    assert (outcome.positions, outcome.max_speeds) == ({"Axis": edge}, {"Axis": 2.0})
+
+
+def test_a_joint_that_stands_out_of_its_range_rests_at_its_edge():
+    rig = Rig()
+    outcome = rig.safety.drive({"LElbowYaw": 0.0}, rig.reading(LElbowYaw=2.09), "c1", 0.0)
+    assert outcome.positions == {"LElbowYaw": LIMITS["LElbowYaw"].upper}
+
+
+def test_a_joint_a_thousandth_from_its_limit_is_at_it():
+    outcome = AxisRig(-1.0, 0.001).drive(0.5, 0.0)
+    assert outcome.limitations == [("Axis", "stopped at its limit 0.001")]
+
+
+def test_a_joint_that_is_pushed_against_its_limit_is_commanded_nothing_more():
+    rig = AxisRig(-1.0, 1.0)
+    rig.drive(0.1, 1.0)
+    outcome = rig.safety.watch(rig.at(1.0, time=0.02), 0.02)
+    assert (outcome.velocities, outcome.positions) == ({}, {})
+
+
+def test_a_joint_goes_on_at_its_velocity_when_the_limit_gives_way():
+    rig = AxisRig(-1.0, 1.0, rows=((0.0, -1.0, 0.5), (1.0, -1.0, 1.0)))
+    for time in (0.0, 0.02, 0.04, 0.06):
+        rig.drive(0.5, 0.5, time=time)
+    assert rig.safety.watch(rig.at(0.5, other=0.5, time=0.08), 0.08).velocities == {"Axis": 0.5}
+
+
+def test_a_joint_at_its_limit_needs_no_ramp_to_stop():
+    rig = AxisRig(-1.0, 1.0)
+    rig.drive(0.1, 1.0)
+    rig.drive(2.0, 1.0, time=0.02)
+    assert rig.drive(0.0, 1.0, time=0.04).velocities == {"Axis": 0.0}
+
+
+def limit_reports(outcome):
+    return [joint for joint, reason in outcome.limitations if reason.startswith("stopped at its limit")]
+
+
+def test_a_limit_is_reported_again_after_the_joint_was_away_from_it():
+    rig = AxisRig(-1.0, 1.0)
+    assert limit_reports(rig.drive(0.1, 1.0)) == ["Axis"]
+    rig.drive(-0.1, 0.5, time=0.1)
+    assert limit_reports(rig.drive(0.1, 1.0, time=0.2)) == ["Axis"]
+
+
+def test_a_limit_is_reported_again_after_a_hold():
+    rig = AxisRig(-1.0, 1.0)
+    rig.drive(0.1, 1.0)
+    rig.safety.hold(["Axis"], rig.at(1.0))
+    assert limit_reports(rig.drive(0.1, 1.0)) == ["Axis"]
+
+
+# -- ranges that depend on another joint -----------------------------------------------------------------
+
+
+def test_a_command_leaves_the_joints_alone_that_it_does_not_concern():
+    rig = Rig()
+    clash = rig.reading(HeadYaw=1.526988, HeadPitch=0.5)
+    outcome = rig.safety.move({"LKneePitch": 0.5}, {}, clash)
+    assert outcome.positions == {"LKneePitch": 0.5}
+
+
+def test_pitch_alone_is_clamped_to_what_yaw_leaves_where_it_is():
+    outcome = Rig({"HeadYaw": 1.526988}).move({"HeadPitch": 0.5})
+    assert outcome.accepted["HeadPitch"] == pytest.approx(0.200015)
+    assert [limitation.reason for limitation in outcome.limitations] == [
+        "0.5 would hit at this HeadYaw, limited to 0.2"
+    ]
+
+
+def test_a_driven_pitch_is_still_driven_when_yaw_is_sent_somewhere():
+    rig = Rig()
+    rig.drive({"HeadPitch": 0.2})
+    rig.move({"HeadYaw": 0.5})
+    assert rig.safety.velocity("HeadPitch") == 0.2
+
+
+def test_a_range_that_is_the_same_everywhere_slows_nothing_down():
+    rig = AxisRig(-1.0, 1.0)
+    outcome = rig.safety.move({"Other": 1.0}, {"Other": 2.0}, rig.at(0.0))
+    assert (outcome.limitations, outcome.max_speeds) == ([], {"Other": 2.0})
+
+
+def test_a_joint_as_fast_as_the_other_can_make_way_is_not_called_limited():
+    rig = AxisRig(-1.0, 1.0, rows=((0.0, -1.0, 1.0), (1.0, -1.0, 0.0)))  # steepest: 1
+    outcome = rig.safety.move({"Other": 1.0, "Axis": 0.0}, {"Other": 2.0}, rig.at(1.0))
+    assert outcome.limitations == []
+
+
+def test_the_present_range_is_that_where_a_resting_joint_is():
+    assert Rig().move({"HeadPitch": 0.5}).positions == {"HeadPitch": 0.5}
+
+
+def test_a_slowly_driven_yaw_leaves_a_pitch_alone_that_is_far_from_its_way():
+    rig = Rig()
+    rig.move({"HeadPitch": 0.5})
+    rig.run(3.0)
+    assert rig.drive({"HeadYaw": 0.1}).positions == {}
+
+
+@pytest.mark.parametrize("yaw", [2.08, -2.08])
+def test_a_pitch_does_not_make_way_before_a_slow_yaw_comes_near(yaw):
+    rig = Rig({"HeadYaw": yaw, "HeadPitch": 0.32})
+    outcome = rig.move({"HeadYaw": 0.0, "HeadPitch": 0.5}, {"HeadYaw": 0.1})
+    assert outcome.positions["HeadPitch"] > 0.32
+
+
+def test_what_a_driven_yaw_brings_near_is_reported_once():
+    rig = Rig({"HeadPitch": 0.5})
+    rig.run(0.6, renew={"HeadYaw": 2.0})
+    reports = [limitation for limitation in rig.limitations if limitation.joint == "HeadPitch"]
+    assert len(reports) == 1
+    assert reports[0].reason.endswith(", clear of what HeadYaw brings near")
+
+
+def test_what_a_driven_joint_brings_near_again_is_reported_again():
+    rig = AxisRig(-1.0, 1.0, rows=((0.0, -1.0, 1.0), (1.0, -1.0, 0.0)))
+    rig.safety.move({"Axis": 1.0}, {}, rig.at(1.0))
+    rig.safety.drive({"Other": 0.1}, rig.at(1.0, other=-0.5), "c1", 0.0)
+    reports = [len(rig.safety.watch(rig.at(1.0, other=other), 0.0).limitations) for other in (0.5, -0.5, 0.5)]
+    assert reports == [1, 0, 1]
+
+
+def test_a_yaw_that_is_held_on_its_way_leaves_pitch_the_goal_that_is_clear_there():
+    rig = Rig({"HeadYaw": 2.08, "HeadPitch": 0.32})
+    rig.move({"HeadYaw": 0.0, "HeadPitch": 0.5}, {"HeadYaw": 8.0, "HeadPitch": 7.0})
+    rig.safety.hold(["HeadYaw"], rig.reading(HeadYaw=1.526988))
+    assert rig.safety.goal("HeadPitch") == Goal(pytest.approx(0.200015), 7.0)
+
+
+def test_a_sag_of_a_twentieth_is_not_where_the_joint_goes():
+    rig = Rig()
+    rig.move({"HeadYaw": 0.0, "HeadPitch": 0.51})
+    reading = rig.reading(HeadPitch=0.51)
+    sagging = replace(reading, positions=(0.05, *reading.positions[1:]))
+    assert rig.safety.watch(sagging, 0.0).positions == {}
