@@ -105,8 +105,7 @@ class Tree:
         with self.lock:
             if run.queue and run.queue[0] is event:  # an overflow may have been faster
                 if handled:
-                    run.queue.popleft()
-                    run.due -= 1
+                    self._dequeue(run)
                 else:
                     self._drop(run, DropReason.UNHANDLED, now)
 
@@ -219,7 +218,8 @@ class Tree:
         displaced = []
         at = {run.automaton.id: run for run in runs}
         root_active = self.root.active
-        for run, new in zip(runs, grown, strict=True):
+        for new in grown:
+            run = at[new.automaton.id]
             run.parent = at[new.parent.automaton.id] if new.parent else None
             run.owner, run.depth = new.owner, new.depth
             run.children = {
@@ -304,12 +304,16 @@ class Tree:
 
     def _drop(self, run: Run, reason: DropReason, now: int) -> None:
         """Drop the oldest event of an automaton."""
-        event = run.queue.popleft()
-        run.due = max(0, run.due - 1)
+        event = self._dequeue(run)
         run.dropped += 1
         run.last_dropped = event, reason, now
         for observer in self.observers:
             observer.event_dropped(run, event, reason)
+
+    @staticmethod
+    def _dequeue(run: Run) -> Event:
+        run.due = max(0, run.due - 1)
+        return run.queue.popleft()
 
     def _set(self, run: Run, state: State, now: int) -> None:
         run.current = state

@@ -97,3 +97,62 @@ def test_an_observer_pauses_where_a_state_is_entered_and_its_code_runs_in_the_ne
     virtual.advance(0.1)
     assert virtual.active == "b"
     assert ran == [0.1]
+
+
+class Entries(Observer):
+    """Notes the transitions after which the entry of a state was reported; None is the first entry."""
+
+    def __init__(self) -> None:
+        self.transitions: list[str | None] = []
+
+    def entered(self, run: Run, transition: Transition | None) -> bool:
+        self.transitions.append(transition.name if transition else None)
+        return False
+
+
+def test_a_cycle_that_became_a_ghosts_reports_no_entry() -> None:
+    entries = Entries()
+
+    def becomes_a_ghost() -> bool:
+        return virtual.tree.leave(virtual.tree.root, 0)
+
+    states = [State(id=1, name="x"), State(id=2, name="y")]
+    child = automaton(2, "child", states, [when(becomes_a_ghost, 1, 2, name="never made")])
+    virtual = VirtualRun(component(automaton(1, "root", [State(id=1, name="a", children=(child,))])))
+    virtual.tree.observers.append(entries)
+    virtual.advance(0)
+    assert entries.transitions == [None, None]
+
+
+def test_a_cycle_that_outlived_its_activation_reports_no_entry() -> None:
+    entries = Entries()
+
+    def becomes_a_ghost_and_wakes() -> None:
+        virtual.tree.leave(virtual.tree.root, 0)
+        virtual.tree.enter(virtual.tree.root, 0)
+
+    states = [State(id=1, name="x", exit=becomes_a_ghost_and_wakes), State(id=2, name="y")]
+    child = automaton(2, "child", states, [when(lambda: True, 1, 2, name="never made")])
+    virtual = VirtualRun(component(automaton(1, "root", [State(id=1, name="a", children=(child,))])))
+    virtual.tree.observers.append(entries)
+    virtual.advance(0)
+    assert entries.transitions == [None, None]
+
+
+def test_a_cycle_that_continues_after_a_pause_has_the_events_of_the_one_before() -> None:
+    class PauseOnce(Observer):
+        paused = False
+
+        def entered(self, run: Run, transition: Transition | None) -> bool:
+            first, self.paused = not self.paused, True
+            return first
+
+    states = [State(id=1, name="a"), State(id=2, name="b")]
+    virtual = VirtualRun(component(automaton(1, "root", states, [on("go", 1, 2)])))
+    virtual.tree.observers.append(PauseOnce())
+    virtual.advance(0)
+    virtual.send("go")
+    virtual.advance(0.1)
+    assert virtual.active == "a"
+    virtual.advance(0.1)
+    assert virtual.active == "b"

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from hfsm_runtime import Automaton, Input, State, VirtualRun, run
+from hfsm_runtime.automaton import Arguments
 from hfsm_runtime.errors import DefinitionError
 from tests.support.automata import after, automaton, component
 from zenoh_ice.exceptions import ConnectionLostException
@@ -36,7 +37,7 @@ class Child:
         self.values.update(values)
 
 
-def handing(arguments: Mapping[int, Mapping[str, object]], *children: Child, **others: Any) -> State:
+def handing(arguments: Arguments, *children: Child, **others: Any) -> State:
     return State(
         id=1,
         name="a",
@@ -80,6 +81,26 @@ def test_each_child_is_handed_its_own() -> None:
     first, second = Child(Input(name="n", type=int)), Child(Input(name="n", type=int), id=3)
     run(component(above(handing({2: {"n": 1}, 3: {"n": 2}}, first, second))), 0)
     assert (first.seen[0], second.seen[0]) == ({"n": 1}, {"n": 2})
+
+
+def test_the_only_child_is_handed_its_arguments_by_their_names() -> None:
+    child = Child(Input(name="n", type=int))
+    run(component(above(handing({"n": 1}, child))), 0)
+    assert child.seen[0] == {"n": 1}
+
+
+def test_arguments_by_their_names_for_one_of_two_children_are_an_error() -> None:
+    children = Child(Input(name="n", type=int, default=0)), Child(Input(name="n", type=int, default=0), id=3)
+    virtual = run(component(above(handing({"n": 1}, *children))), 0)
+    expected = "the state 'a' does not own one automaton: say which by its id"
+    assert virtual.errors[0].message.endswith(expected)
+
+
+@pytest.mark.parametrize(("inputs", "known"), [("", "none"), ("n", "n"), ("nm", "n, m")])
+def test_an_argument_without_an_input_is_an_error_with_a_list_of_the_inputs(inputs: str, known: str) -> None:
+    child = Child(*(Input(name=name, type=int, default=0) for name in inputs))
+    virtual = run(component(above(handing({"x": 1}, child))), 0)
+    assert virtual.errors[0].message.endswith(f"has no input 'x': it has {known}")
 
 
 @pytest.mark.parametrize(

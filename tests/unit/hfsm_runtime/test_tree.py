@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import threading
+
 import pytest
 
-from hfsm_runtime import State
+from hfsm_runtime import Event, State
+from hfsm_runtime.automaton_run import CAPACITY, Run
 from hfsm_runtime.errors import DefinitionError, UnknownElementError
-from hfsm_runtime.tree import Tree
-from tests.support.automata import after, automaton
+from hfsm_runtime.observer import Observer
+from hfsm_runtime.tree import ChangeKind, Tree
+from tests.support.automata import after, automaton, on
+from tests.support.limits import LIMIT
 
 
 def started() -> Tree:
@@ -91,3 +96,105 @@ def test_what_is_not_there_cannot_be_begun_at(number: int, state: int, reported:
     with pytest.raises(UnknownElementError, match=reported):
         tree.begin_at(number, state)
     assert next(tree.root.paths()) == "here"
+
+
+# -- events ----------------------------------------------------------------------------------------------
+
+
+def waiting() -> tuple[Tree, Run, Event]:
+    """Return a tree, an automaton below its root in a cycle, and the event that it handles."""
+    child = automaton(2, "child", [State(id=1, name="x"), State(id=2, name="y")], [on("go", 1, 2)])
+    tree = Tree(automaton(1, "root", [State(id=1, name="a", children=(child,))]))
+    tree.start(0)
+    assert all(tree.begin_cycle(run) for run in tree.runs)
+    tree.end_cycle(tree.root)
+    run = tree.runs[1]
+    tree.send(Event("go"), 0)
+    assert tree.next_event(run, 0) is None, "it came after the cycle had begun"
+    tree.end_cycle(run)
+    assert tree.begin_cycle(run)
+    event = tree.next_event(run, 0)
+    assert event is not None
+    return tree, run, event
+
+
+@pytest.mark.parametrize(("handled", "dropped"), [(True, 0), (False, 1)])
+def test_an_event_that_was_asked_for_is_taken_from_the_queue(handled: bool, dropped: int) -> None:
+    tree, run, event = waiting()
+    tree.send(Event("go", "a later one"), 0)
+    tree.take_event(run, event, 0, handled=handled)
+    assert ([each.data for each in run.queue], run.dropped) == (["a later one"], dropped)
+    assert tree.next_event(run, 0) is None, "that came after the cycle had begun"
+
+
+@pytest.mark.parametrize("handled", [True, False])
+def test_when_an_overflow_was_faster_no_other_event_is_taken(handled: bool) -> None:
+    tree, run, event = waiting()
+    for number in range(CAPACITY):
+        tree.send(Event("go", number), 0)
+    tree.take_event(run, event, 0, handled=handled)
+    assert [each.data for each in run.queue] == list(range(CAPACITY))
+
+
+def test_when_the_automaton_became_a_ghost_there_is_no_event_to_take() -> None:
+    tree, run, event = waiting()
+    assert tree.begin_cycle(tree.root)
+    tree.leave(tree.root, 0)
+    tree.take_event(run, event, 0, handled=True)
+    assert (list(run.queue), run.dropped) == ([], 1)
+
+
+# -- the end ---------------------------------------------------------------------------------------------
+
+
+class Changes(Observer):
+    """Notes the changes of automata."""
+
+    def __init__(self) -> None:
+        self.kinds: list[ChangeKind] = []
+
+    def changed(self, now: int, run: Run, kind: ChangeKind) -> None:
+        self.kinds.append(kind)
+
+
+def test_a_ghost_does_not_finish() -> None:
+    tree, run, _ = waiting()
+    assert tree.begin_cycle(tree.root)
+    tree.leave(tree.root, 0)
+    tree.finish(run, 0)
+    assert not run.finished
+
+
+def test_an_automaton_finishes_once() -> None:
+    tree, run, _ = waiting()
+    changes = Changes()
+    tree.observers.append(changes)
+    tree.finish(run, 0)
+    tree.finish(run, 0)
+    assert (run.finished, changes.kinds) == (True, [ChangeKind.FINISHED])
+
+
+# -- moments without a cycle -----------------------------------------------------------------------------
+
+
+def test_a_tree_without_a_cycle_has_a_gap_at_once() -> None:
+    tree = started()
+    with tree.lock:
+        assert tree.wait_for_gap(0.0)
+
+
+def test_a_gap_that_does_not_come_is_not_waited_for_longer_than_said() -> None:
+    tree = started()
+    tree.begin_cycle(tree.root)
+    with tree.lock:
+        assert not tree.wait_for_gap(0.01)
+
+
+def test_a_gap_comes_with_the_end_of_the_cycle() -> None:
+    tree = started()
+    tree.begin_cycle(tree.root)
+    ends = threading.Timer(0.05, tree.end_cycle, [tree.root])
+    ends.start()
+    with tree.lock:
+        assert tree.wait_for_gap(LIMIT)
+    ends.join()
