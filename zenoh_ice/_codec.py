@@ -84,10 +84,9 @@ class Pieces:
         return sum(map(len, self.small)) + sum(_HEADER_SIZE + len(each) for each in self.large)
 
     def __bytes__(self) -> bytes:
-        first, *others = self.small
-        parts = [first]
-        for large, small in zip(self.large, others, strict=True):
-            parts += (b"\xc6" + len(large).to_bytes(4, "big"), large, small)
+        parts = [self.small[0]]
+        for place, large in enumerate(self.large, start=1):
+            parts += (b"\xc6" + len(large).to_bytes(4), large, self.small[place])
         return b"".join(parts)
 
     def without_large(self) -> bytes:
@@ -128,7 +127,7 @@ def _encode_foreign(value: object) -> object:
     with suppress(TypeError):
         view = memoryview(value)  # type: ignore[arg-type]
         if view.format == "B" and view.ndim > 0:
-            return view.cast("B") if view.c_contiguous else view.tobytes()
+            return view if view.c_contiguous else view.tobytes()
     if hasattr(value, "tolist"):
         return value.tolist()
     raise TypeError(f"a {type(value).__name__} cannot be encoded")

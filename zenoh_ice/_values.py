@@ -171,7 +171,8 @@ class WireTypes:
             self._structs[cls] = cls  # in itself, as Slice has it of classes alone
             members, fields = self._members(cls), msgspec.structs.fields(cls)
             if any(members[f.name] != f.type or not (f.required or f.default is None) for f in fields):
-                self._structs[cls] = _wire_struct(cls, members)
+                self._structs[cls] = wire = _wire_struct(cls)
+                wire.__annotations__.update(members)
         return self._structs[cls]
 
     def _class(self, cls: type[Value]) -> Any:  # noqa: ANN401 - a union
@@ -181,24 +182,23 @@ class WireTypes:
 
     def _wire_class(self, cls: type[Value], type_id: str) -> type[msgspec.Struct]:
         if type_id not in self._classes:
-            members = dict.fromkeys(cls.__struct_fields__, object)
-            self._classes[type_id] = _wire_struct(cls, members)
-            self._waiting.append((cls, self._classes[type_id]))
+            self._classes[type_id] = wire = _wire_struct(cls)
+            self._waiting.append((cls, wire))
         return self._classes[type_id]
 
     def _members(self, cls: type[msgspec.Struct]) -> dict[str, Any]:
         return {field.name: self._of(field.type) for field in msgspec.structs.fields(cls)}
 
 
-def _wire_struct(cls: type[msgspec.Struct], members: dict[str, Any]) -> type[msgspec.Struct]:
-    """Return a struct whose members have other types; what is decoded as one becomes one of the given."""
+def _wire_struct(cls: type[msgspec.Struct]) -> type[msgspec.Struct]:
+    """Return a struct of the same members, whose types the caller sets; what it decodes becomes a `cls`."""
 
     def become(self: msgspec.Struct) -> None:
         self.__class__ = cls
 
     fields = msgspec.structs.fields(cls)
     namespace = {
-        "__annotations__": {field.name: members[field.name] for field in fields},
+        "__annotations__": dict.fromkeys(cls.__struct_fields__),
         "__module__": _WIRE_MODULE,
         "__post_init__": become,
         **{field.name: None for field in fields if field.default is None},  # they may be absent

@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 from tests.support.wire_values import Desk, pack
 from zenoh_ice import MarshalException, ObjectPrx
 from zenoh_ice._codec import Codec
+from zenoh_ice._values import StructType
 from zenoh_ice.generated import Int, Struct, Value
 
 DESK: Any = Desk()
@@ -78,6 +79,13 @@ def test_classes_made_later_arrive_too() -> None:
     assert ANIMAL.unpack(animal(), "x").animal == Animal("a", None)
     value = Cat("Tom", None, 9)
     assert ANIMAL.unpack(pack(ANIMAL, (value,), "x"), "x").animal == value
+
+
+def test_what_is_decoded_adds_no_class_that_others_would_look_for() -> None:
+    before = StructType.known
+    ANIMAL.unpack(animal(), "x")
+    Codec(HoldsAnything)
+    assert StructType.known is before
 
 
 def test_classes_of_a_module_that_was_unloaded_do_not_arrive(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -165,6 +173,17 @@ def test_a_proxy_arrives_as_one_of_the_communicator() -> None:
     assert codec.unpack(pack(codec, (None,), "x"), "x", DESK.stringToProxy) == HoldsProxy(None)
     with pytest.raises(MarshalException, match="needs a communicator"):
         codec.unpack(payload, "x")
+
+
+def test_a_result_that_is_a_proxy_arrives_as_one_of_the_communicator() -> None:
+    codec = Codec(HoldsProxy)
+    proxy = DESK.stringToProxy("Head")
+    assert codec.unpack_result(pack(codec, (proxy,), "x"), "x", DESK.stringToProxy) == proxy
+
+
+def test_what_is_no_proxy_is_refused_with_what_it_is() -> None:
+    with pytest.raises(MarshalException, match=r"^x: Expected a proxy, got 'a/b/c' at \$\.proxy$"):
+        Codec(HoldsProxy).unpack(msgpack.packb({"proxy": "a/b/c"}), "x", DESK.stringToProxy)
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from tests.support.calculator import Node
 from tests.support.wire_values import pack
 from zenoh_ice import MarshalException
-from zenoh_ice._codec import Codec
+from zenoh_ice._codec import Codec, encode
 from zenoh_ice._wire import (
     Attachment,
     decode_attachment,
@@ -194,6 +194,67 @@ def test_result_of_the_wrong_shape_is_refused(struct: type[Struct], value: objec
         Codec(struct).gather_result(value, "x")
 
 
+@pytest.mark.parametrize(
+    ("struct", "value", "text"),
+    [
+        (Two, 1.5, "x: expected a tuple (returnValue, out), got float"),
+        (Empty, 1, "x: expected None, got int"),
+    ],
+)
+def test_a_result_of_the_wrong_shape_is_refused_with_the_right_one(
+    struct: type[Struct], value: object, text: str
+) -> None:
+    with pytest.raises(MarshalException) as caught:
+        Codec(struct).gather_result(value, "x")
+    assert str(caught.value) == text
+
+
+def test_what_cannot_be_encoded_is_refused_with_its_type() -> None:
+    with pytest.raises(MarshalException) as caught:
+        encode(object(), "x")
+    assert str(caught.value) == "x: a object cannot be encoded"
+
+
+def test_what_holds_itself_is_refused_with_the_reason() -> None:
+    endless: list[object] = []
+    endless.append(endless)
+    with pytest.raises(MarshalException) as caught:
+        encode(endless, "x")
+    reason = "nested too deeply, or in a cycle: a value that holds itself cannot be encoded"
+    assert str(caught.value) == f"x: {reason}"
+
+
+def test_what_is_no_messagepack_is_refused_without_a_path() -> None:
+    with pytest.raises(MarshalException) as caught:
+        Codec(One).unpack(b"\x81", "x")
+    assert caught.value.path == ""
+    assert " at " not in str(caught.value)
+
+
+class ByName(Struct, kw_only=True):
+    first: int
+    second: int = 2
+
+
+class TestByName:
+    """Structs that Python makes of named values alone."""
+
+    codec = Codec(ByName)
+
+    def test_they_are_made_of_values_in_their_order(self) -> None:
+        assert self.codec.make(5, 6) == ByName(first=5, second=6)
+
+    def test_they_are_made_of_values_and_names(self) -> None:
+        assert self.codec.make(5, second=6) == ByName(first=5, second=6)
+
+    def test_what_has_a_default_value_may_be_left_out(self) -> None:
+        assert self.codec.make(5) == ByName(first=5, second=2)
+
+    def test_more_values_than_members_are_refused(self) -> None:
+        with pytest.raises(TypeError, match=r"^3 values; 2 are expected$"):
+            self.codec.make(5, 6, 7)
+
+
 class Bulky(Struct):
     first: float
     nested: list[Everything]
@@ -219,6 +280,11 @@ class TestAttachment:
     def test_sample(self) -> None:
         about = decode_attachment(encode_sample_attachment("f00d", 7, 12.5))
         assert (about.sequence, about.robot_time, about.client) == (7, 12.5, "")
+        assert about.timeout == 0.0
+
+    def test_a_sample_may_have_been_sent_earlier(self) -> None:
+        about = decode_attachment(encode_sample_attachment("f00d", 7, 12.5, wall_time=1000.0))
+        assert about.wall_time == 1000.0
 
     @pytest.mark.parametrize(
         ("place", "value"),

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import msgpack
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.support.calculator import CalculatorError, DivisionByZero, OtherError
+from tests.support.wire_values import Desk
 from zenoh_ice import (
     BusyException,
     CommunicatorDestroyedException,
     InterfaceMismatchException,
     MarshalException,
     ObjectNotExistException,
+    ObjectPrx,
     UnknownException,
     UserException,
     ZenohIceError,
@@ -92,6 +96,39 @@ def test_an_error_without_a_text_gets_one(name: str) -> None:
     assert str(error) == "Head.stop failed, and the servant gives no reason"
 
 
+def test_an_exception_without_a_text_has_its_name() -> None:
+    assert str(unknown_exception(ValueError())) == "ValueError"
+
+
+def test_a_declared_exception_where_it_is_not_declared_has_its_type_id() -> None:
+    assert str(unknown_exception(CalculatorError("why"))) == "::test::CalculatorError: why"
+
+
+def test_an_exception_whose_text_fails_says_so() -> None:
+    class Broken(Exception):
+        def __str__(self) -> str:
+            raise KeyError
+
+    assert str(unknown_exception(Broken())) == "Broken: its text failed with KeyError"
+
+
+def test_an_unknown_type_id_is_cut() -> None:
+    error = decode_error(msgpack.packb({"exception": "x" * 10_000}), (), "Head.stop")
+    assert str(error) == f"Head.stop raised {'x' * 253}..., which the operation does not declare"
+
+
+class Lost(UserException, id="::test::Lost"):
+    last: ObjectPrx | None
+
+
+def test_a_proxy_in_an_exception_arrives() -> None:
+    desk: Any = Desk()
+    wire = encode_error(Lost(desk.stringToProxy("Head")))
+    error = decode_error(wire, (Lost,), "call", desk.stringToProxy)
+    assert isinstance(error, Lost)
+    assert error.last == desk.stringToProxy("Head")
+
+
 HOSTILE = "\x1b]0;owned\x07\x1b[2J\nERROR forged\u202e\x00" + "x" * 100_000
 
 
@@ -121,6 +158,14 @@ def test_remote_text_is_cut_and_made_printable(wire: dict[str, object]) -> None:
     for text in texts:
         assert text.isprintable()
         assert 0 < len(text) <= 4200
+
+
+def test_an_error_may_have_a_mebibyte() -> None:
+    wire = {"exception": "::zenoh_ice::BusyException", "message": ""}
+    length = (1 << 20) - len(msgpack.packb(wire)) - 4  # a text of that length has a header of 5 bytes, not 1
+    data = msgpack.packb({**wire, "message": "x" * length})
+    assert len(data) == 1 << 20
+    assert isinstance(decode_error(data, (), "call"), BusyException)
 
 
 def test_error_that_is_too_large_is_not_copied() -> None:

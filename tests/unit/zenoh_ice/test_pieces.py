@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from zenoh_ice import _codec as pieces
-from zenoh_ice._codec import Codec, Parted, Pieces
+from zenoh_ice._codec import Codec, Parted, Pieces, encode
 from zenoh_ice._values import Struct
 
 
@@ -96,3 +96,32 @@ def test_what_may_change_is_copied_at_once(pixels: object) -> None:
 
 def test_what_is_no_struct_is_left_to_the_receiver() -> None:
     assert msgspec.msgpack.decode(bytes(CODEC.gather_result((None, [], None), "it")))["image"] is None
+
+
+def test_a_struct_of_another_type_is_left_to_the_receiver() -> None:
+    packed = bytes(CODEC.gather_result((Shape(1, b"x" * LARGE), [], None), "it"))
+    assert msgspec.msgpack.decode(packed)["image"] == {"width": 1, "mask": b"x" * LARGE}
+
+
+def test_more_bytes_than_messagepack_can_hold_do_not_travel_apart(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(pieces, "_LONGEST", 2 * LARGE)
+
+    def travels_apart(size: int) -> bool:
+        image = Image(Shape(1, b""), b"x" * size, "")
+        return isinstance(CODEC.gather_result((image, [], None), "it"), Pieces)
+
+    assert [travels_apart(2 * LARGE), travels_apart(2 * LARGE + 1)] == [True, False]
+
+
+@pytest.mark.parametrize(
+    "array",
+    [np.arange(24, dtype=np.uint8).reshape(4, 6), np.arange(24, dtype=np.uint8).reshape(4, 6)[:, ::2]],
+    ids=["contiguous", "with gaps"],
+)
+def test_an_array_of_bytes_is_a_byte_sequence(array: np.ndarray) -> None:
+    assert msgspec.msgpack.decode(encode(array, "it")) == array.tobytes()
+
+
+@pytest.mark.parametrize(("array", "value"), [(np.array([1.5, 2.0]), [1.5, 2.0]), (np.array(5, np.uint8), 5)])
+def test_another_array_is_a_list_or_a_number(array: np.ndarray, value: object) -> None:
+    assert msgspec.msgpack.decode(encode(array, "it")) == value

@@ -6,6 +6,7 @@ from typing import Any, ClassVar
 
 import pytest
 
+from zenoh_ice._values import slice_name
 from zenoh_ice.generated import Long, Struct
 
 
@@ -73,3 +74,8 @@ def test_default_values_stay_where_python_has_called_builtin_types_before() -> N
     for _ in range(100):
         fresh(list)
     assert fresh(Grid) == Grid()
+
+
+@pytest.mark.parametrize(("python", "slice"), [("_while", "while"), ("row", "row"), ("row_", "row_")])
+def test_a_name_that_python_reserves_has_none_of_our_marks_in_slice(python: str, slice: str) -> None:
+    assert slice_name(python) == slice
