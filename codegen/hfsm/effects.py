@@ -49,7 +49,8 @@ class Effects:
 
     calls: set[ProxyCall] = field(default_factory=set)
     possible: set[ProxyCall] = field(default_factory=set)
-    events: set[str] = field(default_factory=set)
+    events: dict[str, set[ast.AST]] = field(default_factory=dict)
+    """The events that it sends, each with the expressions of its name, or the calls that lead there."""
     answer: Answer = Answer.SAME
     any_event: list[ast.AST] = field(default_factory=list)
     """Where it may send any event."""
@@ -62,7 +63,7 @@ class Effects:
         """Add what other code does, which runs here; `call` stands for all places in it."""
         self.calls |= other.calls
         self.possible |= other.possible
-        self.events |= other.events
+        self.add_events(other, call)
         self.answer |= other.answer
         for mine, more in (
             (self.any_event, other.any_event),
@@ -70,6 +71,11 @@ class Effects:
             (self.unknown, other.unknown),
         ):
             mine.extend(more if call is None else [call][: len(more)])
+
+    def add_events(self, other: Effects, call: ast.AST | None = None) -> None:
+        """Add the events alone that other code sends."""
+        for event, places in other.events.items():
+            self.events.setdefault(event, set()).update(places if call is None else {call})
 
     def allow_anything(self, node: ast.AST) -> None:
         """Note that a node may use the component in any way."""
@@ -334,7 +340,7 @@ class _Walk:
             if name not in parameters:
                 _add(self._names, name, values)
         self._code.local[walk._context] = walk.effects
-        self.effects.events |= walk.effects.events  # by whatever it is called, and when
+        self.effects.add_events(walk.effects)  # by whatever it is called, and when
         self.effects.any_event += walk.effects.any_event
         found = frozenset({_Value("local", walk._context)})
         if decorators:
@@ -515,10 +521,11 @@ class _Walk:
             self.effects.answer |= Answer.OTHER
         else:
             self.effects.answer |= UNKNOWN
-            names = [values for place, _, values in arguments if place in (0, "name")]
-            events = _texts(names[0]) if names else []
-            self.effects.events.update(event.strip() for event in events)
-            if not events:
+            names = [(node, _texts(values)) for place, node, values in arguments if place in (0, "name")]
+            for node, events in names:
+                for event in events:
+                    self.effects.events.setdefault(event.strip(), set()).add(node)
+            if not names or not names[0][1]:
                 self.effects.any_event.append(call)
 
     def _getattr(self, call: ast.Call) -> _Values:

@@ -6,10 +6,10 @@ An event reaches the automata that are active when it is sent, but no ghosts.
 from __future__ import annotations
 
 import ast
-from collections.abc import Mapping
+from collections.abc import Collection
 
 from ...diagnostics import Location, did_you_mean
-from ..analysis import Access, Analysis, Piece
+from ..analysis import Analysis, Piece
 from ..code.text import all_nodes
 from ..codes import Code
 from ..document import Automaton, Document
@@ -25,13 +25,8 @@ def check_events(analysis: Analysis, report: Report) -> None:
     """
     document = analysis.document
     has_own_send = "send" in analysis.defined  # the events that it sends are unknown
-    sent: dict[str, Location] = {}
-    for access in () if has_own_send else analysis.accesses:
-        if (constant := _sent_name(access)) is not None:
-            sent.setdefault(str(constant.value), access.piece.place(constant))
-    names = {piece: frozenset(analysis.effects.of_piece(piece).events) for piece in analysis.pieces}
-    otherwise = set[str]().union(*names.values())
-    senders = _Senders(analysis, names)
+    senders = _Senders(analysis)
+    sent = {} if has_own_send else senders.first
     is_complete = analysis.is_complete and not has_own_send and not analysis.effects.unclear_sends
     declared = {event.name.strip(): report.place(event) for event in document.events}
     awaited: set[str] = set()
@@ -42,7 +37,7 @@ def check_events(analysis: Analysis, report: Report) -> None:
                 continue
             awaited.add(name)
             who = transition_label(transition)
-            if is_complete and name not in {*sent, *otherwise, *declared}:
+            if is_complete and name not in {*sent, *declared}:
                 message = f"{who} waits for the event `{name}`, which is neither sent nor declared"
                 known = did_you_mean(name, {*sent, *declared})
                 report.warning(
@@ -60,11 +55,14 @@ def check_events(analysis: Analysis, report: Report) -> None:
 class _Senders:
     """The pieces of code that send events, and whether they can run while an automaton is active."""
 
-    def __init__(self, analysis: Analysis, names: Mapping[Piece, frozenset[str]]) -> None:
-        self._by_name: dict[str, list[Piece]] = {}
-        for piece, sent in names.items():
-            for event in sent:
-                self._by_name.setdefault(event, []).append(piece)
+    def __init__(self, analysis: Analysis) -> None:
+        self._by_name: dict[str, dict[Piece, set[ast.AST]]] = {}
+        self.first: dict[str, Location] = {}
+        """Where each event is sent."""
+        for piece in analysis.pieces:
+            for event, places in analysis.effects.of_piece(piece).events.items():
+                self._by_name.setdefault(event, {})[piece] = places
+                self.first.setdefault(event, min(map(piece.place, places), key=_position))
         self._owners = _owners_above(analysis.document)
         self._places: dict[Piece, tuple[int, int, bool]] = {}
         """The automaton and the state of each piece, and whether those below are active while it runs."""
@@ -84,10 +82,14 @@ class _Senders:
 
     def reach(self, name: str, receiver: Automaton) -> bool:
         """Return whether an event may be sent while an automaton is active."""
-        return any(self._reaches(piece, name, receiver) for piece in self._by_name.get(name, ()))
+        pieces = self._by_name.get(name, {}).items()
+        return any(
+            not _sends_at_once(piece, name, places) or self._reaches(piece, receiver)
+            for piece, places in pieces
+        )
 
-    def _reaches(self, piece: Piece, name: str, receiver: Automaton) -> bool:
-        if piece not in self._places or not _sends_at_once(piece, name):
+    def _reaches(self, piece: Piece, receiver: Automaton) -> bool:
+        if piece not in self._places:
             return True
         automaton, state, is_active = self._places[piece]
         owners, above = self._owners[receiver.id], self._owners[automaton]
@@ -112,19 +114,15 @@ def _owners_above(document: Document) -> dict[int, dict[int, int]]:
     return found
 
 
-def _sends_at_once(piece: Piece, name: str) -> bool:
-    """Return whether a piece uses the name of an event only to send it at once."""
+def _sends_at_once(piece: Piece, name: str, places: Collection[ast.AST]) -> bool:
+    """Return whether a piece uses the name of an event only to send it, at `places`, at once."""
     nodes = all_nodes(piece.tree)
-    if any(isinstance(node, ast.Lambda | ast.FunctionDef | ast.AsyncFunctionDef) for node in nodes):
-        return False
-    mentions = sum(isinstance(node, ast.Constant) and node.value == name for node in nodes)
-    return mentions == sum(sent.value == name for sent in map(_sent_name, piece.accesses) if sent is not None)
+    return not any(
+        isinstance(node, ast.Lambda | ast.FunctionDef | ast.AsyncFunctionDef)
+        or (isinstance(node, ast.Constant) and node.value == name and node not in places)
+        for node in nodes
+    )
 
 
-def _sent_name(access: Access) -> ast.Constant | None:
-    """Return the event that a use of the component sends as a constant, or None."""
-    if access.path != ("send",) or access.call is None:
-        return None
-    keywords = [keyword.value for keyword in access.call.keywords if keyword.arg == "name"]
-    name = next(iter([*access.call.args, *keywords]), None)
-    return name if isinstance(name, ast.Constant) and isinstance(name.value, str) else None
+def _position(place: Location) -> tuple[int, int]:
+    return place.line, place.column

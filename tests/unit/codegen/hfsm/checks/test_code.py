@@ -160,3 +160,14 @@ def test_an_event_that_only_ghosts_wait_for_is_reported(path: Path, where: str, 
 @pytest.mark.parametrize("what", ['self.later = lambda: self.send("go")', 'x = "go"; self.send("go")'])
 def test_an_event_that_may_be_sent_later_is_not_called_unheard(path: Path, what: str) -> None:
     assert not any("W526" in line for line in problems(path, family(entry=what)))
+
+
+@pytest.mark.parametrize(
+    "code", ['self.send("come")', 'send = self.send; send("come")', 'x = "come"; self.send(x)']
+)
+def test_an_event_that_nothing_waits_for_is_reported_where_it_is_sent(path: Path, code: str) -> None:
+    text = family(code=code, beside='self.send("go")')
+    (line,) = [number for number, line in enumerate(text.split("\n"), 1) if code in line]
+    (found,) = [line for line in problems(path, text) if "W527" in line]
+    assert "no transition waits for the event `come`" in found
+    assert found.startswith(f"{line}:")
