@@ -127,8 +127,7 @@ def check_editor(programs: Path, folder: Path) -> None:
 def write_sbom(python: Path, path: Path) -> None:
     """Write what an environment holds, and what is vendored, as an SBOM of CycloneDX.
 
-    It names no addresses: those of the environment are of this machine. `visualhfsm` is its subject, and what
-    builds environments is left out.
+    It names no addresses: those of the environment are of this machine. What builds environments is left out.
     """
     tool = Path(sys.executable).with_name("cyclonedx-py")
     options = ["--pyproject", str(ROOT / "pyproject.toml"), "--output-reproducible", "--spec-version", "1.6"]
@@ -139,9 +138,9 @@ def write_sbom(python: Path, path: Path) -> None:
     for tools in bom["metadata"].get("tools", {}).values():
         for each in tools:
             each.pop("externalReferences", None)
-    ours, others = "visualhfsm", {"pip", "setuptools"}
-    needed = {each["ref"].partition("==")[0]: each.get("dependsOn", []) for each in bom["dependencies"]}[ours]
-    bom["components"] = [each for each in bom["components"] if each["name"] not in others | {ours}]
+    bom["components"] = [each for each in bom["components"] if each["name"] not in {"pip", "setuptools"}]
+    root = bom["metadata"]["component"]["bom-ref"]
+    needed = next(each for each in bom["dependencies"] if each["ref"] == root)["dependsOn"]
     for name, package in json.loads((ROOT / VENDORED).read_text("utf-8"))["packages"].items():
         purl = f"pkg:npm/{name.replace('@', '%40')}@{package['version']}"
         content = base64.b64decode(package["integrity"].removeprefix("sha512-")).hex()
@@ -157,9 +156,8 @@ def write_sbom(python: Path, path: Path) -> None:
             }
         )
         needed.append(purl)
-    kept = {each["bom-ref"] for each in bom["components"]}
+    kept = {root, *(each["bom-ref"] for each in bom["components"])}
     bom["dependencies"] = [each for each in bom["dependencies"] if each["ref"] in kept]
-    bom["dependencies"].append({"ref": bom["metadata"]["component"]["bom-ref"], "dependsOn": needed})
     text = json.dumps(bom, indent=2) + "\n"
     if (error := JsonStrictValidator(SchemaVersion.V1_6).validate_str(text)) is not None:
         raise ReleaseError(f"the SBOM is no CycloneDX: {error}")
