@@ -1,18 +1,24 @@
-"""Hooks of MkDocs: pages at the root of the repository, decisions, links to sources, and commands.
+"""Hooks of MkDocs: pages at the root of the repository, decisions, links to sources, and generated tables.
 
 `ARCHITECTURE.md`, `CHANGELOG.md` and `CONTRIBUTING.md` become pages of the site. A link to a file outside of
-docs/ becomes its path. `<!-- commands -->` becomes the help of every command.
+docs/ becomes its path. `<!-- generated: NAME -->` becomes what one of `GENERATED` returns, read off the code.
 """
 
 from __future__ import annotations
 
+import ast
 import importlib
+import inspect
 import posixpath
 import re
+import tomllib
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any, Final
 
+import msgspec
 import typer
+from markdown.extensions.toc import slugify
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
 from mkdocs.structure.pages import Page
@@ -28,10 +34,15 @@ COMMANDS: Final = {
     "visualhfsm": "visualhfsm.command",
     "codegen": "codegen.command",
     "naoserver-sim": "naoserver_sim.command",
+    "naoserver-naoqi": "naoserver_naoqi.command",
     "ballmover": "ballmover.cli",
     "nao": "deploy.nao.command",
 }
 SHARED: Final = "Shared by all commands"  # the panel of hfsm_command.cli
+_WHEEL: Final[dict[str, list[str]]] = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"][
+    "hatch"
+]["build"]["targets"]["wheel"]
+_MARKER: Final = re.compile(r"<!-- generated: ([a-z ]+) -->")
 _LINK: Final = re.compile(r"(!?)\[([^\]]*)\]\(([^)#\s]+)(#[^)]*)?\)")
 
 
@@ -56,10 +67,10 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 
 
 def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Files) -> str:  # noqa: ARG001
-    """Turn links out of docs/ into pages of the site or into paths, and write the commands."""
+    """Turn links out of docs/ into pages of the site or into paths, and write what is generated."""
     if page.file.generated_by is None:
         markdown = _relink(markdown, posixpath.dirname(f"docs/{page.file.src_uri}"), page.file.src_uri)
-    return markdown.replace("<!-- commands -->", commands() if "<!-- commands -->" in markdown else "")
+    return _MARKER.sub(lambda match: GENERATED[match[1]](), markdown)
 
 
 def _relink(text: str, folder: str, page: str) -> str:
@@ -79,7 +90,7 @@ def _relink(text: str, folder: str, page: str) -> str:
 
 
 def commands() -> str:
-    """Return what every command does and takes, as Markdown."""
+    """Return the help of every command."""
     return "\n\n".join(
         _command(name, typer.main.get_command(importlib.import_module(module).app))
         for name, module in COMMANDS.items()
@@ -105,3 +116,224 @@ def _row(parameter: Any) -> str:  # noqa: ANN401
         names = (parameter.metavar or parameter.name).upper()
     meaning = " ".join((getattr(parameter, "help", None) or "").split())
     return f"| `{names}` | {meaning.replace('|', chr(92) + '|').replace('<', '&lt;')} |"
+
+
+def settings() -> str:
+    """Return a table of all settings: type, default, flag, variable of the environment, meaning."""
+    from zenoh_ice.settings import PATHS, Security, Settings
+
+    flags = {option.removeprefix("--").replace("-", "_") for option in shared_options()}
+    rows = []
+    for kind, prefix in ((Settings, ""), (Security, "security.")):
+        for field in _fields(kind):
+            name = prefix + field.name
+            if name == "security":
+                continue
+            flag = field.name in flags and (not prefix or field.name in PATHS)
+            variable = (
+                "" if "table" in _type(field.type) else f"`VISUALHFSM_{name.upper().replace('.', '_')}`"
+            )
+            option = f"`--{field.name.replace('_', '-')}`" if flag else ""
+            rows.append(
+                (
+                    f"`{name}`",
+                    _type(field.type),
+                    _default(field),
+                    option,
+                    variable,
+                    _meaning(kind, field.name),
+                )
+            )
+    return _table(("setting", "type", "default", "flag", "variable", "meaning"), rows)
+
+
+def roles() -> str:
+    """Return a table of what a role in the settings has."""
+    from zenoh_ice.settings import Role
+
+    rows = [
+        (f"`{field.name}`", _type(field.type), _default(field), _meaning(Role, field.name))
+        for field in _fields(Role)
+    ]
+    return _table(("key", "type", "default", "meaning"), rows)
+
+
+def shared_options() -> Iterator[str]:
+    """Yield the options that all commands share."""
+    command: Any = typer.main.get_command(importlib.import_module("ballmover.cli").app)
+    for parameter in command.params:
+        if getattr(parameter, "rich_help_panel", None) == SHARED:
+            yield from parameter.opts
+
+
+def exceptions() -> str:
+    """Return a table of the public exceptions of each package, each below the one that it extends."""
+    parts = []
+    tools = tuple(str(ROOT / folder) for folder in _WHEEL["exclude"])
+    for package in _WHEEL["packages"]:
+        paths = [path for path in sorted((ROOT / package).rglob("*.py")) if not str(path).startswith(tools)]
+        found = [node for path in paths for node in _exceptions(path)]
+        if not found:
+            continue
+        names = {node.name for node in found}
+        below: dict[str, list[ast.ClassDef]] = {}
+        for node in found:
+            base = next((name for name in map(ast.unparse, node.bases) if name in names), "")
+            below.setdefault(base, []).append(node)
+        rows = list(_tree(below, "", 0))
+        parts.append(f"### {package}\n\n" + _table(("exception", "is a", "when"), rows))
+    return "\n\n".join(parts)
+
+
+def _exceptions(path: Path) -> Iterator[ast.ClassDef]:
+    for node in ast.parse(path.read_text("utf-8")).body:
+        if not isinstance(node, ast.ClassDef) or node.name.startswith("_"):
+            continue
+        if any(re.search(r"(Error|Exception|InvalidCommand)$", ast.unparse(base)) for base in node.bases):
+            yield node
+
+
+def _tree(below: dict[str, list[ast.ClassDef]], base: str, depth: int) -> Iterator[tuple[str, ...]]:
+    for node in below.get(base, []):
+        bases = ", ".join(f"`{ast.unparse(each)}`" for each in node.bases)
+        yield f"{'&emsp;' * depth}`{node.name}`", bases, _plain(ast.get_docstring(node) or "")
+        yield from _tree(below, node.name, depth + 1)
+
+
+def diagnostics() -> str:
+    """Return a table of the codes of all diagnostics, each with its page."""
+    from codegen.hfsm.codes import Code as DocumentCode
+    from codegen.idl.codes import Code as InterfaceCode
+
+    headings = {}
+    for page in ("document-errors.md", "idl-errors.md"):
+        for title in re.findall(
+            r"^## (.*)$", (ROOT / "docs/reference" / page).read_text("utf-8"), re.MULTILINE
+        ):
+            code, _, meaning = title.partition(": ")
+            headings[code] = (meaning, f"{page}#{slugify(title, '-')}")
+    rows = []
+    for code in [*InterfaceCode, *DocumentCode]:
+        plain = code.name.lower().replace("_", " ")
+        meaning, link = headings.get(code.value, (plain, "../explanation/model-checker.md"))
+        rows.append((f"[{code.value}]({link})", meaning.replace("|", "\\|")))
+    return _table(("code", "about"), rows)
+
+
+def requests() -> str:
+    """Return a table of the requests of the editor's page."""
+    from visualhfsm.web import protocol
+
+    base = protocol.TabEdit.__bases__[0]
+    kinds = [
+        each for each in vars(protocol).values() if _is(each, base) and each not in (base, protocol.TabEdit)
+    ]
+    return _messages(kinds, skip="id")
+
+
+def pushes() -> str:
+    """Return a table of what the editor's server sends by itself."""
+    from visualhfsm import services
+    from visualhfsm.web import protocol
+
+    kinds = [
+        each for module in (protocol, services) for each in vars(module).values() if _is(each, services.Push)
+    ]
+    return _messages([each for each in dict.fromkeys(kinds) if each is not services.Push])
+
+
+def edits() -> str:
+    """Return a table of the commands that change a document."""
+    from visualhfsm.editing.commands import COMMANDS as EDITS
+
+    return _messages(EDITS)
+
+
+def _is(found: object, base: type) -> bool:
+    return isinstance(found, type) and issubclass(found, base)
+
+
+def _messages(kinds: Iterable[type], skip: str = "") -> str:
+    rows = []
+    for kind in kinds:
+        info = msgspec.inspect.type_info(kind)
+        assert isinstance(info, msgspec.inspect.StructType)
+        fields = [
+            f"`{field.encode_name}`{'' if field.required else '?'}: {_type(field.type)}"
+            for field in info.fields
+            if field.name != skip
+        ]
+        rows.append((f"`{info.tag}`", "<br>".join(fields), _plain(inspect.getdoc(kind) or "")))
+    return _table(("name", "fields", "meaning"), rows)
+
+
+def _fields(kind: type) -> tuple[msgspec.inspect.Field, ...]:
+    info = msgspec.inspect.type_info(kind)
+    assert isinstance(info, msgspec.inspect.StructType)
+    return info.fields
+
+
+def _meaning(kind: type, name: str) -> str:
+    """Return the docstring of a field of a struct."""
+    body = ast.parse(inspect.getsource(kind)).body[0]
+    assert isinstance(body, ast.ClassDef)
+    for node, following in zip(body.body, body.body[1:], strict=False):
+        if (
+            isinstance(node, ast.AnnAssign)
+            and ast.unparse(node.target) == name
+            and isinstance(following, ast.Expr)
+        ):
+            return _plain(ast.literal_eval(following.value))
+    raise LookupError(f"{kind.__name__}.{name} has no docstring")
+
+
+def _type(kind: Any) -> str:  # noqa: ANN401 - one of the many types of msgspec.inspect
+    """Return what may be written, in words of TOML and JSON."""
+    types = msgspec.inspect
+    match kind:
+        case types.Metadata():
+            return _type(kind.type)
+        case types.LiteralType():
+            return ", ".join(f"`{value}`" for value in kind.values)
+        case types.IntType() | types.FloatType():
+            word = "integer" if isinstance(kind, types.IntType) else "number"
+            bounds = kind.ge is not None and kind.le is not None and abs(kind.le) < 2**30
+            return f"{word}, {kind.ge:g} to {kind.le:g}" if bounds else word
+        case types.BoolType():
+            return "true, false"
+        case types.StrType():
+            return "text"
+        case types.VarTupleType() | types.ListType() | types.CollectionType():
+            return f"list: {_type(kind.item_type)}"
+        case types.DictType() | types.StructType():
+            return "table"
+        case types.UnionType():
+            return " or ".join(dict.fromkeys(map(_type, kind.types)))
+        case types.NoneType():
+            return "null"
+    return "any"
+
+
+def _default(field: msgspec.inspect.Field) -> str:
+    value = field.default
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, tuple):
+        return ", ".join(f"`{each}`" for each in value)
+    return f"`{value}`" if isinstance(value, int | float | str) and value != "" else ""
+
+
+def _plain(text: str) -> str:
+    return " ".join(text.split()).replace("|", "\\|").replace("<", "&lt;")
+
+
+def _table(heads: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:
+    lines = [heads, tuple("---" for _ in heads), *rows]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+GENERATED: Final[dict[str, Callable[[], str]]] = {
+    made.__name__: made
+    for made in (commands, diagnostics, edits, exceptions, pushes, requests, roles, settings)
+}
+"""What a page names in `<!-- generated: NAME -->`."""

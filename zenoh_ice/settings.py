@@ -68,27 +68,40 @@ class Role(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     `*` stands for any characters of an identity or an operation; `**` alone for everything.
     """
 
-    call: Annotated[tuple[Operation, ...], _Most] = ()  # operations to call and, of streams, to read
-    read: Annotated[tuple[Operation, ...], _Most] = ()  # streams to read, without calling anything
-    serve: Annotated[tuple[IdentityPattern, ...], _Most] = ()  # identities to serve
-    realms: Annotated[tuple[RealmPattern, ...], _Most] = ()  # else that of the component that grants it
-    # Whether its processes may hold a liveliness token, by whose end robots notice that they are gone.
-    # Thousands delay everybody, and Zenoh does not limit them: false for users that move nothing.
+    call: Annotated[tuple[Operation, ...], _Most] = ()
+    """operations to call and, of streams, to read"""
+    read: Annotated[tuple[Operation, ...], _Most] = ()
+    """streams to read, without calling anything"""
+    serve: Annotated[tuple[IdentityPattern, ...], _Most] = ()
+    """identities to serve"""
+    realms: Annotated[tuple[RealmPattern, ...], _Most] = ()
+    """realms where this holds; by default that of the component that grants it"""
     liveliness: bool = True
+    """whether its processes may hold a liveliness token, by whose end robots notice that they are gone;
+    thousands delay everybody, so false for users that move nothing"""
 
 
 class Security(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """The settings of `[security]`, which `check_security` checks together; empty, they allow everything."""
 
-    authority: Text = ""  # file (PEM) of the certificate of the authority that vouches for everybody else
-    certificate: Text = ""  # file (PEM) of the component's own, which it shows to others
+    authority: Text = ""
+    """file (PEM) of the certificate of the authority that vouches for everybody else; required for TLS"""
+    certificate: Text = ""
+    """file (PEM) of the component's own certificate, which it shows to others"""
     key: Text = ""
-    user: Text = ""  # name of the login, if the listener asks for one
+    """file of its key"""
+    user: Text = ""
+    """name to log in with, if the listener asks for one"""
     password: str = ""
-    passwords: Text = ""  # file of the users who may connect: a line `NAME:PASSWORD` for each
-    mutual: bool = True  # whether clients over TLS must show a certificate of the authority
-    roles: dict[Name, Role] = {}  # what may be done through this component; without any, everything
-    users: dict[Name, str] = {}  # the role of each common name of a certificate, and of each user
+    """its password; better in the environment than in a file"""
+    passwords: Text = ""
+    """file of the users who may connect: a line `NAME:PASSWORD` for each"""
+    mutual: bool = True
+    """whether clients that connect by TLS must show a certificate of the authority"""
+    roles: dict[Name, Role] = {}
+    """what each role may do; without any, everybody may do everything"""
+    users: dict[Name, str] = {}
+    """the role of each common name of a certificate, and of each user"""
 
     def __post_init__(self) -> None:
         for user, role in self.users.items():
@@ -106,16 +119,28 @@ class Settings(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, di
     A bad one raises ConfigurationException, which names the setting and where its value came from.
     """
 
-    realm: Realm = "nao"  # the first chunk of every key
+    realm: Realm = "nao"
+    """the robot or stack that the component belongs to: the first chunk of every key"""
     connect: tuple[Connect, ...] = (DEFAULT_ENDPOINT,)
+    """endpoints of others; those that are lost are tried again for ever"""
     listen: tuple[Listen, ...] = ("tcp/127.0.0.1:0",)
-    mode: Literal["peer", "client", "router"] = "peer"  # a router passes on what others say to one another
+    """endpoints to listen on; port 0 picks a free port"""
+    mode: Literal["peer", "client", "router"] = "peer"
+    """`peer` talks to every other peer directly, `client` through the router or server at `connect` alone; a
+    `router` forwards messages of others"""
     clock: Literal["auto", "wall", "sim"] = "auto"
-    timeout: Timeout = 2.0  # s of a call, and of sending one message: a link that takes longer is closed
-    lease: Lease = 2.0  # s of silence until a peer that hangs is lost; one that dies is noticed at once
+    """`wall`, `sim`, or `auto`: the robot's time if it is simulated"""
+    timeout: Timeout = 2.0
+    """longest duration of a call, and of sending one message, in s: a link that takes longer is closed"""
+    lease: Lease = 2.0
+    """silence, in s, after which a process that hangs counts as lost; one that dies is noticed at once"""
     shared_memory: bool = True
+    """whether images and the like go through memory, rather than the network, between processes of one user
+    on one machine"""
     log_level: Literal["debug", "info", "warning", "error", "critical"] = "warning"
-    dispatch_threads: Threads = 8  # for callbacks and the calls within the process
+    """lowest level of logged messages"""
+    dispatch_threads: Threads = 8
+    """threads that run callbacks and calls within the process"""
     security: Security = Security()
 
     def __post_init__(self) -> None:

@@ -157,7 +157,7 @@ class Search(_Request):
 
 
 class Resolve(_Request):
-    """Say what becomes of a document whose file was changed by another program."""
+    """Decide about a document whose file another program changed: keep it, read the file, or merge both."""
 
     tab: TabId
     choice: Literal["mine", "theirs", "merge"]
@@ -184,13 +184,13 @@ class Extract(TabEdit):
 
 
 class Inline(TabEdit):
-    """Put the content of an imported automaton in its place."""
+    """Put the content of an imported automaton into the document."""
 
     automaton: ElementId
 
 
 class Locate(_Request):
-    """Ask which line of which piece of code a line of a log, or of an error's report, speaks of.
+    """Ask which line of which piece of code a line of a log, or of an error's report, refers to.
 
     A report also has its `automaton` and `state`, which distinguish pieces that share a line.
     """
@@ -246,7 +246,7 @@ class Attach(_Request):
 
 
 class Detach(_Request):
-    """Follow it no longer."""
+    """Stop following it; it runs on."""
 
     component: Name
 

@@ -1,0 +1,84 @@
+"""What docs/hooks.py reads off the code for the reference is complete, and the pages show all of it."""
+
+from __future__ import annotations
+
+import importlib
+import inspect
+import re
+import tomllib
+from typing import get_args
+
+import pytest
+import typer
+
+from codegen.hfsm.codes import Code as DocumentCode
+from codegen.idl.codes import Code as InterfaceCode
+from tests.support.pages import DOCS
+from visualhfsm.editing.commands import COMMANDS
+from visualhfsm.services import Push
+from visualhfsm.web.protocol import Request
+
+hooks = pytest.importorskip("docs.hooks", reason="needs the packages of visualhfsm[docs]")
+
+SCRIPTS = tomllib.loads((DOCS.parent / "pyproject.toml").read_text("utf-8"))["project"]["scripts"]
+
+
+def first_column(table: str) -> list[str]:
+    return re.findall(r"^\| (?:&emsp;)*[`\[]([\w.]+)", table, re.MULTILINE)
+
+
+def test_pages_show_all_that_is_generated_and_nothing_else() -> None:
+    shown = [
+        name
+        for page in DOCS.rglob("*.md")
+        for name in re.findall(r"<!-- generated: (.*?) -->", page.read_text("utf-8"))
+    ]
+    assert sorted(shown) == sorted(hooks.GENERATED)
+
+
+def test_every_command_is_listed_with_its_options() -> None:
+    assert set(hooks.COMMANDS) == set(SCRIPTS)
+    text = hooks.commands()
+    for name, module in hooks.COMMANDS.items():
+        assert f"## {name}\n" in text
+        command = typer.main.get_command(importlib.import_module(module).app)
+        commands = [command, *getattr(command, "commands", {}).values()]
+        shown = [each for each in commands if not each.hidden]
+        options = {
+            option for each in shown for param in each.params if not param.hidden for option in param.opts
+        }
+        own = {each for each in options if each.startswith("--")} - set(hooks.shared_options()) - {"--help"}
+        assert [option for option in sorted(own) if option not in text] == []
+
+
+@pytest.mark.parametrize(
+    "module",
+    [
+        "ballmover.exceptions",
+        "hfsm_runtime.errors",
+        "interfaces.jderobot.common",
+        "naoserver.errors",
+        "visualhfsm.errors",
+        "zenoh_ice.exceptions",
+    ],
+)
+def test_every_exception_is_listed(module: str) -> None:
+    listed = set(first_column(hooks.exceptions()))
+    found = {
+        name
+        for name, each in vars(importlib.import_module(module)).items()
+        if inspect.isclass(each) and issubclass(each, BaseException) and not name.startswith("_")
+    }
+    assert found
+    assert found - listed == set()
+
+
+def test_every_code_is_listed_once() -> None:
+    assert first_column(hooks.diagnostics()) == [*InterfaceCode, *DocumentCode]
+
+
+def test_every_message_is_listed() -> None:
+    assert first_column(hooks.requests()) == [each.__struct_config__.tag for each in get_args(Request)]
+    pushes = {each.__struct_config__.tag for each in Push.__subclasses__()}
+    assert set(first_column(hooks.pushes())) == pushes
+    assert first_column(hooks.edits()) == [each.__struct_config__.tag for each in COMMANDS]
