@@ -65,6 +65,8 @@ def cells_of(automaton: Automaton) -> dict[str, CellType]:
 def assign(automaton: Automaton, name: str, value: object) -> None:
     """Set a variable that the automaton's code uses.
 
+    Values come as JSON, which has no tuples: a list for a variable that is a tuple becomes one.
+
     Raises UnknownElementError when it uses none of this name, or the name is that of a function, and
     ValueTypeError when it is an input of another type.
     """
@@ -78,12 +80,24 @@ def assign(automaton: Automaton, name: str, value: object) -> None:
     try:
         if callable(cell.cell_contents) or isinstance(cell.cell_contents, ModuleType):
             raise UnknownElementError(f"{name} is not a variable of automaton {automaton.id}: it is code")
+        value = _with_tuples(value, cell.cell_contents)
     except ValueError:  # nothing has been assigned
         pass
     for declared in automaton.inputs:
         if declared.name == name:
             value = convert(value, declared.type, f"the input {name}")
     cell.cell_contents = value
+
+
+def _with_tuples(value: object, present: object) -> object:
+    """Return a value with tuples where the present one has them, at any depth."""
+    if isinstance(value, list) and isinstance(present, list | tuple):
+        beside = itertools.chain(present, itertools.repeat(present[-1] if present else None))
+        items = [_with_tuples(each, other) for each, other in zip(value, beside, strict=False)]
+        return tuple(items) if isinstance(present, tuple) else items
+    if isinstance(value, dict) and isinstance(present, dict):
+        return {key: _with_tuples(each, present.get(key)) for key, each in value.items()}
+    return value
 
 
 def check_kind(automaton: Automaton, name: str, value: object) -> None:

@@ -97,6 +97,25 @@ def test_a_dropped_file_opens_and_what_is_none_is_refused(shown: EditorPage, roo
     expect(tab(shown, "dance")).to_have_attribute("aria-selected", "true")
 
 
+def test_an_error_stays_until_it_is_dismissed(shown: EditorPage) -> None:
+    shown.page.clock.install()
+    for number in range(6):
+        drop(shown, f"picture{number}.xml", "<svg/>")
+        expect(shown.page.locator(".notice.error")).to_have_count(number + 1)
+    drop(
+        shown,
+        "door.scxml",
+        "<scxml xmlns='http://www.w3.org/2005/07/scxml' version='1.0'><state id='a'/></scxml>",
+    )
+    expect(shown.page.locator(".notice.info")).to_have_count(1)
+    shown.page.clock.fast_forward("10:00")
+    expect(shown.page.locator(".notice.info")).to_have_count(0)
+    expect(shown.page.locator(".notice.error")).to_have_count(6)
+    first = shown.page.get_by_role("alert").filter(has_text="picture0.xml")
+    first.get_by_role("button", name="Dismiss").click()
+    expect(first).to_have_count(0)
+
+
 def test_scxml_that_is_dropped_becomes_a_new_document(shown: EditorPage) -> None:
     drop(shown, "door.scxml", SCXML)
     shown.expect_states("open", "shut")
@@ -272,7 +291,7 @@ def test_the_page_says_that_the_server_is_away_and_goes_on_when_it_is_back(shown
     open_file(shown, "dance.xml")
     shown.state("front").click()
     shown.connections.cut()
-    banner = shown.page.get_by_role("alert").filter(has_text="The server has been offline since")
+    banner = shown.page.get_by_role("alert").filter(has_text="No connection since")
     expect(banner).to_be_visible()
     shown.press("Delete")
     expect(shown.page.get_by_role("alert").filter(has_text="connects again by itself").last).to_be_visible()

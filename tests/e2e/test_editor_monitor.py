@@ -172,6 +172,17 @@ def test_component_started_elsewhere_is_only_watched_until_told_otherwise(
         expect(status(shown)).to_have_text("Running")
 
 
+def test_the_output_says_when_the_component_is_paused(shown: EditorPage) -> None:
+    run(shown)
+    shown.press("Alt+o")
+    output = shown.page.locator("hfsm-output").get_by_role("status")
+    expect(output).to_have_text("Running")
+    shown.press("F8")
+    expect(output).to_have_text("Paused")
+    shown.press("F8")
+    expect(output).to_have_text("Running")
+
+
 def test_breakpoint_pauses_and_the_component_is_stepped_on(shown: EditorPage) -> None:
     run(shown)
     shown.state("go").locator(".body").click()

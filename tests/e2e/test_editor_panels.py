@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import re
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, Route, expect
+from playwright.sync_api import Browser, Route, WebSocketRoute, expect
 
 from tests.support.browser import EditorPage, editor_page, saved
 from tests.support.editor import Editor, editor, services
@@ -68,6 +69,18 @@ def test_code_that_is_typed_is_saved(shown: EditorPage, path: Path) -> None:
     assert document.automata[0].states[0].code.text == "count += 1\nif count > 3:\n    self.log.info('many')"
 
 
+def test_what_is_typed_over_colored_code_replaces_it(shown: EditorPage) -> None:
+    # The page fails when the browser reports a style that the policy refuses.
+    code = edit(shown, "wait")
+    shown.type(" if 3 else 'text'")
+    shown.press("Shift+Home")
+    shown.type("x")
+    expect(code).to_have_text("x")
+    shown.press("Control+a")
+    shown.type("(")  # brackets go around what is selected
+    expect(code).to_have_text("(x)")
+
+
 def test_a_burst_of_typing_is_one_named_step(shown: EditorPage, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(session, "MERGE_WITHIN", LIMIT)
     code = edit(shown, "wait")
@@ -118,6 +131,58 @@ def test_what_is_typed_before_the_code_panel_is_there_is_typed_into_it(shown: Ed
     shown.expect_states("wait", "go")
 
 
+def test_shift_enter_in_a_name_that_is_typed_opens_the_code(shown: EditorPage) -> None:
+    shown.state("go").locator(".body").click()
+    shown.press("F2")
+    shown.type("run")
+    shown.press("Shift+Enter")
+    shown.type("sei = 1\n")
+    code = shown.page.get_by_role("textbox", name="Code of the state run")
+    expect(code).to_be_focused()
+    expect(code.locator(".cm-line").first).to_have_text("sei = 1")
+    shown.expect_states("wait", "run")
+
+
+def test_keys_pressed_before_a_new_state_is_there_go_on_after_its_name(shown: EditorPage) -> None:
+    sent: list[str] = []
+    answers: list[str] = []
+
+    def hold(route: WebSocketRoute) -> None:
+        server = route.connect_to_server()
+
+        def forward(message: str | bytes) -> None:
+            sent.append(str(message))
+            server.send(message)
+
+        route.on_message(forward)
+        server.on_message(
+            lambda message: (
+                answers.append(str(message)) if "addState" in "".join(sent) else route.send(message)
+            )
+        )
+        held.append(route)
+
+    held: list[WebSocketRoute] = []
+    shown.page.route_web_socket("**/ws", hold)
+    shown.page.reload()
+    shown.state("wait").wait_for()
+    shown.press("s", "Enter")
+    shown.type("turn")
+    shown.press("Enter", "Shift+Enter")
+    shown.type("sei = 1\n")
+    deadline = time.monotonic() + LIMIT
+    while not any('"re"' in answer for answer in answers):
+        assert time.monotonic() < deadline, answers
+        shown.page.wait_for_timeout(20)
+    while answers:
+        held[-1].send(answers.pop(0))
+    sent.clear()
+    code = shown.page.get_by_role("textbox", name="Code of the state turn")
+    expect(code).to_be_focused()
+    expect(code.locator(".cm-line").first).to_have_text("sei = 1")
+    shown.expect_states("wait", "go", "turn")
+
+
 def test_what_is_typed_last_is_not_lost_when_another_state_is_selected(shown: EditorPage, path: Path) -> None:
     edit(shown, "wait")
     shown.type("\nlast = 1")
@@ -128,7 +193,7 @@ def test_what_is_typed_last_is_not_lost_when_another_state_is_selected(shown: Ed
 def test_what_is_typed_while_the_server_is_away_comes_when_it_is_back(shown: EditorPage, path: Path) -> None:
     code = edit(shown, "wait")
     shown.connections.cut()
-    expect(shown.page.get_by_role("alert").filter(has_text="The server has been offline")).to_be_visible()
+    expect(shown.page.get_by_role("alert").filter(has_text="No connection since")).to_be_visible()
     shown.type("\nspeed = 1")
     expect(code).to_contain_text("speed = 1")
     shown.press("Control+s")
@@ -154,7 +219,7 @@ def test_an_error_is_marked_as_it_is_typed_and_no_longer_when_it_is_mended(shown
 def test_completion_knows_the_document_and_the_interfaces(browser: Browser, path: Path) -> None:
     path.write_text(DOCUMENT.replace("</VisualHFSM>", CAMERA + "</VisualHFSM>"))
     with (
-        editor(path.parent, path, make_services=lambda _: services(code_help=CodeHelper())) as running,
+        editor(path.parent, path, make_services=lambda _: services(code_help=CodeHelper(LIMIT))) as running,
         editor_page(browser, running) as shown,
     ):
         shown.state("wait").wait_for()
@@ -171,6 +236,12 @@ def test_completion_knows_the_document_and_the_interfaces(browser: Browser, path
         shown.press("Escape")
         shown.type(")\ncou")
         expect(options.first).to_have_text(re.compile("^count"))
+        shown.press("Escape")
+        shown.type("\n''.")
+        expect(options.first).to_have_text(re.compile("^capitalize"))
+        for _ in range(4):
+            shown.press("PageDown")  # to options whose documentation did not come along
+        expect(shown.page.locator(".cm-completionInfo")).to_contain_text("Return")
 
 
 def test_entry_and_exit_code_have_tabs_that_arrows_go_through(shown: EditorPage, path: Path) -> None:

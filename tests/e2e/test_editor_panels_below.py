@@ -168,7 +168,7 @@ def test_a_traceback_leads_to_the_line_of_the_document(browser: Browser, path: P
         shown.press("Shift+F5")
         expect(shown.page.get_by_text(re.compile("^Ended"))).to_be_visible()
         lines = log.locator(".line").count()
-        away = shown.page.get_by_role("alert").filter(has_text="The server has been offline")
+        away = shown.page.get_by_role("alert").filter(has_text="No connection since")
         shown.connections.cut()
         expect(away).to_be_visible()
         shown.connections.restore()

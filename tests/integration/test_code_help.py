@@ -124,6 +124,9 @@ def test_what_the_document_gives_stands_first(typing: Type) -> None:
         assert set(labels[:4]) == {"Head", "deep", "find", "speed"}
         assert {"clock", "log", "send", "sleep"} <= set(labels)
         assert not any(label.startswith("_") for label in labels)
+        assert not {"globalNamespace", "interfaces", "namespace", "rosNode"} & set(labels)
+        assert not any(label.startswith("ice_") for label in await person.labels(WALK, "self.Head.|"))
+        assert "ice_ping" in await person.labels(WALK, "self.Head.ice_|")
         assert await person.labels(WALK, "self.Hea|") == ["Head"]
         assert (await person.labels(WALK, "step|"))[0] == "steps"
         assert "atan2" in await person.labels(WALK, "math.at|")

@@ -307,6 +307,7 @@ def editor(
     *files: Path,
     hosts: tuple[str, ...] = (),
     limits: Limits | None = None,
+    port: int = 0,
     make_services: MakeServices = no_services,
 ) -> Iterator[Editor]:
     """Serve the editor in a directory; journals are kept beside that."""
@@ -314,6 +315,7 @@ def editor(
         files=files,
         root=root,
         hosts=hosts,
+        port=port,
         limits=limits or Limits(file_check_seconds=0.05),
         make_services=make_services,
         journals=root.with_name("journals"),

@@ -15,6 +15,8 @@ import jedi
 import msgspec
 from jedi.api.environment import InterpreterEnvironment
 
+from codegen.hfsm.definitions import COMPONENT_ALIASES
+
 from .component import TypedComponent
 
 __all__ = ["Completion", "Completions", "Explanation", "Signature", "complete", "explain", "signature"]
@@ -30,6 +32,8 @@ _STUBS: Final = Path(__file__).parent / "stubs"
 """What jedi reads in place of modules that it does not understand."""
 _OWN, _OUR, _INTERNAL = 2, 1, -1
 _COMPONENT: Final = frozenset({"clock", "log", "mark", "send", "sleep"})
+_HIDDEN: Final = ("_", "ice_")
+"""What begins with these is offered once that was typed."""
 _CASTS: Final = frozenset({"checkedCast", "uncheckedCast"})
 _KINDS: Final = {
     "class": "class",
@@ -89,13 +93,13 @@ def complete(module: TypedComponent, path: Path, line: int, column: int) -> Comp
     typed = found[0].get_completion_prefix_length() if found else 0
     text = module.source.split("\n")[number - 1][:at]
     before = text[: len(text) - typed]
-    private = text[len(before) :].startswith("_")
+    prefix = text[len(before) :]
     until = time.monotonic() + _DOCUMENTATION_TIME
     ranked = sorted(
         (
             (boost, each)
             for each in found
-            if (private or not each.name.startswith("_"))
+            if not any(each.name.startswith(hidden) and not prefix.startswith(hidden) for hidden in _HIDDEN)
             and (boost := _boost(each, module, before)) is not None
         ),
         key=lambda each: -each[0],
@@ -153,9 +157,11 @@ def _boost(found: Any, module: TypedComponent, before: str) -> int | None:  # no
             return None
         if not before.strip() and found.type == "statement" and found.parent().type == "class":
             return None  # what the class of the component could override
+    if of_self and found.name in COMPONENT_ALIASES:
+        return None  # for documents of other dialects
     if of_self and found.name in _COMPONENT:
         return _OUR
-    return _INTERNAL if found.name in _CASTS or found.name.startswith("ice_") else 0
+    return _INTERNAL if found.name in _CASTS else 0
 
 
 def _option(found: Any, boost: int, *, documented: bool) -> Completion:  # noqa: ANN401 - jedi's

@@ -12,7 +12,7 @@ import logging
 import os
 import secrets
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -80,6 +80,7 @@ Entry = Done | Undone | Redone | Saved
 
 _HEADER: Final = msgspec.json.Decoder(Header)
 _ENTRY: Final = msgspec.json.Decoder(Entry)
+_SAVED: Final = b'{"entry":"saved"'
 
 
 @dataclass(frozen=True, slots=True)
@@ -243,9 +244,20 @@ def find_abandoned(directory: Path) -> list[Abandoned]:
             except msgspec.MsgspecError:
                 _logger.warning("%s holds no document", file)
                 continue
-            path = None if header.path is None else Path(header.path)
-            found.append(Abandoned(file, path, header.name, os.fstat(descriptor).st_mtime))
+            path, name = None if header.path is None else Path(header.path), header.name
+            for saved in _saves(stream):
+                path = Path(saved.path)
+                name = path.stem
+            found.append(Abandoned(file, path, name, os.fstat(descriptor).st_mtime))
     return sorted(found, key=lambda each: each.changed_at, reverse=True)
+
+
+def _saves(entries: Iterable[bytes]) -> Iterator[Saved]:
+    """Yield the entries that say where the document was saved; the last line may have been cut off."""
+    for line in entries:
+        if line.startswith(_SAVED):
+            with suppress(msgspec.MsgspecError):
+                yield msgspec.json.decode(line, type=Saved)
 
 
 def _lock(descriptor: int) -> bool:

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hfsm_runtime import Automaton, State
-from hfsm_runtime.variables import short_repr, variables_of
+from hfsm_runtime.variables import assign, short_repr, variables_of
 from interfaces.jderobot import ImageData, ImageDescription, Time
 from zenoh_ice import Sample
 
@@ -29,6 +29,30 @@ def test_the_variables_that_code_uses_are_shown() -> None:
     found = variables_of(Automaton(id=1, name="a", states=(State(id=1, name="s", initial=True, code=code),)))
     assert found == {"count": "3"}
     assert unused == 4
+
+
+@pytest.mark.parametrize(
+    ("present", "given", "becomes"),
+    [
+        ((1, 2), [3, 4], (3, 4)),
+        ([1, 2], [3, 4], [3, 4]),
+        ([(1, 2)], [[3, 4], [5, 6]], [(3, 4), (5, 6)]),
+        ({"a": (1,)}, {"a": [2], "b": [3]}, {"a": (2,), "b": [3]}),
+        ((), [1], (1,)),
+        (None, [1], [1]),
+        ((1, 2), 3, 3),
+    ],
+)
+def test_a_tuple_that_is_set_as_a_list_stays_a_tuple(present: object, given: object, becomes: object) -> None:
+    value = present
+
+    def code() -> object:
+        return value
+
+    automaton = Automaton(id=1, name="a", states=(State(id=1, name="s", initial=True, code=code),))
+    assign(automaton, "value", given)
+    assert code() == becomes
+    assert repr(code()) == repr(becomes)
 
 
 @pytest.mark.parametrize(

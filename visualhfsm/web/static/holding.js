@@ -1,12 +1,14 @@
-/** Keys that are pressed while the panel or the field that is to take them is still on its way. */
+/** Keys that are pressed while the panel or the field that is to take them is still loading. */
 
 const LIMIT = 10_000; // ms; a panel that takes longer does not come
 
-/** What was typed meanwhile, undefined while nothing is waited for. @type {string[] | undefined} */
+/** @typedef {{key: string, shiftKey: boolean}} Key */
+
+/** The keys pressed meanwhile, undefined while nothing is waited for. @type {Key[] | undefined} */
 let held;
 
 /**
- * Hold keys until something is done that moves the focus, and type them there.
+ * Hold keys until something is done that moves the focus, and press them there.
  *
  * @template T
  * @param {() => Promise<T>} work
@@ -20,7 +22,7 @@ export async function holdKeys(work) {
     clearTimeout(timer);
     if (held === mine) {
       letGo();
-      if (mine.length) type(mine.join(""));
+      press(mine);
     }
   }
 }
@@ -31,15 +33,14 @@ export async function holdKeys(work) {
  * @param {KeyboardEvent} event
  */
 export function isHeld(event) {
-  const {key} = event;
+  const {key, shiftKey} = event;
   if (!held || event.ctrlKey || event.altKey || event.metaKey || /^F\d/.test(key)) return false;
   if (key === "Escape") {
     letGo();
     return false;
   }
-  if (key === "Backspace") held.pop();
-  else if (key === "Enter") held.push("\n");
-  else if (key.length === 1) held.push(key);
+  if (key === "Backspace" && held.at(-1)?.key.length === 1) held.pop();
+  else if (key === "Enter" || key.length === 1) held.push({key, shiftKey});
   event.preventDefault();
   return true;
 }
@@ -48,19 +49,33 @@ function letGo() {
   held = undefined;
 }
 
-/** Who clicks elsewhere means that. */
+/** A click elsewhere is where the user wants to go on. */
 addEventListener("pointerdown", letGo, true);
 
-/** @param {string} text */
-function type(text) {
-  const target = document.activeElement;
-  if (target && "insert" in target && typeof target.insert === "function") target.insert(text);
-  else if (target instanceof HTMLInputElement || target instanceof HTMLTextAreaElement) {
-    const [line, ...rest] = text.split("\n");
-    const {selectionStart, selectionEnd, value} = target;
-    target.setRangeText(line, selectionStart ?? value.length, selectionEnd ?? value.length, "end");
-    target.dispatchEvent(new Event("input", {bubbles: true}));
-    if (rest.length)
-      target.dispatchEvent(new KeyboardEvent("keydown", {key: "Enter", bubbles: true, cancelable: true}));
+/**
+ * Press keys where the focus is. One of them may move it, and begin to hold the others again.
+ *
+ * @param {Key[]} keys
+ */
+function press(keys) {
+  for (const [index, {key, shiftKey}] of keys.entries()) {
+    if (held) {
+      held.push(...keys.slice(index));
+      return;
+    }
+    const target = document.activeElement ?? document.body;
+    if ("insert" in target && typeof target.insert === "function") {
+      target.insert(key === "Enter" ? "\n" : key);
+    } else if (key.length === 1 && takesText(target)) {
+      const {selectionStart, selectionEnd, value} = target;
+      target.setRangeText(key, selectionStart ?? value.length, selectionEnd ?? value.length, "end");
+      target.dispatchEvent(new Event("input", {bubbles: true}));
+    } else {
+      target.dispatchEvent(new KeyboardEvent("keydown", {key, shiftKey, bubbles: true, cancelable: true}));
+    }
   }
 }
+
+/** @param {Element} element @returns {element is HTMLInputElement | HTMLTextAreaElement} */
+const takesText = (element) =>
+  element instanceof HTMLTextAreaElement || (element instanceof HTMLInputElement && element.selectionStart !== null);

@@ -1,15 +1,15 @@
 /** Short messages at the edge of the page, which screen readers speak. */
 
 const SHOWN = 6000; // ms
-const SHOWN_ERROR = 12_000;
+const MOST = 4; // notices at a time, without errors
 
 /** @type {HTMLElement | undefined} */
 let list;
 
 /**
- * Show a notice.
+ * Show a notice, which disappears by itself; an error stays until it is dismissed.
  *
- * @param {string} text @param {"info" | "error" | "failure"} kind  a failure stays until it is dismissed
+ * @param {string} text @param {"info" | "error"} kind
  * @param {{label: string, run: () => void}} [link] leads to what it is about
  * @returns {() => void} takes it away
  */
@@ -20,7 +20,7 @@ export function notify(text, kind = "info", link = undefined) {
     document.body.append(list);
   }
   const same = [...list.children].find(({firstChild}) => firstChild instanceof Text && firstChild.data === text);
-  if (same && kind === "failure") return () => same.remove(); // it may come with each frame, and its button is to stay
+  if (same && kind === "error") return () => same.remove(); // it may come with each frame, and its button is to stay
   same?.remove(); // it is shown once
   const notice = document.createElement("div");
   notice.className = `notice ${kind}`;
@@ -45,8 +45,8 @@ export function notify(text, kind = "info", link = undefined) {
   close.addEventListener("click", () => notice.remove());
   notice.append(close);
   list.append(notice);
-  while (list.children.length > 4) list.firstElementChild?.remove();
-  if (kind !== "failure") setTimeout(() => notice.remove(), kind === "error" ? SHOWN_ERROR : SHOWN);
+  if (kind === "info") setTimeout(() => notice.remove(), SHOWN);
+  for (const old of [...list.querySelectorAll(".info")].slice(0, -MOST)) old.remove();
   return () => notice.remove();
 }
 

@@ -280,7 +280,7 @@ export function banner() {
   if (!store.online && store.offlineSince) {
     const since = new Date(store.offlineSince).toLocaleTimeString();
     return html`<div class="banner error" role="alert">
-      The server has been offline since ${since}. Your work is kept there; this page connects again by itself.
+      No connection since ${since}. ${store.whyOffline}
       <button type="button" @click=${() => store.connect()}>Try now</button>
     </div>`;
   }

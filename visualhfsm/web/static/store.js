@@ -132,6 +132,8 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
   online = false;
   /** When the connection was lost, ms since 1970; 0 while it stands. */
   offlineSince = 0;
+  /** Whether the server answers and does not know this page: it was restarted, and has new secrets. */
+  refused = false;
   /** What the server said of itself to `hello`. @type {Greeting} */
   greeting = {};
 
@@ -156,6 +158,13 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
     socket.addEventListener("close", (event) => this.#lose(event));
   }
 
+  /** What to tell the user while there is no connection. */
+  get whyOffline() {
+    return this.refused
+      ? "The editor was restarted: open the address that it printed in its terminal. Then this page connects again, too."
+      : "The server is offline; your work is kept there. This page connects again by itself.";
+  }
+
   /**
    * Ask the server for something.
    *
@@ -168,12 +177,7 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
     if (!ASIDE.has(op)) this.dispatchEvent(new Event("request"));
     return new Promise((resolve, reject) => {
       if (this.#socket?.readyState !== WebSocket.OPEN) {
-        reject(
-          new RequestError(
-            "The server is offline; your work is kept there. This page connects again by itself.",
-            "offline",
-          ),
-        );
+        reject(new RequestError(this.whyOffline, "offline"));
         return;
       }
       const id = ++this.#number;
@@ -217,6 +221,7 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
     }
     this.online = true;
     this.offlineSince = 0;
+    this.refused = false;
     this.#retry = FIRST_RETRY;
     this.#emit("connection");
   }
@@ -230,8 +235,18 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
     if (this.online || !this.offlineSince) this.offlineSince = Date.now();
     this.online = false;
     this.#emit("connection", {code: event.code, reason: event.reason});
+    this.#findOutWhy();
     this.#timer = setTimeout(() => this.connect(), this.#retry);
     this.#retry = Math.min(LAST_RETRY, this.#retry * 2);
+  }
+
+  /** Browsers do not say why a websocket was refused; a request is answered with the reason. */
+  async #findOutWhy() {
+    const answer = await fetch("/", {method: "HEAD"}).catch(() => undefined);
+    const refused = answer?.status === 403 && !this.online;
+    if (refused === this.refused) return;
+    this.refused = refused;
+    this.#emit("connection");
   }
 
   /** @param {Message} message */

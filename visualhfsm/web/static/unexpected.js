@@ -34,5 +34,5 @@ function report(what, stack = "") {
   const text =
     `An error of the editor, parts of this page may not react any more: ${what}${place ? ` (${place})` : ""}. ` +
     "Your changes are kept by the server. Reload the page, and report this text if it happens again.";
-  notify(text, "failure", {label: "Reload the page", run: () => location.reload()});
+  notify(text, "error", {label: "Reload the page", run: () => location.reload()});
 }

@@ -361,6 +361,17 @@ def test_a_killed_process_loses_nothing(path: Path, tmp_path: Path) -> None:
     assert list(journals.iterdir()) == []
 
 
+def test_a_new_document_that_was_saved_is_found_under_the_name_of_its_file(tmp_path: Path) -> None:
+    journals = tmp_path / "journals"
+    session = DocumentSession.new(tree(), "untitled", journals=journals)
+    session.do(rename("a"))
+    session.save(tmp_path / "walk.xml")
+    session.do(rename("b"))
+    session.abandon()
+    (found,) = find_abandoned(journals)
+    assert (found.path, found.name) == (tmp_path / "walk.xml", "walk")
+
+
 def test_a_journal_that_was_cut_off_gives_what_it_has(path: Path, tmp_path: Path) -> None:
     session = DocumentSession.open(path, journals=tmp_path / "journals")
     for name in ("a", "b"):

@@ -83,11 +83,16 @@ export class Rename {
 
   /** @param {KeyboardEvent} event */
   #key(event) {
+    const what = this.#what;
     if (event.key === "Enter") this.commit();
     else if (event.key === "Escape") this.cancel();
     else return;
     event.stopPropagation();
     event.preventDefault();
     this.canvas.focusSelected();
+    if (what && event.key === "Enter" && event.shiftKey) {
+      const {kind, id} = what;
+      page.edit({kind, automaton: page.shownAutomaton.id, id, part: kind === "state" ? "code" : "trigger"});
+    }
   }
 }

@@ -1,7 +1,7 @@
 /**
  * Help from the server for who types Python: completion, parameters of calls, what a name means, and marks.
  *
- * @import {Completion, CompletionContext, Diagnostic, EditorState, Text, Tooltip} from "codemirror"
+ * @import {CompletionContext, Diagnostic, EditorState, Text, Tooltip} from "codemirror"
  * @import {Place, Problem} from "../store.js"
  * @typedef {{name: string, parameters: string[], active: number, result: string, documentation: string}} Signature
  * @typedef {{typed: number, options: {label: string, type?: string, detail?: string, info?: string,
@@ -83,7 +83,22 @@ class Help {
     if (!context.explicit && (!word || /^\d/.test(word.text))) return null;
     const found = await this.ask("complete", context.state, context.pos);
     if (!found?.options.length || context.aborted) return null;
-    return {from: context.pos - found.typed, options: found.options.map(asOption), validFor: /^\w*$/};
+    const from = context.pos - found.typed;
+    const options = found.options.map(({info, boost = 0, ...option}) => ({
+      ...option,
+      boost,
+      // The server looks the documentation of the first ones up at once, that of others takes until they are chosen.
+      info: () => (info ? explain([], info) : this.#explainOption(context.state, from, context.pos, option.label)),
+    }));
+    return {from, options, validFor: /^\w*$/};
+  }
+
+  /** @param {EditorState} state @param {number} from @param {number} to @param {string} label */
+  async #explainOption(state, from, to, label) {
+    const rest = /^\w*/.exec(state.sliceDoc(to, state.doc.lineAt(to).to))?.[0].length ?? 0;
+    const {state: chosen} = state.update({changes: {from, to: to + rest, insert: label}});
+    const found = await this.ask("explain", chosen, from);
+    return found && explain(found.detail ? [`${found.name}${found.detail}`] : [], found.documentation);
   }
 
   /**
@@ -120,16 +135,6 @@ class Help {
       create: () => ({dom: explain([`${found.name}${found.detail}`], found.documentation)}),
     };
   }
-}
-
-/**
- * A completion of the server for CodeMirror.
- *
- * @param {Completions["options"][number]} found
- * @returns {Completion}
- */
-function asOption({info, boost = 0, ...found}) {
-  return {...found, boost, info: info ? () => explain([], info) : undefined};
 }
 
 /**

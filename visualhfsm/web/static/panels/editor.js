@@ -106,6 +106,22 @@ const theme = EditorView.theme({
   },
 });
 
+/**
+ * Replace what is selected by what is typed, without the browser: Chromium would keep the colors of the former text in
+ * a style attribute, which the policy of the page refuses.
+ */
+const typedOverSelection = EditorView.domEventHandlers({
+  beforeinput({inputType, data, isComposing}, view) {
+    const {state} = view;
+    const {from, to, empty} = state.selection.main;
+    if (inputType !== "insertText" || data === null || empty || isComposing || state.readOnly) return false;
+    const insert = () => state.update(state.replaceSelection(data), {userEvent: "input.type", scrollIntoView: true});
+    const isHandled = state.facet(EditorView.inputHandler).some((handle) => handle(view, from, to, data, insert));
+    if (!isHandled) view.dispatch(insert());
+    return true;
+  },
+});
+
 const shared = [
   lineNumbers(),
   highlightActiveLineGutter(),
@@ -125,6 +141,7 @@ const shared = [
   highlightSelectionMatches(),
   lintGutter(),
   tooltips({position: "fixed"}),
+  typedOverSelection,
   syntaxHighlighting(colors),
   theme,
   EditorView.cspNonce.of(

@@ -2,6 +2,7 @@
 
 import {html} from "lit";
 import {PageElement} from "../element.js";
+import {monitor, STATUS as COMPONENT_STATUS} from "../monitor/monitor.js";
 import {page} from "../page.js";
 import {runs} from "../runs.js";
 import {outputLog} from "./output-log.js";
@@ -26,6 +27,7 @@ class Output extends PageElement {
   connectedCallback() {
     super.connectedCallback();
     this.shownTab = -1;
+    this.listen(monitor, "mode", () => this.requestUpdate());
     this.listen(outputLog, "lines", ({detail}) => detail.tab === this.shownTab && this.#append(detail.lines));
     this.listen(outputLog, "reset", ({detail}) => detail.tab === this.shownTab && this.#fill());
     this.requestUpdate();
@@ -55,6 +57,9 @@ class Output extends PageElement {
   #status() {
     const run = runs.of(page.tab);
     if (!run) return "Nothing has been run yet: press F5.";
+    // Whether it is paused is known while it is followed.
+    if (run.status === "running" && monitor.newest && !monitor.recording && monitor.tab === page.tab)
+      return COMPONENT_STATUS[monitor.newest.component.status];
     if (run.status !== "ended") return STATUS[run.status] ?? run.status;
     return run.message ? `Ended: ${run.message}.` : "Ended.";
   }
