@@ -35,18 +35,17 @@ class Supervisor(Protocol):
         """Handle automata below a state that `run` leaves that are still in a cycle."""
 
 
-def run_cycle(tree: Tree, run: Run, now: int, supervisor: Supervisor) -> bool:
-    """Run one cycle of an automaton, which belongs to the component time `now`; false for a ghost.
+def run_cycle(tree: Tree, run: Run, now: int, supervisor: Supervisor) -> None:
+    """Run one cycle of an automaton, which belongs to the component time `now`; a ghost runs none.
 
     The entry into the current state comes first, where it is still owed. Then the transitions out of it are
     asked, and the first that holds fires: the automata below the old state become ghosts and end their
     running cycles, exit code, the change of state, the transition's code and entry code follow, and then the
     timers of the new state start and the automata below it wake. At last the code of the current state runs.
-    Time up to one period counts as no time, so that timers keep to the schedule of
-    the cycles.
+    Less time than a period counts as no time, so that timers keep to the schedule of the cycles.
     """
     if not tree.begin_cycle(run):
-        return False
+        return
     began = run.began = supervisor.now()
     began_wall = time.perf_counter()
     for observer in tree.observers:
@@ -54,10 +53,8 @@ def run_cycle(tree: Tree, run: Run, now: int, supervisor: Supervisor) -> bool:
     try:
         _run_steps(tree, run, now, supervisor)
         supervisor.succeeded(run)
-    except (CycleEnded, CycleCutError):
+    except (CycleEnded, CycleCutError, ComponentStoppedError):
         pass
-    except ComponentStoppedError:
-        return False
     finally:
         run.cycles += 1
         run.last_cycle = time.perf_counter() - began_wall
@@ -67,7 +64,6 @@ def run_cycle(tree: Tree, run: Run, now: int, supervisor: Supervisor) -> bool:
         for observer in tree.observers:
             observer.cycle_ended(run, now)
         tree.end_cycle(run)
-    return True
 
 
 def _run_steps(tree: Tree, run: Run, now: int, supervisor: Supervisor) -> None:

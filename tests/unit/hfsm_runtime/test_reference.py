@@ -475,13 +475,12 @@ def test_cycles_that_pause_at_an_entry_and_go_on_do_the_same(
         paused = pauses[next(entries) % len(pauses)]
         return paused
 
-    def run_to_its_end(tree: Tree, run: Run, now: int, supervisor: Supervisor) -> bool:
+    def run_to_its_end(tree: Tree, run: Run, now: int, supervisor: Supervisor) -> None:
         nonlocal paused
-        ran = run_cycle(tree, run, now, supervisor)
+        run_cycle(tree, run, now, supervisor)
         while paused:
             paused = False
             run_cycle(tree, run, now, supervisor)
-        return ran
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Recorder, "entered", lambda self, run, transition: entered(run, transition))

@@ -6,7 +6,7 @@ import threading
 
 import pytest
 
-from hfsm_runtime import Event, State
+from hfsm_runtime import Automaton, Event, State, Transition
 from hfsm_runtime.automaton_run import CAPACITY, Run
 from hfsm_runtime.errors import DefinitionError, UnknownElementError
 from hfsm_runtime.observer import Observer
@@ -142,6 +142,93 @@ def test_when_the_automaton_became_a_ghost_there_is_no_event_to_take() -> None:
     tree.leave(tree.root, 0)
     tree.take_event(run, event, 0, handled=True)
     assert (list(run.queue), run.dropped) == ([], 1)
+
+
+def test_an_event_that_nothing_waits_for_makes_way_for_the_next_one() -> None:
+    states = [State(id=1, name="a"), State(id=2, name="b")]
+    tree = Tree(automaton(1, "root", states, [on("go", 1, 2), on("back", 2, 1)]))
+    tree.start(0)
+    for name in ("back", "back", "go"):
+        tree.send(Event(name), 0)
+    assert tree.begin_cycle(tree.root)
+    event = tree.next_event(tree.root, 0)
+    assert event is not None
+    assert event.name == "go"
+
+
+# -- activations -----------------------------------------------------------------------------------------
+
+
+def go(tree: Tree, run: Run, transition: Transition) -> None:
+    """Run a cycle of an automaton that fires a transition."""
+    assert tree.begin_cycle(run)
+    assert tree.leave(run, 0)
+    assert tree.change(run, transition, 0)
+    tree.enter(run, 0)
+    tree.end_cycle(run)
+
+
+def test_activations_are_counted() -> None:
+    tree = nested()
+    tree.start(0)
+    back, there = tree.root.automaton.transitions
+    counted = [tree.runs[1].activations]
+    for transition in (there, back, there):
+        go(tree, tree.root, transition)
+        counted.append(tree.runs[1].activations)
+    assert counted == [0, 1, 1, 2]
+
+
+def test_an_automaton_that_restarts_has_made_no_transition() -> None:
+    tree = nested()
+    tree.begin_at(2, 2)
+    tree.start(0)
+    child = tree.runs[1]
+    go(tree, child, child.automaton.transitions[0])
+    assert child.last_transition == child.automaton.transitions[0].id
+    for transition in tree.root.automaton.transitions:
+        go(tree, tree.root, transition)
+    assert child.last_transition == 0
+
+
+def test_what_a_final_state_owns_stays_asleep_when_the_automaton_resumes() -> None:
+    below = automaton(3, "below", [State(id=1, name="x")])
+    states = [State(id=1, name="a"), State(id=2, name="end", final=True, children=(below,))]
+    child = automaton(2, "child", states, [after(1.0, 1, 2)])
+    states = [State(id=1, name="here", children=(child,)), State(id=2, name="there")]
+    tree = Tree(automaton(1, "root", states, [after(1.0, 1, 2), after(1.0, 2, 1)]))
+    tree.start(0)
+    go(tree, tree.runs[1], tree.runs[1].automaton.transitions[0])
+    for transition in tree.root.automaton.transitions:
+        go(tree, tree.root, transition)
+    assert [run.active for run in tree.runs] == [True, True, False]
+
+
+def test_an_automaton_that_moves_below_one_that_resumes_goes_on_as_it_was() -> None:
+    moved = automaton(4, "moved", [State(id=1, name="x")])
+
+    def version(first: int, **children: tuple[Automaton, ...]) -> Tree:
+        """Return a tree with the automata 2 and 3, the one of `first` below the first state of the root."""
+        below = {
+            2: automaton(2, "two", [State(id=1, name="x", children=children.get("two", ()))]),
+            3: automaton(3, "three", [State(id=1, name="x", children=children.get("three", ()))]),
+        }
+        states = [
+            State(id=1, name="a", children=(below[first],)),
+            State(id=2, name="b", children=(below[5 - first],)),
+        ]
+        return Tree(automaton(1, "root", states, [after(1.0, 1, 2), after(1.0, 2, 1)]))
+
+    tree = version(2, two=(moved,))
+    tree.start(0)
+    for transition in tree.root.automaton.transitions:
+        go(tree, tree.root, transition)
+    run = tree.run(4)
+    assert run is not None
+    before = run.activations
+    with tree.lock:
+        tree.replace(version(3, three=(moved,)).runs, 0)
+    assert (run.active, run.activations) == (True, before)
 
 
 # -- the end ---------------------------------------------------------------------------------------------

@@ -1,0 +1,160 @@
+"""One cycle, as a driver runs it: what it notes of itself, and how it goes on after a pause."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from functools import partial
+
+from hfsm_runtime import Automaton, State, Transition
+from hfsm_runtime.cycle import run_cycle
+from hfsm_runtime.observer import Observer
+from hfsm_runtime.tree import Run, Tree
+from tests.support.automata import after, automaton, when
+
+PERIOD = 100_000_000
+"""Of the automata here, in ns."""
+
+
+class Supervisor:
+    """Says what time it is; user code sets it."""
+
+    def __init__(self) -> None:
+        self.time = 0
+
+    def now(self) -> int:
+        return self.time
+
+    def failed(self, run: Run, error: Exception) -> None:
+        raise error
+
+    def succeeded(self, run: Run) -> None:
+        pass
+
+    def not_handed_over(self, run: Run, late: list[Run]) -> None:
+        raise AssertionError(late)
+
+
+class Rig:
+    """An automaton that runs a cycle whenever it is told to."""
+
+    def __init__(self, root: Automaton) -> None:
+        self.tree = Tree(root)
+        self.run = self.tree.root
+        self.supervisor = Supervisor()
+        self.tree.start(0)
+
+    def cycle(self, at: int = 0) -> str:
+        """Run a cycle, and return the name of the state after it."""
+        self.supervisor.time = at
+        run_cycle(self.tree, self.run, at, self.supervisor)
+        return self.run.current.name
+
+    def takes(self, time: int) -> Callable[[], None]:
+        """Return code that takes so long."""
+
+        def code() -> None:
+            self.supervisor.time += time
+
+        return code
+
+
+class PauseIn(Observer):
+    """Pauses whenever the state of a name is entered."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self.entries = 0
+
+    def entered(self, run: Run, transition: Transition | None) -> bool:
+        self.entries += 1
+        return run.current.name == self.name
+
+
+def working(seconds: int) -> Rig:
+    """Return an automaton whose only state takes so many ns a cycle."""
+    rig: Rig
+    rig = Rig(automaton(1, "root", [State(id=1, name="a", code=lambda: rig.takes(seconds)())]))
+    return rig
+
+
+def test_a_cycle_as_long_as_the_period_is_no_overrun() -> None:
+    rig = working(PERIOD)
+    rig.cycle()
+    assert rig.run.overruns == 0
+
+
+def test_a_longer_cycle_is_one() -> None:
+    rig = working(PERIOD + 1)
+    rig.cycle()
+    assert rig.run.overruns == 1
+
+
+def test_a_cycle_notes_how_long_it_took() -> None:
+    rig = Rig(automaton(1, "root", [State(id=1, name="a", code=lambda: time.sleep(0.01))]))
+    before = time.perf_counter()
+    rig.cycle()
+    assert 0.01 <= rig.run.last_cycle <= time.perf_counter() - before
+
+
+def entering(taken: int) -> Rig:
+    """Return an automaton that enters a state with a timer of a period at 0; its entry code takes so long."""
+    rig: Rig
+    states = [
+        State(id=1, name="a"),
+        State(id=2, name="b", entry=lambda: rig.takes(taken)()),
+        State(id=3, name="c"),
+    ]
+    rig = Rig(automaton(1, "root", states, [when(lambda: True, 1, 2), after(0.1, 2, 3)]))
+    rig.cycle()
+    return rig
+
+
+def test_an_entry_shorter_than_a_period_takes_no_time() -> None:
+    assert entering(PERIOD - 1).cycle(PERIOD) == "c"
+
+
+def test_after_an_entry_as_long_as_a_period_the_timers_count_from_its_end() -> None:
+    rig = entering(PERIOD)
+    assert rig.cycle(PERIOD) == "b"
+    assert rig.cycle(2 * PERIOD) == "c"
+
+
+def paused_in(name: str) -> tuple[Rig, PauseIn, list[str]]:
+    """Return an automaton that goes from a to b and to c, one a cycle, and pauses once; and what code ran."""
+    ran: list[str] = []
+    states = [
+        State(id=number, name=letter, code=partial(ran.append, letter))
+        for number, letter in enumerate("abc", 1)
+    ]
+    rig = Rig(automaton(1, "root", states, [when(lambda: True, 1, 2), when(lambda: True, 2, 3)]))
+    pause = PauseIn(name)
+    rig.tree.observers.append(pause)
+    rig.cycle()
+    return rig, pause, ran
+
+
+def test_after_a_pause_where_a_transition_led_the_code_of_the_state_comes_first() -> None:
+    rig, _, ran = paused_in("b")
+    assert (rig.run.current.name, ran) == ("b", [])
+    assert (rig.cycle(PERIOD), ran) == ("b", ["b"])
+
+
+def test_the_cycle_after_that_asks_the_transitions_again() -> None:
+    rig, _, ran = paused_in("b")
+    rig.cycle(PERIOD)
+    assert (rig.cycle(2 * PERIOD), ran) == ("c", ["b", "c"])
+
+
+def test_after_a_pause_in_the_first_state_the_transitions_come_first() -> None:
+    rig, _, ran = paused_in("a")
+    assert (rig.run.current.name, ran) == ("a", [])
+    assert (rig.cycle(PERIOD), ran) == ("b", ["b"])
+
+
+def test_the_entry_after_a_transition_is_reported_once() -> None:
+    rig, pause, _ = paused_in("none of them")
+    assert pause.entries == 2, "of a, and of b"
+    rig.cycle(PERIOD)
+    rig.cycle(2 * PERIOD)
+    assert pause.entries == 3, "and of c"
