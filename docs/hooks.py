@@ -97,25 +97,36 @@ def commands() -> str:
     )
 
 
+def component() -> str:
+    """Return a table of the options that every generated component has beside the shared ones."""
+    from hfsm_runtime import Component
+    from hfsm_runtime.command import make_app
+
+    return _options(typer.main.get_command(make_app(Component)))
+
+
 def _command(name: str, command: Any, level: int = 2) -> str:  # noqa: ANN401 - typer hides the types of its commands
     text = (command.help or "").split("\f")[0].replace("\b", "").strip()
     parts = [f"{'#' * level} {name}", text.replace("<", "&lt;")]
-    own = [each for each in command.params if getattr(each, "rich_help_panel", None) != SHARED]
-    rows = [_row(parameter) for parameter in own if not getattr(parameter, "hidden", False)]
-    if rows:
-        parts.append("\n".join(["| option | meaning |", "|---|---|", *rows]))
+    parts.append(_options(command))
     if isinstance(command, TyperGroup):
         visible = {key: each for key, each in command.commands.items() if not each.hidden}
         parts += [_command(f"{name} {key}", each, level + 1) for key, each in visible.items()]
     return "\n\n".join(filter(None, parts))
 
 
-def _row(parameter: Any) -> str:  # noqa: ANN401
+def _options(command: Any) -> str:  # noqa: ANN401
+    own = [each for each in command.params if getattr(each, "rich_help_panel", None) != SHARED]
+    rows = [_row(parameter) for parameter in own if not getattr(parameter, "hidden", False)]
+    return _table(("option", "meaning"), rows) if rows else ""
+
+
+def _row(parameter: Any) -> tuple[str, str]:  # noqa: ANN401
     names = ", ".join([*parameter.opts, *parameter.secondary_opts])
     if isinstance(parameter, TyperArgument):
         names = (parameter.metavar or parameter.name).upper()
     meaning = " ".join((getattr(parameter, "help", None) or "").split())
-    return f"| `{names}` | {meaning.replace('|', chr(92) + '|').replace('<', '&lt;')} |"
+    return f"`{names}`", _plain(meaning)
 
 
 def settings() -> str:
@@ -334,6 +345,6 @@ def _table(heads: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:
 
 GENERATED: Final[dict[str, Callable[[], str]]] = {
     made.__name__: made
-    for made in (commands, diagnostics, edits, exceptions, pushes, requests, roles, settings)
+    for made in (commands, component, diagnostics, edits, exceptions, pushes, requests, roles, settings)
 }
 """What a page names in `<!-- generated: NAME -->`."""

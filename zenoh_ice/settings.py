@@ -71,9 +71,9 @@ class Role(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     call: Annotated[tuple[Operation, ...], _Most] = ()
     """operations to call and, of streams, to read"""
     read: Annotated[tuple[Operation, ...], _Most] = ()
-    """streams to read, without calling anything"""
+    """streams to read, and nothing else: `["**"]` sees everything and moves nothing"""
     serve: Annotated[tuple[IdentityPattern, ...], _Most] = ()
-    """identities to serve"""
+    """identities to serve, with their streams and the status of their process"""
     realms: Annotated[tuple[RealmPattern, ...], _Most] = ()
     """realms where this holds; by default that of the component that grants it"""
     liveliness: bool = True

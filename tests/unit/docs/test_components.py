@@ -7,6 +7,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 from codegen.hfsm.checks.component import STANDARD_OPTIONS
 from tests.support.codegen_command import ROOT, codegen
 from tests.support.pages import DOCS, blocks_of
@@ -33,5 +35,8 @@ def test_the_example_is_generated_and_its_test_passes(tmp_path: Path) -> None:
 
 
 def test_the_table_has_every_standard_option() -> None:
-    reported = set(re.findall(r"`--([a-z-]+)", PAGE))
+    hooks = pytest.importorskip("docs.hooks", reason="needs the packages of visualhfsm[docs]")
+    shown = "\n".join([hooks.component(), *hooks.shared_options(), "--help"])
+    reported = set(re.findall(r"--([a-z-]+)", shown))
+    assert "<!-- generated: component -->" in PAGE
     assert {name.replace("_", "-") for name in STANDARD_OPTIONS} <= reported
