@@ -103,7 +103,7 @@ def leak_check(leaks: Leaks) -> Iterator[None]:
 
 @dataclass(frozen=True)
 class Pair:
-    """A server and a client, each with a session of its own, as in two processes."""
+    """A server and a client with separate sessions, as in two processes."""
 
     endpoint: str
     server: Communicator

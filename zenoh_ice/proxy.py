@@ -178,7 +178,7 @@ class Call(Generic[P, V]):
         if ok:
             return operation.result.unpack_result(answer, f"reply of {self._what}", resolve)
         failure = decode_error(cast("bytes", answer), operation.exceptions, self._what, resolve)
-        # Not of the call that asks for the difference: one that refused it, too, would be asked for ever.
+        # Not of the call that asks for the difference: one that refused it, too, would be asked forever.
         if isinstance(failure, InterfaceMismatchException) and not failure.member and self._fingerprint:
             difference = _difference(self._proxy, deadline)
             raise InterfaceMismatchException(

@@ -122,7 +122,7 @@ def session_config(settings: Settings) -> dict[str, Any]:
         "listen": {"endpoints": listen, "exit_on_failure": True},
         "connect": {
             "endpoints": connect,
-            # Zenoh waits for the first link of a client before a session is open: not for ever.
+            # Zenoh waits for the first link of a client before a session is open: not forever.
             "exit_on_failure": client,
             "timeout_ms": round(settings.timeout * 1000) if client else -1,
             # A restarted server is found again within some 0.2 s.

@@ -122,7 +122,7 @@ class Settings(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, di
     realm: Realm = "nao"
     """the robot or stack that the component belongs to: the first chunk of every key"""
     connect: tuple[Connect, ...] = (DEFAULT_ENDPOINT,)
-    """endpoints of others; those that are lost are tried again for ever"""
+    """endpoints of others; those that are lost are tried again forever"""
     listen: tuple[Listen, ...] = ("tcp/127.0.0.1:0",)
     """endpoints to listen on; port 0 picks a free port"""
     mode: Literal["peer", "client", "router"] = "peer"

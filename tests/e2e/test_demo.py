@@ -73,7 +73,7 @@ def test_ctrl_c_ends_every_process_of_the_demo(demo: ComponentProcess) -> None:
     assert "Traceback" not in demo.output
 
 
-def test_the_death_of_a_component_ends_the_demo_and_is_told(demo: ComponentProcess) -> None:
+def test_the_death_of_a_component_ends_the_demo_and_is_reported(demo: ComponentProcess) -> None:
     running = components(demo)
     robot = next(process for process in running if "naoserver_sim" in process.cmdline())
     robot.kill()

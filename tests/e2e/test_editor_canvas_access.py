@@ -83,7 +83,7 @@ def test_axe_finds_nothing_in_the_menu_and_the_tour(shown: EditorPage) -> None:
     expect(tour).to_have_count(0)
 
 
-def test_screen_readers_are_told_what_each_thing_is(shown: EditorPage) -> None:
+def test_screen_readers_get_the_name_of_each_thing(shown: EditorPage) -> None:
     open_example(shown)
     expect(shown.page.get_by_role("application")).to_have_attribute(
         "aria-label", "Automaton dance_and_follow"

@@ -275,7 +275,7 @@ def test_a_document_without_automata_can_be_selected_in_and_exported(
     expect(shown.page.get_by_role("alert")).to_have_count(0)
 
 
-def test_a_folder_that_cannot_be_listed_is_told(shown: EditorPage, root: Path) -> None:
+def test_a_folder_that_cannot_be_listed_is_reported(shown: EditorPage, root: Path) -> None:
     (root / "folder").mkdir()
     shown.press("Control+o")
     folder = shown.page.get_by_role("option", name="folder")

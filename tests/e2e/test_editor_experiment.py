@@ -214,7 +214,7 @@ def watch(shown: EditorPage, monitor: HfsmMonitorPrx) -> None:
 
 
 def change(shown: EditorPage, monitor: HfsmMonitorPrx) -> None:
-    """Give a state other code while it runs; after the reload it does that, and nothing began anew."""
+    """Change the code of a state while it runs; after the reload the new code runs, and nothing restarted."""
     page = shown.page
     shown.state("dance").click()
     shown.press("Shift+Enter")

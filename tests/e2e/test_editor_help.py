@@ -1,6 +1,6 @@
 """The help of the page, and docs/reference/keys.md, which holds the same keys.
 
-SCREENSHOTS=1 pytest tests/e2e/test_editor_help.py writes that file anew.
+SCREENSHOTS=1 pytest tests/e2e/test_editor_help.py writes that file again.
 """
 
 from __future__ import annotations

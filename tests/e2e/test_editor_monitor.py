@@ -17,7 +17,7 @@ from tests.support.monitor import (
     monitor_page,
     robot_and_editor,
     run,
-    run_anew,
+    run_again,
     started_elsewhere,
     status,
 )
@@ -111,18 +111,18 @@ def test_imported_automaton_is_followed_where_it_is_imported(shown: EditorPage, 
     expect(shown.page.locator("hfsm-status")).to_contain_text("from walk.xml")
 
 
-def test_why_not_is_told_by_pointer_and_by_key(shown: EditorPage) -> None:
+def test_why_not_is_shown_for_pointer_and_key(shown: EditorPage) -> None:
     run(shown)
     shown.state("wait").locator(".body").hover()
-    told = shown.page.get_by_role("tooltip")
-    expect(told).to_contain_text("many")
+    tooltip = shown.page.get_by_role("tooltip")
+    expect(tooltip).to_contain_text("many")
     shown.page.mouse.move(5, 5)
-    expect(told).to_have_count(0)
+    expect(tooltip).to_have_count(0)
     shown.transition("late").focus()
     shown.press("w")
-    expect(told).to_contain_text("its time comes after")
+    expect(tooltip).to_contain_text("its time comes after")
     shown.press("Escape")
-    expect(told).to_have_count(0)
+    expect(tooltip).to_have_count(0)
 
 
 def test_tree_shows_what_is_current_and_what_is_a_ghost(shown: EditorPage) -> None:
@@ -158,7 +158,7 @@ def test_lost_component_is_grey_with_its_time_and_found_again(
 # ------------------------------------------------------------------------------------------------ steering
 
 
-def test_component_started_elsewhere_is_only_watched_until_told_otherwise(
+def test_component_started_elsewhere_is_only_watched_by_default(
     shown: EditorPage, robot: ServedRobot, path: Path
 ) -> None:
     with started_elsewhere(robot, path):
@@ -198,12 +198,12 @@ def test_breakpoint_pauses_and_the_component_is_stepped_on(shown: EditorPage) ->
     expect(status(shown)).to_have_text("Running")
 
 
-def test_breakpoint_is_kept_when_the_component_is_started_anew(shown: EditorPage) -> None:
+def test_breakpoint_is_kept_when_the_component_is_restarted(shown: EditorPage) -> None:
     run(shown)
     shown.state("go").locator(".body").click()
     shown.press("b")
     expect(shown.state("go")).to_have_attribute("aria-label", re.compile("breakpoint"))
-    run_anew(shown)
+    run_again(shown)
     expect(shown.state("go")).to_have_attribute("aria-label", re.compile("breakpoint"))
     shown.transition("late").locator(".handle").click()
     shown.press("Alt+Enter")
@@ -238,10 +238,10 @@ def test_condition_of_a_breakpoint_counts(shown: EditorPage) -> None:
 def test_variable_and_parameter_are_set(shown: EditorPage) -> None:
     run(shown)
     shown.press("Alt+l")
-    for name, value, told in (("count", "2000000", "2000000"), ("speed", "0.5", "0.5")):
+    for name, value, text in (("count", "2000000", "2000000"), ("speed", "0.5", "0.5")):
         shown.page.get_by_role("textbox", name=name, exact=True).fill(value)
         shown.press("Enter")
-        notice(shown, f"Set {name} to {told}.")
+        notice(shown, f"Set {name} to {text}.")
     expect_current(shown, "go")
 
 
@@ -257,7 +257,7 @@ def test_reload_goes_on_with_the_changed_code(shown: EditorPage) -> None:
     expect_current(shown, "go")
 
 
-def test_reload_tells_what_was_not_kept(shown: EditorPage) -> None:
+def test_reload_reports_what_was_not_kept(shown: EditorPage) -> None:
     run(shown)
     expect_current(shown, "wait")
     shown.state("go").locator(".body").click()

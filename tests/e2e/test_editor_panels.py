@@ -205,7 +205,7 @@ def test_what_is_typed_while_the_server_is_away_comes_when_it_is_back(shown: Edi
     assert saved(shown, path).automata[0].states[0].code.text == "count += 1\nspeed = 1"
 
 
-def test_an_error_is_marked_as_it_is_typed_and_no_longer_when_it_is_mended(shown: EditorPage) -> None:
+def test_an_error_is_marked_as_it_is_typed_and_no_longer_when_it_is_fixed(shown: EditorPage) -> None:
     code = edit(shown, "wait")
     shown.type("\nif count")
     expect(code.locator(".cm-lintRange-error")).to_be_visible()
@@ -347,7 +347,7 @@ def test_parameters_are_added_changed_moved_and_removed(shown: EditorPage, path:
     ).to_be_focused()
 
 
-def test_what_is_wrong_with_a_parameter_is_told_at_its_field(shown: EditorPage) -> None:
+def test_an_invalid_parameter_is_reported_at_its_field(shown: EditorPage) -> None:
     shown.press("Alt+p")
     field = add(shown, "parameter", "speed").get_by_label("Default", exact=True)
     field.fill("fast")

@@ -173,6 +173,6 @@ def test_a_traceback_leads_to_the_line_of_the_document(browser: Browser, path: P
         expect(away).to_be_visible()
         shown.connections.restore()
         expect(away).to_have_count(0)
-        expect(log.locator(".line")).to_have_count(lines)  # which are told again as a whole
+        expect(log.locator(".line")).to_have_count(lines)  # which are sent again as a whole
         shown.button("Clear").click()
         expect(log).to_be_empty()

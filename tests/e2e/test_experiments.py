@@ -1,4 +1,4 @@
-"""The paper's experiments with every component a process of its own."""
+"""The paper's experiments, with a separate process for each component."""
 
 from __future__ import annotations
 

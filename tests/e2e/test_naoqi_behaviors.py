@@ -1,4 +1,4 @@
-"""The paper's behaviors, unchanged, on a robot over NAOqi: every component a process of its own."""
+"""The paper's behaviors, unchanged, on a robot over NAOqi, with a separate process for each component."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Edit, steer and reload dance_and_follow while it drives the robot: every part a process of its own."""
+"""Edit, steer and reload dance_and_follow while it drives the robot, with separate processes."""
 
 from __future__ import annotations
 

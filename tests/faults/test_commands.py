@@ -48,7 +48,7 @@ def test_a_port_in_use_is_named(free_robot_endpoint: str) -> None:
 def test_ctrl_c_in_the_middle_of_start_up_is_clean(loaded: str, free_robot_endpoint: str) -> None:
     python, *arguments = module("naoserver_sim", "--listen", free_robot_endpoint)
     with ComponentProcess([python, "-X", "importtime", *arguments]) as server:
-        server.wait_for(rf"\| +{re.escape(loaded)}$")  # what it loads is told line by line
+        server.wait_for(rf"\| +{re.escape(loaded)}$")  # what it loads is printed line by line
         server.process.send_signal(signal.SIGINT)
 
         assert server.wait(LIMIT) in (

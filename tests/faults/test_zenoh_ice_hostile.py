@@ -213,7 +213,7 @@ class TestServer:
 
 
 class Later(GripperI):
-    """Answers when it is told to."""
+    """Answers when it is allowed to."""
 
     def __init__(self) -> None:
         super().__init__()

@@ -171,11 +171,11 @@ def test_a_server_that_comes_back_with_another_version_is_refused_by_calls_and_s
         CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
     assert listened(newer.publisher, LIMIT)
 
-    def is_told() -> bool:
+    def is_reported() -> bool:
         newer.publisher.publish(NewerReading(8))
         return "generate both from the same IDL" in caplog.text
 
-    until(is_told)  # by the subscription, in the log
+    until(is_reported)  # by the subscription, in the log
     newer.publisher.publish(NewerReading(8))
     with pytest.raises(InterfaceMismatchException, match="the servant's ::test::Calculator from"):
         calculator.getReading.wait(after=sample, timeout=LIMIT)

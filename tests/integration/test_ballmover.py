@@ -1,4 +1,4 @@
-"""The command ballmover against a served robot, each a process of its own."""
+"""The command ballmover against a served robot, in separate processes."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ def test_a_signal_ends_it_cleanly_and_stops_the_ball(
             assert mover.wait(LIMIT) == code
             assert "Traceback" not in mover.output
             stopped = encoders.getPose3DEncodersData()
-            # It was told to stop where it was, not just left on its way to the last setpoint.
+            # It was stopped where it was, not just left on its way to the last setpoint.
             assert -0.35 < place(stopped)[1] <= place(moving.value)[1]
             later = encoders.getPose3DEncodersData.wait(timeout=LIMIT)
             assert place(later.value) == pytest.approx(place(stopped), abs=0.01)

@@ -106,7 +106,7 @@ def typing() -> Iterator[Type]:
 
 
 def alone(go: Callable[[Typing], Awaitable[None]], path: Path | None = None) -> None:
-    """Run a coroutine function with someone who types, and with processes of its own."""
+    """Run a coroutine function with a user who types, and with separate processes."""
 
     async def run() -> None:
         helper = CodeHelper(LIMIT)
@@ -215,7 +215,7 @@ def test_an_ellipsis_in_an_annotation_is_no_hindrance(typing: Type) -> None:
     typing(go)
 
 
-def test_a_call_tells_its_parameters(typing: Type) -> None:
+def test_a_call_shows_its_parameters(typing: Type) -> None:
     async def go(person: Typing) -> None:
         found = await person.signature(WALK, "self.Head.setPose(1.0, |")
         assert found["parameters"] == [
@@ -233,7 +233,7 @@ def test_a_call_tells_its_parameters(typing: Type) -> None:
     typing(go)
 
 
-def test_a_name_tells_what_it_stands_for(typing: Type) -> None:
+def test_a_name_shows_its_meaning(typing: Type) -> None:
     async def go(person: Typing) -> None:
         found = await person.explanation(WALK, "self.Head.|setPose(1.0)")
         assert found["name"] == "setPose"
@@ -263,7 +263,7 @@ def test_a_name_tells_what_it_stands_for(typing: Type) -> None:
         (VARIABLES, "steps = 0\nreturn 1", [("E520", 2, 1)]),
     ],
 )
-def test_what_is_wrong_is_told_while_it_is_typed(
+def test_what_is_wrong_is_reported_while_it_is_typed(
     typing: Type, place: Place, code: str, problems: list[tuple[str, int, int]]
 ) -> None:
     async def go(person: Typing) -> None:
@@ -314,7 +314,7 @@ def test_code_that_takes_too_long_is_given_up_and_the_next_is_helped() -> None:
     alone(go)
 
 
-def test_a_process_that_dies_is_started_anew() -> None:
+def test_a_process_that_dies_is_restarted() -> None:
     async def go(person: Typing) -> None:
         before = set(psutil.Process().children())
         await person.labels(WALK, "self.|")
@@ -373,7 +373,7 @@ def test_every_window_that_asks_gets_the_interfaces(typing: Type) -> None:
     typing(go)
 
 
-def test_a_document_that_changes_is_read_anew(typing: Type) -> None:
+def test_a_document_that_changes_is_read_again(typing: Type) -> None:
     async def go(person: Typing) -> None:
         assert "Body" not in await person.labels(WALK, "self.Bo|")
         interface = replace(person.source.document.interfaces[0], name="Body", type="Joints")

@@ -159,7 +159,7 @@ def test_output_and_include_directories(home: Path) -> None:
     assert done.returncode == 0, done.stdout
 
 
-def test_errors_are_told_together_and_nothing_is_written(home: Path) -> None:
+def test_errors_are_reported_together_and_nothing_is_written(home: Path) -> None:
     (home / "room.idl").write_text(ROOM.replace("Light lightOf", "Lihgt lightOf"))
     (home / "bad.idl").write_text("module bad { struct S { int a };\n  interface I { void f(flot x); }; };")
     done = codegen("lamp.idl", "room.idl", "bad.idl", "absent.idl", cwd=home)

@@ -1,4 +1,4 @@
-"""`codegen` with documents that import others and are extended by hand, in processes of its own."""
+"""`codegen` with documents that import others and have extensions, in separate processes."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def test_a_property_that_is_violated_keeps_the_component_from_being_written(home
     assert codegen("main.xml", cwd=home).returncode == 0
 
 
-def test_what_needs_no_change_is_not_told_each_time(home: Path) -> None:
+def test_what_needs_no_change_is_not_reported_each_time(home: Path) -> None:
     there = transition(1, 1, 2, "100", type="time")
     (home / "main.xml").write_text(
         document(sub(1, 0, state(1, "go", initial=True), state(2, "there"), there))
@@ -89,7 +89,7 @@ def test_watching_looks_at_imported_files_and_extensions(home: Path) -> None:
         assert watching.wait(LIMIT) == 130
 
 
-def test_the_component_tells_its_parameters_and_checks_them(home: Path) -> None:
+def test_the_component_lists_its_parameters_and_checks_them(home: Path) -> None:
     assert codegen("main.xml", cwd=home).returncode == 0
 
     def call(*arguments: str) -> subprocess.CompletedProcess[str]:

@@ -1,4 +1,4 @@
-"""The command `visualhfsm convert`: what it writes, what it tells, and what it never does."""
+"""The command `visualhfsm convert`: what it writes, what it reports, and what it never does."""
 
 from __future__ import annotations
 
@@ -72,10 +72,10 @@ def test_an_old_document_is_written_in_the_format_of_today(folder: Path) -> None
     assert files_in(folder) == {"old.xml": OLD, "new.xml": NEW}
 
 
-def test_what_is_kept_without_use_and_what_is_python_2_is_told_with_its_line(folder: Path) -> None:
+def test_what_is_kept_without_use_and_what_is_python_2_is_reported_with_its_line(folder: Path) -> None:
     done = convert("old.xml", "new.xml")
-    told = [line for line in done.stderr.splitlines() if line.startswith("old.xml")]
-    assert told == [
+    reported = [line for line in done.stderr.splitlines() if line.startswith("old.xml")]
+    assert reported == [
         "old.xml:2:20: note[N501]: `topics` is unknown: it is kept, but not used",
         'old.xml:4:57: warning[W506]: Python 2: `print "waiting"` is `print("waiting")` in Python 3',
     ]
@@ -135,7 +135,7 @@ def test_a_format_that_is_unknown_is_wrong_usage(names: tuple[str, str], folder:
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
-def test_a_folder_that_cannot_be_written_is_told(folder: Path) -> None:
+def test_a_folder_that_cannot_be_written_is_reported(folder: Path) -> None:
     (folder / "closed").mkdir(mode=0o500)
     done = convert("old.xml", "closed/new.xml")
     assert done.exit_code == 1
@@ -153,7 +153,7 @@ def test_the_command_runs_on_its_own_and_says_what_went_wrong_in_one_line(folder
     assert "Traceback" not in done.stderr
 
 
-def test_an_output_without_room_is_told_in_one_line(folder: Path) -> None:
+def test_an_output_without_room_is_reported_in_one_line(folder: Path) -> None:
     command = [sys.executable, "-m", "visualhfsm", "convert", "old.xml", "-"]
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     with Path("/dev/full").open("wb") as full:

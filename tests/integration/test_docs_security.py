@@ -1,4 +1,4 @@
-"""The page about security: its five commands, the router and those who use it in processes of their own."""
+"""The page about security: its five commands, the router and its clients in separate processes."""
 
 from __future__ import annotations
 

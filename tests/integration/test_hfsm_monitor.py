@@ -191,7 +191,7 @@ def test_errors_of_user_code_are_shown(pair: Pair) -> None:
 
 
 def counter(period: float = 0.02, **states: Any) -> Automaton:
-    """Return an automaton that counts in a, goes to b when told, and counts there, too."""
+    """Return an automaton that counts in a, goes to b on request, and counts there, too."""
     count = 0
     go = False
 

@@ -61,7 +61,7 @@ Run = Callable[..., dict[str, str]]
 
 @pytest.fixture
 def errors(tmp_path: Path) -> Run:
-    """Run tests, none of which fails, and return what those are told that are in error when they have ended."""
+    """Run tests, none of which fails, and return the errors of those that fail in their teardown."""
 
     def run(tests: str, limit: float = 0.2) -> dict[str, str]:
         (tmp_path / "conftest.py").write_text(CONFTEST.replace("LIMIT", str(limit)))

@@ -63,7 +63,7 @@ def walker(code: str = "beats += 1") -> str:
 
 @dataclass
 class Walker:
-    """A component that runs in the test's process, on a session of its own."""
+    """A component that runs in the test's process, with a separate session."""
 
     runtime: Runtime
     file: Path
@@ -181,7 +181,7 @@ def test_structure_and_snapshots_are_published_as_time_goes_on(robot: ServedRobo
     on_page(robot, go)
 
 
-def test_a_change_of_state_is_told_at_once_and_can_be_scrubbed_back_to(
+def test_a_change_of_state_is_reported_at_once_and_can_be_scrubbed_back_to(
     robot: ServedRobot, running: Walker
 ) -> None:
     async def go(opened: Page) -> None:
@@ -218,7 +218,7 @@ def test_pause_step_and_resume(robot: ServedRobot, running: Walker) -> None:
     on_page(robot, go)
 
 
-def test_breakpoints_are_set_told_and_stopped_at(robot: ServedRobot, running: Walker) -> None:
+def test_breakpoints_are_set_reported_and_stopped_at(robot: ServedRobot, running: Walker) -> None:
     async def go(opened: Page) -> None:
         await opened.attach()
         points = [{"automaton": 2, "state": 2, "transition": 0, "condition": "tired == 9"}]
@@ -234,20 +234,20 @@ def test_breakpoints_are_set_told_and_stopped_at(robot: ServedRobot, running: Wa
     on_page(robot, go)
 
 
-def test_breakpoints_are_never_told_as_none_while_they_are_asked_for_anew(
+def test_breakpoints_are_never_reported_as_none_while_they_are_requested_again(
     robot: ServedRobot, running: Walker
 ) -> None:
     async def go(opened: Page) -> None:
-        def told() -> list[int]:
+        def published() -> list[int]:
             return [len(structure.value.breakpoints) for structure in opened.pushes.of(Structure)]
 
         await opened.attach()
         first = {"automaton": 2, "state": 2, "transition": 0, "condition": "tired == 9"}
         await opened.do("setBreakpoints", breakpoints=[first])
-        await opened.pushes.until(lambda: 1 in told())
+        await opened.pushes.until(lambda: 1 in published())
         await opened.do("setBreakpoints", breakpoints=[first, first | {"automaton": 1, "condition": "False"}])
-        await opened.pushes.until(lambda: 2 in told())
-        assert told() == sorted(told())
+        await opened.pushes.until(lambda: 2 in published())
+        assert published() == sorted(published())
 
     on_page(robot, go)
 
@@ -290,7 +290,7 @@ def test_what_makes_no_sense_is_refused(
     on_page(robot, go)
 
 
-def test_a_reload_keeps_the_state_and_tells_the_new_structure(robot: ServedRobot, running: Walker) -> None:
+def test_a_reload_keeps_the_state_and_reports_the_new_structure(robot: ServedRobot, running: Walker) -> None:
     async def go(opened: Page) -> None:
         await opened.attach()
         await opened.do("forceTransition", automaton=2, transition=1)
@@ -335,14 +335,14 @@ def test_a_lost_component_is_silent_since_then_and_recovers(
 
 
 def test_the_last_word_of_a_component_that_is_gone_does_not_bring_it_back(pair: Pair) -> None:
-    told: list[object] = []
+    published: list[object] = []
     robot: Any = SimpleNamespace(read=RobotState, cameras=list)
-    follower = Follower(pair.client, "dance_and_follow", robot, told.append)
+    follower = Follower(pair.client, "dance_and_follow", robot, published.append)
     follower.update()
     follower._on_snapshot(Sample(snapshot(1.0), 1, 1.0, 0.0))
     follower.update()
     follower.close()
-    gone, back, word, gone_again = told
+    gone, back, word, gone_again = published
     assert isinstance(word, LiveSnapshot)
     assert [isinstance(each, Silence) and each.since > 0 for each in (gone, back, gone_again)] == [
         True,
@@ -428,11 +428,11 @@ def test_joints_of_another_interface_say_why_they_are_unknown(pair: Pair) -> Non
     assert watch.read().trouble == ""
     pair.adapter.add(CalculatorI(), "Body")
 
-    def tells() -> bool:
+    def is_shown() -> bool:
         watch.update()
         return "Body, a ::test::Scientific" in watch.read().trouble
 
-    eventually(tells)
+    eventually(is_shown)
 
 
 def test_without_a_robot_there_is_no_emergency_stop_to_reset(pair: Pair) -> None:
@@ -518,7 +518,7 @@ def test_the_poses_begin_with_the_body_and_go_on(robot: ServedRobot) -> None:
 
 
 @pytest.mark.sim
-def test_the_poses_are_as_a_simulation_tells_it() -> None:
+def test_the_poses_match_the_simulation() -> None:
     from naoserver_sim.robot import SimulatedRobot
 
     async def go(opened: Page) -> None:

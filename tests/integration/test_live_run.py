@@ -88,7 +88,7 @@ def test_a_component_is_run_followed_and_reloaded_with_its_state(source: Source)
     asyncio.run(opened(go))
 
 
-def test_a_component_that_is_killed_is_told_as_ended_and_silent(source: Source) -> None:
+def test_a_component_that_is_killed_is_reported_as_ended_and_silent(source: Source) -> None:
     async def go(page: Page) -> None:
         before = set(psutil.Process().children())
         await page.services.running.run(source, [])

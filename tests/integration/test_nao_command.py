@@ -358,7 +358,7 @@ def test_nobody_at_the_endpoint_is_reported_with_what_to_do() -> None:
     assert (outcome.code, "nothing answers at tcp/127.0.0.1:9" in outcome.err) == (1, True)
 
 
-# As processes of their own.
+# As separate processes.
 
 
 def nao_process(*words: str) -> list[str]:

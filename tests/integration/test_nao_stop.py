@@ -50,7 +50,7 @@ class Terminal:
 
 @contextmanager
 def ready(endpoint: str, realm: str, *options: str) -> Iterator[Terminal]:
-    """Run the command in a terminal of its own; end it when it has not ended."""
+    """Run the command in a separate terminal; end it if it has not ended."""
     main, terminal = os.openpty()
     command = module("deploy.nao", "stop", "--ready", "hands off", *options)
     where = ["--connect", endpoint, "--realm", realm, "--listen", "tcp/127.0.0.1:0"]

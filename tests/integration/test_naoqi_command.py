@@ -1,4 +1,4 @@
-"""The command naoserver-naoqi, in processes of their own."""
+"""The command naoserver-naoqi, in separate processes."""
 
 import os
 import re

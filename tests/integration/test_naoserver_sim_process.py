@@ -1,4 +1,4 @@
-"""The command `naoserver-sim` as a process of its own."""
+"""The command `naoserver-sim` as a separate process."""
 
 import signal
 import time

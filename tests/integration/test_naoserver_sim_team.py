@@ -1,4 +1,4 @@
-"""`naoserver-sim --robots` and `--world`, as processes of their own."""
+"""`naoserver-sim --robots` and `--world`, as separate processes."""
 
 import signal
 

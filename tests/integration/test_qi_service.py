@@ -1,4 +1,4 @@
-"""A fake robot served as NAOqi in a process of its own, and genuine clients of libqi."""
+"""A fake robot served as NAOqi in a separate process, and genuine clients of libqi."""
 
 import signal
 import subprocess

@@ -18,7 +18,7 @@ from tests.support.running import eventually
 from visualhfsm.child import ChildProcess, Lines
 
 
-class Told:
+class Output:
     """Keeps what a child wrote, and waits for it."""
 
     def __init__(self) -> None:
@@ -38,42 +38,42 @@ class Told:
                 await self.changed.wait()
 
 
-async def started(code: str, told: Told) -> ChildProcess:
-    child = ChildProcess(told)
+async def started(code: str, output: Output) -> ChildProcess:
+    child = ChildProcess(output)
     await child.start([sys.executable, "-c", code], os.environ)
     return child
 
 
-def test_both_streams_are_told_line_by_line_with_the_exit_code() -> None:
+def test_both_streams_are_reported_line_by_line_with_the_exit_code() -> None:
     async def go() -> None:
-        told = Told()
+        output = Output()
         code = "import sys; print('one'); print('two'); sys.stderr.write('bad\\nrest'); sys.exit(3)"
-        child = await started(code, told)
+        child = await started(code, output)
         assert await asyncio.wait_for(child.wait(), LIMIT) == 3
-        assert [line for line in told.lines if line[0] == "out"] == [("out", "one"), ("out", "two")]
-        assert [line for line in told.lines if line[0] == "err"] == [("err", "bad"), ("err", "rest")]
+        assert [line for line in output.lines if line[0] == "out"] == [("out", "one"), ("out", "two")]
+        assert [line for line in output.lines if line[0] == "err"] == [("err", "bad"), ("err", "rest")]
 
     asyncio.run(go())
 
 
 def test_a_flood_is_bounded_and_counted() -> None:
     async def go() -> None:
-        told = Told()
-        child = await started("for number in range(200_000): print(number)", told)
+        output = Output()
+        child = await started("for number in range(200_000): print(number)", output)
         assert await asyncio.wait_for(child.wait(), LIMIT) == 0
-        assert len(told.lines) + told.dropped == 200_000
-        assert told.dropped > 0
-        assert told.lines[-1] == ("out", "199999")
+        assert len(output.lines) + output.dropped == 200_000
+        assert output.dropped > 0
+        assert output.lines[-1] == ("out", "199999")
 
     asyncio.run(go())
 
 
 def test_a_line_without_end_is_cut_into_pieces() -> None:
     async def go() -> None:
-        told = Told()
-        child = await started("import sys; sys.stdout.write('x' * 10_000)", told)
+        output = Output()
+        child = await started("import sys; sys.stdout.write('x' * 10_000)", output)
         await asyncio.wait_for(child.wait(), LIMIT)
-        assert [len(line) for _, line in told.lines] == [4000, 4000, 2000]
+        assert [len(line) for _, line in output.lines] == [4000, 4000, 2000]
 
     asyncio.run(go())
 
@@ -93,9 +93,9 @@ IGNORES = (
 )
 def test_stopping_rises_in_force(ignored: str, expected: int) -> None:
     async def go() -> None:
-        told = Told()
-        child = await started(IGNORES.format(ignored), told)
-        await told.wait_for("up")
+        output = Output()
+        child = await started(IGNORES.format(ignored), output)
+        await output.wait_for("up")
         await child.stop((0.3, 0.3) if ignored else (LIMIT, LIMIT))
         assert await child.wait() == expected
 
@@ -104,15 +104,15 @@ def test_stopping_rises_in_force(ignored: str, expected: int) -> None:
 
 def test_what_a_child_leaves_behind_ends_with_it() -> None:
     async def go() -> int:
-        told = Told()
+        output = Output()
         code = (
             "import subprocess, sys\n"
             "other = subprocess.Popen([sys.executable, '-c', 'import time; time.sleep(600)'])\n"
             "print('pid', other.pid)"
         )
-        child = await started(code, told)
+        child = await started(code, output)
         assert await asyncio.wait_for(child.wait(), LIMIT) == 0
-        return int(told.lines[0][1].split()[1])
+        return int(output.lines[0][1].split()[1])
 
     pid = asyncio.run(go())
     eventually(lambda: not psutil.pid_exists(pid) or psutil.Process(pid).status() == psutil.STATUS_ZOMBIE)
@@ -146,12 +146,12 @@ def test_a_child_ends_with_a_server_that_is_killed() -> None:
         eventually(lambda: not child.is_running() or child.status() == psutil.STATUS_ZOMBIE)
 
 
-def test_a_command_that_does_not_exist_is_told(tmp_path: Path) -> None:
+def test_a_command_that_does_not_exist_is_reported(tmp_path: Path) -> None:
     async def go() -> None:
-        told = Told()
-        child = ChildProcess(told)
+        output = Output()
+        child = ChildProcess(output)
         await child.start([str(tmp_path / "missing")], os.environ)
         assert await asyncio.wait_for(child.wait(), LIMIT) == 127
-        assert "cannot run" in told.lines[0][1]
+        assert "cannot run" in output.lines[0][1]
 
     asyncio.run(go())

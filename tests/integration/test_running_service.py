@@ -38,7 +38,7 @@ def text(code: str, head: str = "") -> str:
     )  # fmt: skip
 
 
-class Told(Pushes):
+class ReceivedPushes(Pushes):
     """What the service published."""
 
     @property
@@ -57,7 +57,7 @@ class Told(Pushes):
 
 
 @asynccontextmanager
-async def running(pushes: Told) -> AsyncIterator[RunningComponents]:
+async def running(pushes: ReceivedPushes) -> AsyncIterator[RunningComponents]:
     service = RunningComponents(
         pushes, Settings(realm="test-run", connect=(free_endpoint(),), timeout=CALL_LIMIT)
     )
@@ -83,7 +83,7 @@ def edited(before: Source, code: str) -> Source:
 
 def test_a_saved_document_runs_beside_its_file(tmp_path: Path) -> None:
     async def go() -> None:
-        pushes = Told()
+        pushes = ReceivedPushes()
         async with running(pushes) as service:
             await service.run(source(tmp_path / "walk.xml", text("print('walking')")), [])
             await pushes.line("walking")
@@ -104,7 +104,7 @@ def test_an_unsaved_document_runs_aside_under_its_title_and_leaves_nothing(
     tmp_path: Path, title: str, name: str
 ) -> None:
     async def go() -> str:
-        pushes = Told()
+        pushes = ReceivedPushes()
         async with running(pushes) as service:
             shown = source(tmp_path / "new.xml", text("print('at', __file__)"), saved=False)
             await service.run(replace(shown, title=title), [])
@@ -118,7 +118,7 @@ def test_an_unsaved_document_runs_aside_under_its_title_and_leaves_nothing(
 
 def test_changes_that_are_not_saved_run_and_do_not_touch_the_component_beside(tmp_path: Path) -> None:
     async def go() -> None:
-        pushes = Told()
+        pushes = ReceivedPushes()
         saved = source(tmp_path / "walk.xml", text("print('old')"))
         (tmp_path / "walk_ext.py").write_text("class WalkExtension:\n    greeting = 'from the extension'\n")
         async with running(pushes) as service:
@@ -131,7 +131,7 @@ def test_changes_that_are_not_saved_run_and_do_not_touch_the_component_beside(tm
 
 def test_an_error_of_the_code_is_led_back_to_the_document(tmp_path: Path) -> None:
     async def go() -> None:
-        pushes = Told()
+        pushes = ReceivedPushes()
         async with running(pushes) as service:
             await service.run(source(tmp_path / "walk.xml", text("\nx = 1\nx / 0\n")), [])
             end = await pushes.end()
@@ -152,7 +152,7 @@ def test_arguments_and_parameters_reach_the_component(tmp_path: Path) -> None:
     )
 
     async def go() -> None:
-        pushes = Told()
+        pushes = ReceivedPushes()
         async with running(pushes) as service:
             document = source(tmp_path / "walk.xml", text("print('speed', self.speed)", head))
             await service.run(document, ["--speed", "0.75", "--seconds", "0.2"])
@@ -164,7 +164,7 @@ def test_arguments_and_parameters_reach_the_component(tmp_path: Path) -> None:
 
 def test_running_again_stops_the_former_process(tmp_path: Path) -> None:
     async def go() -> None:
-        pushes = Told()
+        pushes = ReceivedPushes()
         async with running(pushes) as service:
             document = source(tmp_path / "walk.xml", text("import os; print('pid', os.getpid())"))
             await service.run(document, [])
@@ -182,7 +182,7 @@ def test_running_again_stops_the_former_process(tmp_path: Path) -> None:
 
 def test_a_document_with_errors_is_refused_and_says_why(tmp_path: Path) -> None:
     async def go() -> None:
-        pushes = Told()
+        pushes = ReceivedPushes()
         async with running(pushes) as service:
             with pytest.raises(VisualHfsmError, match="not valid Python"):
                 await service.run(source(tmp_path / "walk.xml", text("x = = 1")), [])
@@ -194,7 +194,7 @@ def test_a_document_with_errors_is_refused_and_says_why(tmp_path: Path) -> None:
 
 def test_generating_writes_beside_the_document_and_needs_a_file(tmp_path: Path) -> None:
     async def go() -> None:
-        async with running(Told()) as service:
+        async with running(ReceivedPushes()) as service:
             saved = source(tmp_path / "walk.xml", text("print('old')"))
             written = await service.generate(edited(saved, "print('edited')"))
             assert written == {"path": str(tmp_path / "walk.py")}
@@ -205,9 +205,9 @@ def test_generating_writes_beside_the_document_and_needs_a_file(tmp_path: Path) 
     asyncio.run(go())
 
 
-def test_what_runs_aside_is_generated_anew_where_it_runs(tmp_path: Path) -> None:
+def test_what_runs_aside_is_generated_again_where_it_runs(tmp_path: Path) -> None:
     async def go() -> None:
-        pushes = Told()
+        pushes = ReceivedPushes()
         async with running(pushes) as service:
             document = source(tmp_path / "new.xml", text("print('at', __file__)"), saved=False)
             await service.run(document, [])
@@ -220,7 +220,7 @@ def test_what_runs_aside_is_generated_anew_where_it_runs(tmp_path: Path) -> None
 
 def test_saving_what_runs_aside_leaves_it_there_until_the_next_run(tmp_path: Path) -> None:
     async def go() -> None:
-        pushes = Told()
+        pushes = ReceivedPushes()
         beside = tmp_path / "walk.py"
         async with running(pushes) as service:
             saved = source(tmp_path / "walk.xml", text("print('at', __file__)"))
@@ -238,7 +238,7 @@ def test_saving_what_runs_aside_leaves_it_there_until_the_next_run(tmp_path: Pat
 
 def test_a_report_of_a_component_that_runs_elsewhere_is_located_in_its_document(tmp_path: Path) -> None:
     async def scenario() -> None:
-        async with running(Told()) as service:
+        async with running(ReceivedPushes()) as service:
             known = source(tmp_path / "walk.xml", text("x = 1\nx / 0"))
             assert known.path is not None
             lines = known.path.read_text().split("\n")
@@ -253,7 +253,7 @@ def test_a_report_of_a_component_that_runs_elsewhere_is_located_in_its_document(
 
 def test_a_tab_that_is_closed_leaves_neither_process_nor_file(tmp_path: Path) -> None:
     async def go() -> None:
-        pushes = Told()
+        pushes = ReceivedPushes()
         async with running(pushes) as service:
             code = text("import os; print('at', __file__); print('pid', os.getpid())")
             await service.run(source(tmp_path / "new.xml", code, saved=False), [])
@@ -269,7 +269,7 @@ def test_a_tab_that_is_closed_leaves_neither_process_nor_file(tmp_path: Path) ->
 
 def test_a_start_goes_on_when_the_window_that_asked_for_it_goes_away(tmp_path: Path) -> None:
     async def go() -> None:
-        pushes = Told()
+        pushes = ReceivedPushes()
         async with running(pushes) as service:
             window = asyncio.create_task(
                 service.run(source(tmp_path / "walk.xml", text("print('walking')")), [])

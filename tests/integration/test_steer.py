@@ -134,7 +134,7 @@ def test_a_pause_names_a_cycle_that_still_runs(pair: Pair, tmp_path: Path) -> No
             runtime.stop()
 
 
-def test_a_step_of_a_ghost_tells_that_nothing_ran(shell: Shell) -> None:
+def test_a_step_of_a_ghost_reports_that_nothing_ran(shell: Shell) -> None:
     shell("force", "walker", "enough")
     eventually(lambda: shell.current() == "dance")
     shell("pause", "walker")
@@ -259,7 +259,7 @@ def test_reload_compiles_writes_and_keeps_the_state(shell: Shell) -> None:
     assert (report["generation"], report["notKept"]) == (2, [])
 
 
-def test_reload_tells_what_was_not_kept(shell: Shell) -> None:
+def test_reload_reports_what_was_not_kept(shell: Shell) -> None:
     shell.file.write_text(
         walker().replace("<name>red<", "<name>blue<").replace("corner", "angle"), encoding="utf-8"
     )
@@ -287,7 +287,7 @@ def test_a_document_with_errors_touches_nothing(shell: Shell) -> None:
     assert shell.runtime.reloads == 0
 
 
-def test_a_refusal_is_told(shell: Shell) -> None:
+def test_a_refusal_is_reported(shell: Shell) -> None:
     before = shell.file.with_suffix(".py").read_bytes()
     shell.file.write_text(walker().replace("corner = 0", "corner = 1 / 0"), encoding="utf-8")
     with pytest.raises(VisualHfsmError, match=r"not reloaded, walker runs on as it was: .*ZeroDivisionError"):
@@ -317,7 +317,7 @@ def test_stop_ends_the_component(shell: Shell) -> None:
      ["stop"]],
     ids=lambda arguments: arguments[0],
 )  # fmt: skip
-def test_a_component_that_is_not_there_is_told_with_those_that_are(
+def test_a_component_that_is_not_there_is_reported_with_those_that_are(
     shell: Shell, arguments: list[str]
 ) -> None:
     command, *rest = arguments

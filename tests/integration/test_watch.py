@@ -84,7 +84,7 @@ def run(command: list[str]) -> tuple[int, str]:
         return process.wait(LIMIT), process.output
 
 
-def test_a_component_is_told_line_by_line_and_summed_up(robot: ServedRobot) -> None:
+def test_a_component_is_reported_line_by_line_and_summed_up(robot: ServedRobot) -> None:
     with (
         component(robot.endpoint, robot.realm),
         ComponentProcess(watch(robot, "dance_and_follow", "--wait", "60")) as watcher,
@@ -176,7 +176,7 @@ def test_without_a_server_the_command_names_the_endpoint_and_how_to_start_one() 
     assert "naoserver-sim" in output.splitlines()[-1]
 
 
-def test_a_lost_server_is_told_and_found_again(tmp_path: Path) -> None:
+def test_a_lost_server_is_reported_and_found_again(tmp_path: Path) -> None:
     endpoint = free_endpoint()
     server = module("naoserver.fake", "--listen", endpoint)
     with ExitStack() as stack:

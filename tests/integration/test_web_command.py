@@ -82,7 +82,7 @@ def test_a_signal_ends_everything_in_an_orderly_way(
     assert journal.stat().st_mode & 0o077 == 0
 
 
-def test_a_port_can_be_chosen_and_a_taken_one_is_told(tmp_path: Path) -> None:
+def test_a_port_can_be_chosen_and_a_taken_one_is_reported(tmp_path: Path) -> None:
     with socket.socket() as taken:
         port = int(free_endpoint().rpartition(":")[2])
         taken.bind(("127.0.0.1", port))
@@ -95,17 +95,17 @@ def test_a_port_can_be_chosen_and_a_taken_one_is_told(tmp_path: Path) -> None:
 
 
 def test_the_browser_gets_an_address_of_its_own(tmp_path: Path) -> None:
-    told = tmp_path / "told"
+    launched_path = tmp_path / "launched_path"
     browser = tmp_path / "browser"
     browser.write_text(
-        f"#!{sys.executable}\nimport sys, pathlib\npathlib.Path({str(told)!r}).write_text(sys.argv[1])\n"
+        f"#!{sys.executable}\nimport sys, pathlib\npathlib.Path({str(launched_path)!r}).write_text(sys.argv[1])\n"
     )
     browser.chmod(0o755)
     environment = {"BROWSER": f"{browser} %s", "XDG_STATE_HOME": str(tmp_path)}
     with ComponentProcess(module("visualhfsm", "edit", "--root", str(tmp_path)), environment) as process:
         printed = process.wait_for(ADDRESS)[0]
         process.wait_for("Ctrl-C ends it")
-        launched = content(told)
+        launched = content(launched_path)
     assert re.fullmatch(ADDRESS, launched)
     assert launched != printed
 
@@ -137,7 +137,7 @@ def test_a_missing_package_is_named_with_the_command_that_installs_it(package: s
         assert process.wait() == 1
 
 
-def test_a_document_that_cannot_be_opened_is_told(tmp_path: Path) -> None:
+def test_a_document_that_cannot_be_opened_is_reported(tmp_path: Path) -> None:
     broken = tmp_path / "broken.xml"
     broken.write_text("<VisualHFSM>")
     with edit(tmp_path, str(broken), "--no-browser") as process:

@@ -251,7 +251,7 @@ def test_the_person_is_asked_when_both_have_changed(root: Path, window: Window) 
     window.ask("save", tab=1)
 
 
-def test_a_file_that_is_gone_is_told(root: Path, window: Window) -> None:
+def test_a_file_that_is_gone_is_reported(root: Path, window: Window) -> None:
     (root / "robot.xml").unlink()
     window.wait_for_push("outside", state="deleted")
     (root / "robot.xml").write_text(DOCUMENT)
@@ -370,7 +370,7 @@ def test_nothing_that_is_under_way_keeps_a_run_or_a_stop_out(root: Path) -> None
 # ------------------------------------------------------------------------------------------ imports
 
 
-def test_the_content_of_imported_automata_is_told(running: Editor, root: Path) -> None:
+def test_the_content_of_imported_automata_is_reported(running: Editor, root: Path) -> None:
     stub = '<SubAutomata id="2" idFather="1"><import>robot.xml</import></SubAutomata>'
     owning = DOCUMENT.replace("<name>go</name>", "<name>go</name><idSubautomataSon>2</idSubautomataSon>")
     (root / "patrol.xml").write_text(owning.replace("</VisualHFSM>", f"{stub}</VisualHFSM>"))
@@ -474,7 +474,7 @@ def served(root: Path, services: list[Services]) -> Iterator[Editor]:
         yield running
 
 
-def test_a_run_tells_its_output_before_its_end(served: Editor) -> None:
+def test_a_run_reports_its_output_before_its_end(served: Editor) -> None:
     with served.window() as window:
         assert window.ask("run", tab=1, arguments=["--fast"]) == {"arguments": ["--fast"]}
         ended = window.wait_for_push("run", status="ended")
@@ -485,8 +485,8 @@ def test_a_run_tells_its_output_before_its_end(served: Editor) -> None:
         assert sum(push["dropped"] for push in output) == 1000
     with served.window() as later:
         assert [push["status"] for push in later.pushes if push["push"] == "run"] == ["ended"]
-        (told,) = [push for push in later.pushes if push["push"] == "output"]
-        assert (len(told["lines"]), told["whole"]) == (2000, True)
+        (stored,) = [push for push in later.pushes if push["push"] == "output"]
+        assert (len(stored["lines"]), stored["whole"]) == (2000, True)
 
 
 def test_only_who_follows_a_component_hears_of_it(served: Editor, services: list[Services]) -> None:
@@ -556,7 +556,7 @@ def test_a_picture_is_sent_when_the_last_one_was_drawn(served: Editor) -> None:
             assert socket.recv(LIMIT) == b"%d" % index
 
 
-def test_a_camera_that_is_not_there_is_told(served: Editor) -> None:
+def test_a_camera_that_is_not_there_is_reported(served: Editor) -> None:
     with served.socket("/camera/side") as socket:
         with pytest.raises(ConnectionClosed):
             socket.recv(LIMIT)

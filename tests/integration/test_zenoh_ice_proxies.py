@@ -138,7 +138,7 @@ class TestOneway:
 
 
 class TestUnansweredCalls:
-    """What a caller is told when a servant that is there does not answer."""
+    """The exception that a caller gets if a servant is present but does not answer."""
 
     def test_call_that_nobody_takes_is_denied(self, pair: Pair, monkeypatch: pytest.MonkeyPatch) -> None:
         """Access control drops calls without a word; here the servant that is there takes none."""
@@ -165,7 +165,7 @@ class TestUnansweredCalls:
 
 
 def test_calls_with_many_limits_leave_few_queriers(pair: Pair, notebook: Notebook) -> None:
-    """Each limit has a querier while somebody has a proxy with it, and not for ever."""
+    """Each limit has a querier while somebody has a proxy with it, and not forever."""
     proxy = NotebookPrx.checkedCast(pair.client.stringToProxy("Notebook"))
     for number in range(400):
         proxy.ice_invocationTimeout(LIMIT * 1000 + number).about()

@@ -40,7 +40,7 @@ def calculator(pair: Pair, servant: CalculatorI) -> CalculatorPrx:
 
 
 class Collector:
-    """A callback that keeps what it got, and holds up who calls it as long as it is told to."""
+    """A callback that keeps its samples, and blocks its caller until it is released."""
 
     def __init__(self) -> None:
         self.samples: list[Sample[Reading]] = []

@@ -214,7 +214,7 @@ class EditorPage:
 def editor_page(
     browser: Browser, editor: Editor, *, width: int = 1280, height: int = 800, dark: bool = False
 ) -> Iterator[EditorPage]:
-    """Open the editor in a window of its own; fails when the page throws or logs an error."""
+    """Open the editor in a new window; fail if the page throws or logs an error."""
     context = browser.new_context(
         viewport={"width": width, "height": height}, color_scheme="dark" if dark else "light"
     )
@@ -231,7 +231,7 @@ def editor_page(
 def saved(shown: EditorPage, path: Path) -> Document:
     """Save what is shown and return what is in the file."""
     for notice in shown.page.locator(".notice").filter(has_text="Saved").all():
-        notice.get_by_role("button", name="Dismiss").click()  # it tells of an earlier time
+        notice.get_by_role("button", name="Dismiss").click()  # it is from an earlier time
     shown.press("Control+s")
     expect(shown.page.get_by_role("status").filter(has_text="Saved")).to_be_visible()
     document = read_document(path, Diagnostics())

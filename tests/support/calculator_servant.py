@@ -70,7 +70,7 @@ class CalculatorI(Scientific):
                 raise RuntimeError(text)
 
     def sleep(self, seconds: float, current: Current) -> None:
-        """Let others in, and stay until told to leave or for some seconds."""
+        """Let others in, and stay until `leave` or for some seconds."""
         with self.lock:
             self.running += 1
             self.most_running = max(self.most_running, self.running)

@@ -1,4 +1,4 @@
-"""Run the command `codegen` in a process of its own."""
+"""Run the command `codegen` in a separate process."""
 
 from __future__ import annotations
 

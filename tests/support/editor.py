@@ -95,7 +95,7 @@ def no_services(_publish: Publish) -> Services:
 
 
 class Editor:
-    """A running server in a thread of its own."""
+    """A running server in a separate thread."""
 
     def __init__(self, options: Options) -> None:
         self.server = Server(options)
@@ -199,7 +199,7 @@ class Editor:
 
 
 class Window:
-    """A page's side of a websocket: it keeps what it is told, as the page does."""
+    """The page's end of a websocket; it keeps what it receives, like the page."""
 
     hello: Any = None
 

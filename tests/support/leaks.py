@@ -52,7 +52,7 @@ class Leaks:
         self._threads: Final[WeakKeyDictionary[threading.Thread, Origin]] = WeakKeyDictionary()
         self._processes: Final[dict[int, Origin]] = {}
         self._sessions: list[Opened] = []
-        self._told: Final[set[Thing]] = set()
+        self._reported: Final[set[Thing]] = set()
 
     def origin(self) -> Origin:
         """Return the origin of what the current thread starts."""
@@ -78,11 +78,11 @@ class Leaks:
         deadline = time.monotonic() + limit
         while (left := self._left_since(before)) and time.monotonic() < deadline:
             time.sleep(0.01)
-        self._told.update(left)
+        self._reported.update(left)
         assert not left, f"{scope} left behind {', '.join(sorted(map(self._describe, left)))}"
 
     def _left_since(self, before: set[Thing]) -> list[Thing]:
-        new = self._running() - before - self._told
+        new = self._running() - before - self._reported
         return [thing for thing in new if not self._may_be_older(thing, before)]
 
     def _running(self) -> set[Thing]:
@@ -101,7 +101,7 @@ class Leaks:
             origin = self._threads.get(origin.thread)
         # A communicator starts threads for its caller: only those left at its end count.
         return isinstance(thing, threading.Thread) and any(
-            isinstance(older, Opened) for older in before - self._told
+            isinstance(older, Opened) for older in before - self._reported
         )
 
     def _origin_of(self, thing: Thing) -> Origin | None:

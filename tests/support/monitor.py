@@ -98,7 +98,7 @@ def run(shown: EditorPage) -> None:
     expect(status(shown)).to_have_text("Running")
 
 
-def run_anew(shown: EditorPage) -> None:
+def run_again(shown: EditorPage) -> None:
     """Press F5 while the component runs, and wait until another one is followed."""
     started = (
         "async () => (await import(document.querySelector('script[src$=\"/app.js\"]').src"

@@ -1,4 +1,4 @@
-"""A simulated body without a server, stepped by the test, and its motion told without MuJoCo's sensors."""
+"""A simulated body without a server, stepped by the test, and its motion without MuJoCo's sensors."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Run a component as a process of its own, watch its output, and end it."""
+"""Run a component as a separate process, watch its output, and end it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Stand between two processes as a network does: hold up, slow down, garble or cut what travels, when told to."""
+"""Relay data between two processes like a network; hold, delay, corrupt or cut it on request."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Serve a robot in the test's process, and talk to it from a session of its own, as another process would."""
+"""Serve a robot in the test's process, and call it over a separate session, like another process."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class RobotClient(ServedRobot):
 
 @contextmanager
 def served(robot: Robot, options: ServerOptions | None = None) -> Iterator[ServedRobot]:
-    """Start and serve a robot on loopback under a realm of its own; close both at the end."""
+    """Start and serve a robot on loopback in a separate realm; close both at the end."""
     realm, endpoint = f"test-{uuid4().hex[:8]}", free_endpoint()
     with (
         closing(robot),

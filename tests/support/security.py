@@ -26,7 +26,7 @@ serve(pickle.loads(bytes.fromhex(sys.argv[1])), lambda line: print("ready", flus
 
 @contextmanager
 def routing(settings: Settings) -> Iterator[None]:
-    """Run a router in a process of its own: what it passes on must not wait for its senders' threads."""
+    """Run a router in a separate process: what it forwards must not wait for its senders' threads."""
     with ComponentProcess([sys.executable, "-c", _ROUTER, pickle.dumps(settings).hex()]) as router:
         router.wait_for("^ready")
         yield

@@ -17,7 +17,7 @@ _PERIOD = 0.02
 def trace(seed: int, *, period: float = _PERIOD, seconds: float = 5.0) -> str:
     """Return the digest of all that a robot with noise measures while it walks, waves and is pushed.
 
-    `period` is in s how often the clock goes on; what is measured is told each 0.1 s.
+    `period` is the step of the clock in s; measurements are recorded every 0.1 s.
     """
     clock = VirtualClock()
     robot = SimulatedRobot(clock=clock, skin=False, noise=True, seed=seed)

@@ -61,7 +61,7 @@ class _Writer:
         return items[self.number(len(items))]
 
     def name(self, prefix: str) -> str:
-        """Return a name of its own, or rarely one that something else may have."""
+        """Return a new name, or rarely one that something else may have."""
         if self.rarely():
             return self.one_of(_NAMES)
         self.count += 1

@@ -13,7 +13,7 @@ from pathlib import Path
 
 AVAILABLE = find_spec("IcePy") is not None
 
-# Compiles each file of a list in a process of its own, forked from one that has loaded the compiler: starting
+# Compiles each file of a list in a separate process, forked from one that has loaded the compiler: starting
 # slice2py for each takes far longer, and in one process a file that is refused spoils those behind it.
 _WORKER = """
 import IcePy, json, os, signal, sys, tempfile

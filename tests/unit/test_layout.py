@@ -15,7 +15,7 @@ GENERATED: Final = {"interfaces", "behaviors"}
 ELSEWHERE: Final = {"docs": "docs", "support": "tests/support"}
 """Folders of tests of what is no package."""
 THROUGH_OTHERS: Final = UNIT / "tested_through_others.txt"
-"""Modules without a test of their own: a public door that stands before them is tested instead."""
+"""Modules without their own test: they are tested through the public interface of another module."""
 
 
 def packages() -> list[Path]:
@@ -60,7 +60,5 @@ def test_modules_without_a_test_of_their_own_are_known() -> None:
     known = set(THROUGH_OTHERS.read_text("utf-8").split())
     found = modules_without_a_test()
     new, tested = sorted(found - known), sorted(known - found)
-    assert not new, f"without a test of their own: {new}; write tests/unit/PACKAGE/test_MODULE.py"
-    assert not tested, (
-        f"{tested} have tests of their own, or are gone: remove them from {THROUGH_OTHERS.name}"
-    )
+    assert not new, f"without their own test: {new}; write tests/unit/PACKAGE/test_MODULE.py"
+    assert not tested, f"{tested} have their own tests, or are gone: remove them from {THROUGH_OTHERS.name}"

@@ -101,10 +101,10 @@ class InputsAndArguments(Component, document="inputs_and_arguments.xml", on_erro
             volume = values["volume"]
             words = values.get("words", words)
 
-        def state_tell():
+        def state_note():
             self.notes.append((volume, words))
 
-        tell = State("tell", initial=True, code=state_tell)
+        note = State("note", initial=True, code=state_note)
         return Automaton(
             "search",
             id=3,
@@ -114,7 +114,7 @@ class InputsAndArguments(Component, document="inputs_and_arguments.xml", on_erro
                 Input(name="words", type=object, default=('hm',)),
             ),
             set_inputs=set_inputs,
-            states=(tell,),
+            states=(note,),
         )
 
 

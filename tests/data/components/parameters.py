@@ -17,7 +17,7 @@ class Parameters(Component, document="parameters.xml", on_error="stop"):
 
     top_speed = Parameter(1.0, "How fast it goes, in m/s.")
     laps = Parameter(2)
-    loud = Parameter(False, "Whether it tells.")
+    loud = Parameter(False, "Whether it logs.")
     color = Parameter("red", "What it looks for.")
 
     def automaton(self) -> Automaton:

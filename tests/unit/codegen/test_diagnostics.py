@@ -78,7 +78,7 @@ def example() -> Diagnostics:
     diagnostics = Diagnostics()
     first = Note("first, here", Location(Path("a,b.idl"), 1, 2))
     diagnostics.error("E013", "100 % wrong\nreally", Location(Path("a,b.idl"), 3, 4, 5), [first])
-    diagnostics.warning("W003", "odd", Location(Path("c:d.idl")), [Note("save it anew")])
+    diagnostics.warning("W003", "odd", Location(Path("c:d.idl")), [Note("save it again")])
     diagnostics.note("N001", "left out", Location(Path("e.idl"), 7, 1))
     return diagnostics
 
@@ -100,7 +100,7 @@ def test_json_says_everything() -> None:
             "code": "W003",
             "message": "odd",
             "path": "c:d.idl",
-            "notes": [{"message": "save it anew"}],
+            "notes": [{"message": "save it again"}],
         },
         {
             "severity": "note",
@@ -122,7 +122,7 @@ def test_github_gets_annotations_that_nothing_in_them_can_end() -> None:
             "::error file=a%2Cb.idl,line=3,col=4,endColumn=9,title=codegen E013"
             "::100 %25 wrong%0Areally%0Anote: first, here (a,b.idl:1:2)"
         ),
-        "::warning file=c%3Ad.idl,title=codegen W003::odd%0Anote: save it anew",
+        "::warning file=c%3Ad.idl,title=codegen W003::odd%0Anote: save it again",
         "::notice file=e.idl,line=7,col=1,endColumn=2,title=codegen N001::left out",
     ]
     assert as_github(Diagnostics()) == ""

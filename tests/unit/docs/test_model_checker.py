@@ -53,12 +53,14 @@ def test_the_verdicts_are_right(
     assert result.verdict == verdict
 
 
-def test_an_automaton_that_begins_anew_may_never_be_full(light: Document) -> None:
+def test_an_automaton_that_restarts_may_never_be_full(light: Document) -> None:
     root, *others = light.automata
     day, rush_hour = root.states
-    anew = replace(root, states=(day, replace(rush_hour, history=Text("restart"))))
+    restarting = replace(root, states=(day, replace(rush_hour, history=Text("restart"))))
     properties = (stated("eventually", '"rush hour"/full'),)
-    (result,) = check_model(replace(light, automata=(anew, *others), properties=properties), PATH).properties
+    (result,) = check_model(
+        replace(light, automata=(restarting, *others), properties=properties), PATH
+    ).properties
     assert result.verdict == "violated"
 
 

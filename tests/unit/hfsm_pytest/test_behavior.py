@@ -1,4 +1,4 @@
-"""A behavior under test: moved on, looked at, and told what to do."""
+"""A behavior under test: advanced, inspected, and controlled."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The plugin in runs of pytest of its own: timelines of failed tests, coverage, its reports and its gate."""
+"""The plugin in separate runs of pytest: timelines of failed tests, coverage, its reports and its gate."""
 
 from __future__ import annotations
 

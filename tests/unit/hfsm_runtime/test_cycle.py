@@ -36,7 +36,7 @@ class Supervisor:
 
 
 class Rig:
-    """An automaton that runs a cycle whenever it is told to."""
+    """An automaton that runs a cycle on request."""
 
     def __init__(self, root: Automaton) -> None:
         self.tree = Tree(root)

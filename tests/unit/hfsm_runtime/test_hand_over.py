@@ -18,7 +18,7 @@ from tests.support.running import eventually, running
 
 @pytest.fixture(autouse=True)
 def patience(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let a cycle end on a busy machine too before it is told as an error."""
+    """Let a cycle end, even on a busy machine, before it is reported as an error."""
     monkeypatch.setattr("hfsm_runtime.cycle.HAND_OVER", LIMIT)
 
 

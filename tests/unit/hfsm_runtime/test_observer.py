@@ -1,4 +1,4 @@
-"""Observers: what they are told, and when."""
+"""Observers: what they are notified of, and when."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from tests.support.automata import automaton, component, on, when
 
 
 class Notes(Observer):
-    """Writes down all that it is told."""
+    """Records all notifications."""
 
     def __init__(self) -> None:
         self.lines: list[str] = []

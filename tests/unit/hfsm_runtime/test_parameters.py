@@ -18,7 +18,7 @@ class Runner(Component, document="runner.xml"):
 
     top_speed = Parameter(0.5, "How fast it goes, in m/s.")
     laps = Parameter(2)
-    loud = Parameter(False, "Whether it tells.")
+    loud = Parameter(False, "Whether it logs.")
     settings = Parameter("plain", "A name that the command uses itself.")
 
     def __init__(self) -> None:

@@ -1,4 +1,4 @@
-"""What is told of a robot's condition, and that it is told once."""
+"""What is reported of a robot's condition, and that it is reported once."""
 
 import math
 from dataclasses import replace
@@ -49,7 +49,7 @@ class Rig:
         self.clock = clock
 
     def look(self, *, fallen=False, tilt=0.0):
-        """Look, and return what was told anew."""
+        """Look, and return the new reports."""
         self.clock.advance(2.0)
         self.watch.look(BodyState(math.radians(tilt), fallen, 1.0, 0.0))
         events = self.events.snapshot()[0][self.reported :]

@@ -1,4 +1,4 @@
-"""A device behind its safety layer: what reaches it, what is told, and what the watchdog stops."""
+"""A device behind its safety layer: what reaches it, what is reported, and what the watchdog stops."""
 
 import threading
 

@@ -258,7 +258,7 @@ def test_a_velocity_ends_at_the_joints_limit_and_leaves_it_again():
     rig = Rig()
     rig.run(2.0, renew={"HeadYaw": 4.0})
     assert rig.setpoints()["HeadYaw"] == LIMITS["HeadYaw"].upper
-    assert [limitation.joint for limitation in rig.limitations] == ["HeadYaw"], "told once"
+    assert [limitation.joint for limitation in rig.limitations] == ["HeadYaw"], "reported once"
     rig.run(0.3, renew={"HeadYaw": -4.0})
     assert rig.setpoints()["HeadYaw"] < LIMITS["HeadYaw"].upper - 0.5
 

@@ -1,4 +1,4 @@
-"""The walk behind its safety layer: what reaches the walker, what is told, and what ends it."""
+"""The walk behind its safety layer: what reaches the walker, what is reported, and what ends it."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""The scene of the simulation: told as it is, set, pushed."""
+"""The scene of the simulation: reported, set, pushed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Worlds from files: what they hold, and how mistakes in them are told."""
+"""Worlds from files: what they contain, and how mistakes in them are reported."""
 
 import contextlib
 import math

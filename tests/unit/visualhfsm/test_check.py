@@ -62,7 +62,7 @@ def test_an_error_fails(tmp_path: Path, wrong: str) -> None:
     result = run(write(tmp_path, "wrong.xml", wrong))
     assert result.exit_code == 1
     assert "error[E520]" in result.stderr
-    assert "1 error" not in result.stderr, "the summary tells it"
+    assert "1 error" not in result.stderr, "the summary has it"
     assert result.stdout == "1 document: 1 error\n"
 
 
@@ -116,7 +116,7 @@ def test_what_is_imported_is_checked_at_its_own_place(tmp_path: Path) -> None:
     assert "library.xml:3:91: warning[W521]: the variable `distnace` is never read" in result.stderr
 
 
-def test_a_property_that_holds_is_told(tmp_path: Path) -> None:
+def test_a_property_that_holds_is_reported(tmp_path: Path) -> None:
     path = write(tmp_path, "main.xml", document(TWO_STATES, head=stated("always", "walk or rest")))
     result = run(path)
     assert result.exit_code == 0, result.stderr
@@ -139,7 +139,7 @@ def test_the_model_can_be_left_out(tmp_path: Path) -> None:
     assert (result.exit_code, result.stdout) == (0, "1 document: nothing to report\n")
 
 
-def test_what_the_checks_tell_the_model_does_not_tell_again(tmp_path: Path) -> None:
+def test_what_the_checks_report_the_model_does_not_report_again(tmp_path: Path) -> None:
     automaton = sub(
         1, 0, state(1, "walk", initial=True), state(2, "rest"), state(3, "sit"),
         transition(1, 1, 2, "1000", type="time"), transition(2, 1, 3, "5000", type="time"),

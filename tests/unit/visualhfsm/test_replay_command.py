@@ -1,4 +1,4 @@
-"""How the end of a replay is told to people."""
+"""How the end of a replay is reported to people."""
 
 from __future__ import annotations
 

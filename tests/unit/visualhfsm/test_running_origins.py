@@ -58,8 +58,8 @@ def test_a_frame_of_a_traceback_is_led_back_to_its_piece_of_code(
 
 
 def test_a_line_of_the_log_is_led_back_too(origins: Origins) -> None:
-    told = f"ERROR walk: walk/go: ValueError: 2 at walk.py:9 (walk.xml:{line_of('raise ValueError', TEXT)})"
-    assert origins.find(told) == Origin(Place(kind="state", automaton=1, id=1, part="code"), 3)
+    logged = f"ERROR walk: walk/go: ValueError: 2 at walk.py:9 (walk.xml:{line_of('raise ValueError', TEXT)})"
+    assert origins.find(logged) == Origin(Place(kind="state", automaton=1, id=1, part="code"), 3)
 
 
 def test_a_comment_of_a_person_is_never_taken_for_the_place_of_code(tmp_path: Path) -> None:
@@ -103,7 +103,7 @@ def test_without_its_component_lines_of_the_document_are_found(component: Path) 
     assert found.place.part == "code"
 
 
-def test_pieces_that_share_a_line_are_told_apart(tmp_path: Path) -> None:
+def test_pieces_that_share_a_line_are_distinguished(tmp_path: Path) -> None:
     path = tmp_path / "walk.xml"
     text = document(
         sub(

@@ -1,4 +1,4 @@
-"""Clocks: the wall's, and the one that moves when it is told to."""
+"""Clocks: the wall clock, and the manual one."""
 
 from __future__ import annotations
 

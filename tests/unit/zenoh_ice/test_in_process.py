@@ -1,4 +1,4 @@
-"""What the transport within a process has of its own: without threads all happens at once, and nothing is copied."""
+"""The transport within a process: without threads everything happens at once, and nothing is copied."""
 
 from __future__ import annotations
 

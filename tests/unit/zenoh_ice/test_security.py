@@ -1,4 +1,4 @@
-"""Settings of security: where they come from, what does not go together, and dangers told before listening."""
+"""Settings of security: their sources, what cannot be combined, and warnings before listening."""
 
 from __future__ import annotations
 

@@ -52,7 +52,7 @@ class Optional(Named):
     name: str | None = None  # type: ignore[assignment]
 
 
-def test_default_values_are_made_anew_for_each_struct() -> None:
+def test_default_values_are_new_for_each_struct() -> None:
     one, other = Grid(), Grid()
     assert (one.origin, one.steps, one.name, Grid.size) == (Place(1, 2), [1, 2], "grid", 8)
     one.steps.append(3)

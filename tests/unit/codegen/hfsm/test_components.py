@@ -1,6 +1,6 @@
 """The components of tests/data/components: each shows one feature, is current, and does what its document says.
 
-After a change of the generator write them anew with `make codegen`, and look at what differs.
+After a change of the generator write them again with `make codegen`, and check the differences.
 """
 
 from __future__ import annotations

@@ -66,7 +66,7 @@ FUNCTIONS = {
     def __init__(self, component):
         self.component = component
 
-    def tell(self):
+    def notify(self):
         self.component.send("x")
 """,
     "Toggle": """class Toggle:
@@ -93,10 +93,10 @@ SENDS = [
     'self.send("x")',
     'me = self\nme.send("x")',
     'send = self.send\nsend("x")',
-    "self.Holder(self).tell()",
+    "self.Holder(self).notify()",
     'self.emit(self, "x")',
     '(lambda c: c.send("x"))(self)',
-    'def tell(c):\n    c.send("x")\ntell(self)',
+    'def notify(c):\n    c.send("x")\nnotify(self)',
     'type(self).send(self, "x")',
     'getattr(self, "send")("x")',
     'getattr(self, "se" + "nd")("x")',
@@ -111,7 +111,7 @@ SENDS = [
     "self.say()",
     "self.send.__self__.send(name='x')",
     '{"me": self}["me"].send(name="x")',
-    'match self:\n    case object(send=tell):\n        tell("x")',
+    'match self:\n    case object(send=notify):\n        notify("x")',
 ]
 GUARDS = [
     "self.coin()", "not self.coin()", "self.often()", "self.tick()", "not self.tick()", "self.turn()",
@@ -175,7 +175,7 @@ def run(path: Path, seed: int) -> Visits:
     return seen
 
 
-def assert_agrees(report: ModelReport, told: Diagnostics, seen: Visits) -> None:
+def assert_agrees(report: ModelReport, diagnostics: Diagnostics, seen: Visits) -> None:
     for transition in report.transitions:
         assert not (
             transition.reachability is Reachability.IMPOSSIBLE and transition.transition in seen.fired_
@@ -190,7 +190,7 @@ def assert_agrees(report: ModelReport, told: Diagnostics, seen: Visits) -> None:
         else:
             assert times, result.property
             assert min(times) <= float(result.property.within.text) * 1e6, result.property
-    for found in told:
+    for found in diagnostics:
         if found.code == "W516":
             number = int(found.message.split()[1])
             assert number not in seen.fired_, found.message
@@ -207,23 +207,23 @@ def checked(doc: Document, directory: Path) -> tuple[ModelReport, Diagnostics, P
 
 @pytest.mark.parametrize("code", SENDS)
 def test_an_event_that_code_sends_by_any_name_is_not_called_impossible(code: str, tmp_path: Path) -> None:
-    report, told, path = checked(coded(code=code, event=True), tmp_path)
+    report, diagnostics, path = checked(coded(code=code, event=True), tmp_path)
     assert 2 in run(path, 0).first
     assert report.properties[0].verdict is not Verdict.HOLDS
-    assert "W526" not in {found.code for found in told}
+    assert "W526" not in {found.code for found in diagnostics}
 
 
 def test_what_only_code_that_cannot_be_followed_may_send_is_undecided_and_said(tmp_path: Path) -> None:
-    report, told, _ = checked(coded(code='getattr(self, "".join("foo"))', event=True), tmp_path)
+    report, diagnostics, _ = checked(coded(code='getattr(self, "".join("foo"))', event=True), tmp_path)
     assert report.properties[0].verdict is Verdict.UNDECIDED
     assert not report.complete
-    assert "this code may send any event" in "".join(f.message for f in told if f.code == "N606")
+    assert "this code may send any event" in "".join(f.message for f in diagnostics if f.code == "N606")
 
 
 def test_without_such_code_an_event_that_nothing_sends_is_impossible(tmp_path: Path) -> None:
-    report, told, _ = checked(coded(code='getattr(self, f"{n}Motors", None)', event=True), tmp_path)
+    report, diagnostics, _ = checked(coded(code='getattr(self, f"{n}Motors", None)', event=True), tmp_path)
     assert report.properties[0].verdict is Verdict.HOLDS
-    assert "W526" in {found.code for found in told}
+    assert "W526" in {found.code for found in diagnostics}
 
 
 @pytest.mark.parametrize("guard", ["self.coin()", "self.often()", "random.random() < 0.5", "self.take()"])
@@ -245,10 +245,10 @@ def test_guards_with_state_are_undecided_and_said(guard: str) -> None:
 
 
 def test_an_object_may_be_true_when_it_is_asked_again(tmp_path: Path) -> None:
-    report, told, path = checked(coded("toggle", "toggle"), tmp_path)
+    report, diagnostics, path = checked(coded("toggle", "toggle"), tmp_path)
     seen = run(path, 0)
     assert 2 in seen.fired_, "the second of two guards that read the same"
-    assert_agrees(report, told, seen)
+    assert_agrees(report, diagnostics, seen)
 
 
 @pytest.mark.parametrize("guard", ["self.fixed()", "n > 3", "math.sin(n) > 0.5", "n is None"])
@@ -283,9 +283,9 @@ def test_a_read_of_a_sensor_is_another_each_time() -> None:
 def test_no_verdict_is_wrong_for_code_with_aliases_and_state(
     guards: list[str], code: str, event: bool, tmp_path: Path
 ) -> None:
-    report, told, path = checked(coded(*guards, code=code, event=event), tmp_path)
+    report, diagnostics, path = checked(coded(*guards, code=code, event=event), tmp_path)
     for seed in range(3):
-        assert_agrees(report, told, run(path, seed))
+        assert_agrees(report, diagnostics, run(path, seed))
 
 
 HELPERS = """

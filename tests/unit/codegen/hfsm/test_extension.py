@@ -42,7 +42,7 @@ def test_the_document_has_the_last_word(tmp_path: Path) -> None:
     assert made.greeted == 11  # type: ignore[attr-defined]
 
 
-def test_extensions_of_one_name_in_two_directories_are_told_apart(tmp_path: Path) -> None:
+def test_extensions_of_one_name_in_two_directories_are_distinguished(tmp_path: Path) -> None:
     made: list[Component] = []
     for number in (1, 2):
         directory = tmp_path / str(number)
@@ -142,7 +142,7 @@ def test_the_component_is_run_with_its_extension(tmp_path: Path, as_module: bool
     ],
 )
 @pytest.mark.parametrize("as_module", [False, True])
-def test_an_extension_that_is_gone_is_told_in_one_line(
+def test_an_extension_that_is_gone_is_reported_in_one_line(
     tmp_path: Path, text: str | None, problem: str, as_module: bool
 ) -> None:
     file = extend(tmp_path)

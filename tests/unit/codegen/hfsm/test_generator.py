@@ -352,7 +352,7 @@ def test_a_condition_may_assign(tmp_path: Path) -> None:
     assert run(made, 0).active == "b"
 
 
-def test_proxies_of_one_name_from_two_packages_are_told_apart(
+def test_proxies_of_one_name_from_two_packages_are_distinguished(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "laboratory").mkdir()
@@ -382,7 +382,7 @@ def test_a_missing_library_says_how_to_install_it(tmp_path: Path) -> None:
     assert re.fullmatch(rf"behavior.py: error: {missing}.*\n", program.stderr)
 
 
-def test_a_library_that_cannot_be_imported_is_told_with_its_document(tmp_path: Path) -> None:
+def test_a_library_that_cannot_be_imported_is_reported_with_its_document(tmp_path: Path) -> None:
     text = document(sub(1, 0, state(1, "a", initial=True)), libraries=("from math import no_such_name",))
     with pytest.raises(ComponentError, match=r"behavior.xml:9: a library cannot be imported: .*no_such_name"):
         load_module("behavior", compile_to(tmp_path, text))
@@ -451,7 +451,7 @@ def test_any_text_is_code_or_a_fault_with_a_place(text: str) -> None:
             assert (error.line, error.column) >= (3, 1)
 
 
-def test_variables_that_fail_are_told_with_their_line(tmp_path: Path) -> None:
+def test_variables_that_fail_are_reported_with_their_line(tmp_path: Path) -> None:
     text = document(sub(1, 0, state(1, "a", initial=True), variables="x = 1\ny = x / 0"))
     with pytest.raises(ComponentError, match=r"the variables .* ZeroDivisionError: .*\(behavior.xml:6\)"):
         VirtualRun(component(tmp_path, text))
@@ -470,7 +470,7 @@ def test_variables_can_neither_send_nor_sleep(
         make(component(tmp_path, text))
 
 
-def test_an_exception_whose_text_fails_is_told(tmp_path: Path) -> None:
+def test_an_exception_whose_text_fails_is_reported(tmp_path: Path) -> None:
     code = "class Odd(Exception):\n    def __str__(self): return 1 / 0\nraise Odd"
     (error,) = run(component(tmp_path, document(sub(1, 0, state(1, "a", code, initial=True)))), 0).errors
     assert error.message == "Odd: its message is not available"

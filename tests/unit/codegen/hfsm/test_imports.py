@@ -131,7 +131,7 @@ def test_an_error_names_the_imported_file_and_its_line(tmp_path: Path) -> None:
     "wrong",
     ["x = =", "if x:" + "".join(f"\n{' ' * deep}if x:" for deep in range(1, 97)) + "\n" + " " * 97 + "x = 2"],
 )
-def test_a_fault_is_told_where_it_stands(tmp_path: Path, wrong: str) -> None:
+def test_a_fault_is_reported_where_it_stands(tmp_path: Path, wrong: str) -> None:
     (tmp_path / "lib.xml").write_text(LIBRARY.replace("x = 1 / 0", wrong))
     path = tmp_path / "main.xml"
     path.write_text(document(root(2), imported("lib.xml")))
@@ -169,7 +169,7 @@ INTERFACE = "<iceinterface><nameinterface>head</nameinterface><nameproxy>{}</nam
         ({"libraries": ("numpy as np",)}, {"libraries": ("math as np",)}),
     ],
 )
-def test_contradictions_are_told_with_both_places(
+def test_contradictions_are_reported_with_both_places(
     tmp_path: Path, own: dict[str, Any], others: dict[str, Any]
 ) -> None:
     (tmp_path / "lib.xml").write_text(document(sub(1, 0, state(1, "a", initial=True)), **others))

@@ -1,4 +1,4 @@
-"""What is not Python: a document says so itself, and is told once, by its first piece."""
+"""Code that is not Python: the document names its language, and its first code is reported."""
 
 from __future__ import annotations
 
@@ -75,10 +75,10 @@ def test_a_document_that_does_not_say_so_is_python_whatever_its_code(tmp_path: P
     assert "language" not in write_document(read)
 
 
-def test_code_that_looks_like_cpp_is_told_how_to_say_so(tmp_path: Path) -> None:
+def test_code_that_looks_like_cpp_gets_a_hint(tmp_path: Path) -> None:
     (error,) = errors_of(tmp_path, sub(1, 0, state(1, "go", "motors->setV(0.2);", initial=True)))
-    told = ["if the document is in C++, declare it: `<language>C++</language>`"]
-    assert [note.message for note in error.notes] == told
+    hints = ["if the document is in C++, declare it: `<language>C++</language>`"]
+    assert [note.message for note in error.notes] == hints
 
 
 def test_a_document_may_say_its_language(tmp_path: Path) -> None:
@@ -96,7 +96,7 @@ def test_a_document_without_code_runs_whatever_its_language(tmp_path: Path) -> N
     assert errors_of(tmp_path, code, head="<language>C++</language>") == []
 
 
-def test_faults_of_python_are_told_one_by_one(tmp_path: Path) -> None:
+def test_faults_of_python_are_reported_one_by_one(tmp_path: Path) -> None:
     errors = errors_of(tmp_path, sub(1, 0, state(1, "a", "x = = 1", initial=True), state(2, "b", "y = = 1")))
     assert [error.code for error in errors] == ["E520", "E520"]
 

@@ -283,9 +283,11 @@ def test_a_document_that_says_its_language_keeps_it() -> None:
 
 
 @pytest.mark.parametrize(
-    ("code", "is_told"), [("print x", True), ("print x; y = = 1", False), ("yield x", False)]
+    ("code", "has_hint"), [("print x", True), ("print x; y = = 1", False), ("yield x", False)]
 )
-def test_generation_says_where_fixing_is_all_that_is_needed(tmp_path: Path, code: str, is_told: bool) -> None:
+def test_generation_says_where_fixing_is_all_that_is_needed(
+    tmp_path: Path, code: str, has_hint: bool
+) -> None:
     path = tmp_path / "old.xml"
     path.write_text(
         document(sub(1, 0, state(1, "a", code, initial=True), variables="x = 1")), encoding="utf-8"
@@ -294,4 +296,4 @@ def test_generation_says_where_fixing_is_all_that_is_needed(tmp_path: Path, code
     assert compile_document(path, None, diagnostics) is None
     (error,) = diagnostics.errors
     notes = ["this is Python 2: `visualhfsm convert --fix-python2` fixes it"]
-    assert [note.message for note in error.notes] == (notes if is_told else [])
+    assert [note.message for note in error.notes] == (notes if has_hint else [])

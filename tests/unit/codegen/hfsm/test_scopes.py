@@ -124,7 +124,7 @@ def test_code_does_the_same_with_local_names(codes: list[str]) -> None:
 
 
 def trace(pieces: list[Piece], shared: list[frozenset[str]]) -> list[object]:
-    """Run the pieces by turns, as an automaton does, and return what they put out and raise."""
+    """Run the pieces alternately, like an automaton, and return their output and exceptions."""
     names = sorted(set[str]().union(*shared))
     lines = ["def automaton(n, out, swallowed):", *(f"    {name}: object" for name in names), "    pass"]
     for number, (piece, own) in enumerate(zip(pieces, shared, strict=True)):

@@ -1,4 +1,4 @@
-"""Files of motions: what they mean, and what is told of those that cannot be used."""
+"""Files of motions: what they mean, and what is reported of invalid ones."""
 
 from contextlib import suppress
 

@@ -43,7 +43,7 @@ def test_half_a_file_is_forgotten(tmp_path):
             "import helped\nhelped.wa",
             path=tmp_path / "x.py",
             project=jedi.Project(tmp_path),
-            environment=InterpreterEnvironment(),  # not a process of its own
+            environment=InterpreterEnvironment(),  # not a separate process
         )
         return [found.name for found in script.complete(2, 9)]
 

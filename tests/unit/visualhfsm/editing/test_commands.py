@@ -403,7 +403,7 @@ def test_entries_are_added_changed_moved_and_removed(add: Command, change: Comma
     assert parse(write_document(document), "Cannot read") == document
 
 
-def test_numbers_that_two_share_are_told_and_repaired() -> None:
+def test_numbers_that_two_share_are_reported_and_repaired() -> None:
     twins = (State(id=1, name="a"), State(id=1, name="b"))
     arrows = (Transition(id=1, origin=1, destination=1), Transition(id=1, origin=1, destination=1))
     document = Document(automata=(Automaton(id=1, states=twins, transitions=arrows), Automaton(id=1)))

@@ -34,7 +34,7 @@ def done(document: Document, *commands: Command) -> Document:
     return document
 
 
-def told(before: Document, after: Document) -> list[str]:
+def listed(before: Document, after: Document) -> list[str]:
     return [
         f"{each.kind} {each.place.kind} {each.place.automaton}/{each.place.id} {each.part}: {each.before} > {each.after}"
         for each in diff_documents(before, after)
@@ -49,7 +49,7 @@ def code(text: str) -> SetStateCode:
     return SetStateCode(automaton=1, state=1, part="code", text=text)
 
 
-def test_a_diff_tells_what_was_added_removed_changed_and_moved() -> None:
+def test_a_diff_lists_what_was_added_removed_changed_and_moved() -> None:
     after = done(
         tree(),
         rename("rest"),
@@ -58,7 +58,7 @@ def test_a_diff_tells_what_was_added_removed_changed_and_moved() -> None:
         AddState(automaton=1, x=0, y=0, name="new"),
         DeleteItems(automaton=2, states=(2,)),
     )
-    assert told(tree(), after) == [
+    assert listed(tree(), after) == [
         "changed state 1/1 name: wait > rest",
         "changed state 1/1 entry:  > a = 1",
         "moved state 1/1 : 100, 100 > 105, 100",
@@ -70,14 +70,14 @@ def test_a_diff_tells_what_was_added_removed_changed_and_moved() -> None:
     ]
 
 
-def test_a_diff_tells_of_automata_data_and_order() -> None:
+def test_a_diff_lists_automata_data_and_order() -> None:
     after = done(
         without_automata(tree(), {3}),
         AddEntry(list="parameters", fields={"name": "speed"}),
         AddTransition(automaton=1, origin=1, destination=2),
     )
     after = done(after, ReorderTransition(automaton=1, transition=3, index=0))
-    assert told(tree(), after) == [
+    assert listed(tree(), after) == [
         "added document 0/0 :  > speed",
         "changed state 1/2 children: 2, 3 > 2",
         "added transition 1/3 :  > transition 3",
@@ -86,13 +86,13 @@ def test_a_diff_tells_of_automata_data_and_order() -> None:
     ]  # fmt: skip
 
 
-def test_entries_that_share_a_name_are_told_apart_by_their_order() -> None:
+def test_entries_that_share_a_name_are_distinguished_by_their_order() -> None:
     twins = done(
         tree(),
         AddEntry(list="parameters", fields={"name": "a", "default": "1"}),
         AddEntry(list="parameters", fields={"name": "a", "default": "2"}),
     )
-    assert told(twins, done(twins, ChangeEntry(list="parameters", index=0, fields={"default": "3"}))) == [
+    assert listed(twins, done(twins, ChangeEntry(list="parameters", index=0, fields={"default": "3"}))) == [
         "changed document 0/0 default: 1 > 3"
     ]
 
@@ -152,7 +152,7 @@ def test_what_only_one_side_changed_is_taken() -> None:
     assert len(outcome.document.automata[1].states) == 1
 
 
-def test_what_both_changed_stays_mine_and_is_told() -> None:
+def test_what_both_changed_stays_mine_and_is_reported() -> None:
     outcome = merged([rename("mine")], [rename("theirs")])
     assert outcome.conflicts == ("state “mine” (name): yours stays",)
     assert outcome.document.automata[0].states[0].name == "mine"
@@ -211,7 +211,7 @@ def test_what_does_not_fit_together_stays_and_is_for_the_checks(
     assert code in [each.code for each in find_problems(write_document(document), None)]
 
 
-def test_new_transitions_of_new_states_are_told_apart_by_where_they_lead() -> None:
+def test_new_transitions_of_new_states_are_distinguished_by_their_destination() -> None:
     new: list[Command] = [
         AddState(automaton=1, x=0, y=0),
         AddTransition(automaton=1, origin=3, destination=1),
@@ -318,4 +318,4 @@ def test_state_names_that_differ_in_nothing_else_are_one_difference() -> None:
             *base.automata[1:],
         ),
     )
-    assert told(base, other) == ["changed state 1/1 name: wait > w"]
+    assert listed(base, other) == ["changed state 1/1 name: wait > w"]

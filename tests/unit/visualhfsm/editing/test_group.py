@@ -1,4 +1,4 @@
-"""States that are put into a sub-automaton of their own."""
+"""States that are moved into a new sub-automaton."""
 
 from __future__ import annotations
 

@@ -185,7 +185,7 @@ def test_a_revision_that_the_model_checker_did_not_look_at_has_a_warning(checks:
     assert (problem.severity, "by the model checker" in problem.message) == ("warning", True)
 
 
-def test_a_check_that_takes_too_long_is_told(checks: CheckProcess) -> None:
+def test_a_check_that_takes_too_long_is_reported(checks: CheckProcess) -> None:
     impatient = CheckProcess(patience=0.0)
     (problem,) = impatient.find_problems(clean(), None)
     assert "not checked" in problem.message

@@ -14,7 +14,7 @@ def sample(value: int, age: float = 0.0) -> Sample[int]:
     return Sample(value=value, sequence=1, time=0.0, wall_time=time.time() - age)
 
 
-def test_what_does_not_fit_is_told_once_until_something_fits(caplog: pytest.LogCaptureFixture) -> None:
+def test_what_does_not_fit_is_reported_once_until_something_fits(caplog: pytest.LogCaptureFixture) -> None:
     comes: list[Sample[int] | None] = [None, None, sample(1), None]
 
     def read() -> Sample[int] | None:

@@ -51,7 +51,7 @@ def test_nothing_is_there_before_the_first_moment() -> None:
     assert made.timeline().changes == []
 
 
-def test_changes_and_spans_are_told() -> None:
+def test_changes_and_spans_are_reported() -> None:
     timeline = log_of(12).timeline()
     assert (timeline.start, timeline.end) == (0.0, 12.0)
     assert (10.0, 1, 1, 2, 1) in timeline.changes
@@ -179,7 +179,7 @@ def test_a_change_that_two_snapshots_show_only_by_its_time_is_noted() -> None:
     assert [(change.time, change.origin, change.destination) for change in log.changes()] == [(1.1, 1, 1)]
 
 
-def test_spans_join_without_a_gap_and_tell_ghosts() -> None:
+def test_spans_join_without_a_gap_and_distinguish_ghosts() -> None:
     spans = [span for span in log_of(26.9).spans() if span.automaton == 2]
     seen = [(AUTOMATA.state_name(2, span.state), span.ghost, span.start, span.end) for span in spans]
     assert seen == [
@@ -215,7 +215,7 @@ def test_what_is_no_number_is_none(text: str) -> None:
     assert number_in(text) is None
 
 
-def test_marks_are_told_by_their_label_and_while_they_are_there() -> None:
+def test_marks_are_reported_by_their_label_and_while_they_are_there() -> None:
     marked = log_of(12).marked("Camera")
     assert set(marked) == {"red ball", "green ball"}
     assert marked["green ball"][-1] == pytest.approx((9.9, 172.0, 116.25))

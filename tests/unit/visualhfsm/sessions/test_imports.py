@@ -42,7 +42,7 @@ def test_imported_automata_come_with_the_ids_that_they_run_under(library: Path) 
     assert [each["name"] for each in below["states"]] == ["up", "down"]
 
 
-def test_they_tell_where_they_come_from(library: Path) -> None:
+def test_they_know_where_they_come_from(library: Path) -> None:
     top, below = views(library)
     assert top["imported"] == {"file": "library/search.xml", "automaton": 1}
     assert below["imported"]["file"] == "library/search.xml"

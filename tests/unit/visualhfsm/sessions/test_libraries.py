@@ -1,4 +1,4 @@
-"""Templates, views, and automata that move to files of their own and back."""
+"""Templates, views, and automata that move to separate files and back."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ def test_what_cannot_be_read_is_not_inlined(tmp_path: Path) -> None:
         inline(tree(), 2, path)
     document = extract(tree(), 2, path, tmp_path / "part.xml").apply(tree())
     document = SetImport(automaton=2, file="gone.xml").apply(document)
-    with pytest.raises(EditError, match="is not there"):
+    with pytest.raises(EditError, match="is not found"):
         inline(document, 2, path)
     with pytest.raises(EditError, match="save it first"):
         extract(tree(), 2, None, tmp_path / "other.xml")

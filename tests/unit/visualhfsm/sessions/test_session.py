@@ -445,7 +445,7 @@ def test_a_journal_recovers_from_a_full_disk(path: Path, tmp_path: Path, monkeyp
 
 def test_a_crash_right_after_saving_leaves_nothing_to_save(session: DocumentSession, path: Path) -> None:
     session.do(rename("a"))
-    path.write_text(session.text())  # and the process dies before the journal tells of it
+    path.write_text(session.text())  # and the process dies before it is in the journal
     session.abandon()
     (found,) = find_abandoned(path.parent / "journals")
     recovered = DocumentSession.recover(found.file)

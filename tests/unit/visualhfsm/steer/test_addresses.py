@@ -62,7 +62,7 @@ def test_a_name_that_resembles_nothing_brings_the_names_that_there_are(addresses
         addresses.transition("nosuch")
 
 
-def test_a_name_that_several_have_is_told_with_all_of_them(addresses: Addresses) -> None:
+def test_a_name_that_several_have_is_reported_with_all_of_them(addresses: Addresses) -> None:
     with pytest.raises(VisualHfsmError) as error:
         addresses.state("search")
     assert str(error.value) == (

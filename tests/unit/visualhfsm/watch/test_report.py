@@ -46,7 +46,7 @@ def test_every_picture_can_be_decoded(page):
     assert len(sizes) == 2 + 3  # and the plots
 
 
-def test_the_report_tells_the_figures_and_the_changes(page):
+def test_the_report_shows_the_figures_and_the_changes(page):
     assert "100.0 %" in page
     assert "27 s of a run watched on 1 March 2026, 12:30" in page
     assert "<td>10.00</td><td>dance_and_follow</td><td>followBall → dance</td>" in page

@@ -1,4 +1,4 @@
-"""The live view: what it shows, at which sizes, and how it tells what it does not know."""
+"""The live view: what it shows, at which sizes, and how it shows what it does not know."""
 
 import io
 import math
@@ -76,7 +76,7 @@ def test_the_events_that_a_state_waits_for_are_shown():
     assert "waits for ball_lost" in line_with(lines, "● follow ")
 
 
-def test_an_event_that_changed_the_state_is_told():
+def test_an_event_that_changed_the_state_is_reported():
     structure = dance_and_follow()
     structure.automata[1].transitions[0] = transition_structure(1, "change", 1, 2, event="now")
     lines = draw(replace(watched(9.5), automata=Automata(structure)), 140, 40)
@@ -94,7 +94,7 @@ def test_a_component_that_stands_at_a_breakpoint_says_where():
     assert "paused at to green" in draw(shown)[0]
 
 
-def test_the_refused_command_that_pauses_it_is_told_beside_the_time():
+def test_the_refused_command_that_pauses_it_is_reported_beside_the_time():
     shown = watched(9.5)
     assert shown.snapshot is not None
     shown.snapshot.status = ComponentStatus.Paused
@@ -112,7 +112,7 @@ def test_the_bar_of_a_timer_shrinks_with_what_is_left():
     assert line_with(full, "● followBall").count("━") == 24
 
 
-def test_a_mark_is_told_in_pixels_and_drawn_in_its_place():
+def test_a_mark_is_reported_in_pixels_and_drawn_in_its_place():
     lines = draw(watched())
     assert "u  +12.5 px" in line_with(lines, "u  +")
     assert "v   -3.2 px" in line_with(lines, "v  ")
@@ -143,7 +143,7 @@ def test_marks_of_another_camera_are_not_shown_on_this_one():
     assert any("nothing marked" in line for line in draw(shown))
 
 
-def test_angles_are_told_in_radians():
+def test_angles_are_reported_in_radians():
     lines = draw(watched())
     assert "+0.31" in line_with(lines, "head pan")
     assert "-0.07" in line_with(lines, "head tilt")
@@ -155,11 +155,11 @@ def test_a_head_turned_to_the_left_is_drawn_on_the_left():
     assert line.index("█") < line.index("┼")
 
 
-def test_changes_of_state_are_told_with_their_time():
+def test_changes_of_state_are_reported_with_their_time():
     assert "8.0 s    red → green" in line_with(draw(watched()), "red →")
 
 
-def test_a_lost_server_is_a_banner_and_its_values_are_told_to_be_old():
+def test_a_lost_server_is_a_banner_and_its_values_are_marked_as_old():
     lines = draw(replace(watched(), robot_age=3.2))
     assert "Robot server lost 3 s ago" in lines[1]
     assert "tcp/127.0.0.1:7447" in lines[1]
@@ -173,7 +173,7 @@ def test_a_lost_component_is_a_banner():
     assert any("Automata, 1 s old" in line for line in lines)
 
 
-def test_before_anything_is_heard_the_view_tells_what_it_waits_for():
+def test_before_anything_is_heard_the_view_shows_what_it_waits_for():
     nothing = WatchState("follow_ball", "tcp/127.0.0.1:7447")
     lines = draw(nothing)
     assert "Waiting for a robot server at tcp/127.0.0.1:7447; naoserver-sim starts one" in lines[1]
@@ -247,12 +247,12 @@ def test_states_that_do_not_fit_are_counted():
     assert any("● green" in line for line in lines)
 
 
-def test_a_line_for_other_output_tells_the_same():
+def test_a_line_for_other_output_shows_the_same():
     assert status_line(watched(9.5)).strip().split("  ") == [
         "9.4 s", "followBall > green > follow", "green ball +12 -3 px", "head +0.31 -0.07 rad",
         "10.0 images/s", "real time x 0.99",
     ]  # fmt: skip
 
 
-def test_a_line_for_other_output_tells_trouble():
+def test_a_line_for_other_output_shows_trouble():
     assert "Robot server lost" in status_line(replace(watched(), robot_age=3.0))

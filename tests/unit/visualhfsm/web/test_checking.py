@@ -31,15 +31,15 @@ def test_a_check_that_fails_is_not_the_last_one(tmp_path: Path, monkeypatch: pyt
     monkeypatch.setattr(CheckProcess, "find_problems", find_problems)
 
     async def go() -> None:
-        told: asyncio.Queue[Problems] = asyncio.Queue()
-        checking = Checking(0.0, lambda _, problems: told.put_nowait(problems))
+        reported: asyncio.Queue[Problems] = asyncio.Queue()
+        checking = Checking(0.0, lambda _, problems: reported.put_nowait(problems))
         running = asyncio.create_task(checking.run())
         threads = Threads(1)
         for number in (1, 2):
             session = DocumentSession.new(Document(), f"{number}", journals=tmp_path)
             checking.check(Tab(number, session, threads, changed=lambda _: None, output_lines=1))
         async with asyncio.timeout(LIMIT):
-            assert (await told.get()).tab == 2
+            assert (await reported.get()).tab == 2
         running.cancel()
         await asyncio.wait({running})
         await checking.close()

@@ -43,7 +43,7 @@ CODEC = Codec(Image)
 
 @pytest.fixture(autouse=True)
 def no_waits(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Wait neither at the end for those who do not read, nor for tokens: all are known at once."""
+    """Wait neither at the end for subscribers that do not read, nor for tokens: all are known at once."""
     monkeypatch.setattr(module, "_LAST_READS", 0.0)
     monkeypatch.setattr(module, "_WORD_COMES", 0.0)
 

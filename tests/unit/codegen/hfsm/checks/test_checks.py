@@ -1,4 +1,4 @@
-"""What keeps a component from being generated is told with its line, all of it in one run."""
+"""All errors in a document are reported with their lines in one run."""
 
 from __future__ import annotations
 
@@ -316,7 +316,7 @@ def test_names_that_are_empty_or_repeated_are_warned_of(path: Path) -> None:
     assert [problem.split(": ")[1] for problem in found] == ["W511", "W510"]
 
 
-def test_everything_is_told_in_one_run(path: Path) -> None:
+def test_everything_is_reported_in_one_run(path: Path) -> None:
     text = document(
         sub(1, 0, state(1, "a", "x = (", initial=True), transition(1, 1, 9, "1 +"), period="x"),
         config=head(type="Nothing"),

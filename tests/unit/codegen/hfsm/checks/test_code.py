@@ -35,7 +35,7 @@ def test_the_place_is_that_in_the_document(path: Path, code: str) -> None:
     assert problems(path, text) == [f"{line}:{column}: W520: `distance` is not defined"]
 
 
-def test_a_condition_that_is_no_expression_is_told_once(path: Path) -> None:
+def test_a_condition_that_is_no_expression_is_reported_once(path: Path) -> None:
     there_and_back = (transition(1, 1, 2, "seen, near"), transition(2, 2, 1, "100", type="time"))
     text = document(sub(1, 0, state(1, "a", initial=True), state(2, "b"), *there_and_back))
     assert [problem.split(": ")[1] for problem in problems(path, text)] == ["E520"]
@@ -80,7 +80,7 @@ def test_the_component_by_the_names_of_visualstates(path: Path) -> None:
     assert [problem.split(": ", 1)[1][:30] for problem in found] == ["W524: `self.stop` is not an in"]
 
 
-def test_a_sleep_is_told_for_the_shortest_period_that_calls_it(path: Path) -> None:
+def test_a_sleep_is_reported_for_the_shortest_period_that_calls_it(path: Path) -> None:
     functions = "def rest(self):\n    self.nap()\n\ndef nap(self):\n    self.sleep(0.5)"
     fast = sub(2, 1, state(1, "b", "self.rest()", initial=True), period="200")
     text = document(
@@ -92,7 +92,7 @@ def test_a_sleep_is_told_for_the_shortest_period_that_calls_it(path: Path) -> No
     assert problems(path, text.replace(">200<", ">600<")) == []
 
 
-def test_automata_that_own_one_another_are_told_and_end_the_checks(path: Path) -> None:
+def test_automata_that_own_one_another_are_reported_and_end_the_checks(path: Path) -> None:
     def restarting(id: int, father: int, child: int) -> str:
         timed = transition(id, 1, 1, "100", type="time")
         owner = state(1, "a", initial=True, child=child)

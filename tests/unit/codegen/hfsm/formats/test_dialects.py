@@ -96,14 +96,14 @@ def read(text: str) -> tuple[Document, list[str]]:
         "<VisualHFSM><SubAutomata><idSub>1</idSub><Estado><codigo>go();</codigo></Estado></SubAutomata></VisualHFSM>",
     ],
 )
-def test_the_language_of_an_old_dialect_is_guessed_and_the_guess_is_told(text: str) -> None:
-    told = "N502: most of the code looks like C++: it is kept as C++, but cannot run"
+def test_the_language_of_an_old_dialect_is_guessed_and_the_guess_is_reported(text: str) -> None:
+    reported = "N502: most of the code looks like C++: it is kept as C++, but cannot run"
     document, found = read(text)
     assert document.language.text == "C++"
-    assert told in found
+    assert reported in found
     document, found = read(text.replace("();", "()"))
     assert document.language.text == ""
-    assert told not in found
+    assert reported not in found
 
 
 def in_spanish(inside: str) -> Document:
@@ -133,7 +133,7 @@ def in_states(inside: str, before: str = "") -> Document:
         ("<VisualStates><config/></VisualStates>", Dialect.NATIVE),
     ],
 )  # fmt: skip
-def test_the_dialect_is_told_by_the_children_not_by_the_root(text: str, dialect: Dialect) -> None:
+def test_the_dialect_is_recognized_by_the_children_not_by_the_root(text: str, dialect: Dialect) -> None:
     root = parse_xml(text.encode(), PATH, Diagnostics())
     assert root is not None
     assert dialect_of(root) is dialect
@@ -278,7 +278,7 @@ def test_parameters_of_namespaces_become_those_of_the_component() -> None:
     assert "N501: the parameter `pose` is kept, but not used" in found
 
 
-def test_what_has_no_word_here_is_kept_and_told() -> None:
+def test_what_has_no_word_here_is_kept_and_reported() -> None:
     document, found = read(VISUALSTATES)
     (pseudo,) = [extra for extra in document.extras if isinstance(extra, Element)]
     assert (pseudo.tag, pseudo.attributes) == ("pseudostate", (("id", "0"), ("initial", "True")))
@@ -290,9 +290,9 @@ def test_what_has_no_word_here_is_kept_and_told() -> None:
     ]
     left = document.automata[1].states[0]
     assert left.extras == (Element("timestep", (), "30"),)
-    told = "\n".join(found)
+    reported = "\n".join(found)
     for words in ("`topics`", "`buildDependencies`", "`timestep` of a state without inner states"):
-        assert words in told
+        assert words in reported
 
 
 def test_comments_and_unknown_elements_of_visualstates_survive() -> None:
@@ -325,7 +325,7 @@ def test_comments_and_unknown_elements_of_visualstates_survive() -> None:
         "<state id='1'><transition id='1'><type lost='a'>1</type><destinationid>1</destinationid></transition></state>",
     ],
 )
-def test_attributes_of_values_of_visualstates_are_lost_and_that_is_told(inside: str) -> None:
+def test_attributes_of_values_of_visualstates_are_lost_and_that_is_reported(inside: str) -> None:
     _, found = read(f"<VisualStates><state id='0'>{inside}</state></VisualStates>")
     assert [message[:4] for message in found] == ["W501"]
 
@@ -372,7 +372,7 @@ def test_interfaces_of_both_forms_are_read(config: str) -> None:
     assert again == document
 
 
-def test_states_of_one_id_in_different_states_are_told_apart() -> None:
+def test_states_of_one_id_in_different_states_are_distinguished() -> None:
     document = in_states(
         "<state id='1'><transition id='1'><type>0</type><time>5</time><originid>1</originid><destinationid>2</destinationid></transition>"
         "<state id='1'><state id='8'/></state><state id='2'/></state><state id='2'/>"
@@ -433,7 +433,7 @@ def test_what_stands_twice_is_kept_and_the_first_counts() -> None:
     assert found[0].startswith("W504")
 
 
-def test_ids_that_are_missing_are_chosen_and_told() -> None:
+def test_ids_that_are_missing_are_chosen_and_reported() -> None:
     document, found = read(
         "<VisualStates><state initial='True'><state id=''><transition><type>0</type><time>1</time></transition></state>"
         "<state id='1'/></state></VisualStates>"
@@ -454,7 +454,7 @@ def test_ids_that_are_missing_are_chosen_and_told() -> None:
         "<VisualHFSM><SubAutomata><idSub>1</idSub><Estado><id>1</id><origenX>inf</origenX></Estado></SubAutomata></VisualHFSM>",
     ],
 )
-def test_a_malformed_number_is_told_with_its_place(text: str) -> None:
+def test_a_malformed_number_is_reported_with_its_place(text: str) -> None:
     diagnostics = Diagnostics()
     assert parse_document(text, PATH, diagnostics) is None
     (error,) = diagnostics.errors

@@ -148,7 +148,7 @@ def test_unknown_elements_attributes_and_comments_survive() -> None:
         ("<html/>", "test.xml:1:1: `html` is not the root of a document: it must be `VisualHFSM`"),
     ],
 )
-def test_malformed_xml_is_told_with_its_place(text: str | bytes, expected: str) -> None:
+def test_malformed_xml_is_reported_with_its_place(text: str | bytes, expected: str) -> None:
     assert errors(text) == [expected]
 
 
@@ -171,13 +171,13 @@ def test_a_document_larger_than_any_that_a_person_makes_is_refused(tmp_path: Pat
     assert "larger than 16 MiB" in diagnostics.render()
 
 
-def test_a_missing_file_is_told(tmp_path: Path) -> None:
+def test_a_missing_file_is_reported(tmp_path: Path) -> None:
     diagnostics = Diagnostics()
     assert read_document(tmp_path / "absent.xml", diagnostics) is None
     assert "No such file" in diagnostics.render()
 
 
-def test_all_faults_are_told_in_one_run() -> None:
+def test_all_faults_are_reported_in_one_run() -> None:
     found = errors(
         "<VisualHFSM>\n"
         "<SubAutomata id='x'>\n"
@@ -201,7 +201,7 @@ def warnings(text: str | bytes) -> list[str]:
     return [f"{found.code} {found.location}: {found.message}" for found in diagnostics]
 
 
-def test_who_has_no_id_is_given_a_free_one_and_that_is_told() -> None:
+def test_who_has_no_id_is_given_a_free_one_and_that_is_reported() -> None:
     text = "<VisualHFSM><SubAutomata id='1'><state id='1'/><state id=' '/><state/></SubAutomata></VisualHFSM>"
     assert [state.id for state in parse(text).automata[0].states] == [1, 2, 3]
     assert [warning.split(":")[0] for warning in warnings(text)] == ["W502 test.xml"] * 2
@@ -227,7 +227,7 @@ def test_a_transition_that_does_not_say_when_it_fires_is_read(
     assert [warning.split()[0] for warning in warnings(text)] == ([code] if code else [])
 
 
-def test_a_comma_in_a_number_is_understood_and_told() -> None:
+def test_a_comma_in_a_number_is_understood_and_reported() -> None:
     text = (
         "<VisualHFSM><SubAutomata id='1'><state id='1'><posx> 1,5 </posx></state></SubAutomata></VisualHFSM>"
     )
@@ -247,7 +247,7 @@ def test_a_comma_in_a_number_is_understood_and_told() -> None:
         "<VisualHFSM><SubAutomata id='1'><state id='1'><child lost='a'>1</child></state></SubAutomata></VisualHFSM>",
     ],
 )
-def test_what_cannot_be_kept_is_told(text: str) -> None:
+def test_what_cannot_be_kept_is_reported(text: str) -> None:
     (warning,) = warnings(text)
     assert warning.startswith("W501")
 

@@ -159,7 +159,7 @@ def test_a_guard_may_command_as_code_does(guard: str, kind: str) -> None:
     [
         "self.Holder(self).move()",
         "helpers = [self.Head]\nhelpers[0].stop()",
-        "def tell(head):\n    head.stop()\ntell(self.Head)",
+        "def steer(head):\n    head.stop()\nsteer(self.Head)",
         "(lambda head: head.stop())(self.Head)",
         'getattr(self, random.choice(["Head", "LeftMotors"])).stop()',
         'side = "Left"\nside = pick()\ngetattr(self, f"{side}Motors").stop()',
@@ -292,7 +292,7 @@ def test_the_way_to_a_conflict_leads_there_on_the_runtime() -> None:
 
 
 def taking_turns(period: float) -> Document:
-    """Return two automata that command the head by turns, 200 ms each."""
+    """Return two automata that command the head alternately, 200 ms each."""
     doc = side_by_side()
     second = automaton(
         3, [state(1, code=LOOK), state(2)], [after(200, 1, 2), after(200, 2, 1)], father=1, period=period

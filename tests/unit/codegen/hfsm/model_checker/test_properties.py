@@ -1,4 +1,4 @@
-"""Properties: what is proved, what is refuted, and how it is told."""
+"""Properties: what is proved, what is refuted, and how it is reported."""
 
 from __future__ import annotations
 
@@ -186,7 +186,7 @@ def test_what_takes_too_long_is_undecided() -> None:
     assert result.until_ms > 0
 
 
-def test_finished_children_begin_anew() -> None:
+def test_finished_children_restart() -> None:
     doc = document(
         automaton(1, [state(1, children=[2, 3])]),
         automaton(2, [state(1), state(2, "late")], [after(700, 1, 2)], father=1),
@@ -253,13 +253,13 @@ XML = """<?xml version="1.0" encoding="UTF-8"?>
 """
 
 
-def told(doc: Document, limit: int = 300_000) -> list[tuple[Severity, str, str]]:
+def reported(doc: Document, limit: int = 300_000) -> list[tuple[Severity, str, str]]:
     diagnostics = Diagnostics()
     report_model(check_model(doc, PATH, limit=limit), diagnostics)
     return [(found.severity, found.code, found.message) for found in diagnostics]
 
 
-def test_properties_are_told_at_their_places() -> None:
+def test_properties_are_reported_at_their_places() -> None:
     stated_ = parse_document(XML.format(kind="never", within="300"), PATH, Diagnostics())
     assert stated_ is not None
     diagnostics = Diagnostics()
@@ -288,17 +288,17 @@ def test_properties_are_told_at_their_places() -> None:
 )
 def test_a_property_that_is_not_one(kind: str, within: str, message: str) -> None:
     doc = replace(blink(), properties=(stated(kind, "on", within, "p"),))
-    assert (Severity.ERROR, "E612", message) in told(doc)
+    assert (Severity.ERROR, "E612", message) in reported(doc)
 
 
 def test_an_undecided_property_is_a_warning() -> None:
     doc = replace(chain(6), properties=(stated("never", "#6/s9", "", "p"),))
-    found = [one for one in told(doc, limit=30) if one[1] == "W611"]
+    found = [one for one in reported(doc, limit=30) if one[1] == "W611"]
     assert found == [(Severity.WARNING, "W611", found[0][2])]
     assert found[0][2].startswith("`p` is undecided (explored ")
 
 
-def test_what_never_happens_is_told_once() -> None:
+def test_what_never_happens_is_reported_once() -> None:
     doc = document(
         automaton(
             1,

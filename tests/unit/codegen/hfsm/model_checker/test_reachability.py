@@ -143,7 +143,7 @@ def test_a_timer_below_a_state_that_is_left_before_goes_on_when_it_is_resumed() 
     assert not never(check(stopped("")))
 
 
-def test_a_timer_below_a_state_that_is_left_before_and_begins_anew_never_fires() -> None:
+def test_a_timer_below_a_state_that_is_left_before_and_restarts_never_fires() -> None:
     assert never(check(stopped("restart"))) == {(2, 1): WhyNever.ANCESTORS}
     assert never(check(stopped("restart", 500))) == {(2, 1): WhyNever.ANCESTORS}, "the one above comes first"
     assert not never(check(stopped("restart", 600)))
@@ -163,7 +163,7 @@ def test_a_state_that_is_entered_once_is_left_for_good() -> None:
 
 
 def visits(entry: str) -> Document:
-    """Return an automaton of 130 ms that begins anew at 200 ms, 700 ms, ... for 300 ms, and has a timer of 270."""
+    """Return an automaton of 130 ms that restarts at 200 ms, 700 ms, ... for 300 ms, and has a timer of 270."""
     return document(
         automaton(
             1, [state(1), state(2, children=[2], history="restart")], [after(200, 1, 2), after(300, 2, 1)]

@@ -161,14 +161,14 @@ def assert_same_firings(result: PropertyResult, player: Player) -> None:
     """Assert that the runtime does what the steps say, and nothing else in these automata."""
     example = result.counterexample
     assert example is not None
-    told = {step.automaton for step in example.steps}
+    explained = {step.automaton for step in example.steps}
     end = round(example.ends_ms * 1e6)
     expected = [
         (round(step.time_ms * 1e6), step.automaton, step.transition)
         for step in example.steps
         if step.kind is StepKind.FIRES
     ]
-    done = [tuple(fired) for fired in player.fired_ if fired.automaton in told and fired.time <= end]
+    done = [tuple(fired) for fired in player.fired_ if fired.automaton in explained and fired.time <= end]
     assert done[: len(expected)] == expected
     later = done[len(expected) :]
-    assert all(time == end for time, _, _ in later), "nothing fires that is not told, but after the end"
+    assert all(time == end for time, _, _ in later), "what is not explained fires only after the end"

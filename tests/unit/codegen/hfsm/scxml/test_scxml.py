@@ -377,7 +377,7 @@ FOREIGN = {
         ],
         [],
     ),
-    "a timer in the manner of Qt": (
+    "a timer as in Qt": (
         AB.format(
             '<onentry><send event="late" delay="3s" id="t"/></onentry><onexit><cancel sendid="t"/></onexit>'
             '<transition event="late" target="b"/>'
@@ -385,7 +385,7 @@ FOREIGN = {
         ["1/0: *a b; a->b time:3000"],
         [],
     ),
-    "a timer in the manner of a JavaScript library": (
+    "a timer as in a JavaScript library": (
         AB.format(
             '<onentry><send event="after.a" delayexpr="\'1500\'"/></onentry><transition event="after.a" target="b"/>'
         ),
@@ -425,7 +425,7 @@ FOREIGN = {
         ],
         ["W562"],  # the history begins elsewhere than the state
     ),
-    "parallel regions, one with an entry of its own": (
+    "parallel regions, one with an entry": (
         (
             '<parallel id="p"><state id="r1"><state id="x"><transition event="e" target="y"/></state><state id="y"/></state>'
             '<state id="r2"><onentry><raise event="e"/></onentry></state></parallel>'
@@ -465,14 +465,14 @@ FOREIGN = {
         ],
         ["N561"],
     ),
-    "a state that goes on, entered anew, too": (
+    "a state that resumes, and is also restarted": (
         (
             '<state id="a"><history id="h" type="deep"><transition target="x"/></history><state id="x"/>'
             '<state id="y"><transition event="out" target="b"/></state></state>'
-            '<state id="b"><transition event="on" target="h"/><transition event="anew" target="a"/></state>'
+            '<state id="b"><transition event="on" target="h"/><transition event="restart" target="a"/></state>'
         ),
         [
-            "1/0: *a<2 b; a->b event:leave a for b; b->a event:on; b->a event:anew",
+            "1/0: *a<2 b; a->b event:leave a for b; b->a event:on; b->a event:restart",
             (
                 "2/1: *x y leave a for b from y; y->leave a for b from y event:out {self.send('leave a for b')}; "
                 "leave a for b from y->y time:200"
@@ -570,7 +570,7 @@ def test_names_that_only_interpreters_of_scxml_have_are_reported(name: str) -> N
     assert name.partition("(")[0].partition(".")[0] in diagnostics.render()
 
 
-def test_data_becomes_variables_and_their_use_elsewhere_is_told() -> None:
+def test_data_becomes_variables_and_their_use_elsewhere_is_reported() -> None:
     inside = '<datamodel><data id="n" expr="0"/><data id="l">[1]</data></datamodel><state id="a"><state id="b">{}</state></state>'
     document, diagnostics = import_(scxml(inside.format(""), ' datamodel="python"'))
     assert document is not None
@@ -735,7 +735,7 @@ def test_no_file_does_more_than_bring_errors(seed: str, data: st.DataObject) -> 
 
 @settings(max_examples=100, deadline=None)
 @given(st.binary(max_size=200) | st.text(max_size=200).map(str.encode))
-def test_what_is_no_xml_is_told(content: bytes) -> None:
+def test_what_is_no_xml_is_reported(content: bytes) -> None:
     diagnostics = Diagnostics()
     assert parse_scxml(content, PATH, diagnostics) is None
     assert diagnostics.has_errors
