@@ -200,14 +200,12 @@ class JointSafety:
         for joint, speed in limits.items():
             if speed < 0:
                 raise InvalidCommand(joint, f"{joint}: a speed of {speed:g} is negative")
-        outcome = Outcome()
+        outcome = Outcome(limitations=[*rules.couple(wanted), *rules.couple(limits)])
         self._wake(reading)
-        outcome.limitations += rules.couple(wanted)
-        outcome.limitations += rules.couple(limits)
         for joint, target in wanted.items():
             facts = rules.facts[joint]
             safe = rules.clamp_target(joint, target, (facts.lower, facts.upper), "is out of range", outcome)
-            speed = limits.get(joint, 0.0) or rules.default_speed(joint)
+            speed = limits.get(joint) or rules.default_speed(joint)
             self._set_goal(joint, Goal(safe, rules.cap_speed(joint, speed, outcome, full=full_speed)))
         self._clear_tables(wanted, reading, outcome)
         self._leave_time(wanted, reading, outcome)
@@ -223,9 +221,8 @@ class JointSafety:
         Raises InvalidCommand, and then commands nothing.
         """
         wanted = self._rules.check(velocities, "velocity")
-        outcome = Outcome()
+        outcome = Outcome(limitations=self._rules.couple(wanted))
         self._wake(reading)
-        outcome.limitations += self._rules.couple(wanted)
         for joint, velocity in wanted.items():
             before = self._drives.get(joint)
             self._set_drive(

@@ -81,6 +81,21 @@ def test_a_value_that_is_not_finite_is_refused_with_the_joint(value):
     assert rig.setpoints()["HeadYaw"] == 0.0, "a refused command moves nothing"
 
 
+def test_a_refusal_says_what_of_the_joint_is_not_finite():
+    rig, reasons = Rig(), []
+    for command in (
+        lambda: rig.move({"HeadYaw": math.nan}),
+        lambda: rig.move({"HeadYaw": 1.0}, {"HeadYaw": math.nan}),
+        lambda: rig.drive({"HeadYaw": math.nan}),
+        lambda: rig.safety.stiffen({"HeadYaw": math.nan}),
+    ):
+        with pytest.raises(InvalidCommand) as refused:
+            command()
+        reasons.append(str(refused.value))
+    values = ("target", "speed", "velocity", "stiffness")
+    assert reasons == [f"HeadYaw: a {value} of nan is not a finite number" for value in values]
+
+
 def test_an_unknown_joint_is_refused_with_those_there_are():
     with pytest.raises(InvalidCommand, match=r"'Tail'.*HeadYaw") as refused:
         Rig().move({"Tail": 1.0})
@@ -425,6 +440,13 @@ def test_a_joint_with_a_motor_of_its_own_stands_alone():
 def test_a_speed_that_only_the_follower_has_is_that_of_both():
     outcome = Rig().move({"RHipYawPitch": -0.2, "LHipYawPitch": -0.2}, {"RHipYawPitch": 1.0})
     assert outcome.max_speeds == {"LHipYawPitch": 1.0, "RHipYawPitch": 1.0}
+
+
+def test_the_joints_of_one_motor_are_driven_the_same_and_the_left_wins():
+    outcome = Rig().drive({"LHipYawPitch": -0.3, "RHipYawPitch": -0.2})
+    assert outcome.velocities == {"LHipYawPitch": -0.3, "RHipYawPitch": -0.3}
+    reason = "shares its motor with LHipYawPitch, whose -0.3 it takes"
+    assert outcome.limitations == [("RHipYawPitch", reason)]
 
 
 # -- what the device is commanded ------------------------------------------------------------------------
