@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from tests.support.wire_values import Desk, pack
 from zenoh_ice import MarshalException, ObjectPrx
 from zenoh_ice._codec import Codec
-from zenoh_ice._values import StructType
+from zenoh_ice._values import StructType, WireTypes
 from zenoh_ice.generated import Int, Struct, Value
 
 DESK: Any = Desk()
@@ -86,6 +86,28 @@ def test_what_is_decoded_adds_no_class_that_others_would_look_for() -> None:
     ANIMAL.unpack(animal(), "x")
     Codec(HoldsAnything)
     assert StructType.known is before
+
+
+def test_what_decodes_is_built_again_only_when_there_are_new_classes(monkeypatch: pytest.MonkeyPatch) -> None:
+    built: list[type] = []
+
+    class Counted(WireTypes):
+        def __init__(self, struct: type[Any]) -> None:
+            built.append(struct)
+            super().__init__(struct)
+
+    monkeypatch.setattr("zenoh_ice._codec.WireTypes", Counted)
+    codec = Codec(HoldsAnimal)
+    for _ in range(3):
+        codec.unpack(animal(), "x")
+    assert len(built) == 1
+
+    class Hamster(Animal, tag="::zoo::Hamster"):
+        pass
+
+    for _ in range(3):
+        codec.unpack(animal(), "x")
+    assert len(built) == 2
 
 
 def test_classes_of_a_module_that_was_unloaded_do_not_arrive(monkeypatch: pytest.MonkeyPatch) -> None:
