@@ -30,7 +30,7 @@ def matches(expected: str, output: str) -> bool:
     return re.fullmatch(pattern, output, re.S) is not None
 
 
-@pytest.mark.parametrize(("page", "count"), [("how-to/interfaces.md", 8), ("how-to/serving.md", 3)])
+@pytest.mark.parametrize(("page", "count"), [("how-to/interfaces.md", 9), ("how-to/serving.md", 3)])
 def test_the_page_works_as_it_stands(tmp_path: Path, page: str, count: int) -> None:
     endpoint = free_endpoint()
     own = {"PYTHONPATH": f"{ROOT}{os.pathsep}{tmp_path}", "VISUALHFSM_CONNECT": endpoint}

@@ -14,6 +14,9 @@ from visualhfsm.command import app
 EXAMPLES = {
     block.name: block.text for block in blocks_of((DOCS / "how-to/scxml.md").read_text("utf-8")) if block.name
 }
+EXAMPLES["doorbell.scxml"] = EXAMPLES["doorbell.scxml"].replace(
+    "…", EXAMPLES["doorbell.xml"].partition("\n")[2]
+)
 
 
 def convert(*arguments: str) -> Result:
