@@ -1,4 +1,4 @@
-"""Chromium with the editor's page, as a person has it: found by roles and names, and used with mouse and keys."""
+"""A browser with the editor's page, as a person has it: found by roles and names, and used with mouse and keys."""
 
 from __future__ import annotations
 
@@ -20,8 +20,19 @@ from tests.support.editor import Editor
 from tests.support.limits import LIMIT
 from tests.support.page_coverage import recorded
 
-__all__ = ["NO_CHROMIUM", "Connections", "EditorPage", "chromium", "chromium_path", "editor_page", "saved"]
+__all__ = [
+    "BROWSERS",
+    "IN_EACH_BROWSER",
+    "NO_CHROMIUM",
+    "Connections",
+    "EditorPage",
+    "chromium",
+    "chromium_path",
+    "editor_page",
+    "saved",
+]
 
+NO_FIREFOX: Final = "needs Firefox: make browser as root, or apt-get install firefox-esr"
 NO_CHROMIUM: Final = "needs Chromium: make browser as root, or apt-get install chromium"
 AXE: Final = Path(__file__).parent / "vendor" / "axe.min.js"
 
@@ -39,6 +50,11 @@ def chromium_path() -> str | None:
     return os.environ.get("CHROMIUM") or shutil.which("chromium") or shutil.which("chromium-browser")
 
 
+def firefox_path() -> str | None:
+    """Return where Firefox is, None when it is not installed."""
+    return os.environ.get("FIREFOX") or shutil.which("firefox-esr") or shutil.which("firefox")
+
+
 @contextlib.contextmanager
 def chromium() -> Iterator[Browser]:
     """Start the system's Chromium, or the one that CHROMIUM names; without any, the test is skipped."""
@@ -53,6 +69,32 @@ def chromium() -> Iterator[Browser]:
             yield browser
         finally:
             browser.close()
+
+
+@contextlib.contextmanager
+def firefox() -> Iterator[Browser]:
+    """Start the system's Firefox, or the one that FIREFOX names; without any, the test is skipped.
+
+    It is driven over WebDriver BiDi, since Playwright's own protocol needs a Firefox of theirs. It has no double
+    clicks, no 3D and no clipboard.
+    """
+    path = firefox_path()
+    if path is None:
+        pytest.skip(NO_FIREFOX)
+    with sync_playwright() as playwright:
+        browser = playwright.firefox.launch(executable_path=path, channel="moz-firefox", timeout=LIMIT * 1000)
+        try:
+            yield browser
+        finally:
+            browser.close()
+
+
+BROWSERS: Final = {"chromium": chromium, "firefox": firefox}
+_ONE_WORKER: Final = pytest.mark.xdist_group("firefox")  # it takes seconds to start
+IN_EACH_BROWSER: Final = pytest.mark.parametrize(
+    "browser", ["chromium", pytest.param("firefox", marks=_ONE_WORKER)], indirect=True, scope="module"
+)
+"""Mark of the tests that run in every browser; the others run in Chromium."""
 
 
 class Connections:

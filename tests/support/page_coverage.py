@@ -25,7 +25,8 @@ STATIC = ROOT / "visualhfsm" / "web" / "static"
 def recorded(page: Page) -> Iterator[None]:
     """Write what a page runs as Node.js does with NODE_V8_COVERAGE, into the folder that PAGE_COVERAGE names."""
     folder = os.environ.get("PAGE_COVERAGE")
-    if not folder:
+    browser = page.context.browser
+    if not folder or browser is None or browser.browser_type.name != "chromium":
         yield
         return
     profiler = page.context.new_cdp_session(page)
