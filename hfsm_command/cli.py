@@ -18,11 +18,13 @@ from pathlib import Path
 from typing import Annotated, Any, Final, NoReturn
 
 import typer
+from msgspec import structs
 
 from zenoh_ice.exceptions import ZenohIceError
 from zenoh_ice.security import exposure
-from zenoh_ice.settings import CONFIG_VARIABLE, DEFAULT_ENDPOINT, load_settings
+from zenoh_ice.settings import CONFIG_VARIABLE, DEFAULT_ENDPOINT, Settings, load_settings
 from zenoh_ice.status import program_name
+from zenoh_ice.toml_file import shown
 
 _LOG: Final = "%(asctime)s.%(msecs)03d %(levelname)-8s %(name)s: %(message)s"
 _CLEANUP_GRACE: Final = 10.0  # s after a signal in which others are ignored, so that cleaning up can end
@@ -56,6 +58,19 @@ _SHARED: Final = [
 ]
 
 
+def describe(settings: Settings) -> str:
+    """Return a table of settings, of `[security]` those given, and where each comes from."""
+    rows = {name: shown(value) for name, value in structs.asdict(settings).items() if name != "security"}
+    for name, value in structs.asdict(settings.security).items():
+        if f"security.{name}" in settings.origins:
+            text = shown([*value] if name == "roles" else value)
+            rows[f"security.{name}"] = "(hidden)" if name == "password" else text
+    width = max(map(len, rows.values()))
+    return "\n".join(
+        f"{name:<22}  {text:<{width}}  {settings.origins.get(name, 'default')}" for name, text in rows.items()
+    )
+
+
 def with_settings(
     defaults: Mapping[str, object] | None = None,
 ) -> Callable[[Callable[..., None]], Callable[..., None]]:
@@ -74,7 +89,7 @@ def with_settings(
             flags = {name: value for name, value in shared.items() if value != []}  # typer's "not given"
             settings = load_settings(config, flags, defaults=defaults)
             if show_config:
-                typer.echo(settings.describe())
+                typer.echo(describe(settings))
                 for danger in exposure(settings):
                     typer.echo(f"warning: {danger}", err=True)
                 raise typer.Exit

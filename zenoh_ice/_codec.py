@@ -51,6 +51,7 @@ _MISSING_FIELD: Final = re.compile(r"missing required field `([^`]+)`")
 _MOST_SEQUENCES: Final = 256  # byte sequences in a struct that may travel apart
 
 S = TypeVar("S", bound=msgspec.Struct)
+V = TypeVar("V")
 
 _resolve: ContextVar[Resolve | None] = ContextVar("_resolve")  # makes proxies of what this thread decodes
 
@@ -241,6 +242,21 @@ class Codec(Generic[S]):
 
 def _decoder(wire: WireTypes) -> msgspec.msgpack.Decoder[Any]:
     return msgspec.msgpack.Decoder(wire.root, dec_hook=_proxy)
+
+
+def too_large(size: int, limit: int, what: str) -> MarshalException:
+    """Return the exception for more bytes than are accepted."""
+    return MarshalException(f"{what}: {size} bytes; at most {limit} are accepted")
+
+
+def decode_bounded(decode: Callable[[bytes], V], data: Buffer, limit: int, what: str) -> V:
+    """Return what bytes from outside hold; raises MarshalException if they are too many or do not fit."""
+    if len(data) > limit:  # before they are so much as copied
+        raise too_large(len(data), limit, what)
+    try:
+        return decode(bytes(data))
+    except DECODE_ERRORS as error:
+        raise misfit(error, what) from error
 
 
 def _proxy(kind: type[Reference], text: object) -> Reference:

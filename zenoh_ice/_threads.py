@@ -26,8 +26,6 @@ from .exceptions import BusyException, CommunicatorDestroyedException
 if TYPE_CHECKING:  # loaded where it is needed: it takes long, and most programs have no coroutines
     import asyncio
 
-__all__ = ["PULSE_PERIOD", "Coroutines", "Job", "Kind", "Pool", "Pulse", "UserCodeThread"]
-
 V = TypeVar("V")
 
 PULSE_PERIOD: Final = 0.02  # s between checks of the threads and of the clock

@@ -14,7 +14,7 @@ from weakref import WeakKeyDictionary
 import msgspec
 from msgspec import Meta
 
-from ._codec import DECODE_ERRORS, Buffer, Codec, encode, misfit
+from ._codec import LARGEST, Buffer, Codec, decode_bounded, encode
 from ._values import Resolve
 from .exceptions import (
     AccessDeniedException,
@@ -32,7 +32,7 @@ from .exceptions import (
 )
 from .text import cut, encodable, printable
 
-_ATTACHMENT_LIMIT: Final = 512  # bytes; ours has some 100
+ATTACHMENT_LIMIT: Final = 512  # bytes; ours has some 100
 
 # Refused is also what is not a number: servants and readers wait and compute by these.
 _WallTime = Annotated[float, Meta(ge=0.0, le=1e11)]
@@ -45,7 +45,6 @@ ERROR_ENCODING: Final = "application/msgpack;zenoh_ice.error"
 
 _PREFIX: Final = "::zenoh_ice::"
 _LONGEST_NAME: Final = 256  # of a type id or a fingerprint in a text
-_LIMIT: Final = 1 << 20
 
 # Exceptions that a server may report, with their encoded members; the others are the client's own.
 _REMOTE: Final[dict[str, tuple[type[SystemException], tuple[str, ...]]]] = {
@@ -96,7 +95,7 @@ NO_ATTACHMENT: Final = Attachment()
 encode_attachment: Final = msgspec.msgpack.Encoder().encode
 """Returns the members of an attachment, as a tuple, as they travel."""
 
-_read_attachment: Final = msgspec.msgpack.Decoder(Attachment).decode
+read_attachment: Final = msgspec.msgpack.Decoder(Attachment).decode
 
 
 def encode_call_attachment(fingerprint: str, number: int, client: str, timeout: float) -> bytes:
@@ -115,12 +114,7 @@ def encode_sample_attachment(
 
 def decode_attachment(data: Buffer) -> Attachment:
     """Return the attachment that arrived; raises MarshalException for a malformed one."""
-    if len(data) > _ATTACHMENT_LIMIT:  # before it is so much as copied
-        raise MarshalException(f"attachment: {len(data)} bytes; at most {_ATTACHMENT_LIMIT} are accepted")
-    try:
-        return _read_attachment(bytes(data))
-    except DECODE_ERRORS as error:
-        raise misfit(error, "attachment") from error
+    return decode_bounded(read_attachment, data, ATTACHMENT_LIMIT, "attachment")
 
 
 class _WireError(msgspec.Struct, omit_defaults=True):
@@ -138,7 +132,7 @@ class _WireError(msgspec.Struct, omit_defaults=True):
     member: str = ""
 
 
-_decoder: Final = msgspec.msgpack.Decoder(_WireError)
+_decode: Final = msgspec.msgpack.Decoder(_WireError).decode
 
 # Codecs of declared exceptions; making one takes a millisecond or more.
 _codecs: Final[WeakKeyDictionary[type[UserException], Codec[Any]]] = WeakKeyDictionary()
@@ -180,12 +174,10 @@ def decode_error(
     `what` names the call in the text of a malformed error; proxies are made by `resolve`. Texts of the
     other side are cut, and made printable unless they are members of a declared exception.
     """
-    if len(payload) > _LIMIT:  # before it is so much as copied
-        return MarshalException(f"{what}: an error of {len(payload)} bytes; at most {_LIMIT} are accepted")
     try:
-        wire = _decoder.decode(bytes(payload))
-    except (ValueError, RecursionError, OverflowError) as problem:
-        return MarshalException(printable(f"{what}: malformed error: {problem}"))
+        wire = decode_bounded(_decode, payload, LARGEST, f"error of {what}")
+    except MarshalException as problem:
+        return problem
     message = printable(wire.message) or f"{what} failed, and the servant gives no reason"
     if wire.exception in _REMOTE:
         system, members = _REMOTE[wire.exception]

@@ -14,8 +14,6 @@ from typing import Final, Protocol, runtime_checkable
 
 from .exceptions import CommunicatorDestroyedException, MarshalException
 
-__all__ = ["Clock", "RobotClock", "VirtualClock", "WallClock"]
-
 _NANOSECONDS: Final = 1_000_000_000
 
 # Limits of a robot's clock, in s of wall time but for the second.

@@ -40,8 +40,6 @@ from .streams import Streams
 from .text import few, printable
 from .transport import Target, Transport, check_name
 
-__all__ = ["Communicator", "initialize"]
-
 _PROXY: Final = re.compile(PROXY_TEXT)
 _DESTROY_LIMIT: Final = 2.0  # s for which threads may still run
 _STATUS_LIMIT: Final = 0.5  # s for which a process that seems to be there is asked how its servants are

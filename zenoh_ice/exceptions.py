@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import partial
-from typing import Any, ClassVar, cast, dataclass_transform
+from typing import Any, ClassVar, Self, cast, dataclass_transform
 
 import msgspec
 
@@ -72,6 +72,17 @@ class InterfaceMismatchException(SystemException):
         self.expected = expected
         self.found = found
         self.member = member
+
+    @classmethod
+    def between(cls, what: str, type_id: str, expected: str, found: str, member: str = "") -> Self:
+        """Return the exception of a proxy and a servant that have different versions of an interface."""
+        return cls(
+            f"{what}: the caller was generated from {expected}, the servant's {type_id} from {found}; "
+            f"{f'{member}; ' if member else ''}generate both from the same IDL",
+            expected,
+            found,
+            member,
+        )
 
 
 class CommunicatorDestroyedException(SystemException):

@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable
 from concurrent.futures import Future, InvalidStateError
 from contextlib import suppress
+from functools import cached_property
 from typing import (
     TYPE_CHECKING,
     Any,
@@ -42,8 +43,6 @@ from .transport import Caller, NoAnswer, Outcome, Parted, Target
 
 if TYPE_CHECKING:
     from .communicator import Communicator
-
-__all__ = ["Call", "ObjectPrx", "StreamedCall"]
 
 P = ParamSpec("P")
 V = TypeVar("V")
@@ -255,8 +254,6 @@ class StreamedCall(Call[P, V]):
     closed and nobody has asked for a sample for 10 s. The next question subscribes again.
     """
 
-    _reader: StreamReader[V] | None = None
-
     def latest(self) -> Sample[V] | None:
         """Return the newest sample without a round trip, or None before the first has come.
 
@@ -264,7 +261,7 @@ class StreamedCall(Call[P, V]):
         for a sample that does not fit the operation, InterfaceMismatchException for one of a servant with
         another version of the interface.
         """
-        return (self._reader or self._open()).latest()
+        return self._reader.latest()
 
     def wait(self, after: Sample[V] | None = None, timeout: float | None = None) -> Sample[V]:
         """Return the next sample newer than `after`, or the newest at once without `after`.
@@ -272,7 +269,7 @@ class StreamedCall(Call[P, V]):
         Waits for at most `timeout` s, by default the proxy's limit for calls. Raises TimeoutException;
         ConnectionLostException or ObjectNotExistException when the servant is gone; otherwise as `latest`.
         """
-        return (self._reader or self._open()).wait(after, self._patience(timeout))
+        return self._reader.wait(after, self._patience(timeout))
 
     def samples(self, timeout: float | None = None, *, rate: float | None = None) -> Samples[V]:
         """Return what yields sample after sample, always the newest, in `for` and in `async for`.
@@ -280,7 +277,7 @@ class StreamedCall(Call[P, V]):
         With a rate, at most that many per second. Waits for each for at most `timeout` s, by default the
         proxy's limit for calls; raises as `wait` does.
         """
-        return Samples(self._reader or self._open(), self._patience(timeout), rate)
+        return Samples(self._reader, self._patience(timeout), rate)
 
     def subscribe(
         self, callback: Callable[[Sample[V]], Any], *, rate: float | None = None, queue: int = 1
@@ -293,7 +290,7 @@ class StreamedCall(Call[P, V]):
 
         It continues by itself after a restart of the server. An exception of the function is logged.
         """
-        return Subscription(self._reader or self._open(), callback, rate, queue)
+        return Subscription(self._reader, callback, rate, queue)
 
     def _patience(self, timeout: float | None) -> float:
         if timeout is None:
@@ -302,10 +299,9 @@ class StreamedCall(Call[P, V]):
             raise ConfigurationException(f"a wait lasts 0 s or more, not {timeout!r}")
         return min(timeout, threading.TIMEOUT_MAX)
 
-    def _open(self) -> StreamReader[V]:
-        streams, target = self._proxy.ice_getCommunicator().streams, self._proxy._target
-        self._reader = streams.reader(target, self._operation)
-        return self._reader
+    @cached_property
+    def _reader(self) -> StreamReader[V]:
+        return self._communicator.streams.reader(self._proxy._target, self._operation)
 
 
 class ObjectPrx(Reference):
@@ -458,13 +454,8 @@ class ObjectPrx(Reference):
             )
         if wanted.fingerprint and fingerprint != wanted.fingerprint:
             difference = _difference(self, started + timeout)
-            raise InterfaceMismatchException(
-                f"{self._target} has another version of {wanted.type_id}: the proxy was generated from "
-                f"{wanted.fingerprint}, the servant from {fingerprint}; {difference}; generate both from "
-                "the same IDL",
-                expected=wanted.fingerprint,
-                found=fingerprint,
-                member=difference,
+            raise InterfaceMismatchException.between(
+                f"cast of {self._target}", wanted.type_id, wanted.fingerprint, fingerprint, difference
             )
 
 

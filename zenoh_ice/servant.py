@@ -12,26 +12,25 @@ from collections.abc import Callable, Iterable
 from concurrent.futures import CancelledError, Future
 from contextlib import ExitStack
 from dataclasses import dataclass
-from enum import Enum
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any, ClassVar, Final, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, TypeVar
 
 import msgspec
 
-from ._codec import DECODE_ERRORS, ENCODE_ERRORS, LARGEST_BULK, misfit, not_encoded, to_msgpack
+from ._codec import DECODE_ERRORS, ENCODE_ERRORS, LARGEST_BULK, misfit, not_encoded, to_msgpack, too_large
 from ._presence import servant_token
 from ._threads import Job, Kind
 from ._wire import (
+    ATTACHMENT_LIMIT,
     NO_ATTACHMENT,
     Attachment,
-    decode_attachment,
     encode_error,
+    read_attachment,
     unknown_exception,
 )
 from .exceptions import (
     AlreadyRegisteredException,
     BusyException,
-    CommunicatorDestroyedException,
     ConnectionLostException,
     InterfaceMismatchException,
     MarshalException,
@@ -49,8 +48,6 @@ from .transport import Answer, Buffer, Outlet, Reply, Target, check_name
 if TYPE_CHECKING:
     from .communicator import Communicator
     from .proxy import ObjectPrx
-
-__all__ = ["Current", "Object", "ObjectAdapter", "ServedObject"]
 
 V = TypeVar("V")
 
@@ -181,7 +178,8 @@ class _Turn:
 
     def __init__(self, width: int) -> None:
         self.width: Final = width
-        self.changed: Final = threading.Condition()
+        self.lock: Final = threading.Lock()
+        self.changed: Final = threading.Condition(self.lock)
         self.running = 0
         self.waiting: deque[_Call] = deque()
         self.waiting_bytes = 0
@@ -201,7 +199,7 @@ class _Method:
     kind: Kind
 
 
-class _Call(NamedTuple):
+class _Call(msgspec.Struct, eq=False):
     """A call that came."""
 
     served: ServedObject
@@ -212,12 +210,8 @@ class _Call(NamedTuple):
     since: float  # the moment of the monotonic clock at which it came
 
 
-class _Stage(Enum):
-    """Stage of a call: a failure means something else in each."""
-
-    ADMITTED = 0
-    EXECUTED = 1
-    RETURNED = 2
+_Stage = Literal["admitted", "executed", "returned"]
+"""Stage of a call: a failure means something else in each."""
 
 
 class ServedObject:
@@ -262,16 +256,16 @@ class ServedObject:
                 raise OperationNotExistException(
                     f"{self.target.identity}, a {self._interface.type_id}, has no operation {name!r}"
                 )
-            size = 0 if payload is None else len(payload)
-            if size > method.limit:  # before it is so much as copied
-                raise MarshalException(
-                    f"{method.what}: a request of {size} bytes; at most {method.limit} are accepted"
-                )
+            # Sizes first, before anything is so much as copied.
+            if payload is not None and len(payload) > method.limit:
+                raise too_large(len(payload), method.limit, f"{method.what}: request")
             data = _NO_ARGUMENTS if payload is None else bytes(payload)
             if attachment is not None:
-                about = decode_attachment(attachment)
+                if len(attachment) > ATTACHMENT_LIMIT:
+                    raise too_large(len(attachment), ATTACHMENT_LIMIT, "attachment")
+                about = read_attachment(bytes(attachment))
             call = _Call(self, method, data, about, reply, time.monotonic())
-            with turn.changed:
+            with turn.lock:
                 if self._withdrawn:
                     raise ObjectNotExistException(f"{self.target.identity} is no longer served")
                 # A servant that calls itself must not wait for its own turn.
@@ -283,26 +277,31 @@ class ServedObject:
                 self._executed += 1
         except ZenohIceError as error:
             return self._refusals, partial(reply, *self._refuse(error, about))
+        except DECODE_ERRORS as error:
+            return self._refusals, partial(reply, *self._refuse(misfit(error, "attachment"), about))
         return method.kind, partial(self._run, call)
 
     def _run(self, call: _Call) -> None:
         """Execute and answer a call whose turn it is, then let the next one have the turn."""
         # One flat way: each step into another function costs a small call more than what is done there.
-        _, method, payload, about, reply, since = call
+        method, payload, about, reply = call.method, call.payload, call.about, call.reply
         operation, timeout, turn, turns = method.operation, about.timeout, self._turn, _here.turns
-        stage = _Stage.ADMITTED
+        stage: _Stage = "admitted"
         try:
             if method.fingerprints is not None and about.fingerprint not in method.fingerprints:
-                raise self._mismatch(about.fingerprint, method)
+                own = self._interface
+                raise InterfaceMismatchException.between(
+                    method.what, own.type_id, about.fingerprint, own.fingerprint
+                )
             if timeout > 0:
                 now = time.monotonic()
-                late = now - since >= timeout * _DOUBTFUL
+                late = now - call.since >= timeout * _DOUBTFUL
                 if late or self._communicator.pool.pulse.running_since <= now - timeout:
                     _check_patience(call)
             arguments = msgspec.structs.astuple(method.decode(payload))
             if operation.amd:
                 self._check_unanswered(len(payload), method.what)
-            stage = _Stage.EXECUTED
+            stage = "executed"
             current = Current(
                 self.target.identity, operation.name, about.call_id, timeout, self._communicator
             )
@@ -311,7 +310,7 @@ class ServedObject:
                 result = method.function(*arguments, current)
             finally:
                 _here.turns = turns
-            stage = _Stage.RETURNED
+            stage = "returned"
             if operation.amd and (future := self._future_of(result)) is not None:
                 self._answer_later(call, future)
             elif method.make_result is not None:
@@ -320,13 +319,13 @@ class ServedObject:
                 reply(True, operation.result.gather_result(result, method.what))
         except BaseException as error:  # noqa: BLE001 - answered; not even CancelledError may end the thread
             problem = error
-            if stage is _Stage.RETURNED and not operation.amd and inspect.iscoroutine(result):
+            if stage == "returned" and not operation.amd and inspect.iscoroutine(result):
                 result.close()  # or Python warns that nobody waited for it
                 text = f'{method.what}: only an operation marked ["amd"] may be a coroutine'
                 problem = MarshalException(text)
             reply(*self._failure(problem, call, stage))
         finally:
-            with turn.changed:
+            with turn.lock:
                 turn.running -= 1
                 self._running -= 1
                 if self._withdrawn:
@@ -374,10 +373,10 @@ class ServedObject:
         """Answer with the outcome of a future, on the thread that gives it that."""
 
         def answer(future: Future[Any]) -> None:
-            stage = _Stage.EXECUTED
+            stage: _Stage = "executed"
             try:
                 result = future.result()
-                stage = _Stage.RETURNED
+                stage = "returned"
                 call.reply(True, call.method.operation.result.gather_result(result, call.method.what))
             except CancelledError:
                 text = f"{call.method.what}: its server dropped it without an answer"
@@ -385,12 +384,12 @@ class ServedObject:
             except BaseException as error:  # noqa: BLE001 - answered
                 call.reply(*self._failure(error, call, stage))
             finally:
-                with self._turn.changed:
+                with self._turn.lock:
                     self._unanswered -= 1
                     self._unanswered_bytes -= len(call.payload)
                     self._turn.changed.notify_all()
 
-        with self._turn.changed:
+        with self._turn.lock:
             self._unanswered += 1
             self._unanswered_bytes += len(call.payload)
         future.add_done_callback(answer)
@@ -400,7 +399,7 @@ class ServedObject:
     def _refuse(self, error: ZenohIceError, about: Attachment) -> Answer:
         """Count a call that is not executed, and return the answer that says why."""
         now = time.monotonic()
-        with self._turn.changed:
+        with self._turn.lock:
             self._refused += 1
             self._complaints += about.timeout == 0
             # Nobody sees why a oneway call failed; but a flood of them must not fill the log.
@@ -416,36 +415,27 @@ class ServedObject:
     def _failure(self, error: BaseException, call: _Call, stage: _Stage) -> Answer:
         """Return the answer to a call that raised an exception at some stage."""
         method = call.method
-        if stage is _Stage.ADMITTED:
+        if stage == "admitted":
             if isinstance(error, DECODE_ERRORS):
                 error = misfit(error, method.what)
             if isinstance(error, ZenohIceError):
-                with self._turn.changed:
+                with self._turn.lock:
                     self._executed -= 1
                 return self._refuse(error, call.about)
         declared: tuple[type[ZenohIceError], ...] = (*method.operation.exceptions, *_OF_SERVANTS)
-        if stage is _Stage.EXECUTED and isinstance(error, declared):
+        if stage == "executed" and isinstance(error, declared):
             return False, encode_error(error)
-        with self._turn.changed:
+        with self._turn.lock:
             self._failed += 1
-        if stage is _Stage.RETURNED and isinstance(error, ENCODE_ERRORS):
+        if stage == "returned" and isinstance(error, ENCODE_ERRORS):
             error = not_encoded(error, method.what)
-        if stage is _Stage.RETURNED and isinstance(error, MarshalException):
+        if stage == "returned" and isinstance(error, MarshalException):
             error = MarshalException(f"result of {error}", error.path)
             _logger.error("%s", error)
             return False, encode_error(error)
         client = call.about.client or "a stranger"
         _logger.error("%s failed, called by %r", method.what, client, exc_info=error)
         return False, encode_error(unknown_exception(error))
-
-    def _mismatch(self, fingerprint: str, method: _Method) -> InterfaceMismatchException:
-        own = self._interface
-        return InterfaceMismatchException(
-            f"{method.what}: the caller was generated from {fingerprint}, the servant {own.type_id} from "
-            f"{own.fingerprint}; generate both from the same IDL",
-            expected=fingerprint,
-            found=own.fingerprint,
-        )
 
     def _add_method(self, operation: Operation[..., Any], fingerprints: frozenset[str] | None) -> None:
         # All before the first call: a type that cannot be decoded is an error of the servant's start.
@@ -512,7 +502,7 @@ class ServedObject:
             waits = any(call.served is self for call in turn.waiting)
             return self._running <= expected and self._unanswered == 0 and not waits
 
-        with turn.changed:
+        with turn.lock:
             self._withdrawn = True
             done = turn.changed.wait_for(ended, timeout)
             dropped = [call for call in turn.waiting if call.served is self]
@@ -528,7 +518,7 @@ class ServedObject:
 
     def status(self) -> ServantStatus:
         """Return what it does, and did since it is served."""
-        with self._turn.changed:
+        with self._turn.lock:
             return ServantStatus(
                 type_id=self._interface.type_id,
                 calls=self._executed,
@@ -642,8 +632,7 @@ class ObjectAdapter:
 
     def _begin(self, target: Target, servant: Object) -> ServedObject:
         communicator = self._communicator
-        if communicator.destroyed:
-            raise CommunicatorDestroyedException(f"adapter {self._name}: the communicator was destroyed")
+        communicator.check()
         if communicator.presence.servers(target):
             raise AlreadyRegisteredException(
                 f"another process of realm {target.realm!r} serves {target.identity!r} already, and two "

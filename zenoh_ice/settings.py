@@ -159,18 +159,6 @@ class Settings(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, di
         """Return a copy with changes, `security` as a table; raises ConfigurationException for bad ones."""
         return _overlay(self, changes, "the program")
 
-    def describe(self) -> str:
-        """Return a table of the settings, of `[security]` those given, and where each comes from."""
-        rows = {name: shown(value) for name, value in structs.asdict(self).items() if name != "security"}
-        for name, value in structs.asdict(self.security).items():
-            if f"security.{name}" in self.origins:
-                text = shown([*value] if name == "roles" else value)
-                rows[f"security.{name}"] = "(hidden)" if name == "password" else text
-        width = max(map(len, rows.values()))
-        return "\n".join(
-            f"{name:<22}  {text:<{width}}  {self.origins.get(name, 'default')}" for name, text in rows.items()
-        )
-
     @property
     def reached_at(self) -> tuple[str, ...]:
         """Endpoints of the component: those it listens on or, of a client, connects to."""

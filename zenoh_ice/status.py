@@ -9,15 +9,13 @@ import sys
 from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
-from typing import Annotated, Final
+from typing import Annotated
 
 import msgspec
 
-from ._codec import Buffer
-from .exceptions import MarshalException
+from ._codec import LARGEST, Buffer, decode_bounded
 from .text import LONGEST_TEXT
 
-_LIMIT: Final = 1 << 20  # bytes
 _Text = Annotated[str, msgspec.Meta(max_length=LONGEST_TEXT)]
 _Count = Annotated[int, msgspec.Meta(ge=0)]
 _Seconds = Annotated[float, msgspec.Meta(ge=0.0, le=1e11)]  # and a number
@@ -68,12 +66,8 @@ def encode_status(since: float, *, shared_memory: bool, servants: Mapping[str, S
 
 def decode_status(data: Buffer, process: str) -> ProcessStatus:
     """Return the status that arrived; raises MarshalException, which names the process, for what is none."""
-    if len(data) > _LIMIT:  # before it is so much as copied
-        raise MarshalException(f"status of {process}: {len(data)} bytes; at most {_LIMIT} are accepted")
-    try:
-        return msgspec.msgpack.decode(bytes(data), type=ProcessStatus)
-    except (ValueError, RecursionError, OverflowError) as error:
-        raise MarshalException(f"status of {process}: {error}") from error
+    decode = msgspec.msgpack.Decoder(ProcessStatus).decode
+    return decode_bounded(decode, data, LARGEST, f"status of {process}")
 
 
 def program_name() -> str:

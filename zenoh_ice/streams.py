@@ -32,8 +32,6 @@ from .exceptions import (
 from .interface import Operation
 from .transport import Inlet, Outlet, Pacer, Target, Transport
 
-__all__ = ["Publisher", "Sample", "Samples", "StreamReader", "Streams", "Subscription"]
-
 V = TypeVar("V")
 
 LINGER: Final = 10.0
@@ -278,12 +276,8 @@ class _Listener(Generic[V]):
             # The sample has that of its servant's own interface, which may extend the one that we know.
             found = self.streams.presence.interfaces(self.target).get(own.type_id, own.fingerprint)
             if found != own.fingerprint:
-                raise InterfaceMismatchException(
-                    f"sample of {self.what}: this component was generated from {own.fingerprint}, the "
-                    f"servant's {own.type_id} from {found}; generate both from the same IDL",
-                    expected=own.fingerprint,
-                    found=found,
-                )
+                what = f"sample of {self.what}"
+                raise InterfaceMismatchException.between(what, own.type_id, own.fingerprint, found)
         self._accepted = fingerprint
 
 

@@ -222,7 +222,7 @@ class TestProcessStatus:
         ("answer", "reason"),
         [
             (b"\xc1", "malformed"),
-            (msgspec.msgpack.encode({"program": 1}), r"at `\$\.program`"),
+            (msgspec.msgpack.encode({"program": 1}), r"at \$\.program"),
             (bytes((1 << 20) + 1), "1048577 bytes; at most 1048576 are accepted"),
         ],
         ids=["no MessagePack", "no status", "too large"],

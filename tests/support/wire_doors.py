@@ -22,6 +22,7 @@ import interfaces
 from deploy.nao import NaoError
 from deploy.nao.dynamic import Types
 from deploy.nao.values import FromJson, to_json
+from hfsm_command.cli import describe
 from interfaces.jderobot import CameraPrx
 from interfaces.nao import JointsPrx, PoseHeadPrx
 from tests.support.wire_values import pack
@@ -460,7 +461,7 @@ def _settings() -> Door:
         path.write_bytes(data)
         settings = load_settings(path, environment={})
         assert isinstance(settings, Settings)
-        assert settings.describe().replace("\n", "").isprintable()
+        assert describe(settings).replace("\n", "").isprintable()
         with suppress(zenoh.ZError):  # as opening a session reports
             zenoh.Config.from_json5(json.dumps(session_config(settings)))
 

@@ -28,10 +28,9 @@ import msgspec
 import zenoh
 from msgspec import Meta
 
-from .._codec import LARGE, Parted, Pieces
+from .._codec import LARGE, LARGEST_BULK, Parted, Pieces, decode_bounded, too_large
 from .._presence import parse_client_token
 from ..exceptions import ConnectionLostException, MarshalException
-from ..text import printable
 
 LENT_FOR: Final = 5.0  # s after which what was lent is used again: its reader was killed
 
@@ -139,12 +138,14 @@ class SharedMemory:
         Raises MarshalException when it is more, ConnectionLostException when its memory is gone: its sender
         ended, or it was not read for too long.
         """
-        _check_size(len(payload), limit, what)
+        if len(payload) > limit:
+            raise too_large(len(payload), limit, what)
         data = payload.to_bytes()
         if not data or data[0] & 0xF0 != 0x90:  # no array in MessagePack; every whole payload is a map
             return data
         reference = decode_reference(data, what)
-        _check_size(len(reference.rest) + sum(reference.sizes), limit, what)
+        if (size := len(reference.rest) + sum(reference.sizes)) > limit:
+            raise too_large(size, limit, what)
         try:
             _, memory = self._maps.get((reference.token, reference.lent)) or self._open(reference)
             return Parted(reference.rest, reference.places, _copy(memory, reference, what))
@@ -334,10 +335,8 @@ class MemoryReference(msgspec.Struct, array_like=True, frozen=True):
 
 def decode_reference(payload: bytes, what: str) -> MemoryReference:
     """Return the reference that travelled; raises MarshalException for a malformed one."""
-    try:
-        reference = msgspec.msgpack.decode(payload, type=MemoryReference)
-    except (ValueError, RecursionError, OverflowError) as error:
-        raise MarshalException(f"{what}: reference to shared memory: {printable(str(error))}") from error
+    decode = msgspec.msgpack.Decoder(MemoryReference).decode
+    reference = decode_bounded(decode, payload, LARGEST_BULK, f"{what}: reference to shared memory")
     if len(reference.places) != len(reference.sizes):
         raise MarshalException(f"{what}: reference to shared memory: as many places as sizes are wanted")
     return reference
@@ -428,8 +427,3 @@ def _is_open(path: Path, token: str) -> bool:
 def _capacity(payload: Pieces) -> int:
     """Return the bytes of a slot for a payload: images of one kind, compressed, say, differ in size."""
     return max(LARGE, 1 << (sum(map(len, payload.large)) - 1).bit_length())
-
-
-def _check_size(size: int, limit: int, what: str) -> None:
-    if size > limit:
-        raise MarshalException(f"{what}: {size} bytes; at most {limit} are accepted")

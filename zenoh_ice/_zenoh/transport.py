@@ -15,14 +15,13 @@ from typing import Any, Final
 import zenoh
 from zenoh.handlers import Callback, RingChannel
 
-from .._codec import LARGEST, Pieces
+from .._codec import LARGEST, Pieces, too_large
 from .._presence import any_client, client_token
 from .._threads import Job, Kind, Pool, UserCodeThread
 from .._wire import ERROR_ENCODING, decode_attachment, encode_error, unknown_exception
 from ..exceptions import (
     CommunicatorDestroyedException,
     ConnectionLostException,
-    MarshalException,
     ObjectNotExistException,
     SystemException,
 )
@@ -315,9 +314,9 @@ class _Caller:
         except zenoh.ZError:  # the end without an answer, of the session too
             raise NoAnswer(timed_out=False) from None
         answer = reply.ok
-        if answer is None or self._may_refer or len(answer.payload) > self._limit:
+        if answer is None or self._may_refer or len(content := answer.payload) > self._limit:
             return self._interpret(reply)
-        return True, answer.payload.to_bytes()
+        return True, content.to_bytes()
 
     def begin(
         self, payload: bytes, attachment: bytes, done: Callable[[Outcome | SystemException], object]
@@ -357,9 +356,8 @@ class _Caller:
         error = reply.err
         assert error is not None  # a reply is either
         if str(error.encoding) == ERROR_ENCODING:
-            size = len(error.payload)
-            if size > LARGEST:
-                raise MarshalException(f"{self._what}: an error of {size} bytes")
+            if len(error.payload) > LARGEST:
+                raise too_large(len(error.payload), LARGEST, self._what)
             return False, error.payload.to_bytes()
         raise NoAnswer(timed_out=error.payload.to_bytes() == _TIMEOUT)
 

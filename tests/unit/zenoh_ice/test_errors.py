@@ -175,7 +175,7 @@ def test_error_that_is_too_large_is_not_copied() -> None:
 
     error = decode_error(Large(), (CalculatorError,), "call")  # type: ignore[arg-type]
     assert isinstance(error, MarshalException)
-    assert "an error of 1048577 bytes; at most" in str(error)
+    assert "error of call: 1048577 bytes; at most" in str(error)
 
 
 @given(st.binary(max_size=300))

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from deploy.security.folder import SecurityFolder
+from hfsm_command.cli import describe
 from zenoh_ice import initialize
 from zenoh_ice.exceptions import ConfigurationException
 from zenoh_ice.security import check_security, exposure
@@ -41,11 +42,11 @@ class TestSources:
         security = settings.security
         assert (security.user, security.password, security.mutual) == ("ann", "secret", False)
         assert security.authority == str(tmp_path / "ca.pem")  # as seen from the file
-        described = {line.split()[0]: line.split(None, 1)[1] for line in settings.describe().splitlines()}
+        described = {line.split()[0]: line.split(None, 1)[1] for line in describe(settings).splitlines()}
         assert described["security.authority"].endswith(str(file))
         assert described["security.certificate"].endswith("--certificate")
         assert described["security.password"].split() == ["(hidden)", "VISUALHFSM_SECURITY_PASSWORD"]
-        assert "secret" not in settings.describe() + repr(settings)
+        assert "secret" not in describe(settings) + repr(settings)
 
     @pytest.mark.parametrize(
         ("text", "message"),

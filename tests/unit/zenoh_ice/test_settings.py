@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from hfsm_command.cli import describe
 from zenoh_ice.exceptions import ConfigurationException
 from zenoh_ice.settings import Security, Settings, load_settings
 
@@ -45,7 +46,7 @@ def test_later_sources_win_and_origins_are_remembered(tmp_path: Path) -> None:
         "timeout": "--timeout",
         "log_level": "default",
     }
-    described = {line.split()[0]: line.split()[-1] for line in settings.describe().splitlines()}
+    described = {line.split()[0]: line.split()[-1] for line in describe(settings).splitlines()}
     assert described["realm"] == str(file)
     assert described["clock"] == "VISUALHFSM_CLOCK"
     assert described["connect"] == "default"
