@@ -31,8 +31,7 @@ from .exceptions import (
     SystemException,
     TimeoutException,
 )
-from .interface import stream
-from .proxy import ObjectPrx, fail
+from .proxy import ObjectPrx, fail, stream
 from .servant import ObjectAdapter, ServedObject
 from .settings import Settings, load_settings
 from .status import ProcessStatus, ServantStatus, decode_status, encode_status

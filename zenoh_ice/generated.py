@@ -12,8 +12,7 @@ from msgspec import Meta
 
 from ._values import NULL, Struct, Value
 from .exceptions import UserException
-from .interface import operation, stream
-from .proxy import ObjectPrx
+from .proxy import ObjectPrx, operation, stream
 from .servant import Current, Object, publisher
 
 __all__ = [

@@ -1,13 +1,4 @@
-"""Interfaces and their operations: a class with annotated methods declares them, the rest is derived from it.
-
-    class PoseHeadPrx(ObjectPrx, id="::nao::PoseHead", fingerprint="8c1929ab33b66aff"):
-        @operation(throws=(InvalidValueException,))
-        def setPose(self, pan: float, tilt: float) -> HeadPose:
-            \"\"\"Turn the head to a pose in rad.\"\"\"
-
-`head.setPose(0.5, 0.0)` calls, `head.setPose.begin(0.5, 0.0)` returns a future. What travels is derived from
-the annotations when an operation is first called or served.
-"""
+"""Interfaces and their operations: what travels is derived from annotations when it is first needed."""
 
 from __future__ import annotations
 
@@ -15,19 +6,16 @@ from collections.abc import Callable
 from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
 from typing import (
-    TYPE_CHECKING,
     Any,
     Concatenate,
     Final,
     Generic,
     ParamSpec,
-    Self,
     TypedDict,
     TypeVar,
     Unpack,
     get_args,
     get_type_hints,
-    overload,
 )
 
 import msgspec
@@ -36,9 +24,6 @@ from ._codec import Codec
 from ._values import TYPE_FIELD, Struct, StructType, Value, slice_name, type_id_of
 from .exceptions import UserException
 
-if TYPE_CHECKING:
-    from .proxy import Call, ObjectPrx, StreamedCall
-
 __all__ = [
     "OBJECT_TYPE_ID",
     "RETURN_VALUE",
@@ -46,12 +31,9 @@ __all__ = [
     "Interface",
     "Operation",
     "OperationOptions",
-    "StreamedOperation",
     "Struct",
     "StructType",
     "Value",
-    "operation",
-    "stream",
     "type_id_of",
 ]
 
@@ -81,13 +63,7 @@ class OperationOptions(TypedDict, total=False):
 
 
 class Operation(Generic[P, V]):
-    """An operation of an interface: `P` are its in-parameters in Python, `V` is what its proxy returns.
-
-    As an attribute of a proxy it is what calls it.
-    """
-
-    streamed = False
-    """Whether its results are also published as a stream."""
+    """An operation of an interface: `P` are its in-parameters in Python, `V` is what its proxy returns."""
 
     def __init__(
         self,
@@ -95,6 +71,7 @@ class Operation(Generic[P, V]):
         *,
         arguments: type[msgspec.Struct] | None = None,
         result: type[msgspec.Struct] | None = None,
+        streamed: bool = False,
         **options: Unpack[OperationOptions],
     ) -> None:
         """Make an operation of an annotated method, or of a name and the structs of arguments and result."""
@@ -105,6 +82,8 @@ class Operation(Generic[P, V]):
         self.idempotent: Final = options.get("idempotent", False)
         self.stop: Final = options.get("stop", False)
         self.amd: Final = options.get("amd", False)
+        self.streamed: Final = streamed
+        """Whether its results are also published as a stream."""
         self.interface: Interface | None = None
         """The interface that declares it, once there is one."""
         self.__doc__, self.__name__ = declared.__doc__, self.method
@@ -113,22 +92,6 @@ class Operation(Generic[P, V]):
         self._optional: Final = options.get("optional", ())
         if arguments is not None and result is not None:
             self.arguments, self.result = Codec(arguments), Codec(result)
-
-    @overload
-    def __get__(self, proxy: None, owner: type | None = None) -> Self: ...
-    @overload
-    def __get__(self, proxy: ObjectPrx, owner: type | None = None) -> Call[P, V]: ...
-    def __get__(self, proxy: ObjectPrx | None, owner: type | None = None) -> Self | Call[P, V]:
-        """Return what calls the operation; the proxy holds it from then on."""
-        if proxy is None:
-            return self
-        call: Call[P, V] = proxy.ice_calls[self.streamed](proxy, self)
-        vars(proxy)[self.method] = call
-        return call
-
-    def __call__(self, proxy: ObjectPrx, *args: P.args, **kwargs: P.kwargs) -> V:
-        """Call the operation of a proxy: `PoseHeadPrx.getPose(head)`, as Python has it of methods."""
-        return self.__get__(proxy)(*args, **kwargs)
 
     @cached_property
     def arguments(self) -> Codec[Any]:
@@ -167,35 +130,6 @@ class Operation(Generic[P, V]):
     def oneway(self) -> bool:
         """Whether it may be called one way: it returns nothing and declares no exceptions."""
         return not self.result.fields and not self.exceptions
-
-
-class StreamedOperation(Operation[P, V]):
-    """An operation whose results are also published as a stream, under the same name."""
-
-    streamed = True
-
-    if TYPE_CHECKING:
-
-        @overload
-        def __get__(self, proxy: None, owner: type | None = None) -> Self: ...
-        @overload
-        def __get__(self, proxy: ObjectPrx, owner: type | None = None) -> StreamedCall[P, V]: ...
-        def __get__(self, proxy: ObjectPrx | None, owner: type | None = None) -> Self | StreamedCall[P, V]:
-            """Return what calls the operation and follows its stream."""
-
-
-def operation(
-    **options: Unpack[OperationOptions],
-) -> Callable[[Callable[Concatenate[Any, P], V]], Operation[P, V]]:
-    """Declare an operation by a method of a proxy: parameters, what it returns, and docs."""
-    return lambda declared: Operation(declared, **options)
-
-
-def stream(
-    **options: Unpack[OperationOptions],
-) -> Callable[[Callable[Concatenate[Any, P], V]], StreamedOperation[P, V]]:
-    """Declare an operation whose results are also published as a stream."""
-    return lambda declared: StreamedOperation(declared, **options)
 
 
 @dataclass(eq=False, repr=False)

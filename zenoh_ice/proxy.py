@@ -1,4 +1,14 @@
-"""Proxies: what clients call servants and follow their streams through."""
+"""Proxies: what clients call servants and follow their streams through.
+
+A class with annotated methods declares the proxy of an interface:
+
+    class PoseHeadPrx(ObjectPrx, id="::nao::PoseHead", fingerprint="8c1929ab33b66aff"):
+        @operation(throws=(InvalidValueException,))
+        def setPose(self, pan: float, tilt: float) -> HeadPose:
+            \"\"\"Turn the head to a pose in rad.\"\"\"
+
+`head.setPose(0.5, 0.0)` calls, `head.setPose.begin(0.5, 0.0)` returns a future.
+"""
 
 from __future__ import annotations
 
@@ -8,18 +18,20 @@ import time
 from collections.abc import Callable
 from concurrent.futures import Future, InvalidStateError
 from contextlib import suppress
-from functools import cached_property
 from typing import (
     TYPE_CHECKING,
     Any,
     ClassVar,
+    Concatenate,
     Final,
     Generic,
     NoReturn,
     ParamSpec,
     Self,
     TypeVar,
+    Unpack,
     cast,
+    overload,
 )
 
 import msgspec
@@ -35,7 +47,7 @@ from .exceptions import (
     TwowayOnlyException,
     ZenohIceError,
 )
-from .interface import Interface, Operation
+from .interface import Interface, Operation, OperationOptions
 from .reflection import Schema, describe_difference, parse_schema
 from .servant import ICE_DESCRIBE, ICE_ID, ICE_IDS, ICE_IS_A, ICE_PING, OBJECT_INTERFACE
 from .streams import Sample, Samples, StreamReader, Subscription
@@ -254,6 +266,8 @@ class StreamedCall(Call[P, V]):
     closed and nobody has asked for a sample for 10 s. The next question subscribes again.
     """
 
+    _reader: StreamReader[V] | None = None
+
     def latest(self) -> Sample[V] | None:
         """Return the newest sample without a round trip, or None before the first has come.
 
@@ -261,7 +275,7 @@ class StreamedCall(Call[P, V]):
         for a sample that does not fit the operation, InterfaceMismatchException for one of a servant with
         another version of the interface.
         """
-        return self._reader.latest()
+        return (self._reader or self._open()).latest()
 
     def wait(self, after: Sample[V] | None = None, timeout: float | None = None) -> Sample[V]:
         """Return the next sample newer than `after`, or the newest at once without `after`.
@@ -269,7 +283,7 @@ class StreamedCall(Call[P, V]):
         Waits for at most `timeout` s, by default the proxy's limit for calls. Raises TimeoutException;
         ConnectionLostException or ObjectNotExistException when the servant is gone; otherwise as `latest`.
         """
-        return self._reader.wait(after, self._patience(timeout))
+        return (self._reader or self._open()).wait(after, self._patience(timeout))
 
     def samples(self, timeout: float | None = None, *, rate: float | None = None) -> Samples[V]:
         """Return what yields sample after sample, always the newest, in `for` and in `async for`.
@@ -277,7 +291,7 @@ class StreamedCall(Call[P, V]):
         With a rate, at most that many per second. Waits for each for at most `timeout` s, by default the
         proxy's limit for calls; raises as `wait` does.
         """
-        return Samples(self._reader, self._patience(timeout), rate)
+        return Samples(self._reader or self._open(), self._patience(timeout), rate)
 
     def subscribe(
         self, callback: Callable[[Sample[V]], Any], *, rate: float | None = None, queue: int = 1
@@ -290,7 +304,7 @@ class StreamedCall(Call[P, V]):
 
         It continues by itself after a restart of the server. An exception of the function is logged.
         """
-        return Subscription(self._reader, callback, rate, queue)
+        return Subscription(self._reader or self._open(), callback, rate, queue)
 
     def _patience(self, timeout: float | None) -> float:
         if timeout is None:
@@ -299,9 +313,55 @@ class StreamedCall(Call[P, V]):
             raise ConfigurationException(f"a wait lasts 0 s or more, not {timeout!r}")
         return min(timeout, threading.TIMEOUT_MAX)
 
-    @cached_property
-    def _reader(self) -> StreamReader[V]:
-        return self._communicator.streams.reader(self._proxy._target, self._operation)
+    def _open(self) -> StreamReader[V]:
+        self._reader = self._communicator.streams.reader(self._proxy._target, self._operation)
+        return self._reader
+
+
+class Method(Operation[P, V]):
+    """An operation that a proxy's class declares: as an attribute of the proxy it is what calls it."""
+
+    @overload
+    def __get__(self, proxy: None, owner: type | None = None) -> Self: ...
+    @overload
+    def __get__(self, proxy: ObjectPrx, owner: type | None = None) -> Call[P, V]: ...
+    def __get__(self, proxy: ObjectPrx | None, owner: type | None = None) -> Self | Call[P, V]:
+        """Return what calls the operation; the proxy holds it from then on."""
+        if proxy is None:
+            return self
+        call = vars(proxy)[self.method] = (StreamedCall if self.streamed else Call)(proxy, self)
+        return call
+
+    def __call__(self, proxy: ObjectPrx, *args: P.args, **kwargs: P.kwargs) -> V:
+        """Call the operation of a proxy: `PoseHeadPrx.getPose(head)`, as Python has it of methods."""
+        return self.__get__(proxy)(*args, **kwargs)
+
+
+class StreamedMethod(Method[P, V]):
+    """A method whose results are also published as a stream, under the same name."""
+
+    if TYPE_CHECKING:
+
+        @overload
+        def __get__(self, proxy: None, owner: type | None = None) -> Self: ...
+        @overload
+        def __get__(self, proxy: ObjectPrx, owner: type | None = None) -> StreamedCall[P, V]: ...
+        def __get__(self, proxy: ObjectPrx | None, owner: type | None = None) -> Self | StreamedCall[P, V]:
+            """Return what calls the operation and follows its stream."""
+
+
+def operation(
+    **options: Unpack[OperationOptions],
+) -> Callable[[Callable[Concatenate[Any, P], V]], Method[P, V]]:
+    """Declare an operation by a method of a proxy: parameters, what it returns, and docs."""
+    return lambda declared: Method(declared, **options)
+
+
+def stream(
+    **options: Unpack[OperationOptions],
+) -> Callable[[Callable[Concatenate[Any, P], V]], StreamedMethod[P, V]]:
+    """Declare an operation whose results are also published as a stream."""
+    return lambda declared: StreamedMethod(declared, streamed=True, **options)
 
 
 class ObjectPrx(Reference):
@@ -312,8 +372,6 @@ class ObjectPrx(Reference):
     """
 
     ice_interface: ClassVar[Interface] = OBJECT_INTERFACE
-    ice_calls: ClassVar = Call, StreamedCall
-    """What calls an operation, and one that has a stream."""
 
     def __init_subclass__(cls, *, id: str = "", fingerprint: str = "", **options: Any) -> None:  # noqa: ANN401
         """Make the interface that a class declares: its type id, and the digest of its canonical form."""
@@ -408,14 +466,21 @@ class ObjectPrx(Reference):
 
     # What every servant answers.
 
-    ice_ping = ICE_PING
-    """Return once the servant has answered."""
-    ice_isA = ICE_IS_A
-    """Return whether the servant has the interface of a type id."""
-    ice_id = ICE_ID
-    """Return the type id of the servant's own interface."""
-    ice_ids = ICE_IDS
-    """Return the type ids of all interfaces of the servant."""
+    def ice_ping(self) -> None:
+        """Return once the servant has answered."""
+        self.ice_invoke(ICE_PING)
+
+    def ice_isA(self, id: str) -> bool:
+        """Return whether the servant has the interface of a type id."""
+        return self.ice_invoke(ICE_IS_A, id)
+
+    def ice_id(self) -> str:
+        """Return the type id of the servant's own interface."""
+        return self.ice_invoke(ICE_ID)
+
+    def ice_ids(self) -> list[str]:
+        """Return the type ids of all interfaces of the servant."""
+        return self.ice_invoke(ICE_IDS)
 
     def ice_describe(self) -> Schema:
         """Return the servant's own interface, its base interfaces, and every type that they use.

@@ -19,7 +19,6 @@ from zenoh_ice.interface import (
     RETURN_VALUE,
     Interface,
     Operation,
-    StreamedOperation,
     Struct,
     StructType,
     Value,
@@ -97,12 +96,12 @@ class Types:
         """Return a function that calls an operation; raises MarshalException for unusable types."""
         name = description.name
         try:
-            kind = StreamedOperation if description.streamed else Operation
-            return kind(
+            return Operation(
                 name,
                 arguments=self._struct(f"{name}_Arguments", description.parameters),
                 result=self._struct(f"{name}_Result", description.results),
                 throws=tuple(self._exception(type_id) for type_id in description.exceptions),
+                streamed=description.streamed,
                 idempotent=description.idempotent,
             )
         except (TypeError, ValueError, RuntimeError) as error:

@@ -16,7 +16,7 @@ from tests.support.limits import CALL_LIMIT, LIMIT
 from tests.support.processes import free_endpoint
 from tests.support.waiting import listened, until
 from zenoh_ice import Communicator, Current, InterfaceMismatchException, Object, Publisher, generated
-from zenoh_ice.interface import Interface, StreamedOperation
+from zenoh_ice.interface import Interface, Operation
 
 MakeCommunicator = Callable[..., Communicator]
 
@@ -110,8 +110,8 @@ class _Nothing(generated.Struct):
     pass
 
 
-_get_reading: StreamedOperation[[], NewerReading] = StreamedOperation(
-    "getReading", arguments=_Nothing, result=_Result, idempotent=True
+_get_reading: Operation[[], NewerReading] = Operation(
+    "getReading", arguments=_Nothing, result=_Result, streamed=True, idempotent=True
 )
 
 
