@@ -484,7 +484,7 @@ def _accesses(piece: Piece, function: str | None, nodes: list[ast.AST], self_nam
     while pending:
         node = pending.pop()
         if isinstance(node, ast.ClassDef):
-            continue  # its methods have a `self` of their own
+            continue  # its methods have another `self`
         used = node.func if isinstance(node, ast.Call) else node
         name, *path = dotted(used) or [""]
         if name != self_name or not isinstance(used, ast.Attribute):

@@ -264,7 +264,7 @@ class _Walk:
         self._code, self._definitions = code, code.definitions
         self._names = names
         self._context = context
-        """What tells functions within code apart that stand in the same text."""
+        """Distinguishes nested functions that are in the same text."""
         self._automaton = automaton
 
     def follow(self, body: list[ast.stmt]) -> None:

@@ -94,7 +94,7 @@ class _Resolver:
                 automata.append(stub)
             elif len(automata) + len(part.automata) > _MAX_AUTOMATA:
                 message = f"more than {_MAX_AUTOMATA} automata in total"
-                self._error(Code.IMPORT_WITHOUT_END, message, _place(stub, path))
+                self._error(Code.RECURSIVE_IMPORT, message, _place(stub, path))
                 break
             else:
                 automata += _graft(part.automata, stub, taken)
@@ -158,11 +158,11 @@ class _Resolver:
             first = files.index(file.resolve())
             circle = " -> ".join(f"`{file.name}`" for file in (*files[first:], file))
             notes = [Note("imported here", stacked.place) for stacked in stack[first:] if stacked.place]
-            self._error(Code.IMPORT_WITHOUT_END, f"the files import one another: {circle}", place, *notes)
+            self._error(Code.RECURSIVE_IMPORT, f"the files import one another: {circle}", place, *notes)
             return False
         if len(stack) > _MAX_DEPTH:
             message = f"more than {_MAX_DEPTH} files import one another in a chain"
-            self._error(Code.IMPORT_WITHOUT_END, message, place)
+            self._error(Code.RECURSIVE_IMPORT, message, place)
             return False
         return True
 
@@ -208,7 +208,7 @@ class _Resolver:
             if item.name in known and meaning(item) != meaning(known[item.name]):
                 message = f"the {kind} `{item.name}` differs from the one of the same name"
                 note = Note("the other one is here", _place(known[item.name], path))
-                self._error(Code.CONTRADICTING_IMPORTS, message, _place(item, path), note)
+                self._error(Code.CONFLICTING_IMPORTS, message, _place(item, path), note)
         return own + tuple(item for item in others if item.name not in known)
 
     def _merge_libraries(
@@ -225,7 +225,7 @@ class _Resolver:
                         f"the library `{library.name.text.strip()}` and another one are both named `{name}`"
                     )
                     note = Note("the other one is here", _place(known[name][1], path))
-                    self._error(Code.CONTRADICTING_IMPORTS, message, _place(library, path), note)
+                    self._error(Code.CONFLICTING_IMPORTS, message, _place(library, path), note)
         return (*own, *new)
 
     def _error(self, code: str, message: str, place: Location, *notes: Note) -> None:

@@ -49,7 +49,7 @@ def check_events(analysis: Analysis, report: Report) -> None:
     for name, place in {**sent, **declared}.items():
         if name not in awaited:
             message = f"no transition waits for the event `{name}`"
-            report.warning(Code.UNAWAITED_EVENT, message, place, did_you_mean(name, awaited))
+            report.warning(Code.UNUSED_EVENT, message, place, did_you_mean(name, awaited))
 
 
 class _Senders:

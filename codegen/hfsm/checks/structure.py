@@ -176,7 +176,7 @@ def _check_transition(automaton: Automaton, transition: Transition, states: set[
     for end, state in (("leaves", transition.origin), ("enters", transition.destination)):
         if state not in states:
             message = f"{name} {end} state {state}, which automaton {automaton.id} does not have"
-            report.error(Code.TRANSITION_WITHOUT_END, message, transition)
+            report.error(Code.MISSING_STATE, message, transition)
     trigger = report.place(transition, transition.trigger)
     if transition.type == "time":
         _check_time(transition, report)

@@ -68,9 +68,9 @@ def check_model(
 ) -> ModelReport:
     """Check the automata of a document, whose imports are resolved, whatever values their guards have.
 
-    `operations` tells which operations of the interfaces command something, by default their names do.
-    `limit` is how much work may be spent, in automata that are looked at in configurations. What it leaves
-    undecided is reported as such. `analysis` is that of the document, where it has been made.
+    `operations` are the operations of the interfaces that command something, by default judged by their
+    names. `limit` is how much work may be spent, in automata that are looked at in configurations. What it
+    leaves undecided is reported as such. `analysis` is that of the document, where it has been made.
     """
     model = read_model(document, path, analysis=analysis)
     events = events_of(model)
@@ -209,12 +209,12 @@ class _Reporter:
             code, text = Code.NEVER_FINISHES, Text()
             why, notes = self._endless(model.states[transition.origin])
         elif result.why is WhyNever.ANCESTORS:
-            code, why = Code.NO_TIME_TO_FIRE, "the states above are left before there is time for it"
+            code, why = Code.FIRES_TOO_LATE, "the states above are left before there is time for it"
         else:
             why = "another always fires before it"
             for other in (item for item in model.transitions if item.source.id in result.earlier):
                 if _is_timed_out(model, transition, other):
-                    code = Code.NO_TIME_TO_FIRE
+                    code = Code.FIRES_TOO_LATE
                 place = self._report.place(other.source, other.source.trigger)
                 notes.append(Note(f"{transition_label(other.source)} fires first", place))
         target = model.states[transition.target]

@@ -51,7 +51,7 @@ class Budget:
 class Run:
     """A run of the automata of a system: `start`, then the moves.
 
-    When it goes on for ever by repeating itself, `repeats` is the place of the first move to be repeated:
+    If it goes on without end by repeating itself, `repeats` is the place of the first move to be repeated:
     their number when nothing need happen any more. Else nothing happens after `ends`, or nothing that matters
     until then; in ns.
     """
@@ -204,7 +204,7 @@ def newness(
 
 
 def find_avoiding(system: TransitionSystem, good: Holds, budget: Budget, within: int | None) -> Outcome:
-    """Search a run in which nothing `good` comes: for ever, or in the first `within` ns."""
+    """Search a run in which nothing `good` happens: without end, or in the first `within` ns."""
     exploration = Exploration(system, budget, within)
     start, first = exploration.start, exploration.first
     if good(start):

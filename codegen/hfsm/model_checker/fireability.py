@@ -140,7 +140,7 @@ class _Solitary:
         self._is_aligned = all(
             above.interval % automaton.interval == 0 for above, _ in model.ancestors(automaton.index)
         )
-        """Whether it wakes and becomes a ghost only at times of its own cycles.
+        """Whether it wakes and becomes a ghost only at the times of its cycles.
 
         Then its cycles come at whole multiples of its period in active time, too.
         """

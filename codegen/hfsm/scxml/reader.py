@@ -22,7 +22,7 @@ from ..codes import Code
 from ..document import NO_CHILD, Automaton, Document, Event, State, Text, Transition
 from ..formats.reader import parse_document
 from ..formats.xml_tree import XmlElement, parse_xml
-from .script import ScriptReader, decode_event, everywhere, inside_all, is_name, take_timers
+from .script import ScriptReader, decode_event, descendants, extract_timers, inside_all, is_name
 from .writer import OWN_NAMESPACE, SCXML_NAMESPACE, write_scxml
 
 __all__ = ["is_scxml", "parse_scxml"]
@@ -64,7 +64,7 @@ def parse_scxml(content: bytes | str, path: Path, diagnostics: Diagnostics) -> D
             "the chart was changed since it was exported: only the chart is read, without what SCXML "
             "cannot express, such as positions and code that runs in every cycle"
         )
-        reader.report(Code.SCXML_NOT_CARRIED, element, message)
+        reader.report(Code.SCXML_NOT_IMPORTED, element, message)
     diagnostics.add_all(reader.diagnostics)
     return chart
 
@@ -162,13 +162,13 @@ class _Reader:
         add = {"E": self.diagnostics.error, "W": self.diagnostics.warning}.get(code[0], self.diagnostics.note)
         add(code, message, place, notes)
 
-    def _lose(self, element: XmlElement, message: str) -> None:
+    def _report_lost(self, element: XmlElement, message: str) -> None:
         """Report what is not imported."""
-        self.report(Code.SCXML_NOT_CARRIED, element, message)
+        self.report(Code.SCXML_NOT_IMPORTED, element, message)
 
-    def _approximate(self, element: XmlElement, message: str) -> None:
+    def _report_difference(self, element: XmlElement, message: str) -> None:
         """Report what is imported, but has another meaning in some cases."""
-        self.report(Code.SCXML_NOT_THE_SAME, element, message)
+        self.report(Code.SCXML_DIFFERENT_MEANING, element, message)
 
     def document(self) -> Document | None:
         """Return the document, or None after reporting errors."""
@@ -179,15 +179,15 @@ class _Reader:
             self.report(Code.INVALID_SCXML, root, message)
             return None
         self._read_automaton(root, None)
-        self._timers = take_timers(root, self.report)
+        self._timers = extract_timers(root, self.report)
         for automaton in self._automata:
-            self._find_first(automaton)
+            self._find_initial(automaton)
         for automaton in self._automata:
             for state in list(automaton.states):
                 for element in state.element.elements("transition"):
                     self._read_transition(state, element)
         automata = tuple(map(self._automaton, self._automata))
-        sent = {decode_event(each.attributes.get("event", "")) for each in everywhere(root, "raise", "send")}
+        sent = {decode_event(each.attributes.get("event", "")) for each in descendants(root, "raise", "send")}
         document = Document(
             description=Text(root.attributes.get("name", "")),
             language=Text(self._script.language),
@@ -216,7 +216,7 @@ class _Reader:
                 self._add_goal(history, _Goal(state, history))
                 if state.history is not None:
                     message = "the state has a second history: only the first is imported"
-                    self._approximate(history, message)
+                    self._report_difference(history, message)
                 state.history = state.history or history
         for state in automaton.states:
             self._read_inside(state)
@@ -239,7 +239,7 @@ class _Reader:
         is_shallow = state.history is not None and state.history.attributes.get("type") != "deep"
         if is_shallow and any(each.automata for inner in state.automata for each in inner.states):
             message = "the history is shallow: here inner automata also resume"
-            self._approximate(state.history or element, message)
+            self._report_difference(state.history or element, message)
 
     def _check_parts(self, element: XmlElement, known: Sequence[str]) -> None:
         """Report the content of an element that is not imported."""
@@ -251,7 +251,7 @@ class _Reader:
                     self.report(Code.SCXML_FOREIGN, child, message)
                 self._others.add(name)
             elif child.tag not in known:
-                self._lose(child, f"`{child.tag[:60]}` is not imported: there is no equivalent here")
+                self._report_lost(child, f"`{child.tag[:60]}` is not imported: there is no equivalent here")
 
     def _add_goal(self, element: XmlElement, goal: _Goal) -> None:
         name = element.attributes.get("id", "")
@@ -263,7 +263,7 @@ class _Reader:
         for data in inside_all(element, "datamodel", "data"):
             name, text = data.attributes.get("id", ""), data.attributes.get("expr", data.text)
             if not is_name(name) or "src" in data.attributes:
-                self._lose(data, f"the data `{name[:60]}` cannot be a Python variable")
+                self._report_lost(data, f"the data `{name[:60]}` cannot be a Python variable")
             else:
                 value = self._script.expression(data, text) if text.strip() else "None"
                 automaton.variables.append(f"{name} = {value}")
@@ -271,7 +271,7 @@ class _Reader:
         for script in element.elements("script") if element is self._root else ():
             automaton.variables += self._script.lines([script])
 
-    def _find_first(self, automaton: _Automaton) -> None:
+    def _find_initial(self, automaton: _Automaton) -> None:
         """Find the initial state: by the automaton itself, by one around it, or else the first state."""
         element, wanted = automaton.element, automaton.first
         automaton.first = wanted or next(iter(automaton.states), None)
@@ -289,20 +289,22 @@ class _Reader:
                 message = f"`{start.name[:60]}` is not inside the element that starts there"
                 self.report(Code.INVALID_SCXML, element, message)
         if wanted is not None:
-            self._check_first(wanted, element)
+            self._check_initial(wanted, element)
 
-    def _check_first(self, state: _State, element: XmlElement) -> None:
+    def _check_initial(self, state: _State, element: XmlElement) -> None:
         first = state.automaton.first
         if first is not None and first is not state:
             message = f"it enters `{state.name[:60]}`: here the state around it starts in `{first.name[:60]}`"
-            self._approximate(element, message)
+            self._report_difference(element, message)
 
     # Transitions.
 
     def _read_transition(self, state: _State, element: XmlElement) -> None:
         names = element.attributes.get("target", "").split()
         if state.element.tag == "final" or not names:
-            self._lose(element, "a transition without a target, or out of a final state, is not imported")
+            self._report_lost(
+                element, "a transition without a target, or out of a final state, is not imported"
+            )
             return
         goals = self._find_goals(names, element)
         transitions = list(self._transitions(state, element))
@@ -311,10 +313,10 @@ class _Reader:
         (origin, destination), *others = {_side_by_side(state, goal.state) for goal in goals}
         if others:
             message = "a transition to several targets that are not in one state is not imported"
-            self._lose(element, message)
+            self._report_lost(element, message)
             return
         if element.attributes.get("type") == "internal" and goals[0].state is not origin is destination:
-            self._approximate(
+            self._report_difference(
                 element, f"it stays in `{state.name[:60]}`: here it leaves and enters the state again"
             )
         self._check_entered(goals, destination, element)
@@ -342,11 +344,11 @@ class _Reader:
                 message = (
                     f"`{event[:60]}` is not imported: here a transition waits for one event that is sent"
                 )
-                self._lose(element, f"{message}, or for its state to finish")
+                self._report_lost(element, f"{message}, or for its state to finish")
             else:
                 if name != event:
                     message = f"`{event[:60]}` is read as `{name[:60]}` only: here an event has one name"
-                    self._approximate(element, message)
+                    self._report_difference(element, message)
                 self._events[decode_event(name)] = None
                 yield _transition("event", decode_event(name), condition, element)
 
@@ -368,7 +370,7 @@ class _Reader:
                 f"it leaves `{origin.name[:60]}` from inside: here with the state `{event[:60]}` and an "
                 "event, which takes a cycle: earlier events still reach the state that is left"
             )
-            self.report(Code.SCXML_OTHER_SHAPE, element, message)
+            self.report(Code.SCXML_OTHER_FORM, element, message)
         resumes = any(each.history is not None for each in around)
         name = f"{event} from {state.name}" if resumes else event
         waiting = next((each for each in inner.states if each.name == name), None)
@@ -403,9 +405,9 @@ class _Reader:
             for each in path:
                 if each.history is not None and goal.history is None:
                     message = f"it restarts `{each.name[:60]}`: here the automata inside resume"
-                    self._approximate(element, message)
+                    self._report_difference(element, message)
                 if each is not destination:
-                    self._check_first(each, element)
+                    self._check_initial(each, element)
 
     # The document.
 
@@ -444,7 +446,7 @@ class _Reader:
                 data, owner = self._data[name]
                 if owner != code.automaton.id:
                     message = f"`{name[:60]}` is here a variable of automaton {owner}, but others use it"
-                    self._approximate(data, f"{message}: replace it by `self.{name[:60]}`")
+                    self._report_difference(data, f"{message}: replace it by `self.{name[:60]}`")
 
 
 def _transition(type: str, trigger: str, guard: str, element: XmlElement) -> Transition:

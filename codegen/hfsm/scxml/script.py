@@ -18,7 +18,7 @@ from ..formats.writer import UNWRITABLE
 from ..formats.xml_tree import XmlElement
 from .writer import expression_of
 
-__all__ = ["ScriptReader", "decode_event", "everywhere", "inside_all", "is_name", "take_timers"]
+__all__ = ["ScriptReader", "decode_event", "descendants", "extract_timers", "inside_all", "is_name"]
 
 Report = Callable[[str, XmlElement, str], None]
 """Reports a diagnostic with a code about an element."""
@@ -40,12 +40,12 @@ _COMMON: Final = (
 )
 
 
-def everywhere(element: XmlElement, *tags: str) -> Iterator[XmlElement]:
+def descendants(element: XmlElement, *tags: str) -> Iterator[XmlElement]:
     """Yield the elements with some tags at any depth inside an element."""
     for child in element.elements():
         if child.tag in tags:
             yield child
-        yield from everywhere(child, *tags)
+        yield from descendants(child, *tags)
 
 
 def inside_all(element: XmlElement, holder: str, tag: str) -> Iterator[XmlElement]:
@@ -53,7 +53,7 @@ def inside_all(element: XmlElement, holder: str, tag: str) -> Iterator[XmlElemen
     return (each for found in element.elements(holder) for each in found.elements(tag))
 
 
-def take_timers(root: XmlElement, report: Report) -> dict[tuple[XmlElement, str], str]:
+def extract_timers(root: XmlElement, report: Report) -> dict[tuple[XmlElement, str], str]:
     """Return the delays in ms of timers, by the element of their state and the event.
 
     In SCXML a timer is a delayed event that a state sends to itself on entry, and that no other state sends
@@ -61,7 +61,7 @@ def take_timers(root: XmlElement, report: Report) -> dict[tuple[XmlElement, str]
     """
     senders: dict[XmlElement, XmlElement] = {}
     waiting: dict[str, set[XmlElement]] = defaultdict(set)
-    for state in everywhere(root, "state", "parallel"):
+    for state in descendants(root, "state", "parallel"):
         for send in inside_all(state, "onentry", "send"):
             if _delay(send) and send.attributes.get("target", "") in ("", "#_internal"):
                 senders[send] = state
@@ -69,7 +69,7 @@ def take_timers(root: XmlElement, report: Report) -> dict[tuple[XmlElement, str]
             for event in transition.attributes.get("event", "").split():
                 waiting[event].add(state)
     sends: dict[str, list[XmlElement]] = defaultdict(list)
-    for element in everywhere(root, "raise", "send"):
+    for element in descendants(root, "raise", "send"):
         sends[element.attributes.get("event", "")].append(element)
     timers: dict[tuple[XmlElement, str], str] = {}
     taken: dict[XmlElement, list[XmlElement]] = defaultdict(list)
@@ -81,11 +81,11 @@ def take_timers(root: XmlElement, report: Report) -> dict[tuple[XmlElement, str]
                     timers[state, event] = _delay(send)
                     taken[state].append(send)
     for state, found in taken.items():
-        _take_out(state, found, report)
+        _remove_timers(state, found, report)
     return timers
 
 
-def _take_out(state: XmlElement, sends: list[XmlElement], report: Report) -> None:
+def _remove_timers(state: XmlElement, sends: list[XmlElement], report: Report) -> None:
     """Remove the elements of a state that send and cancel the events of its timers."""
     cancels = {each.attributes.get("sendid", ""): each for each in inside_all(state, "onexit", "cancel")}
     gone = {*sends, *(cancels[name] for each in sends if (name := each.attributes.get("id")) in cancels)}
@@ -96,7 +96,7 @@ def _take_out(state: XmlElement, sends: list[XmlElement], report: Report) -> Non
             message = (
                 "here the timer ends when the state is left; in SCXML it continues, as there is no `cancel`"
             )
-            report(Code.SCXML_OTHER_SHAPE, send, message)
+            report(Code.SCXML_OTHER_FORM, send, message)
 
 
 def _delay(send: XmlElement) -> str:
@@ -162,12 +162,14 @@ class ScriptReader:
                 case "if":
                     yield from self._if(element)
                 case name:
-                    self._lose(element, f"`{name}` is not imported: write it in Python")
+                    self._report_lost(element, f"`{name}` is not imported: write it in Python")
 
     def _send(self, element: XmlElement) -> Iterator[str]:
         event, attributes = element.attributes.get("event", ""), element.attributes
         if "delay" in attributes or "delayexpr" in attributes:
-            self._lose(element, f"the delayed event `{event[:60]}` is not imported: only states have timers")
+            self._report_lost(
+                element, f"the delayed event `{event[:60]}` is not imported: only states have timers"
+            )
             return
         is_plain = attributes.get("target", "") in _SELF_TARGETS and attributes.keys() <= _SEND_ATTRIBUTES
         data: list[str] = []
@@ -176,7 +178,9 @@ class ScriptReader:
             is_plain &= item.tag == "param" and bool(value)
             data.append(f"{_quoted(name)}: {self.expression(item, value)}")
         if not event or not is_plain:
-            self._lose(element, "an event for other programs, or with a computed name, is not imported")
+            self._report_lost(
+                element, "an event for other programs, or with a computed name, is not imported"
+            )
             return
         values = f", {{{', '.join(data)}}}" if data else ""
         yield f"self.send({_quoted(decode_event(event))}{values})"
@@ -210,10 +214,10 @@ class ScriptReader:
             )
             self._report(Code.KEPT_LANGUAGE, element, message)
         elif (name := _SYSTEM_NAMES.search(text)) is not None:
-            self._lose(element, f"`{name[0]}` does not exist here: the code would raise NameError")
+            self._report_lost(element, f"`{name[0]}` does not exist here: the code would raise NameError")
 
-    def _lose(self, element: XmlElement, message: str) -> None:
-        self._report(Code.SCXML_NOT_CARRIED, element, message)
+    def _report_lost(self, element: XmlElement, message: str) -> None:
+        self._report(Code.SCXML_NOT_IMPORTED, element, message)
 
 
 def decode_event(name: str) -> str:

@@ -111,7 +111,7 @@ class _Writer:
                 self._warn(automaton, message)
         for kind, line in self._omitted.items():
             message = f"SCXML has no equivalent of {kind}: it is kept, but other programs ignore it"
-            self._diagnostics.note(Code.SCXML_NO_WORD, message, Location(self._path, line))
+            self._diagnostics.note(Code.SCXML_NO_EQUIVALENT, message, Location(self._path, line))
         ET.indent(root)
         start, end, rest = ET.tostring(root, encoding="unicode").partition(">")
         document = f"<hfsm:document><![CDATA[{native}]]></hfsm:document>"
@@ -240,7 +240,7 @@ class _Writer:
 
     def _warn(self, node: Node, message: str) -> None:
         place = Location(self._path, node.line, max(1, node.column))
-        self._diagnostics.warning(Code.SCXML_NO_PLACE, message, place)
+        self._diagnostics.warning(Code.SCXML_NOT_EXPORTED, message, place)
 
 
 def _add_script(parent: ET.Element, tag: str, code: Text) -> None:
