@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import os
 import shutil
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, Final
 
 import pytest
-from playwright.sync_api import Browser, Locator, Page, WebSocketRoute, expect, sync_playwright
+from playwright.sync_api import Browser, Locator, Page, Playwright, WebSocketRoute, expect, sync_playwright
 
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import read_document
@@ -21,11 +22,11 @@ from tests.support.limits import LIMIT
 from tests.support.page_coverage import recorded
 
 __all__ = [
-    "BROWSERS",
     "IN_EACH_BROWSER",
     "NO_CHROMIUM",
     "Connections",
     "EditorPage",
+    "browsers",
     "chromium",
     "chromium_path",
     "editor_page",
@@ -34,6 +35,20 @@ __all__ = [
 
 NO_FIREFOX: Final = "needs Firefox: make browser as root, or apt-get install firefox-esr"
 NO_CHROMIUM: Final = "needs Chromium: make browser as root, or apt-get install chromium"
+FEATURES_OFF: Final = (
+    # Unseen pages for suggestions below the address bar, which take half of the time to open a window.
+    *("WebUIOmniboxPopup", "WebUIOmniboxAimPopup"),
+    # Chromium goes by the last such list, so these are those of Playwright's list that may matter here.
+    *("AvoidUnnecessaryBeforeUnloadCheckSync", "DestroyProfileOnBrowserClose", "PaintHolding"),
+    *("HttpsFirstBalancedModeAutoEnable", "HttpsUpgrades", "ThirdPartyStoragePartitioning"),
+    *("AimEnabled", "LensOverlay", "MediaRouter", "NetworkTimeServiceQuerying", "OptimizationHints"),
+    "PreconnectToSearch",
+)
+FLAGS: Final = (
+    "--no-sandbox",  # that of Chromium does not work for root in a container
+    *("--disable-gpu", "--disable-dev-shm-usage"),
+    f"--disable-features={','.join(FEATURES_OFF)}",
+)
 AXE: Final = Path(__file__).parent / "vendor" / "axe.min.js"
 
 expect.set_options(timeout=LIMIT * 1000)
@@ -55,24 +70,15 @@ def firefox_path() -> str | None:
     return os.environ.get("FIREFOX") or shutil.which("firefox-esr") or shutil.which("firefox")
 
 
-@contextlib.contextmanager
-def chromium() -> Iterator[Browser]:
+def launch_chromium(playwright: Playwright) -> Browser:
     """Start the system's Chromium, or the one that CHROMIUM names; without any, the test is skipped."""
     path = chromium_path()
     if path is None:
         pytest.skip(NO_CHROMIUM)
-    # No sandbox: that of Chromium does not work for root in a container.
-    arguments = ["--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage"]
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=path, args=arguments, timeout=LIMIT * 1000)
-        try:
-            yield browser
-        finally:
-            browser.close()
+    return playwright.chromium.launch(executable_path=path, args=FLAGS, timeout=LIMIT * 1000)
 
 
-@contextlib.contextmanager
-def firefox() -> Iterator[Browser]:
+def launch_firefox(playwright: Playwright) -> Browser:
     """Start the system's Firefox, or the one that FIREFOX names; without any, the test is skipped.
 
     It is driven over WebDriver BiDi, since Playwright's own protocol needs a Firefox of theirs. It has no double
@@ -81,15 +87,31 @@ def firefox() -> Iterator[Browser]:
     path = firefox_path()
     if path is None:
         pytest.skip(NO_FIREFOX)
-    with sync_playwright() as playwright:
-        browser = playwright.firefox.launch(executable_path=path, channel="moz-firefox", timeout=LIMIT * 1000)
-        try:
-            yield browser
-        finally:
-            browser.close()
+    return playwright.firefox.launch(executable_path=path, channel="moz-firefox", timeout=LIMIT * 1000)
 
 
-BROWSERS: Final = {"chromium": chromium, "firefox": firefox}
+LAUNCH: Final = {"chromium": launch_chromium, "firefox": launch_firefox}
+
+
+@contextlib.contextmanager
+def browsers() -> Iterator[Callable[[str], Browser]]:
+    """Yield a function that returns the browser with a name, which it starts when it is first asked for."""
+    with sync_playwright() as playwright, contextlib.ExitStack() as started:
+
+        @functools.cache
+        def browser(name: str) -> Browser:
+            return started.enter_context(LAUNCH[name](playwright))
+
+        yield browser
+
+
+@contextlib.contextmanager
+def chromium() -> Iterator[Browser]:
+    """Start Chromium."""
+    with browsers() as browser:
+        yield browser("chromium")
+
+
 _ONE_WORKER: Final = pytest.mark.xdist_group("firefox")  # it takes seconds to start
 IN_EACH_BROWSER: Final = pytest.mark.parametrize(
     "browser", ["chromium", pytest.param("firefox", marks=_ONE_WORKER)], indirect=True, scope="module"
