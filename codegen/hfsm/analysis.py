@@ -1,7 +1,7 @@
-"""Analyze the code of a document: parse every piece once, and know where it stands and what it uses.
+"""Analyze the code of a document: parse every piece once, and find its places and what it uses.
 
-The checks, the generator and the model checker read this analysis; none of them parses code. Trees are
-shared, also between analyses of the same text, and must not be changed.
+The checks, the generator and the model checker use this analysis; none of them parses code. Trees are
+shared, even between analyses of the same text, and must not be changed.
 """
 
 from __future__ import annotations
@@ -52,16 +52,16 @@ __all__ = [
 ]
 
 _DEEPEST: Final = 150
-"""Nodes below one another in code that is looked into: the checks go down with Python's stack."""
+"""The greatest depth of trees that are analyzed: the checks recurse into them."""
 
 
 @dataclass(frozen=True, eq=False)
 class Piece:
-    """A piece of code: `tree` counts lines as `code` does, after `header` lines of ours.
+    """A piece of code. The lines of `tree` are those of `code` after `header` generated lines.
 
-    With `is_functions` it becomes methods of the component, else a function that shares the names of its
-    automaton; with `has_event` that one takes the event. One that is nested too deeply `is_deep`. `automaton`
-    is the id of its automaton, 0 for functions that belong to none.
+    If it `is_functions`, it becomes methods of the component; otherwise it becomes a function that shares the
+    names of its automaton, and takes the event if it `has_event`. It `is_deep` if it is nested too deeply.
+    `automaton` is the id of its automaton, 0 for functions outside of automata.
     """
 
     tree: ast.Module
@@ -74,14 +74,14 @@ class Piece:
     is_deep: bool = False
 
     def place(self, node: ast.AST, length: int = 0) -> Location:
-        """Return where a node stands in its file; `length` is that of the text to underline."""
+        """Return the place of a node in its file; `length` is that of the text to underline."""
         line, offset = getattr(node, "lineno", 1), getattr(node, "col_offset", 0)
         if not length and getattr(node, "end_lineno", None) == line:
             length = getattr(node, "end_col_offset", offset) - offset
         return self.at(line, offset, length)
 
     def at(self, tree_line: int, offset: int, length: int = 1) -> Location:
-        """Return a place in the file by a line of the tree and an offset in bytes, as Python counts them."""
+        """Return the place in the file of a line of the tree and an offset in it, in bytes of UTF-8."""
         line = min(max(tree_line - self.header, 1), len(self.code.lines))
         before = self.code.lines[line - 1].encode()[:offset].decode(errors="replace")
         left = 0 if line - 1 in self.code.fixed else self.code.removed
@@ -91,12 +91,12 @@ class Piece:
 
     @property
     def is_expression(self) -> bool:
-        """Whether it is an expression, and no statements."""
+        """Whether it is an expression, not statements."""
         return self.header > 0
 
     @property
     def expression(self) -> ast.expr | None:
-        """The expression that a condition or an argument is, None for statements."""
+        """The expression of a condition or an argument, None for statements."""
         match self.tree.body:
             case [ast.Expr(value=value)] | [ast.Return(value=ast.expr() as value)]:
                 return value
@@ -104,7 +104,7 @@ class Piece:
 
     @cached_property
     def reads(self) -> frozenset[str]:
-        """The names that it reads, in its own scope or in those within."""
+        """The names that it reads, in its scope or in nested ones."""
         names: set[str] = set()
         for node in all_nodes(self.tree):
             match node:
@@ -118,12 +118,12 @@ class Piece:
 
     @cached_property
     def bound(self) -> frozenset[str]:
-        """The names that it binds in its own scope, but for the event that it takes."""
+        """The names that it binds in its scope, except the event that it takes."""
         return bound_names(self.tree) - ({"event"} if self.has_event else set())
 
     @cached_property
     def used(self) -> frozenset[str]:
-        """All names in it, whatever it does with them."""
+        """All names in it."""
         return frozenset(node.id for node in all_nodes(self.tree) if isinstance(node, ast.Name))
 
     @cached_property
@@ -144,8 +144,8 @@ class Piece:
 class Access:
     """A use of the component: `self.Head.getPose.latest()` has the path Head, getPose, latest and its call.
 
-    `function` is the function of the document in which it stands, if it stands in one. `is_stored` is true
-    where the first attribute itself is assigned or deleted.
+    `function` is the enclosing function of the document, if any. `is_stored` is true if the first attribute
+    itself is assigned or deleted.
     """
 
     piece: Piece
@@ -161,7 +161,7 @@ class Access:
         return self.path[0]
 
     def place(self, index: int) -> Location:
-        """Return where the name of an attribute of the path stands."""
+        """Return the place of the name of an attribute of the path."""
         node: ast.expr = self.node
         for _ in self.path[index % len(self.path) + 1 :]:
             assert isinstance(node, ast.Attribute)
@@ -172,45 +172,45 @@ class Access:
 
 
 Part = Literal["entry", "code", "exit", "argument", "guard", "fired"]
-"""What code of an automaton is: of a state, of an argument, or of a transition its condition or guard and
-what runs when it fires."""
+"""The part of an automaton that code belongs to: of a state, an argument, or a transition (its condition or
+guard, and its code)."""
 
 
 @dataclass(eq=False)
 class AutomatonCode:
-    """All code of an automaton. What runs in cycles has a part and an owner: a state, argument or transition.
+    """All code of an automaton. Cyclic code has a part and an owner: a state, argument or transition.
 
-    It is `broken` when some of it is no Python or nested too deeply: then what the rest may rely on
-    is not known.
+    It is `broken` if some of it is not valid Python or nested too deeply: the names that the rest may use are
+    then unknown.
     """
 
     automaton: Automaton
     variables: Piece | None = None
     by_owner: dict[tuple[Part, int], Piece] = field(default_factory=dict)
-    """What runs in cycles, by its part and the `id` of its owner: an editor's document may repeat numbers."""
+    """The cyclic code, by its part and the `id` of its owner: a document in the editor may repeat numbers."""
     broken: bool = False
 
     def of(self, part: Part, owner: State | Argument | Transition) -> Piece | None:
-        """Return a piece of code that runs in cycles, None where there is none."""
+        """Return a piece of cyclic code, or None."""
         return self.by_owner.get((part, id(owner)))
 
     def running(self) -> Iterator[Piece]:
-        """Yield the pieces that run in cycles and can be looked into."""
+        """Yield the pieces of cyclic code that can be analyzed."""
         return (piece for piece in self.by_owner.values() if not piece.is_deep)
 
     def sharing(self) -> Iterator[Piece]:
-        """Yield the pieces that share the automaton's names and can be looked into."""
+        """Yield the pieces that share the names of the automaton and can be analyzed."""
         if self.variables is not None and not self.variables.is_deep:
             yield self.variables
         yield from self.running()
 
     def shared_names(self, piece: Piece) -> frozenset[str]:
-        """Return the names that a piece which runs in cycles binds, and shares with other code or cycles."""
+        """Return the names that a piece of cyclic code binds and shares with other code or cycles."""
         return piece.bound - self._local.get(piece, frozenset())
 
     @cached_property
     def _local(self) -> dict[Piece, frozenset[str]]:
-        """The names that each piece binds for itself, within one cycle."""
+        """The names that each piece binds only for itself, within one cycle."""
         outside = {item.name for item in self.automaton.inputs}
         if self.variables is not None:
             outside |= self.variables.bound | self.variables.used
@@ -234,7 +234,7 @@ class LibraryImport(NamedTuple):
 
 
 class CodeProblem(NamedTuple):
-    """What is wrong with the code of a text in the file `path`."""
+    """An error in the code of a text in the file `path`."""
 
     text: Text
     path: Path
@@ -243,10 +243,10 @@ class CodeProblem(NamedTuple):
 
 @dataclass(eq=False)
 class Analysis:
-    """What is known of the code of a `document`, which lies at `path` and whose imports are resolved.
+    """The analysis of a `document` at `path` whose imports are resolved.
 
-    `output` is the directory of its component, by default its own. A document in another language than Python
-    has no code here.
+    `output` is the directory of its component, by default that of the document. Code in another language than
+    Python is left out.
     """
 
     document: Document
@@ -255,33 +255,33 @@ class Analysis:
     imports: list[LibraryImport] = field(default_factory=list)
     automata: list[AutomatonCode] = field(default_factory=list)
     all_functions: list[Piece] = field(default_factory=list)
-    """Functions of automata and those that belong to none."""
+    """Functions, in automata and outside of them."""
     problems: list[CodeProblem] = field(default_factory=list)
-    """What keeps the code from running."""
+    """Errors that keep the code from running."""
     by_text: dict[int, tuple[Text, Path, Piece | None]] = field(default_factory=dict, repr=False)
-    """All texts with code by their `id`, each with its file and its piece, None for what is no Python."""
+    """All texts with code by their `id`, with their file and piece (None if it is not valid Python)."""
 
     def piece(self, text: Text) -> Piece | None:
-        """Return a text of the document as a piece of code, None for a blank one or one that is no Python."""
+        """Return the piece of code of a text, None if it is blank or not valid Python."""
         return self.by_text[id(text)][2] if id(text) in self.by_text else None
 
     def is_broken(self, text: Text) -> bool:
-        """Return whether a text of the document is no Python."""
+        """Return whether a text of the document is not valid Python."""
         return id(text) in self.by_text and self.by_text[id(text)][2] is None
 
     @cached_property
     def is_complete(self) -> bool:
-        """Whether all code could be parsed and can be looked into."""
+        """Whether all code could be parsed and analyzed."""
         return all(piece is not None and not piece.is_deep for _, _, piece in self.by_text.values())
 
     @property
     def functions(self) -> list[Piece]:
-        """The functions that can be looked into."""
+        """The functions that can be analyzed."""
         return [piece for piece in self.all_functions if not piece.is_deep]
 
     @property
     def pieces(self) -> list[Piece]:
-        """All code that can be looked into: the functions, then what automata run."""
+        """All code that can be analyzed: the functions, then the code of automata."""
         return [*self.functions, *(piece for code in self.automata for piece in code.sharing())]
 
     @cached_property
@@ -291,12 +291,12 @@ class Analysis:
 
     @cached_property
     def defined(self) -> frozenset[str]:
-        """The attributes that functions, and what stands among them, give to the component."""
+        """The attributes that functions, and other statements among them, define in the component."""
         return frozenset[str]().union(*(piece.bound for piece in self.functions))
 
     @cached_property
     def effects(self) -> CodeEffects:
-        """What the code does when it runs."""
+        """The effects of the code."""
         return CodeEffects(self)
 
     @cached_property
@@ -306,7 +306,7 @@ class Analysis:
 
     @cached_property
     def libraries(self) -> dict[str, str]:
-        """The names that the libraries bind, with what each stands for; `*` for those of `import *`."""
+        """The names that the libraries bind, with their full names; `*` for those of `import *`."""
         found = {module: module for module in (OLD_MODULES if self.document.is_old else ())}
         for each in self.imports:
             found.update(imported_names(each.node))
@@ -327,7 +327,7 @@ class Analysis:
 
 
 def analyze(document: Document, path: Path, output: Path | None = None) -> Analysis:
-    """Return what is known of the code of a document; `output` is the directory of its component."""
+    """Return the analysis of a document; `output` is the directory of its component."""
     analysis = Analysis(document, path, output)
     reader = _Reader(analysis)
     for library in document.libraries:
@@ -342,7 +342,7 @@ def analyze(document: Document, path: Path, output: Path | None = None) -> Analy
 
 
 def library_names(library: Library) -> dict[str, str]:
-    """Return the names that a library binds, with what each stands for; none for what is not imported."""
+    """Return the names that a library binds, with their full names; none if it is not imported."""
     try:
         return imported_names(parse_import(library.name)[1]) if _is_imported(library) else {}
     except CodeError:
@@ -354,7 +354,7 @@ def _is_imported(library: Library) -> bool:
 
 
 def imported_names(node: ast.Import | ast.ImportFrom) -> dict[str, str]:
-    """Return the names that an import binds, with what each stands for."""
+    """Return the names that an import binds, with their full names."""
     if isinstance(node, ast.ImportFrom):
         return {alias.asname or alias.name: f"{node.module}.{alias.name}" for alias in node.names}
     return {
@@ -364,11 +364,11 @@ def imported_names(node: ast.Import | ast.ImportFrom) -> dict[str, str]:
 
 
 _Kind = Literal["statements", "variables", "functions", "condition", "value"]
-"""What a text is; conditions and values are expressions, and a condition may be statements that return."""
+"""The kind of a text. Values are expressions; so are conditions, or they are statements that return."""
 
 
 class _Reader:
-    """Parse the pieces of an analysis, one automaton after the other."""
+    """Parse the pieces of an analysis, automaton by automaton."""
 
     def __init__(self, analysis: Analysis) -> None:
         self._analysis = analysis
@@ -419,7 +419,7 @@ class _Reader:
             self._current.by_owner[part, id(owner)] = piece
 
     def _piece(self, text: Text, path: Path | None, kind: _Kind, *, has_event: bool = False) -> Piece | None:
-        """Return a text as a piece of code, None for a blank one and for one that is no Python."""
+        """Return a text as a piece of code, None if it is blank or not valid Python."""
         path = path or self._analysis.path
         code = split(text)
         if code is None:
@@ -448,7 +448,7 @@ class _Reader:
 
 
 def _parse(code: Code, kind: _Kind) -> tuple[ast.Module, int]:
-    """Return the tree of a piece of code, and how many lines of ours it begins with. Raises CodeError."""
+    """Return the tree of a piece of code, and the number of generated lines before it. Raises CodeError."""
     if kind not in ("condition", "value"):
         return parse(code, code.lines), 0
     try:

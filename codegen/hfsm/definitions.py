@@ -1,4 +1,4 @@
-"""Know what the code of a document defines and assigns, and what answers the same when it is asked again."""
+"""Find what the code of a document defines and assigns, and which guards keep their value within a cycle."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ _REFLECTION: Final = frozenset(
         *("__dict__", "__self__", "__globals__", "__closure__", "__getattribute__", "__getattr__"),
     }
 )
-"""What finds objects or attributes whose names do not stand in the code."""
+"""What finds objects or attributes whose names are not in the code."""
 _ANY_NAME: Final = _REFLECTION | {"setattr", "__setattr__"}
-"""What may assign a name that does not stand in the code."""
+"""What may assign names that are not in the code."""
 _PURE: Final = frozenset({"abs", "bool", "float", "int", "isinstance", "len", "round", "str"})
 _PURE_OF_SEVERAL: Final = frozenset({"max", "min"})
-"""A single argument of theirs may be a generator."""
+"""A single argument may be a generator."""
 _PURE_METHODS: Final = frozenset({"endswith", "isalpha", "isdigit", "lower", "startswith", "strip", "upper"})
 _RANDOM_LIBRARIES: Final = ("random.", "secrets.", "uuid.", "numpy.random.", "os.urandom")
 _RANDOM: Final = frozenset({"choice", "gauss", "rand", "randint", "randn", "random", "randrange", "uniform"})
@@ -57,8 +57,8 @@ _LITERAL: Final = (*_DISPLAYS, ast.UnaryOp, ast.BinOp, ast.operator, ast.unaryop
 class Answer(IntFlag):
     """How a guard may answer when it is evaluated for the second time in one cycle.
 
-    OTHER ones draw lots, read a sensor, or take something away. Evaluating a guard that CHANGES something may
-    change what others answer.
+    OTHER ones use random numbers, read a sensor, or take something from a container. Evaluating a guard that
+    CHANGES something may change the answers of others.
     """
 
     SAME = 0
@@ -72,10 +72,10 @@ UNKNOWN: Final = Answer.UNKNOWN | Answer.CHANGES
 
 
 class Definitions:
-    """What code of a document defines and assigns anywhere.
+    """Everything that the code of a document defines and assigns.
 
-    The code is `opaque` where classes of the document may define operators, and where `eval`, its like or
-    hand-written code beside the document may assign anything: then only constants are sure to stay.
+    The code is `opaque` if classes of the document may define operators, or if `eval` and the like or
+    hand-written code beside the document may assign anything: then only constants keep their value.
     """
 
     def __init__(self, analysis: Analysis) -> None:
@@ -88,17 +88,17 @@ class Definitions:
         self.is_opaque = self._is_extended or not analysis.is_complete
         self.functions: dict[str, ast.FunctionDef] = {}
         self.unclear_attributes: set[str] = set()
-        """What stands among the functions and is no plain function, class or constant."""
+        """Names among the functions that are not plain functions, classes or constants."""
         self.bound = {item.name for automaton in document.automata for item in automaton.inputs}
-        """Every name that the document gives to something."""
+        """Every name that the document binds."""
         self.shared: set[str] = set()
         """Variables that code assigns from within functions, or for the whole file."""
         self.globals: set[str] = set()
-        """Names of the whole file, which are not followed."""
+        """Global names, which are not followed."""
         self._assigned = set(analysis.defined)
         """Attributes of the component that are assigned."""
         self._users: dict[str, set[int]] = {}
-        """The automata whose code has an attribute, 0 for functions."""
+        """The automata whose code uses an attribute, 0 for functions."""
         self.reflection = _REFLECTION | {
             name for name, full in self.libraries.items() if full.rpartition(".")[2] in _REFLECTION
         }
@@ -109,7 +109,7 @@ class Definitions:
             self._read(piece)
 
     def _define(self, node: ast.stmt) -> None:
-        """Note what a statement among the functions gives to the component."""
+        """Record what a statement among the functions defines in the component."""
         match node:
             case ast.FunctionDef(name=name) if not node.decorator_list or is_static(node):
                 self.functions[name] = node
@@ -124,7 +124,7 @@ class Definitions:
                 self.unclear_attributes |= bound_names(ast.Module([node], []))
 
     def _read(self, piece: Piece) -> None:
-        """Note what code defines, assigns and uses."""
+        """Record what code defines, assigns and uses."""
         for node in all_nodes(piece.tree):
             match node:
                 case ast.Global(names=names) | ast.Nonlocal(names=names):
@@ -145,21 +145,21 @@ class Definitions:
                 self.bound.update(binds(node))
 
     def is_assigned(self, name: str) -> bool:
-        """Return whether code gives an attribute to the component."""
+        """Return whether code assigns an attribute of the component."""
         return name in self._assigned
 
     def is_unclear_attribute(self, name: str) -> bool:
-        """Return whether nobody knows what reading an attribute of the component does."""
+        """Return whether reading an attribute of the component may run code that cannot be followed."""
         if name in self.unclear_attributes:
             return True
         return self._is_extended and name not in self._assigned | self._declared
 
     def is_library(self, path: list[str]) -> bool:
-        """Return whether a dotted name leads to something that the document does not define."""
+        """Return whether a dotted name begins with a name that the document does not bind."""
         return bool(path) and path[0] not in self.bound
 
     def is_unknown(self, function: ast.expr) -> bool:
-        """Return whether nothing is known of what is called: an object of the document, or of its code."""
+        """Return whether a called expression is an object of the document, of which nothing is known."""
         match dotted(function):
             case []:
                 return not (isinstance(function, ast.Attribute) and isinstance(function.value, _DISPLAYS))
@@ -169,7 +169,7 @@ class Definitions:
                 return not self.is_library(path)
 
     def answer_of_node(self, node: ast.AST, automaton: int) -> Answer:
-        """Return how a node makes code answer; `automaton` is 0 in functions, whose variables are local."""
+        """Return the answer that a node allows; `automaton` is 0 in functions, whose variables are local."""
         match node:
             case ast.Attribute(ctx=ast.Load()):
                 return self._answer_of_attribute(node, automaton)
@@ -182,7 +182,7 @@ class Definitions:
             case ast.NamedExpr() | ast.Await():
                 return Answer.OTHER | Answer.CHANGES
             case ast.Call():
-                return Answer.SAME  # what is called answers
+                return Answer.SAME  # see answer_of_call
             case ast.Compare(ops=operators, comparators=compared):
                 for operator, right in zip(operators, compared, strict=True):
                     if isinstance(operator, ast.In | ast.NotIn) and not isinstance(right, _DISPLAYS):
@@ -204,7 +204,7 @@ class Definitions:
         return Answer.SAME if stays else Answer.UNKNOWN
 
     def answer_of_call(self, call: ast.Call) -> Answer:
-        """Return how a call answers of what is not followed."""
+        """Return the answer that a call allows which is not followed."""
         path = dotted(call.func)
         name = path[-1] if path else getattr(call.func, "attr", "")
         if path[:1] == ["self"] and len(path) > 2 and path[1] in self.proxies:

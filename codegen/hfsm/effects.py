@@ -1,11 +1,11 @@
-"""Follow code without running it: the operations that it calls, the events that it sends, and how it answers.
+"""Evaluate code without running it: the operations that it calls, the events it sends, and how it answers.
 
-What a name may stand for (the component, a proxy, an operation of one, a function, a text) is followed
-through assignments, loops over written lists, calls of functions of the document and arguments of states, so
-that `getattr(self, f"{side}Motors")` is understood where `side` is known.
+What a name may be (the component, a proxy, an operation, a function, a text) is followed through assignments,
+loops over literal lists, calls of functions of the document and arguments of states, so that
+`getattr(self, f"{side}Motors")` is understood if `side` is known.
 
-What cannot be followed may do anything. Where the component or a proxy goes to a helper object, a list or a
-library, every call of something unknown, in any code of the document, may use it.
+Code that cannot be followed may do anything. If the component or a proxy is passed to a helper object, a list
+or a library, every call of an unknown object, anywhere in the document, may use it.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _SEND: Final = frozenset({"send", "_hfsm_send"})
 _HARMLESS: Final = frozenset(
     {"bool", "getattr", "hasattr", "id", "isinstance", "print", "repr", "str", "type"}
 )
-"""Builtins that do nothing with what they are given."""
+"""Builtins that do nothing with their arguments."""
 
 
 class ProxyCall(NamedTuple):
@@ -42,25 +42,25 @@ class ProxyCall(NamedTuple):
 
 @dataclass
 class Effects:
-    """What a piece of code does when it runs, by itself and by the functions that it calls.
+    """The effects of a piece of code, with those of the functions that it calls.
 
-    A call is `possible` where a name stands for one operation or another.
+    A call is `possible` if an expression may be one of several operations.
     """
 
     calls: set[ProxyCall] = field(default_factory=set)
     possible: set[ProxyCall] = field(default_factory=set)
     events: dict[str, set[ast.AST]] = field(default_factory=dict)
-    """The events that it sends, each with the expressions of its name, or the calls that lead there."""
+    """The events that it sends, with the expressions of their names or the calls of functions that send."""
     answer: Answer = Answer.SAME
     any_event: list[ast.AST] = field(default_factory=list)
-    """Where it may send any event."""
+    """Places that may send any event."""
     any_call: list[ast.AST] = field(default_factory=list)
-    """Where it may call any operation of any proxy."""
+    """Places that may call any operation of any proxy."""
     unknown: list[ast.AST] = field(default_factory=list)
-    """Where it calls something of which nothing is known."""
+    """Calls of unknown objects."""
 
     def add(self, other: Effects, call: ast.AST | None = None) -> None:
-        """Add what other code does, which runs here; `call` stands for all places in it."""
+        """Add the effects of other code that runs here; `call` replaces its places."""
         self.calls |= other.calls
         self.possible |= other.possible
         self.add_events(other, call)
@@ -73,22 +73,22 @@ class Effects:
             mine.extend(more if call is None else [call][: len(more)])
 
     def add_events(self, other: Effects, call: ast.AST | None = None) -> None:
-        """Add the events alone that other code sends."""
+        """Add only the events of other code."""
         for event, places in other.events.items():
             self.events.setdefault(event, set()).update(places if call is None else {call})
 
     def allow_anything(self, node: ast.AST) -> None:
-        """Note that a node may use the component in any way."""
+        """Record that a node may use the component in any way."""
         self.any_event.append(node)
         self.any_call.append(node)
 
 
 class _Value(NamedTuple):
-    """What an expression may be.
+    """A possible value of an expression.
 
-    Its kind is `self`, the component; a `proxy` by its attribute, or its `operation`; the component's `send`;
-    a `function` of the component by its name; a `local` function or lambda; a `text`; or `other`, beside
-    these, for what is not known.
+    Its kind is `self` (the component), `proxy` (by its attribute), `operation`, `send` (the component's),
+    `function` (of the component, by its name), `local` (a nested function or lambda), `text`, or `other` for
+    unknown values.
     """
 
     kind: str
@@ -99,57 +99,57 @@ _SELF: Final = _Value("self")
 _SENDER: Final = _Value("send")
 _OTHER: Final = _Value("other")
 _MOST_TEXTS: Final = 20
-"""Texts that a name may stand for; with more of them nothing is known."""
+"""The most texts that a name may be; more are unknown."""
 _MOST_CALLS: Final = 1000
-"""Calls of functions with other values that are followed; of more of them nothing is known."""
+"""The most calls of functions with different values that are followed."""
 _Values = frozenset[_Value]
 _NOTHING: Final[_Values] = frozenset()
 _UNSURE: Final[_Values] = frozenset({_OTHER})
 _Names = dict[str, _Values]
 _Argument = tuple[int | str | None, ast.expr, _Values]
-"""The place or the name of an argument, None where it is not known, and what it may be."""
+"""The position or name of an argument (None if unknown), its expression and its values."""
 _Call = tuple[str, tuple[tuple[str, _Values], ...]]
-"""A function, and what is handed to its parameters."""
+"""A function, and the values of its parameters."""
 
 
 class CodeEffects:
-    """What the code of a document does, piece by piece."""
+    """The effects of the code of a document, piece by piece."""
 
     def __init__(self, analysis: Analysis) -> None:
         document = analysis.document
         self._analysis = analysis
         self.definitions = Definitions(analysis)
         self.attributes: _Names = {each.name: _UNSURE for each in document.parameters}
-        """What attributes may stand for that code gives to the component."""
+        """The values of attributes that code assigns."""
         self.local: dict[str, Effects] = {}
-        """What functions within code do, and lambdas."""
+        """The effects of nested functions and lambdas."""
         self._known: dict[_Call, Effects] = {}
         self._last: dict[_Call, Effects] = {}
-        """What functions do that are called with some values: now, and when all was looked at last."""
+        """The effects of functions by the values of their parameters: of this pass, and of the last one."""
         self._names: dict[int, _Names] = {
             automaton.id: {"self": frozenset({_SELF}), **{item.name: _UNSURE for item in automaton.inputs}}
             for automaton in document.automata
         }
-        """What the variables of each automaton may stand for, by its id."""
+        """The values of the variables of each automaton, by its id."""
         self._by_piece: dict[Piece, Effects] = {}
         for _, state in document.states():
-            for child, argument in _handed(state):
+            for child, argument in _passed(state):
                 if child in self._names:
-                    self._names[child].pop(argument.name, None)  # its state says what it may be
+                    self._names[child].pop(argument.name, None)  # the argument gives its value
         self._follow()
         if any(effects.any_call for effects in self._by_piece.values()):
             for effects in self._by_piece.values():
                 effects.any_call += effects.unknown
 
     def of(self, text: Text) -> Effects:
-        """Return what a text of the document does; one that is no Python may do anything."""
+        """Return the effects of a text of the document; one that is not valid Python may do anything."""
         piece = self._analysis.piece(text)
         if piece is not None:
             return self.of_piece(piece)
         return _anything(ast.Module([], [])) if self._analysis.is_broken(text) else Effects()
 
     def of_piece(self, piece: Piece) -> Effects:
-        """Return what a piece of code does; of functions all that one of them does."""
+        """Return the effects of a piece of code; of functions, those of all together."""
         return _anything(piece.tree) if piece.is_deep else self._by_piece[piece]
 
     @cached_property
@@ -170,7 +170,7 @@ class CodeEffects:
         return tuple(found)
 
     def _follow(self) -> None:
-        """Look at all code until no name may stand for anything new: then what was found is complete."""
+        """Evaluate all code until no name gets a new value: the effects are then complete."""
         before: object = None
         while before != (now := self._snapshot()):
             before = now
@@ -179,7 +179,7 @@ class CodeEffects:
                 names = self._names[code.automaton.id]
                 for piece in code.sharing():
                     self._by_piece[piece] = self._look(piece, names)
-                self._hand_over(code, names)
+                self._pass_arguments(code, names)
             for piece in self._analysis.functions:
                 self._by_piece[piece] = self._look(piece, {})
 
@@ -200,25 +200,25 @@ class CodeEffects:
             return _anything(piece.tree)
         return walk.effects
 
-    def _hand_over(self, code: AutomatonCode, names: _Names) -> None:
-        """Give the inputs of automata what their states hand over."""
+    def _pass_arguments(self, code: AutomatonCode, names: _Names) -> None:
+        """Give the values of arguments to the inputs of automata."""
         for state in code.automaton.states:
-            for child, argument in _handed(state):
+            for child, argument in _passed(state):
                 piece = code.of("argument", argument)
                 if piece is not None and not piece.is_deep and piece.expression is not None:
                     values = _Walk(self, names, f"{piece.automaton}").known(piece.expression)
                     if child in self._names:
                         _add(self._names[child], argument.name, values)
 
-    def called(self, name: str, handed: _Names) -> Effects:
-        """Return what a function of the document does when these values are handed to its parameters."""
+    def called(self, name: str, passed: _Names) -> Effects:
+        """Return the effects of a function of the document for these values of its parameters."""
         function = self.definitions.functions[name]
-        key = name, tuple(sorted(handed.items()))
+        key = name, tuple(sorted(passed.items()))
         if key not in self._known:
             if len(self._known) >= _MOST_CALLS:
                 return _anything(function)
-            self._known[key] = self._last.get(key, Effects())  # where functions call each other
-            names = dict(handed)
+            self._known[key] = self._last.get(key, Effects())  # in case functions call each other
+            names = dict(passed)
             if not is_static(function):
                 names[_parameters(function)[0]] = frozenset({_SELF})
             walk = _Walk(self, names, f"{name} {hash(key)}")
@@ -230,7 +230,7 @@ class CodeEffects:
         return self._known[key]
 
     def attribute(self, owner: _Value, name: str) -> _Values:
-        """Return what an attribute of a value may be."""
+        """Return the values of an attribute of a value."""
         match owner.kind:
             case "other":
                 return _UNSURE
@@ -243,7 +243,7 @@ class CodeEffects:
         return _NOTHING
 
     def _declared(self, name: str) -> _Values:
-        """Return what an attribute of the component is, but for what code assigns to it."""
+        """Return the values of an attribute of the component that no code assigns."""
         if name in self.definitions.proxies:
             return frozenset({_Value("proxy", name)})
         function = {_Value("function", name)} if name in self.definitions.functions else set()
@@ -253,10 +253,10 @@ class CodeEffects:
 
 
 class _Walk:
-    """Evaluate code without running it: `names` get what they may stand for, `effects` what it does.
+    """Evaluate code: collect the values of `names`, and the `effects`.
 
-    Each expression is evaluated by what it stands in. `visit` is for those whose value goes where nobody
-    follows it: then the component or a proxy makes the code unclear, and a function may be called.
+    `value` evaluates an expression whose value is followed. `visit` is for expressions whose value is not:
+    the component or a proxy makes the code unclear there, and a function may be called.
     """
 
     def __init__(self, code: CodeEffects, names: _Names, context: str, automaton: int = 0) -> None:
@@ -264,11 +264,11 @@ class _Walk:
         self._code, self._definitions = code, code.definitions
         self._names = names
         self._context = context
-        """Distinguishes nested functions that are in the same text."""
+        """Distinguishes nested functions of the same text."""
         self._automaton = automaton
 
     def follow(self, body: list[ast.stmt]) -> None:
-        """Look at statements until no name may stand for anything new."""
+        """Evaluate statements until no name gets a new value."""
         before = None
         while before != self._names:
             before = {**self._names}
@@ -277,7 +277,7 @@ class _Walk:
                 self.visit(statement)
 
     def visit(self, node: ast.AST) -> None:
-        """Look at a statement, or at an expression whose value nobody follows."""
+        """Evaluate a statement, or an expression whose value is not followed."""
         self._note(node)
         match node:
             case ast.Expr(value=value):
@@ -326,7 +326,7 @@ class _Walk:
     def _function(
         self, node: ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda, body: Iterable[ast.AST]
     ) -> _Values:
-        """Look at a function within code, and return it as a value."""
+        """Evaluate a nested function, and return it as a value."""
         decorators = [] if isinstance(node, ast.Lambda) else node.decorator_list
         defaults = [*node.args.defaults, *(each for each in node.args.kw_defaults if each is not None)]
         for evaluated in (*decorators, *defaults):
@@ -340,7 +340,7 @@ class _Walk:
             if name not in parameters:
                 _add(self._names, name, values)
         self._code.local[walk._context] = walk.effects
-        self.effects.add_events(walk.effects)  # by whatever it is called, and when
+        self.effects.add_events(walk.effects)  # at any later call
         self.effects.any_event += walk.effects.any_event
         found = frozenset({_Value("local", walk._context)})
         if decorators:
@@ -348,7 +348,7 @@ class _Walk:
         return found
 
     def _class(self, node: ast.ClassDef) -> None:
-        """Look at a class within code: one whose methods use the component may do anything with it."""
+        """Evaluate a nested class: if its methods use the component, it may do anything with it."""
         names = dict(self._names)
         walk = _Walk(self._code, names, f"{self._context} {id(node)}", self._automaton)
         walk._inside(node)
@@ -372,7 +372,7 @@ class _Walk:
         self._inside(node, target, iterable)
 
     def _store(self, target: ast.expr, value: ast.expr) -> None:
-        """Give a target what an expression may be."""
+        """Give the values of an expression to a target."""
         elements = _elements(value)
         match target:
             case ast.Tuple(elts=targets) | ast.List(elts=targets) if len(targets) == len(
@@ -394,9 +394,9 @@ class _Walk:
                 self.visit(value)
 
     def known(self, value: ast.expr) -> _Values:
-        """Return what an expression may be; where that is not known, one that says so."""
+        """Return the values of an expression, `other` if they are unknown."""
         if isinstance(value, ast.Constant) and not isinstance(value.value, str):
-            return _NOTHING  # such as None, before it has a value
+            return _NOTHING  # such as None, as a first value
         return self.value(value) or _UNSURE
 
     def _use(self, operation: _Value, *, is_certain: bool) -> None:
@@ -404,7 +404,7 @@ class _Walk:
         (self.effects.calls if is_certain else self.effects.possible).add(ProxyCall(proxy, name))
 
     def _escape(self, node: ast.AST, values: _Values) -> None:
-        """Note that values go where nobody follows them."""
+        """Record that values are no longer followed."""
         for value in values:
             match value.kind:
                 case "operation":
@@ -415,13 +415,13 @@ class _Walk:
                     self.effects.any_call.append(node)
                 case "send":
                     self.effects.any_event.append(node)
-                case "function":  # it may be called there
+                case "function":  # it may be called
                     self.effects.add(self._code.called(value.name, {}), node)
                 case "local":
                     self.effects.add(self._code.local.get(value.name, Effects()), node)
 
     def value(self, node: ast.expr) -> _Values:
-        """Return what of interest an expression may be."""
+        """Return the values of an expression; none if they are unknown, or of no interest."""
         self._note(node)
         match node:
             case ast.Name() | ast.Attribute():
@@ -449,21 +449,21 @@ class _Walk:
         return frozenset(_Value("text", text) for text in self._texts(node))
 
     def _read(self, node: ast.Name | ast.Attribute) -> _Values:
-        """Return what a name or an attribute may be, without evaluating it by itself."""
+        """Return the values of a name or an attribute."""
         if isinstance(node, ast.Name):
             self._reflect(node, node.id)
             return self._names.get(node.id, _NOTHING)
         return self._attribute(self.value(node.value), node.attr, node)
 
     def _attribute(self, owners: _Values, name: str, node: ast.AST) -> _Values:
-        """Return what an attribute may be."""
+        """Return the values of an attribute."""
         self._reflect(node, name)
         if _SELF in owners and self._definitions.is_unclear_attribute(name):
             self.effects.allow_anything(node)
         return frozenset().union(*(self._code.attribute(owner, name) for owner in owners))
 
     def _texts(self, node: ast.expr) -> list[str]:
-        """Return the texts that an expression may be, none when they are not known."""
+        """Return the texts that an expression may be, none if they are unknown."""
         match node:
             case ast.Constant(value=str() as value):
                 return [value]
@@ -514,7 +514,7 @@ class _Walk:
         return _NOTHING
 
     def _follow(self, function: _Value, call: ast.Call, arguments: list[_Argument]) -> None:
-        """Note what a call of a function does that is known."""
+        """Add the effects of a call of a known function."""
         if function.kind == "function":
             self.effects.add(self._called(function.name, arguments), call)
         elif function.kind == "operation":
@@ -540,20 +540,20 @@ class _Walk:
         return found.union(*default, _UNSURE) if default else found
 
     def _called(self, name: str, arguments: list[_Argument]) -> Effects:
-        """Return what a function of the document does when it is called so."""
+        """Return the effects of a call of a function of the document."""
         function = self._definitions.functions[name]
         positional = _parameters(function)[0 if is_static(function) else 1 :]
         by_name = {*positional, *(each.arg for each in function.args.kwonlyargs)}
-        handed: _Names = {}
+        passed: _Names = {}
         for place, node, values in arguments:
             parameter = place
             if isinstance(place, int):
                 parameter = positional[place] if place < len(positional) else None
             if isinstance(parameter, str) and parameter in by_name:
-                _add(handed, parameter, values)
+                _add(passed, parameter, values)
             else:
                 self._escape(node, values)
-        return self._code.called(name, handed)
+        return self._code.called(name, passed)
 
 
 def _anything(node: ast.AST) -> Effects:
@@ -572,14 +572,14 @@ def _add(names: _Names, name: str, values: _Values) -> None:
 
 
 def _texts(values: _Values) -> list[str]:
-    """Return all texts that there may be, none when they are not known."""
+    """Return all texts among values, none if some are unknown."""
     if _OTHER in values:
         return []
     return sorted(value.name for value in values if value.kind == "text")
 
 
 def _may_be_send(name: ast.expr) -> bool:
-    """Return whether the name of an attribute, which is computed, may be that of `send`."""
+    """Return whether a computed name of an attribute may be `send`."""
     match name:
         case ast.JoinedStr(values=[first, *_, last]) | ast.BinOp(op=ast.Add(), left=first, right=last):
             start, end = (part.value if isinstance(part, ast.Constant) else "" for part in (first, last))
@@ -588,17 +588,17 @@ def _may_be_send(name: ast.expr) -> bool:
 
 
 def _parameters(function: ast.FunctionDef) -> list[str]:
-    """Return the positional parameters, of which the first is the component."""
+    """Return the positional parameters; the first is the component."""
     return [each.arg for each in (*function.args.posonlyargs, *function.args.args)] or ["self"]
 
 
-def _handed(state: State) -> Iterator[tuple[int, Argument]]:
-    """Yield the arguments of a state, each with an automaton that gets it."""
+def _passed(state: State) -> Iterator[tuple[int, Argument]]:
+    """Yield the arguments of a state, each with the id of an automaton that gets it."""
     for argument in state.arguments:
         for child in state.children if argument.child == NO_CHILD else (argument.child,):
             yield child, argument
 
 
 def _elements(node: ast.expr) -> list[ast.expr]:
-    """Return what a written tuple or list has, nothing for any other expression."""
+    """Return the elements of a literal tuple, list or set; none for any other expression."""
     return node.elts if isinstance(node, ast.Tuple | ast.List | ast.Set) else []

@@ -1,17 +1,18 @@
-"""Check what automata can do, whatever their guards say: reachability, conflicts and properties.
+"""Check what automata can do, for all values of their guards: reachability, conflicts and properties.
 
-The path, from a document to a counterexample:
+From a document to a counterexample:
 
-1. `model` reads the document: states, triggers, times, and `guards` as conjunctions of atoms.
-2. `fireability` bounds what each automaton can do alone: cheap, and right however large the document is.
-3. `transition_system` is the exact behavior of some automata together, one cycle after the other.
-4. `exploration` searches it within a budget: the only search there is.
-5. The verdicts read that search: `reachability` of states and transitions, `conflicts` over servants, which
-   `commands` finds in the code, and `properties`, whose language is in `expressions`.
-6. `counterexample` turns a run into the steps that the editor plays.
-7. `checker` asks all questions of a document, and reports what was found.
+1. `model` reads the document: states, triggers, times, and `guards` as conjunctions of atoms. How guards
+   answer comes from the `effects` of their code.
+2. `fireability` bounds what each automaton can do alone: cheap, and correct for documents of any size.
+3. `transition_system` is the exact behavior of several automata together, cycle by cycle.
+4. `exploration` searches it within a budget: it is the only search.
+5. The verdicts use that search: `reachability` of states and transitions, `conflicts` over servants, and
+   `properties`, whose language is in `expressions`.
+6. `counterexample` turns a run into steps that the editor plays.
+7. `checker` runs all checks of a document, and reports the results.
 
-`docs/explanation/model-checker.md` is for users.
+Users read `docs/explanation/model-checker.md`.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Check the model of a document, and report it: what can happen, what cannot, and what its properties say."""
+"""Check the model of a document, and report impossible states, conflicts and violated properties."""
 
 from __future__ import annotations
 
@@ -29,22 +29,22 @@ from .reachability import (
 __all__ = ["DEFAULT_LIMIT", "QUICK_LIMIT", "ModelReport", "check_model", "report_model"]
 
 DEFAULT_LIMIT: Final = 500_000
-"""The work of a check, in automata that are looked at in configurations: about a second."""
+"""The work of a check, in automata times configurations: about a second."""
 
 QUICK_LIMIT: Final = 30_000
-"""A limit for checks on the way to something else, such as generation."""
+"""A limit for checks during other work, such as generation."""
 
 _SHOWN_STEPS: Final = 12
-"""Steps of a counterexample that are shown at its beginning and at its end."""
+"""Steps of a counterexample that are shown of its beginning and of its end."""
 
 _Result = TypeVar("_Result", StateResult, TransitionResult)
 
 
 @dataclass(frozen=True)
 class ModelReport:
-    """What is known of the automata of a document.
+    """The results for the automata of a document.
 
-    `work` is what of the limit was spent; with `complete` nothing is left undecided.
+    `work` is the part of the limit that was spent. If it is `complete`, nothing is undecided.
     """
 
     model: Model
@@ -55,7 +55,7 @@ class ModelReport:
     work: int
     complete: bool
     doubtful: tuple[Note, ...] = ()
-    """The code that cannot be followed, where something is undecided because of it."""
+    """Code that cannot be followed and leaves something undecided."""
 
 
 def check_model(
@@ -66,11 +66,11 @@ def check_model(
     limit: int = DEFAULT_LIMIT,
     analysis: Analysis | None = None,
 ) -> ModelReport:
-    """Check the automata of a document, whose imports are resolved, whatever values their guards have.
+    """Check the automata of a document, whose imports are resolved, for all values of their guards.
 
-    `operations` are the operations of the interfaces that command something, by default judged by their
-    names. `limit` is how much work may be spent, in automata that are looked at in configurations. What it
-    leaves undecided is reported as such. `analysis` is that of the document, where it has been made.
+    `operations` says which operations of the interfaces are commands; by default, their names decide. `limit`
+    is the work that may be spent, in automata times configurations; what it leaves undecided is reported as
+    such. `analysis` is that of the document, if there is one already.
     """
     model = read_model(document, path, analysis=analysis)
     events = events_of(model)
@@ -108,10 +108,10 @@ def _check(model: Model, events: frozenset[str], uses: list[list[Use]], budget: 
 
 
 def _agreed(report: ModelReport, likely: ModelReport, doubtful: tuple[Note, ...]) -> ModelReport:
-    """Return what is so whatever the code does that cannot be followed.
+    """Return what holds whatever the code does that cannot be followed.
 
-    `report` lets it do anything, so that what it calls impossible or proved is so; what `likely` finds
-    happens without it. All else is undecided.
+    In `report` that code may do anything, so that its impossible and proved results are certain. In `likely`
+    it does nothing, so that the runs found there are possible. All other results are undecided.
     """
     servants = {_pair(found) for found in likely.conflicts if found.certain}
     agreed = replace(
@@ -153,11 +153,11 @@ def _agreed_property(one: PropertyResult, likely: PropertyResult) -> PropertyRes
 
 
 def report_model(report: ModelReport, diagnostics: Diagnostics, *, quick: bool = False) -> None:
-    """Report what was found. A violated property is an error, one that stays undecided a warning.
+    """Report the results. A violated property is an error, an undecided one a warning.
 
-    Of what follows from impossible states and transitions nothing is said, nor of events that nothing sends:
-    that the checks report. A `quick` report has only what can never happen and properties that are violated
-    or invalid.
+    Consequences of impossible states and transitions are not reported, nor events that nothing sends, which
+    the checks report. A `quick` report has only impossible states and transitions, and violated or invalid
+    properties.
     """
     reporter = _Reporter(report, diagnostics)
     for state in report.states:
@@ -225,7 +225,7 @@ class _Reporter:
         self._report.warning(code, message, self._report.place(source, text), notes)
 
     def _endless(self, state: StateModel) -> tuple[str, list[Note]]:
-        """Return why the automata below a state never finish, and which of them."""
+        """Return why the automata below a state never finish, and notes that name them."""
         for child in (self._model.automata[index].source for index in state.children):
             if not any(each.final and (child.id, each.id) in self._possible for each in child.states):
                 note = Note("none of its states that can be reached is final", self._report.place(child))
@@ -233,7 +233,7 @@ class _Reporter:
         return f"{state_label(state.source)} owns no automaton", []
 
     def never_left(self) -> None:
-        """Report the states that no transition leads away from, in automata that have others."""
+        """Report states without a way out, in automata that have other states."""
         for model in self._model.automata:
             entered = [each for each in model.states if (model.source.id, each.source.id) in self._possible]
             for state in entered if len(entered) > 1 else ():
@@ -253,7 +253,7 @@ class _Reporter:
         message = f"`{paths[0]}` and `{paths[1]}` both {may} `{servant}`, and {how}"
         notes = [Note(f"`{conflict.second.command.operation}` is called here", conflict.second.place)]
         if conflict.counterexample is not None and conflict.counterexample.steps:
-            notes.append(Note(f"this is how both come to run:\n{conflict.counterexample}"))
+            notes.append(Note(f"with these steps both run:\n{conflict.counterexample}"))
         if conflict.certain:
             self._report.warning(Code.CONFLICT, message, conflict.first.place, notes)
         else:
@@ -284,7 +284,7 @@ class _Reporter:
 
 
 def _is_timed_out(model: AutomatonModel, transition: TransitionModel, other: TransitionModel) -> bool:
-    """Return whether another fires first because of its time, and not because it is tried first."""
+    """Return whether another fires first because of its time, not because of its order."""
     if not transition.delay or transition.delay == other.delay:
         return False
     outgoing = model.states[transition.origin].outgoing

@@ -1,4 +1,4 @@
-"""Automata that run side by side and command the same servant: the robot obeys the one that came last."""
+"""Find automata that run side by side and command the same servant: the robot obeys the last command."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ Operations = Mapping[str, Mapping[str, bool]]
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """That a piece of code commands the servant `identity` by an operation of `self.<interface>`."""
+    """A command to the servant `identity`, by an operation of `self.<interface>`."""
 
     identity: str
     interface: str
@@ -49,9 +49,9 @@ class Command:
 
 
 def is_command(operation: str, idempotent: bool | None = None) -> bool | None:
-    """Return whether an operation changes something, by its name and whether its IDL says `idempotent`.
+    """Return whether an operation changes something, by its name and whether it is `idempotent` in the IDL.
 
-    None where neither says so.
+    None if that is not known.
     """
     if _COMMANDS.match(operation):
         return True
@@ -65,7 +65,7 @@ def read_operations(
 ) -> dict[str, dict[str, bool]]:
     """Return the operations of a document's interfaces, as their packages describe them.
 
-    A description that cannot be read is reported as an error; there is none of a proxy written by hand.
+    A description that cannot be read is reported as an error. Hand-written proxies have none.
     """
     found: dict[str, dict[str, bool]] = {}
     for interface in interfaces:
@@ -77,7 +77,7 @@ def read_operations(
             if path.is_file():
                 diagnostics.add_source(path, path.read_text(encoding="utf-8", errors="replace"))
             message = f"the description of package `{path.parent.name}` {error}"
-            note = Note("the model checker needs it: undo a broken merge, or generate the package again")
+            note = Note("the model checker needs it: undo a failed merge, or generate the package again")
             diagnostics.error(Code.BAD_DESCRIPTION, message, error.place, [note])
         else:
             if operations is not None:
@@ -88,7 +88,7 @@ def read_operations(
 
 
 class Commands:
-    """What the code of a document commands."""
+    """The commands in the code of a document."""
 
     def __init__(self, analysis: Analysis, operations: Operations | None = None) -> None:
         document = analysis.document
@@ -99,7 +99,7 @@ class Commands:
             self._interfaces.setdefault(alias, self._interfaces[name])
 
     def of(self, text: Text) -> tuple[set[Command], set[Command]]:
-        """Return what a text of the document commands for certain, and what it may command."""
+        """Return the commands of a text of the document: the certain and the possible ones."""
         effects = self._analysis.effects.of(text)
         certain, possible = set[Command](), set[Command]()
         for call in effects.calls | effects.possible:
@@ -113,17 +113,18 @@ class Commands:
         return certain, possible
 
     def unclear(self, text: Text) -> Location | None:
-        """Return the first place where code may command anything, None when all of it is followed."""
+        """Return the first place where code may command any servant, or None."""
         piece, effects = self._analysis.piece(text), self._analysis.effects.of(text)
         return piece.place(effects.any_call[0]) if piece is not None and effects.any_call else None
 
 
 @dataclass(frozen=True, slots=True)
 class Use:
-    """That an automaton commands a servant while it is in a state; one that is not `certain` may.
+    """A command of an automaton in a state; if it is not `certain`, it is possible.
 
-    `piece` says in which code: `code`, `entry`, `exit`, `argument`, or `guard` or `transition` with its
-    index; `place` is where that stands. What code that cannot be followed commands is `ANYTHING`.
+    `piece` is the kind of the code: `code`, `entry`, `exit`, `argument`, or `guard` or `transition` with the
+    index of the `transition`; `place` is its location. Code that cannot be followed has the command
+    `ANYTHING`.
     """
 
     automaton: int
@@ -137,10 +138,10 @@ class Use:
 
 @dataclass(frozen=True, slots=True)
 class Conflict:
-    """That two automata command one servant at the same time; their indices are those of the model.
+    """Two automata that command one servant at the same time.
 
-    With `nested` the first is an ancestor of the second. `counterexample` leads to where both may do so. One
-    that is not `certain` may be impossible: the search for a proof had to stop.
+    If it is `nested`, the first is an ancestor of the second. The `counterexample` leads to a configuration
+    in which both may do so. If it is not `certain`, it may be impossible: the search did not finish.
     """
 
     first: Use
@@ -154,7 +155,7 @@ ANYTHING: Final = Command("", "", "")
 
 
 def uses_of(model: Model, commands: Commands) -> list[list[Use]]:
-    """Return what each automaton commands, state by state."""
+    """Return the commands of each automaton, state by state."""
     if len(model.automata) < 2:
         return [[] for _ in model.automata]
     return [list(_uses(model, automaton, commands)) for automaton in model.automata]
@@ -190,9 +191,9 @@ def _uses(model: Model, automaton: AutomatonModel, commands: Commands) -> Iterat
 def find_conflicts(
     uses: list[list[Use]], fireability: Fireability, reached: Reached, budget: Budget
 ) -> tuple[list[Conflict], list[Note]]:
-    """Return the pairs of automata that command one servant side by side, each pair and servant once.
+    """Return the conflicts of a document, one for each pair of automata and servant.
 
-    The notes show code that cannot be followed, and because of which there may be others.
+    The notes name code that cannot be followed and may cause more conflicts.
     """
     possible = [[use for use in of_one if _is_possible(use, fireability)] for of_one in uses]
     pairs: list[tuple[list[Use], list[Use]]] = []
@@ -219,7 +220,7 @@ def find_conflicts(
 
 
 def _of_servant(uses: list[Use], identity: str) -> list[Use]:
-    """Return the uses of a servant, those that are certain first."""
+    """Return the uses of a servant, certain ones first."""
     return sorted((use for use in uses if use.command.identity == identity), key=lambda use: not use.certain)
 
 
@@ -232,7 +233,7 @@ def _is_possible(use: Use, fireability: Fireability) -> bool:
 def _conflict(
     first: list[Use], second: list[Use], fireability: Fireability, reached: Reached, budget: Budget
 ) -> Conflict | None:
-    """Return how two automata command one servant; `first` comes before in the model."""
+    """Return the conflict of two automata over a servant, or None; `first` comes first in the model."""
     model, a, b = fireability.model, first[0].automaton, second[0].automaton
     owners = {above.index: owner.index for above, owner in model.ancestors(b)}
     if a in owners:
@@ -246,7 +247,7 @@ def _conflict(
 
 
 def _nested(above: list[Use], below: list[Use], reached: Reached) -> Conflict | None:
-    # of the state above only code and guards run again and again: its entry and exit have their own time
+    # only the cyclic code and guards of the state above overlap with the automata below
     above = [use for use in above if use.piece in ("code", "guard")]
     index = below[0].automaton
     seen = [use for use in below if use.state in reached.states[index]]
@@ -282,5 +283,5 @@ def _side_by_side(
 
 
 def _by_state(uses: list[Use]) -> dict[int, Use]:
-    """Return one use in each state, the first."""
+    """Return the first use in each state."""
     return {use.state: use for use in reversed(uses)}

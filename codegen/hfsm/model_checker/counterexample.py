@@ -1,4 +1,4 @@
-"""Runs of automata as sequences of steps that a person reads and an editor plays."""
+"""Write runs of automata as steps for people to read and for the editor to play."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _EVENT: Final = "event "
 _WORDS: Final = {
     StepKind.ENTERS: "is entered",
     StepKind.GHOST: "becomes a ghost",
-    StepKind.RESUMES: "goes on",
+    StepKind.RESUMES: "resumes",
 }
 
 
@@ -25,7 +25,7 @@ _WORDS: Final = {
 class Step:
     """One step, at `time_ms`. `automaton`, `transition`, `origin` and `state` are ids of the document.
 
-    `origin` is the state before a transition and `state` the one after it, or else that of the automaton.
+    `origin` is the state before a transition. `state` is the one after it, or the current state.
     """
 
     time_ms: float
@@ -42,9 +42,9 @@ class Step:
 class Counterexample:
     """The steps from the start until a property is violated, at `ends_ms`.
 
-    Where it is violated because something never comes, the steps from the index `repeats` on may repeat for
-    ever: the first round lasts from `repeats_ms` to `ends_ms`. When nothing need happen any more the index is
-    their number, and both times are the same.
+    If it is violated because something never comes, the steps from the index `repeats` may repeat forever:
+    the first round lasts from `repeats_ms` to `ends_ms`. If nothing more has to happen, `repeats` is the
+    number of steps, and both times are equal.
     """
 
     steps: tuple[Step, ...]
@@ -53,7 +53,7 @@ class Counterexample:
     repeats_ms: float | None = None
 
     def __str__(self) -> str:
-        """Return the steps, one a line and numbered, with their times in seconds."""
+        """Return the steps, numbered, one per line, with their times in seconds."""
         lines = [
             f"{number:3}. {step.time_ms / 1000:9.3f} s  {step.text}"
             for number, step in enumerate(self.steps, 1)
@@ -65,7 +65,7 @@ class Counterexample:
 
 
 def counterexample(run: Run) -> Counterexample:
-    """Return a run as steps."""
+    """Return the steps of a run."""
     narrator = _Narrator(run.system)
     steps = list(narrator.begins())
     repeats: int | None = None
@@ -82,19 +82,19 @@ def counterexample(run: Run) -> Counterexample:
 
 
 class _Narrator:
-    """Describe the moves of a system in the words of its document."""
+    """Describe the moves of a system by the names in its document."""
 
     def __init__(self, system: TransitionSystem) -> None:
         self._model = system.model
         self._system = system
 
     def begins(self) -> Iterator[Step]:
-        """Yield how the automata begin."""
+        """Yield the steps in which the automata begin."""
         for change in self._system.changes(None, None):
             yield self._changed(change, 0.0)
 
     def move(self, move: Move) -> Iterator[Step]:
-        """Yield what happens in one cycle."""
+        """Yield the steps of one cycle."""
         node, time, fired = move.node, move.time / _NANO, move.choice.transition
         label = self._model.label(self._system.cone[node.position])
         state = node.configuration[node.position][0]
@@ -103,18 +103,18 @@ class _Narrator:
                 name = atom.removeprefix(_EVENT)
                 arrives = Change(StepKind.EVENT, node.position, state)
                 yield self._step(time, arrives, f"the event `{name}` arrives at {label}", event=name)
-        for asked in self._holding(move):
+        for transition in self._holding(move):
             holds = Change(StepKind.GUARD, node.position, state)
-            yield self._step(time, holds, f"the guard of {_name(asked)} holds in {label}", asked)
+            yield self._step(time, holds, f"the guard of {_name(transition)} holds in {label}", transition)
         for change in self._system.changes(node, move.choice):
             yield self._changed(change, time, fired if change.kind is StepKind.FIRES else None)
 
     def _holding(self, move: Move) -> Iterator[TransitionModel]:
-        """Yield the transitions whose guards are asked in a cycle and hold."""
+        """Yield the transitions whose guards are evaluated in a cycle and hold."""
         true = move.choice.true
         for transition in self._system.enabled(move.node):
-            asked = transition.guarded and (not transition.event or f"{_EVENT}{transition.event}" in true)
-            if asked and all((atom in true) is value for atom, value in transition.needs or ()):
+            evaluated = transition.guarded and (not transition.event or f"{_EVENT}{transition.event}" in true)
+            if evaluated and all((atom in true) is value for atom, value in transition.needs or ()):
                 yield transition
             if transition is move.choice.transition:
                 return

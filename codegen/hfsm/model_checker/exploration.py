@@ -1,7 +1,7 @@
-"""Explore the nodes of a transition system within a budget: for all that is there, or for a run.
+"""Explore the nodes of a transition system within a budget: all of them, or until a run is found.
 
-`Exploration` is the only search: by time, or where it is likely to find something first. `find` looks for a
-run to a configuration, `find_avoiding` for one in which no such configuration ever comes.
+`Exploration` is the only search: in the order of time, or new configurations first. `find` searches for a run
+to a configuration, `find_avoiding` for a run in which no such configuration comes.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _WORK_OF_A_NODE: Final = 4
 
 
 class Budget:
-    """How much work may be done; one node takes as much as the automata in it, and a little more."""
+    """A limit of work; a node costs the number of its automata and a little more."""
 
     def __init__(self, limit: int) -> None:
         self._limit = limit
@@ -35,12 +35,12 @@ class Budget:
         return self._taken + sum(share.spent for share in self._shares)
 
     def share(self, parts: int) -> Budget:
-        """Return a part of what is left, to be spent before the next one is asked for."""
+        """Return a part of the rest, to be spent before the next share is taken."""
         self._shares.append(Budget(max(0, self._limit - self.spent) // parts))
         return self._shares[-1]
 
     def take(self, system: TransitionSystem) -> bool:
-        """Count one node of a system; false when there is nothing left."""
+        """Count one node of a system; return False if the budget is spent."""
         if self._taken >= self._limit:
             return False
         self._taken += len(system.cone) + _WORK_OF_A_NODE
@@ -51,9 +51,8 @@ class Budget:
 class Run:
     """A run of the automata of a system: `start`, then the moves.
 
-    If it goes on without end by repeating itself, `repeats` is the place of the first move to be repeated:
-    their number when nothing need happen any more. Else nothing happens after `ends`, or nothing that matters
-    until then; in ns.
+    If it goes on forever by repeating itself, `repeats` is the index of the first move that repeats, or the
+    number of moves if nothing more has to happen. Otherwise the run ends at `ends`, in ns.
     """
 
     system: TransitionSystem
@@ -65,19 +64,19 @@ class Run:
 
 @dataclass(slots=True)
 class Outcome:
-    """What a search came to: a run, or none because there is `complete`ly none, or because it had to stop."""
+    """The outcome of a search: a run, or None. If it is `complete` and None, no such run exists."""
 
     run: Run | None
     complete: bool
     explored: int
     until: int
-    """The time in ns up to which everything was seen."""
+    """The time in ns up to which the search was complete."""
 
 
 class Exploration:
     """The nodes of a system that are reached in the first `within` ns.
 
-    They come in the order of time, or first those that come after a configuration that `is_new`.
+    They come in the order of time or, with `is_new`, first those that follow a new configuration.
     """
 
     def __init__(
@@ -91,21 +90,21 @@ class Exploration:
         self.start, self.first, self.elapsed = system.start()
         self.explored = 0
         self.complete = True
-        """Whether no node had to be left out when the budget was spent."""
+        """Whether all nodes were explored within the budget."""
         self.until = 0
-        """The time in ns up to which everything was seen."""
+        """The time in ns up to which the search was complete."""
         self._budget, self._within, self._is_new = budget, within, is_new
         start = Move(0, self.first, Choice(None, frozenset()), self.start, self.first, self.elapsed)
         self._came = {self.first: start}
-        """The move that leads to each node, the earliest one in the order of time."""
+        """The move that leads to each node; in the order of time, the earliest."""
 
     def time_of(self, node: Node) -> int:
-        """Return when the cycle of a node comes, in ns."""
+        """Return the time of the cycle of a node, in ns."""
         came = self._came[node]
         return came.time + came.elapsed
 
     def moves(self, avoided: Holds | None = None) -> Iterator[Move]:
-        """Yield every move, except those to configurations that are `avoided`."""
+        """Yield every move except those to `avoided` configurations."""
         waiting = [(0, self.elapsed, 0, self.first)]
         pushed, came, is_new = 0, self._came, self._is_new
         while waiting:
@@ -133,7 +132,7 @@ class Exploration:
                     heapq.heappush(waiting, (since, comes, pushed, move.following))
 
     def run_to(self, node: Node, *last: Move) -> Run:
-        """Return the run to the cycle of a node, and through it with its `last` move."""
+        """Return the run to the cycle of a node, and through its `last` move if one is given."""
         moves = [*last]
         while node != self.first:
             moves.append(self._came[node])
@@ -143,7 +142,7 @@ class Exploration:
         return Run(self.system, self.start, tuple(moves), ends)
 
     def came_to(self, run: Run | None) -> Outcome:
-        """Return an outcome of the exploration."""
+        """Return the outcome of the exploration with a run, or without one."""
         return Outcome(run, self.complete or run is not None, self.explored, self.until)
 
 
@@ -156,10 +155,10 @@ def find(
     watched: Iterable[int] = (),
     lasting: bool = False,
 ) -> Outcome:
-    """Search a configuration that is `bad`, in the first `within` ns; one that `lasting` time passes in.
+    """Search for a `bad` configuration in the first `within` ns; with `lasting`, one in which time passes.
 
-    The run is the earliest there is. Where looking for that takes more than half of the budget, the
-    configurations are looked at first that come after new ones, for the `watched` automata above all.
+    The run is the earliest. If that takes more than half of the budget, the search continues with
+    configurations that follow new ones, especially of the `watched` automata.
     """
     if within is not None:
         return _find(Exploration(system, budget.share(1), within), bad, lasting=lasting)
@@ -185,9 +184,10 @@ def _find(exploration: Exploration, bad: Holds, *, lasting: bool) -> Outcome:
 def newness(
     system: TransitionSystem, seen: set[tuple[int, ...]], watched: Iterable[int] = ()
 ) -> Callable[[Configuration], bool]:
-    """Return what says whether an automaton is active in a state that is not `seen`, and notes it.
+    """Return a function that returns whether a configuration is new, and adds it to `seen`.
 
-    A configuration is new, too, when the `watched` automata are in other states together than before.
+    It is new if an automaton is active in a state that was not seen, or the `watched` automata are in a new
+    combination of states.
     """
     places = [system.position[automaton] for automaton in watched]
 
@@ -204,7 +204,7 @@ def newness(
 
 
 def find_avoiding(system: TransitionSystem, good: Holds, budget: Budget, within: int | None) -> Outcome:
-    """Search a run in which nothing `good` happens: without end, or in the first `within` ns."""
+    """Search for a run without a `good` configuration: forever, or in the first `within` ns."""
     exploration = Exploration(system, budget, within)
     start, first = exploration.start, exploration.first
     if good(start):
@@ -245,7 +245,7 @@ def _repeating(exploration: Exploration, loop: list[Node], moves: dict[Node, lis
 def _longest(
     exploration: Exploration, order: list[Node], moves: dict[Node, list[Move]], within: int
 ) -> Run | None:
-    """Return a run without a loop that lasts longer than `within` ns, or None; `order` is from its end."""
+    """Return a run without a loop that lasts longer than `within` ns, or None; `order` begins at its end."""
     lasts: dict[Node, int] = {}
     for node in order:
         lasts[node] = max((move.elapsed + lasts[move.following] for move in moves.get(node, ())), default=0)

@@ -1,4 +1,4 @@
-"""The language of properties: what is true of a configuration.
+"""Parse the expressions of properties, which are true or false in a configuration.
 
     implication  = disjunction [ "->" implication ]
     disjunction  = conjunction { "or" conjunction }
@@ -9,7 +9,7 @@
     state        = [ "#" id "/" ] name { "/" name }
     automaton    = "#" id | state that owns it
 
-A name that is no plain word, or is one of the words above, stands in double quotes.
+A name that is not one plain word, or is one of the words above, stands in double quotes.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ Positions = dict[int, int]
 
 
 class ExpressionError(Exception):
-    """An expression cannot be understood. `offset` is the index of the character where, `length` how many."""
+    """An expression is not valid, from the character at the index `offset`, for `length` characters."""
 
     def __init__(self, message: str, offset: int, length: int = 1, hints: tuple[str, ...] = ()) -> None:
         super().__init__(message)
@@ -52,13 +52,13 @@ class ExpressionError(Exception):
 
 @dataclass(frozen=True)
 class Expression:
-    """An expression that was understood: what it speaks of, and how it becomes a function."""
+    """A parsed expression: the automata and states that it names, and its function."""
 
     automata: frozenset[int]
     states: frozenset[tuple[int, int]]
-    """The states that it asks for, with their automata."""
+    """The states that it names, with their automata."""
     bind: Callable[[Positions], Holds]
-    """Takes where each automaton stands in a configuration."""
+    """Makes the function, from the position of each automaton in a configuration."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +70,7 @@ class _Token:
 
 
 def parse(text: str, model: Model) -> Expression:
-    """Return what an expression means for a model. Raises ExpressionError."""
+    """Return an expression parsed for a model. Raises ExpressionError."""
     return _Parser(text, model).parse()
 
 
@@ -166,7 +166,7 @@ class _Parser:
         return _in(self._states())
 
     def _states(self) -> list[tuple[int, int]]:
-        """Read the path of a state; return the automata and states that have it."""
+        """Read the path of a state; return the automata and states that match it."""
         automata = [self._model.automata[0]] if self._model.automata else []
         begin = self._token.offset
         if self._accept("#"):

@@ -1,8 +1,8 @@
-"""What each automaton can do at most, looked at one by one: cheap, whatever the number of automata.
+"""Bound what each automaton can do, one by one: cheap for any number of automata.
 
-The environment of an automaton wakes it and makes it a ghost as it likes, which is more than it can, and
-sends the events that may come from outside or from code that may run. What is missing here is missing in
-every run. Times are active time in ns since the automaton began.
+The environment of an automaton may wake it or make it a ghost at any time, and send any event that may come
+from outside or from code that may run. That is more than is possible, so that what is missing here is missing
+in every run. Times are active times in ns since the automaton began.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ __all__ = ["Events", "Fireability", "analyze", "events_of"]
 
 @dataclass(frozen=True)
 class Events:
-    """The events that may arrive at any time: from `outside` and from functions, which anything may call.
+    """The events that may arrive at any time: from `outside`, and from functions.
 
-    Code that cannot be followed, at `places`, may send the `unclear` ones.
+    Code at `places`, which cannot be followed, may also send the `unclear` ones.
     """
 
     outside: frozenset[str]
@@ -34,9 +34,9 @@ class Events:
 
 
 def events_of(model: Model) -> Events:
-    """Return the events that do not depend on what automata do.
+    """Return the events that may arrive whatever the automata do.
 
-    All code counts as able to send what cannot be followed; so does hand-written code beside the document.
+    Any code that cannot be followed may send the unclear ones, as may hand-written code beside the document.
     """
     document, automata = model.document, model.automata
     waited_for = frozenset(each.event for one in automata for each in one.transitions if each.event)
@@ -51,7 +51,7 @@ def events_of(model: Model) -> Events:
 
 
 def _sent(analysis: Analysis, texts: Iterable[Text]) -> frozenset[str]:
-    """Return the events that code certainly sends."""
+    """Return the events that code is known to send."""
     return frozenset[str]().union(*(analysis.effects.of(text).events for text in texts))
 
 
@@ -64,7 +64,7 @@ def _running(
             yield from (state.source.entry, state.source.code, state.source.exit)
             yield from (argument.value for argument in state.source.arguments)
     for transition in automaton.transitions:
-        if states:  # guards are asked although they do not hold
+        if states:  # guards are evaluated even if they do not hold
             yield from (transition.source.guard, transition.source.trigger)
         if transition.index in transitions:
             yield transition.source.code
@@ -72,9 +72,9 @@ def _running(
 
 @dataclass(frozen=True)
 class Fireability:
-    """The transitions of a model that may fire and the states that may be entered, by automaton, at most.
+    """The transitions that may fire and the states that may be entered, by automaton.
 
-    `finishing` are the automata that may finish, `events` those that may come.
+    `finishing` are the automata that may finish, `events` the events that may come.
     """
 
     model: Model
@@ -84,15 +84,14 @@ class Fireability:
     events: frozenset[str]
 
     def may_fire(self, automaton: int, transition: TransitionModel) -> bool:
-        """Return whether a transition is not known never to fire."""
+        """Return whether a transition may fire."""
         return transition.index in self.transitions[automaton]
 
 
 def analyze(model: Model, outside: frozenset[str]) -> Fireability:
-    """Return what the automata of a model can do at most, when events come from `outside`.
+    """Return the most that the automata of a model can do when events come from `outside`.
 
-    What automata need of one another, events and finished children, starts at nothing and grows until it is
-    what they give.
+    What they need from each other, events and finished children, grows from nothing to a fixed point.
     """
     finished, coming = frozenset[int](), outside
     while True:
@@ -122,16 +121,16 @@ def analyze(model: Model, outside: frozenset[str]) -> Fireability:
 
 
 _FINISHED: Final = "children finished"
-"""The atom that stands for `the children have finished`."""
+"""The atom of a transition that waits for its children to finish."""
 
 _Entry = tuple[int, bool]
-"""A state, and whether the automaton began in it; else a transition led there."""
+"""A state, and whether the automaton began there; otherwise a transition led there."""
 
 _Candidates = list[tuple[TransitionModel, Conjunction]]
 
 
 class _Solitary:
-    """What an automaton can do at most: its `states` and `transitions`."""
+    """The `states` and `transitions` that are possible in an automaton."""
 
     def __init__(
         self, model: Model, automaton: AutomatonModel, finished: frozenset[int], events: frozenset[str]
@@ -142,7 +141,7 @@ class _Solitary:
         )
         """Whether it wakes and becomes a ghost only at the times of its cycles.
 
-        Then its cycles come at whole multiples of its period in active time, too.
+        Its cycles then come at whole multiples of its period in active time, too.
         """
         entries: dict[_Entry, None] = {(automaton.initial, True): None}
         transitions: set[int] = set()
@@ -173,7 +172,7 @@ class _Solitary:
                 if satisfy(needs, (other for _, other in enabled[:place])) is not None:
                     yield transition
             if self._is_aligned and satisfy((), (needs for _, needs in enabled)) is None:
-                return  # something fires here at the latest
+                return  # something fires by now
 
     def _needs(self, transition: TransitionModel, state: StateModel) -> Conjunction | None:
         if transition.needs is None or (transition.event and transition.event not in self._events):
@@ -185,7 +184,7 @@ class _Solitary:
         return ((_FINISHED, True), *transition.needs)
 
     def _moments(self, candidates: _Candidates, began: bool) -> Iterator[int]:
-        """Yield an active time from each interval between delays in which there may be a cycle."""
+        """Yield an active time from each interval between delays that may have a cycle."""
         period = self._automaton.interval
         times = sorted({0, *(transition.delay for transition, _ in candidates)})
         for time, end in zip(times, [*times[1:], None], strict=True):

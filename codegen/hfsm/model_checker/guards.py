@@ -1,7 +1,7 @@
-"""Guards as the model checker sees them: atoms that may be true or false in each cycle.
+"""Read guards as conjunctions of atoms, each of which may be true or false in each cycle.
 
-Two guards of one automaton with the same text have the same value within one cycle, and `not x` has the other
-value than `x`. A conjunction is a set of literals; whatever else a guard consists of is one atom.
+Two guards of one automaton with the same text have the same value within one cycle, and `not x` has the
+opposite value of `x`. A conjunction is a set of literals; any other part of a guard is one atom.
 """
 
 from __future__ import annotations
@@ -15,22 +15,22 @@ from ..code.values import truth
 __all__ = ["Conjunction", "conjunction", "satisfy"]
 
 Conjunction = tuple[tuple[str, bool], ...]
-"""Atoms with the values that they need; the empty one always holds."""
+"""Atoms with their required values; the empty conjunction always holds."""
 
 Assignment = Mapping[str, bool]
-"""Values of atoms; those that are missing are false."""
+"""Values of atoms; missing ones are false."""
 
 _MOST_STEPS: Final = 300
-"""Steps of the search for values of guards that depend on one another."""
+"""The limit of steps in the search for values of guards that depend on each other."""
 
 
 def conjunction(
     tree: ast.expr | None, text: str, unique: str, *, is_steady: bool = True
 ) -> Conjunction | None:
-    """Return what a guard needs: an expression, or None for a body that returns one; None if it never holds.
+    """Return the conjunction of a guard, or None if it never holds.
 
-    `text` is the guard as it is written. `unique` names the atom of a guard that is not steady: its value may
-    change each time it is asked.
+    `tree` is None for a guard of statements, whose source is `text`. `unique` names the atom of a guard that
+    is not steady: its value may change at each evaluation.
     """
     value = None if tree is None else truth(tree)
     if value is not None:
@@ -50,7 +50,7 @@ def conjunction(
 
 
 class _NeverHolds(Exception):
-    """A part of a conjunction is false whatever the rest is."""
+    """A part of a conjunction is always false."""
 
 
 def _literals(tree: ast.expr, wanted: bool) -> Iterator[tuple[str, bool]]:
@@ -70,8 +70,8 @@ def _literals(tree: ast.expr, wanted: bool) -> Iterator[tuple[str, bool]]:
 def satisfy(wanted: Conjunction, refused: Iterable[Conjunction]) -> dict[str, bool] | None:
     """Return values of atoms for which `wanted` holds and none of `refused` does, or None.
 
-    Atoms of no importance are left out. Where guards are so entangled that a search takes too long, it is
-    given up, and what it was at is returned: then the guards count as possible.
+    Irrelevant atoms are left out. If the guards are too entangled for a complete search, the values found so
+    far are returned: the guards then count as possible.
     """
     values: dict[str, bool] = {}
     for atom, value in wanted:
@@ -94,7 +94,7 @@ def _refuse(
             free = [(atom, value) for atom, value in clause if atom not in values]
             if not free:
                 return None
-            for atom, value in free:  # set what leaves no choice, or harms no other clause
+            for atom, value in free:  # unit clauses, and atoms that no other clause needs
                 if len(free) == 1 or (atom, not value) not in literals:
                     values[atom] = not value
                     break

@@ -1,4 +1,4 @@
-"""What the model checker keeps of a document: states, triggers and times, without the code."""
+"""Read the model of a document: states, triggers and times, without the code."""
 
 from __future__ import annotations
 
@@ -33,10 +33,10 @@ _DEEPEST: Final = 200
 
 @dataclass(frozen=True, slots=True)
 class TransitionModel:
-    """A transition. `index` counts within the automaton, `origin` and `target` are indices of states.
+    """A transition. `index` is its place in the automaton, `origin` and `target` are indices of states.
 
-    It fires when `delay` ns of active time are over, the children have `finished` if it waits for them, and
-    every atom of `needs` has its value; an event is the atom `event NAME`. None for what never holds.
+    It fires after `delay` ns of active time, when the children have `finished` (if it waits for them) and
+    every atom of `needs` has its value; an event is the atom `event NAME`. `needs` is None if it never holds.
     """
 
     index: int
@@ -52,9 +52,9 @@ class TransitionModel:
 
 @dataclass(frozen=True, slots=True)
 class StateModel:
-    """A state. `children` are indices of automata, `outgoing` stands in the order of trying.
+    """A state. `children` are indices of automata; `outgoing` is in the order of evaluation.
 
-    One that `owes` has entry code, or arguments to hand over, before its children wake.
+    A state `owes` an entry if it has entry code or arguments, which come before its children wake.
     """
 
     index: int
@@ -68,7 +68,7 @@ class StateModel:
 
 @dataclass(frozen=True, slots=True)
 class AutomatonModel:
-    """An automaton. `parent` is the index of the one above, -1 for the root; `interval` is in ns."""
+    """An automaton. `parent` is the index of the one above, -1 for the root; the `interval` is in ns."""
 
     index: int
     source: Automaton
@@ -82,14 +82,14 @@ class AutomatonModel:
 
 @dataclass(frozen=True)
 class Model:
-    """The automata of a document that can ever run, each before its children."""
+    """The automata of a document that can run, each before its children."""
 
     document: Document
     path: Path
     automata: tuple[AutomatonModel, ...]
     analysis: Analysis = field(repr=False, compare=False)
     doubtful: tuple[Note, ...] = ()
-    """The guards that read like others, and perhaps answer otherwise."""
+    """Guards that may differ from others of the same text."""
 
     @cached_property
     def by_id(self) -> dict[int, AutomatonModel]:
@@ -97,7 +97,7 @@ class Model:
         return {automaton.source.id: automaton for automaton in self.automata}
 
     def ancestors(self, index: int) -> Iterator[tuple[AutomatonModel, StateModel]]:
-        """Yield the automata above one with the states that own the chain down to it, the nearest first."""
+        """Yield the automata above one, nearest first, each with the state that owns the chain down to it."""
         automaton = self.automata[index]
         while automaton.parent >= 0:
             parent = self.automata[automaton.parent]
@@ -111,7 +111,7 @@ class Model:
         return "/".join(reversed(names))
 
     def label(self, automaton: int) -> str:
-        """Return how a person calls an automaton: `the root automaton`, or by the state that owns it."""
+        """Return the name of an automaton in messages: `the root automaton`, or by the state that owns it."""
         model = self.automata[automaton]
         if model.parent < 0:
             return "the root automaton"
@@ -123,13 +123,13 @@ class Model:
 def read_model(
     document: Document, path: Path, *, analysis: Analysis | None = None, trusting: bool = False
 ) -> Model:
-    """Return the model of a document; what the structural checks find wrong is read as generation does.
+    """Return the model of a document; structural errors are read as generation reads them.
 
-    The first initial state counts, or the first state where there is none; a child that does not exist and a
-    transition between states that do not are left out; so is an automaton without a root above it.
+    The first initial state counts, or the first state if there is none. Missing children, transitions between
+    missing states, and automata without a root above them are left out.
 
-    Guards of the same text that cannot be followed may differ within one cycle. A `trusting` model takes them
-    for the same, unless they surely are not. `analysis` is that of the document, where it has been made.
+    Guards of the same text that cannot be followed may differ within one cycle. A `trusting` model considers
+    them the same unless they certainly differ. `analysis` is that of the document, if there is one already.
     """
     analysis = analysis or analyze(document, path)
     reader = _Reader(analysis, trusting)
@@ -153,7 +153,7 @@ class _Reader:
         self.automata = [automaton for automaton in self._found if automaton is not None]
 
     def _read(self, source: Automaton, parent: int, owner: int, depth: int) -> int:
-        """Read an automaton with all below it; return its index."""
+        """Read an automaton and all below it; return its index."""
         index = len(self._found)
         self._seen.add(source.id)
         self._found.append(None)
@@ -217,7 +217,7 @@ class _Reader:
         )
 
     def _needs(self, number: int, source: Transition, *, is_steady: bool = True) -> Conjunction | None:
-        """Return what a transition needs beside time and children."""
+        """Return the conjunction of a transition without its time and children."""
         event = source.trigger.text.strip() if source.type == "event" else ""
         if source.type == "time" and transition_time(source.trigger) is None:
             return None
@@ -239,7 +239,7 @@ class _Reader:
         return (*arrives, *((f"{atom} [{event}]", value) for atom, value in holds))
 
     def _separated(self, outgoing: list[TransitionModel]) -> Iterator[TransitionModel]:
-        """Yield the transitions out of a state: those that may answer unlike others get own atoms."""
+        """Yield the transitions out of a state: guards that may differ from others get separate atoms."""
         atoms = Counter(atom for model in outgoing for atom, _ in model.needs or () if model.guarded)
         for model in outgoing:
             if model.event:
@@ -259,7 +259,9 @@ class _Reader:
                 text = condition_of(model.source)
                 path = model.source.path or self._analysis.path
                 place = Location(path, text.line or model.source.line, max(1, text.column))
-                self.doubtful.append(Note("this guard may answer otherwise when it is asked again", place))
+                self.doubtful.append(
+                    Note("this guard may give another answer when it is evaluated again", place)
+                )
             if model.guarded and (is_other or (is_unsure and not self._trusting)):
                 yield replace(model, needs=self._needs(model.index, model.source, is_steady=False))
             else:
@@ -272,7 +274,7 @@ def condition_of(transition: Transition) -> Text:
 
 
 def nanoseconds(text: Text) -> int | None:
-    """Return milliseconds that a person wrote in ns, or None when they are no positive time."""
+    """Return a text of milliseconds in ns, or None if it is not a positive time."""
     value = milliseconds(text)
-    # by the seconds in which components are written
+    # through seconds, as the generator writes them
     return None if value is None else round(value / 1000 * 1e9)

@@ -1,6 +1,6 @@
-"""Prove or refute the properties that a document states of its automata.
+"""Prove or refute the properties that a document states about its automata.
 
-Some need no search, because states exclude each other.
+Properties of states that exclude each other need no search.
 """
 
 from __future__ import annotations
@@ -22,23 +22,23 @@ from .transition_system import ACTIVE, FINISHED, Configuration, Local, Transitio
 __all__ = ["PropertyResult", "Verdict", "check_property"]
 
 _MOST: Final = 20_000
-"""Configurations to look at; of more nothing is said."""
+"""The most configurations to enumerate; with more, the search decides."""
 
 
 def may_hold(expression: Expression, wanted: bool, fireability: Fireability) -> bool:
-    """Return whether an expression may have a value, false only if it is certain that it never has.
+    """Return whether an expression may have a value; False only if it certainly never has.
 
-    All is looked at that the tree of automata allows; one state stands for all that nobody asks for.
+    This enumerates what the tree of automata allows. One state represents all that the expression ignores.
     """
     model = fireability.model
     above = {above.index for index in expression.automata for above, _ in model.ancestors(index)}
-    looked_at = sorted({0, *expression.automata, *above})
-    holds = expression.bind({index: position for position, index in enumerate(looked_at)})
-    asked = {(model.automata[index].parent, model.automata[index].owner) for index in looked_at}
+    automata = sorted({0, *expression.automata, *above})
+    holds = expression.bind({index: position for position, index in enumerate(automata)})
+    asked = {(model.automata[index].parent, model.automata[index].owner) for index in automata}
     asked |= expression.states
 
     def below(index: int, is_active: bool) -> Iterator[Configuration]:
-        """Yield what an automaton and those below it may be like."""
+        """Yield the possible locals of an automaton and those below it."""
         automaton = model.automata[index]
         possible = [automaton.states[state] for state in sorted(fireability.states[index])]
         others = {state.final: state for state in possible if (index, state.index) not in asked}
@@ -50,13 +50,13 @@ def may_hold(expression: Expression, wanted: bool, fireability: Fireability) -> 
         else:
             locals_.append(((automaton.initial, 0, 0), None))
             locals_ += [((state.index, FINISHED, 0), None) for state in shown if state.final]
-        children = [child for child in looked_at if model.automata[child].parent == index]
+        children = [child for child in automata if model.automata[child].parent == index]
         for local, state in locals_:
             for rest in under(children, state):
                 yield local, *rest
 
     def under(children: list[int], state: StateModel | None) -> Iterator[Configuration]:
-        """Yield what the automata below one may be like, which is active in a state, or not."""
+        """Yield the possible locals of automata below one that is active in a state, or not active."""
         if not children:
             yield ()
             return
@@ -74,18 +74,18 @@ KINDS: Final = ("always", "eventually", "never")
 
 
 class Verdict(StrEnum):
-    """What is known of a property."""
+    """The verdict on a property."""
 
     HOLDS = "holds"
     VIOLATED = "violated"
     UNDECIDED = "undecided"
     INVALID = "invalid"
-    """It cannot be understood: see the error."""
+    """It is not valid: see the error."""
 
 
 @dataclass(frozen=True, slots=True)
 class PropertyResult:
-    """What became of a property. `explored` configurations were looked at, all of them up to `until_ms`."""
+    """The result of a property: `explored` configurations were seen, all of them up to `until_ms`."""
 
     property: Property
     verdict: Verdict
@@ -94,18 +94,18 @@ class PropertyResult:
     until_ms: float = 0.0
     error: ExpressionError | None = None
     problem: str = ""
-    """What is wrong with its kind or its time."""
+    """The error in its kind or its time."""
 
 
 def check_property(stated: Property, fireability: Fireability, budget: Budget) -> PropertyResult:
-    """Prove a property of all runs, or find one that violates it."""
+    """Prove a property for all runs, or find a run that violates it."""
     kind = stated.kind.strip()
     if kind not in KINDS:
-        return _invalid(stated, f"a property is `always`, `eventually` or `never`, not `{kind[:40]}`")
+        return _invalid(stated, f"a property must be `always`, `eventually` or `never`, not `{kind[:40]}`")
     within = nanoseconds(stated.within)
     if within is None and not stated.within.is_blank:
         written = stated.within.text.strip()[:40]
-        return _invalid(stated, f"`within` is a positive number of milliseconds, not `{written}`")
+        return _invalid(stated, f"`within` must be a positive number of milliseconds, not `{written}`")
     try:
         expression = parse(stated.expression.text, fireability.model)
     except ExpressionError as error:

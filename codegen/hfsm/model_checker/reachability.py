@@ -1,4 +1,4 @@
-"""Which states can be entered and which transitions can fire, and why others never."""
+"""Find which states can be entered and which transitions can fire, and why others cannot."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ __all__ = [
 
 
 class Reachability(StrEnum):
-    """What is known of a state or a transition."""
+    """Whether a state can be entered, or a transition can fire."""
 
     POSSIBLE = "possible"
     IMPOSSIBLE = "impossible"
@@ -31,11 +31,11 @@ class Reachability(StrEnum):
 
 
 class WhyNever(StrEnum):
-    """Why a transition never fires; of a state only GRAPH is reported."""
+    """Why a transition never fires; of states, only GRAPH is reported."""
 
     NONE = ""
     GRAPH = "graph"
-    """No transitions lead there, whatever their triggers."""
+    """No transitions lead there, even if all of them fire."""
     ORIGIN = "origin"
     """The state before it is never entered."""
     GUARD = "guard"
@@ -47,12 +47,12 @@ class WhyNever(StrEnum):
     EARLIER = "earlier"
     """Another transition always fires first."""
     ANCESTORS = "ancestors"
-    """The states above are left before there is time for it, or no cycle comes in the time that there is."""
+    """The states above are left too early, or no cycle comes in time."""
 
 
 @dataclass(frozen=True, slots=True)
 class StateResult:
-    """What is known of a state, by the ids of the document."""
+    """The reachability of a state, by the ids of the document."""
 
     automaton: int
     state: int
@@ -62,7 +62,7 @@ class StateResult:
 
 @dataclass(frozen=True, slots=True)
 class TransitionResult:
-    """What is known of a transition; `earlier` are the ids of those that always fire before it."""
+    """The reachability of a transition; `earlier` are the ids of transitions that always fire before it."""
 
     automaton: int
     transition: int
@@ -73,16 +73,16 @@ class TransitionResult:
 
 @dataclass(frozen=True)
 class Reached:
-    """What is possible in every automaton, and what is neither known to be nor known not to be."""
+    """The states and transitions that were reached, by automaton."""
 
     states: tuple[frozenset[int], ...]
     transitions: tuple[frozenset[int], ...]
     unknown: frozenset[int]
-    """The automata of which only what is here is known to be possible."""
+    """Automata in which more may be possible: their search was not complete."""
 
 
 def find_reachable(fireability: Fireability, budget: Budget) -> Reached:
-    """Find out what is possible in each automaton, together with those that it depends on."""
+    """Search what is possible in each automaton, together with those that it depends on."""
     model = fireability.model
     seen: set[tuple[int, ...]] = set()
     transitions: list[set[int]] = [set() for _ in model.automata]
@@ -119,7 +119,7 @@ def find_reachable(fireability: Fireability, budget: Budget) -> Reached:
 
 
 def state_results(fireability: Fireability, reached: Reached) -> list[StateResult]:
-    """Return what is known of every state."""
+    """Return the result of every state."""
     results = []
     for automaton in fireability.model.automata:
         index, by_graph = automaton.index, _by_graph(automaton)
@@ -133,7 +133,7 @@ def state_results(fireability: Fireability, reached: Reached) -> list[StateResul
 
 
 def transition_results(fireability: Fireability, reached: Reached) -> list[TransitionResult]:
-    """Return what is known of every transition."""
+    """Return the result of every transition."""
     results = []
     for automaton in fireability.model.automata:
         index = automaton.index
@@ -191,7 +191,7 @@ def _why_never(
 def _always_earlier(
     automaton: AutomatonModel, state: StateModel, transition: TransitionModel, fireability: Fireability
 ) -> tuple[int, ...]:
-    """Return the ids of those that keep a transition from firing: alone if one is enough, else all."""
+    """Return the ids of the transitions that keep one from firing: one that is enough alone, or all."""
     others = [
         other
         for other in state.outgoing

@@ -1,8 +1,8 @@
-"""The exact behavior of some automata, cycle by cycle, with guards that may be true or false.
+"""Describe the exact behavior of several automata, cycle by cycle, for all values of their guards.
 
-A node is a configuration and the cycle that comes next: which automaton at which moment. Cycles in which
-nothing can change are left out, so that time jumps from one that matters to the next. What the runtime does
-in virtual time is a path through these nodes, and every path is what it does for some values of the guards.
+A node is a configuration and the cycle that comes next: which automaton runs, and when. Cycles in which
+nothing can change are skipped. What the runtime does in virtual time is a path through these nodes, and every
+path is what it does for some values of the guards.
 """
 
 from __future__ import annotations
@@ -34,26 +34,26 @@ __all__ = [
 ACTIVE: Final = 1
 FINISHED: Final = 2
 OWED: Final = 4
-"""The entry into the current state has not run: its timers stand still and its children sleep."""
+"""The entry into the current state has not run: its timers have not started, and its children sleep."""
 BEGUN: Final = 8
-"""It has been active before."""
+"""It has been active."""
 RUNNING: Final = ACTIVE | FINISHED
-"""Of these flags an automaton that runs has ACTIVE alone."""
+"""A running automaton has ACTIVE alone of these flags."""
 
 Local = tuple[int, int, int]
-"""One automaton: its state, flags, and the active time in the state in ns, as far as a timer cares."""
+"""One automaton: its state, its flags, and its active time in the state in ns, up to the longest timer."""
 
 Configuration = tuple[Local, ...]
 """The automata of a cone, in the order of the model."""
 
 
 class StepKind(StrEnum):
-    """What happens in a step of a run."""
+    """The kind of a step of a run."""
 
     EVENT = "event"
     """An event arrives in time for the cycle that follows."""
     GUARD = "guard"
-    """A guard that is asked in the cycle holds; those that are not named do not."""
+    """A guard that is evaluated in the cycle holds; those without such a step do not."""
     FIRES = "fires"
     ENTERS = "enters"
     """An automaton begins, in its initial state."""
@@ -63,7 +63,7 @@ class StepKind(StrEnum):
 
 
 class Change(NamedTuple):
-    """What happens to the automaton at a position, which is in this state then."""
+    """A change of the automaton at a position, which is then in this state."""
 
     kind: StepKind
     position: int
@@ -71,16 +71,16 @@ class Change(NamedTuple):
 
 
 class Choice(NamedTuple):
-    """What a cycle comes to: the transition that fires, or none, and the atoms that must be true for it."""
+    """A possible outcome of a cycle: the transition that fires, or None, and the atoms that must be true."""
 
     transition: TransitionModel | None
     true: frozenset[str]
 
 
 class Node(NamedTuple):
-    """A configuration before the cycle of the automaton at `position`; -1 when nothing can ever happen.
+    """A configuration before the cycle of the automaton at `position`, -1 if nothing more can happen.
 
-    `phase` is the time of the cycle within the common multiple of all periods.
+    `phase` is the time of the cycle modulo the common multiple of all periods.
     """
 
     configuration: Configuration
@@ -89,7 +89,7 @@ class Node(NamedTuple):
 
 
 class Move(NamedTuple):
-    """The cycle of `node` at `time` ns, what it came to, the configuration after it, and the next node."""
+    """The cycle of `node` at `time` ns, its outcome, the configuration after it, and the next node."""
 
     time: int
     node: Node
@@ -97,7 +97,7 @@ class Move(NamedTuple):
     configuration: Configuration
     following: Node
     elapsed: int
-    """The ns until the cycle of the next node."""
+    """The time until the cycle of the next node, in ns."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,13 +108,13 @@ class _State:
     children: tuple[int, ...]
     outgoing: tuple[TransitionModel, ...]
     clamp: int
-    """The longest delay out of it: a longer active time makes no difference."""
+    """The longest delay out of it: longer active times are equal."""
 
 
 class TransitionSystem:
-    """Some `automata`, indices of a model, together with all that influence them: the cone.
+    """Some `automata`, as indices of a model, with all that influence them: the cone.
 
-    These are the automata above, and those below a state that is left when they have finished.
+    Automata are influenced by those above them, and by those below a state that is left when these finish.
     """
 
     def __init__(self, automata: Iterable[int], fireability: Fireability) -> None:
@@ -122,7 +122,7 @@ class TransitionSystem:
         self.cone = tuple(sorted(_cone_of(automata, fireability)))
         """The automata, each before its children."""
         self.position = {index: position for position, index in enumerate(self.cone)}
-        """Where each of them is in a configuration."""
+        """The position of each of them in a configuration."""
         self._intervals = tuple(model.automata[index].interval for index in self.cone)
         self._common = math.lcm(*self._intervals)
         self._initial = tuple(model.automata[index].initial for index in self.cone)
@@ -140,14 +140,14 @@ class TransitionSystem:
         return tuple(found)
 
     def start(self) -> tuple[Configuration, Node, int]:
-        """Return the first configuration, the first node, and the ns until its cycle."""
+        """Return the first configuration, the first node, and the time until its cycle in ns."""
         cycle = self._first_cycle()
         configuration = tuple(cycle.locals)
         node, elapsed = self._next(configuration, 0, -1)
         return configuration, node, elapsed
 
     def moves(self, node: Node, time: int) -> Iterator[Move]:
-        """Yield each outcome of a cycle at `time` ns."""
+        """Yield every outcome of a cycle at `time` ns."""
         index, flags, _ = node.configuration[node.position]
         is_idle = not flags & OWED and not self._states[node.position][index].final
         for choice in self._choices_at(node):
@@ -158,12 +158,12 @@ class TransitionSystem:
             yield Move(time, node, choice, configuration, following, elapsed)
 
     def changes(self, node: Node | None, choice: Choice | None) -> list[Change]:
-        """Return what happens in a cycle, in order; at the start where there is none."""
+        """Return the changes in a cycle, in order; without a node, those at the start."""
         cycle = self._first_cycle() if node is None or choice is None else self._cycle(node, choice)
         return cycle.changes
 
     def may_rest(self, configuration: Configuration) -> bool:
-        """Return whether nothing need ever change any more: whatever could change waits for a guard."""
+        """Return whether nothing more has to change: every possible change waits for a guard."""
         for position, (index, flags, _) in enumerate(configuration):
             if flags & RUNNING == ACTIVE and (flags & OWED or not self._rests(position, index)):
                 return False
@@ -179,7 +179,7 @@ class TransitionSystem:
         return known
 
     def enabled(self, node: Node) -> list[TransitionModel]:
-        """Return the transitions whose guards are asked in the cycle, in order, should none of them hold."""
+        """Return the transitions whose guards are evaluated in the cycle, in order, if none of them holds."""
         index, flags, waited = node.configuration[node.position]
         state = self._states[node.position][index]
         if flags & OWED:
@@ -207,13 +207,13 @@ class TransitionSystem:
         return cycle
 
     def _cycle(self, node: Node, choice: Choice) -> _Cycle:
-        """Return the cycle of a node when it has run."""
+        """Return the cycle of a node after it has run."""
         cycle = _Cycle(self._states, self._initial, list(node.configuration))
         cycle.run(node.position, choice.transition)
         return cycle
 
     def _next(self, configuration: Configuration, phase: int, after: int) -> tuple[Node, int]:
-        """Return the next cycle behind that of `after` at `phase` in which anything can change."""
+        """Return the next cycle after that of position `after` at `phase` in which something can change."""
         best, chosen = -1, -1
         for position, (index, flags, waited) in enumerate(configuration):
             if flags & RUNNING != ACTIVE:
@@ -266,7 +266,7 @@ def _cone_of(automata: Iterable[int], fireability: Fireability) -> set[int]:
 
 
 class _Cycle:
-    """The automata while a cycle changes them, as the runtime does, and the `changes` that it comes to."""
+    """The automata while a cycle changes them as the runtime does, and the `changes`."""
 
     __slots__ = ("_initial", "_states", "changes", "locals")
 
@@ -279,7 +279,7 @@ class _Cycle:
         self._initial = initial
 
     def run(self, position: int, transition: TransitionModel | None) -> None:
-        """Run the cycle of one automaton, in which a transition may fire."""
+        """Run the cycle of one automaton, in which a transition fires or none."""
         index, flags, waited = self.locals[position]
         state = self._states[position][index]
         if flags & OWED:
@@ -309,7 +309,7 @@ class _Cycle:
             self._wake_children(state)
 
     def _wake_children(self, state: _State) -> None:
-        """Wake the automata below a state that was entered: those of `restart` and finished ones begin."""
+        """Wake the automata below a state that was entered; with `restart`, or when finished, they begin."""
         if state.final:
             return
         for child in state.children:
@@ -342,7 +342,7 @@ def _have_finished(configuration: Configuration, state: _State) -> bool:
 
 
 def _missing(configuration: Configuration, state: _State, waited: int) -> int:
-    """Return the active time until a transition can fire, 0 when one can, -1 when none ever can."""
+    """Return the active time until a transition can fire: 0 if one can now, -1 if none ever can."""
     if state.final:
         return 0
     missing = -1
@@ -358,7 +358,7 @@ def _missing(configuration: Configuration, state: _State, waited: int) -> int:
 
 
 def _choices(enabled: list[TransitionModel]) -> Iterator[Choice]:
-    """Yield what a cycle may come to. No event comes but the one that fires: it would wait in the queue."""
+    """Yield the possible outcomes of a cycle. Only the event that fires comes: others wait in the queue."""
     needs: list[Conjunction] = [transition.needs or () for transition in enabled]
     events = {transition.event: (transition.needs or ())[0][0] for transition in enabled if transition.event}
     for place, transition in enumerate([*enabled, None]):

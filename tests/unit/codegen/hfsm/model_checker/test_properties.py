@@ -281,9 +281,9 @@ def test_properties_are_reported_at_their_places() -> None:
 @pytest.mark.parametrize(
     ("kind", "within", "message"),
     [
-        ("sometimes", "", "`p`: a property is `always`, `eventually` or `never`, not `sometimes`"),
-        ("never", "soon", "`p`: `within` is a positive number of milliseconds, not `soon`"),
-        ("never", "-3", "`p`: `within` is a positive number of milliseconds, not `-3`"),
+        ("sometimes", "", "`p`: a property must be `always`, `eventually` or `never`, not `sometimes`"),
+        ("never", "soon", "`p`: `within` must be a positive number of milliseconds, not `soon`"),
+        ("never", "-3", "`p`: `within` must be a positive number of milliseconds, not `-3`"),
     ],
 )
 def test_a_property_that_is_not_one(kind: str, within: str, message: str) -> None:
