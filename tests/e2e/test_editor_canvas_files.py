@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 import struct
 from collections.abc import Iterator
 from pathlib import Path
@@ -242,7 +243,7 @@ def test_an_automaton_is_exported_as_svg_and_png(shown: EditorPage, tmp_path: Pa
         with shown.page.expect_download() as download:
             shown.page.get_by_role("button", name=choice).click()
         assert download.value.suggested_filename == name
-        download.value.save_as(tmp_path / name)
+        shutil.copy(download.value.path(), tmp_path / name)
     picture = ElementTree.parse(tmp_path / "dance.svg").getroot()
     texts = {"".join(each.itertext()) for each in picture.iter("{http://www.w3.org/2000/svg}text")}
     assert {"up", "out", "front", "low"} <= texts
@@ -270,7 +271,7 @@ def test_a_document_without_automata_can_be_selected_in_and_exported(
     expect(dialog.get_by_role("button", name="Picture")).to_have_count(0)
     with shown.page.expect_download() as download:
         dialog.get_by_role("button", name="The document (XML)").click()
-    download.value.save_as(tmp_path / "nothing.xml")
+    shutil.copy(download.value.path(), tmp_path / "nothing.xml")
     assert ElementTree.parse(tmp_path / "nothing.xml").getroot().tag == "VisualHFSM"
     expect(shown.page.get_by_role("alert")).to_have_count(0)
 
