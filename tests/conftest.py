@@ -1,4 +1,4 @@
-"""What every test gets: the same surroundings everywhere, a check that it leaves nothing running, and communicators."""
+"""Fixtures of all tests: the same environment everywhere, a check for leaks, and communicators."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ DECISIVE = frozenset(
         *("GIT_DIR", "GIT_WORK_TREE", "GIT_INDEX_FILE"),  # of a hook that runs the tests
     }
 )
-"""Variables of the environment by which what is tested decides."""
+"""Environment variables that change the tested code."""
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -64,7 +64,7 @@ def surroundings() -> Iterator[None]:
 
 @pytest.fixture(autouse=True)
 def log_handlers() -> Iterator[None]:
-    """Take back the handlers of commands that ran in this process: their streams are closed by now."""
+    """Remove the log handlers of commands that ran in this process: their streams are closed by now."""
     root = logging.getLogger()
     handlers, level = root.handlers.copy(), root.level
     yield
@@ -82,14 +82,14 @@ def leaks() -> Iterator[Leaks]:
 
 @pytest.fixture(scope="session", autouse=True)
 def session_leak_check(leaks: Leaks) -> Iterator[None]:
-    """Fail when the fixtures of the whole run leave something behind."""
+    """Fail if the fixtures of the whole run leave something behind."""
     with leaks.check("the tests of this process"):
         yield
 
 
 @pytest.fixture(scope="module", autouse=True)
 def module_leak_check(leaks: Leaks, request: pytest.FixtureRequest) -> Iterator[None]:
-    """Fail when the fixtures that the tests of a file share leave something behind."""
+    """Fail if the shared fixtures of a test file leave something behind."""
     with leaks.check(request.path.name):
         yield
 
@@ -109,18 +109,18 @@ class Pair:
     server: Communicator
     client: Communicator
     adapter: ObjectAdapter
-    """Of the server, active."""
+    """The active adapter of the server."""
 
 
 @pytest.fixture
 def endpoint() -> str:
-    """An endpoint on loopback that nobody uses."""
+    """An unused endpoint on loopback."""
     return free_endpoint()
 
 
 @pytest.fixture
 def make_communicator() -> Iterator[Callable[..., Communicator]]:
-    """Make communicators that go by the wall's clock and are destroyed after the test."""
+    """Create communicators with the wall clock, and destroy them after the test."""
     made: list[Communicator] = []
 
     def make(**settings: Any) -> Communicator:

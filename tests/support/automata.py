@@ -1,4 +1,4 @@
-"""Build components from automata written down in a test."""
+"""Build components from automata that are defined in a test."""
 
 from __future__ import annotations
 

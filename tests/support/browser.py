@@ -1,4 +1,4 @@
-"""A browser with the editor's page, as a person has it: found by roles and names, and used with mouse and keys."""
+"""A browser with the editor's page, used like a person: found by roles and names, with mouse and keys."""
 
 from __future__ import annotations
 
@@ -61,12 +61,12 @@ KEEP_NOTICES: Final = """
 
 
 def chromium_path() -> str | None:
-    """Return where Chromium is, None when it is not installed."""
+    """Return the path of Chromium, or None if it is not installed."""
     return os.environ.get("CHROMIUM") or shutil.which("chromium") or shutil.which("chromium-browser")
 
 
 def firefox_path() -> str | None:
-    """Return where Firefox is, None when it is not installed."""
+    """Return the path of Firefox, or None if it is not installed."""
     return os.environ.get("FIREFOX") or shutil.which("firefox-esr") or shutil.which("firefox")
 
 
@@ -135,14 +135,14 @@ class Connections:
             self._open.append(route)
 
     def cut(self) -> None:
-        """Close all connections and take no new ones."""
+        """Close all connections and refuse new ones."""
         self._refusing = True
         for route in self._open:
             route.close()
         self._open.clear()
 
     def restore(self) -> None:
-        """Take connections again."""
+        """Accept connections again."""
         self._refusing = False
 
 
@@ -177,7 +177,7 @@ class EditorPage:
         return self.page.get_by_role("button", name=name, exact=True)
 
     def choose(self, name: str) -> None:
-        """Click a radio button, and wait until the page has it chosen."""
+        """Click a radio button, and wait until it is selected in the page."""
         radio = self.page.get_by_role("radio", name=name)
         # The label is what a user clicks; a problem that appears above it moves it, and then the click is tried again.
         # Not `check`, which looks at once: the page may be drawn once more before the server has answered.
@@ -185,7 +185,7 @@ class EditorPage:
         expect(radio).to_be_checked()
 
     def press(self, *keys: str) -> None:
-        """Press keys one after the other."""
+        """Press keys in order."""
         for key in keys:
             self.page.keyboard.press(key)
 
@@ -194,23 +194,23 @@ class EditorPage:
         self.page.keyboard.type(text)
 
     def name(self, text: str) -> None:
-        """Type the name of what was just drawn, or is being renamed."""
+        """Type the name of an element that was just drawn, or is being renamed."""
         self.page.locator(".rename").wait_for()
         self.page.keyboard.type(text)
         self.page.keyboard.press("Enter")
 
     def middle(self, locator: Locator) -> tuple[float, float]:
-        """Return where the middle of a thing is in the window."""
+        """Return the position of the middle of an element in the window."""
         box = locator.bounding_box()
         assert box is not None
         return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
 
     def middle_of(self, name: str) -> tuple[float, float]:
-        """Return where the middle of a state is in the window."""
+        """Return the position of the middle of a state in the window."""
         return self.middle(self.state(name).locator(".body"))
 
     def expect_at(self, what: str | Locator, place: tuple[float, float], within: float = 1.5) -> None:
-        """Wait until the middle of a thing, or of the state with a name, is at a place in the window."""
+        """Wait until the middle of an element, or of the state with a name, is at a position in the window."""
         found = what if isinstance(what, Locator) else self.state(what).locator(".body")
         deadline = time.monotonic() + LIMIT
         while (seen := self.middle(found)) != pytest.approx(place, abs=within):
@@ -233,7 +233,7 @@ class EditorPage:
         mouse.up()
 
     def connect(self, origin: str, destination: str) -> None:
-        """Drag from the rim of a state to another one; the name of the transition is then being typed."""
+        """Drag from the border of a state to another one; afterwards the name of the transition can be typed."""
         x, y = self.middle_of(origin)
         to_x, to_y = self.middle_of(destination)
         far = ((to_x - x) ** 2 + (to_y - y) ** 2) ** 0.5 or 1.0
@@ -248,21 +248,21 @@ class EditorPage:
         return [label.removeprefix("State ").partition(",")[0] for label in labels]
 
     def arcs(self) -> list[str]:
-        """Return what the shown transitions say: `name from origin to destination`."""
+        """Return the labels of the shown transitions: `name from origin to destination`."""
         labels = self.page.locator(".transition[data-key]").evaluate_all(
             "all => all.map(each => each.getAttribute('aria-label'))"
         )
         return [label.removeprefix("Transition ").partition(",")[0] for label in labels]
 
     def expect_states(self, *names: str) -> None:
-        """Wait until there are states of these names, in this order, and no others."""
+        """Wait until there are exactly the states with these names, in this order."""
         expect(self.page.locator("hfsm-canvas .state")).to_have_count(len(names))
         for name in names:
             expect(self.state(name)).to_have_count(1)
         assert self.names() == list(names)
 
     def violations(self) -> list[str]:
-        """Return what axe finds wrong with the page."""
+        """Return the violations that axe finds in the page."""
         if self.page.evaluate("!window.axe"):
             self.page.evaluate(AXE.read_text("utf-8"))
         # For what is not asked for, axe lists one element of each rule instead of all.
@@ -293,7 +293,7 @@ def editor_page(
 
 
 def saved(shown: EditorPage, path: Path) -> Document:
-    """Save what is shown and return what is in the file."""
+    """Save the shown document and return the content of the file."""
     for notice in shown.page.locator(".notice").filter(has_text="Saved").all():
         notice.get_by_role("button", name="Dismiss").click()  # it is from an earlier time
     shown.press("Control+s")

@@ -1,4 +1,4 @@
-"""An interface as codegen would write it, with everything that the runtime has to carry."""
+"""An interface as codegen would generate it, with everything that the runtime must support."""
 
 # mypy: disable-error-code="empty-body"
 from __future__ import annotations

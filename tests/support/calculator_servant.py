@@ -1,4 +1,4 @@
-"""A calculator that really calculates, and misbehaves on request."""
+"""A working calculator that misbehaves on request."""
 
 from __future__ import annotations
 

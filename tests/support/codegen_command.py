@@ -13,7 +13,7 @@ ROOT = Path(__file__).parents[2]
 def codegen(
     *arguments: str | Path, cwd: Path, input: bytes = b"", environment: dict[str, str] | None = None
 ) -> subprocess.CompletedProcess[str]:
-    """Run `codegen` in a directory to its end; what it wrote is text."""
+    """Run `codegen` in a directory to its end, with its output as text."""
     command = [sys.executable, "-m", "codegen", *map(str, arguments)]
     done = subprocess.run(
         command,
@@ -28,6 +28,6 @@ def codegen(
 
 
 def files_in(directory: Path) -> dict[str, str]:
-    """Return the texts of all files below a directory, by their paths in it."""
+    """Return the texts of all files below a directory, by relative path."""
     paths = (path for path in directory.rglob("*") if path.is_file())
     return {str(path.relative_to(directory)): path.read_text() for path in paths}

@@ -113,7 +113,7 @@ def ball_mark(u: float, v: float, label: str = "green ball") -> Mark:
 
 
 def snapshot(time: float, ball: tuple[float, float] | None = (12.5, -3.25)) -> ComponentSnapshot:
-    """Return what the component does at a time, as its document says: 10 s following, 10 s dancing, ...
+    """Return the states of the component at a time, by its document: 10 s following, 10 s dancing, ...
 
     While it follows it marks its ball, so far from the center of the picture; without one it marks nothing.
     """
@@ -144,7 +144,7 @@ def snapshot(time: float, ball: tuple[float, float] | None = (12.5, -3.25)) -> C
 
 
 def _snapshot(id: int, time: float) -> AutomatonSnapshot:
-    """Return an automaton that is in its first state since 0."""
+    """Return an automaton that has been in its first state since 0."""
     return AutomatonSnapshot(
         id=id, state=1, ghost=False, finished=False, lastTransition=0, enteredAt=0.0, timers=[], guards=[], variables={},
         cycles=int(time * 10), overruns=0, lastCycle=0.001, longestCycle=0.004,
@@ -152,7 +152,7 @@ def _snapshot(id: int, time: float) -> AutomatonSnapshot:
 
 
 class MonitorStub(HfsmMonitor):
-    """A monitor of `dance_and_follow` that stands still and heeds nothing."""
+    """A monitor of `dance_and_follow` that does not change and ignores commands."""
 
     def getStructure(self, current: Current) -> ComponentStructure:
         return dance_and_follow()

@@ -1,4 +1,4 @@
-"""The robots that the suite of conformance runs on, and how exactly they have to agree."""
+"""The robots for the conformance tests, and how exactly they have to agree."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from zenoh_ice import initialize
 __all__ = ["PATIENT", "ROBOTS", "Served"]
 
 Served = Callable[[ServerOptions | None], AbstractContextManager[RobotClient]]
-"""Serves a robot with some options, or with those of every day."""
+"""Serves a robot with some options, or with the defaults."""
 
 PATIENT: Final = ServerOptions(safety=SafetyOptions(velocity_timeout=LIMIT))
-"""For tests in which a velocity is to last."""
+"""For tests in which a velocity must last."""
 
 
 @contextmanager
@@ -44,7 +44,7 @@ def simulated(options: ServerOptions | None) -> Iterator[RobotClient]:
 
 @contextmanager
 def naoqi(options: ServerOptions | None) -> Iterator[RobotClient]:
-    """Serve a robot over NAOqi: the robot without physics, behind what makes it a NAOqi, over libqi."""
+    """Serve a robot over NAOqi: the robot without physics behind the services of NAOqi, over libqi."""
     pytest.importorskip("qi", reason="a real robot needs libqi: pip install 'visualhfsm[naoqi]'")
     from naoserver_naoqi.link import RobotAddress
     from naoserver_naoqi.robot import NaoqiRobot

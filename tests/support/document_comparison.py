@@ -1,4 +1,4 @@
-"""Compare a document of any dialect with what it was converted to, both read with ElementTree alone.
+"""Compare a document of any dialect with its conversion; both are read only with ElementTree.
 
 Nothing of the project is used, so that an error in its model cannot hide a loss. Each file becomes plain
 records: what one has and the other has not is returned as text.
@@ -15,10 +15,10 @@ from pathlib import Path
 
 @dataclass
 class Facts:
-    """All that a conversion must carry."""
+    """Everything that a conversion must keep."""
 
     states: Counter[tuple[object, ...]] = field(default_factory=Counter)
-    """Path of names and ids from the root down, whether it is initial, position, code, number of states in it."""
+    """Path of names and ids from the root, whether it is initial, position, code, number of inner states."""
     transitions: Counter[tuple[object, ...]] = field(default_factory=Counter)
     """Path of the automaton, origin, destination, name, position, kind, trigger, code."""
     automata: Counter[tuple[object, ...]] = field(default_factory=Counter)
@@ -30,11 +30,11 @@ class Facts:
     ids: Counter[tuple[object, ...]] = field(default_factory=Counter)
     """The ids of automata and transitions that the dialect has."""
     texts: Counter[str] = field(default_factory=Counter)
-    """Every text and every value of an attribute, wherever it stands."""
+    """Every text and every value of an attribute, in any place."""
 
 
 def differences(original: Path, converted: str) -> list[str]:
-    """Return what a conversion lost or made up; an empty list when it lost nothing."""
+    """Return what a conversion lost or invented; an empty list if nothing."""
     before = ET.fromstring(original.read_bytes())
     after = ET.fromstring(converted.encode())
     old, new = _facts(before), _native(after)
@@ -57,7 +57,7 @@ def differences(original: Path, converted: str) -> list[str]:
 
 
 def counts(converted: str) -> dict[str, int]:
-    """Return what a list of such files counts, of a document in the native dialect."""
+    """Return the counts of a document in the native dialect."""
     root = ET.fromstring(converted.encode())
     automata = {each.get("id"): each for each in root.iter("SubAutomata")}
     owned = {
@@ -84,7 +84,7 @@ def _facts(root: ET.Element) -> Facts:
     return _visualstates(root) if root.find("state") is not None else _native(root)
 
 
-# The native dialect: automata in a row, owned by the states that name them.
+# The native dialect: a list of automata, owned by the states that name them.
 
 
 def _native(root: ET.Element) -> Facts:
@@ -139,7 +139,7 @@ def _native(root: ET.Element) -> Facts:
     return facts
 
 
-# The dialect of 2013: transitions stand in the state that they leave, and have no ids.
+# The dialect of 2013: transitions are in the state that they leave, and have no ids.
 
 
 def _spanish(root: ET.Element) -> Facts:
@@ -192,7 +192,7 @@ def _spanish(root: ET.Element) -> Facts:
     return facts
 
 
-# The dialect of VisualStates: states in states, below one that is none.
+# The dialect of VisualStates: nested states, below an outermost one for the component.
 
 
 def _visualstates(root: ET.Element) -> Facts:
@@ -241,7 +241,7 @@ def _visualstates_level(facts: Facts, around: ET.Element, here: tuple[object, ..
             _visualstates_level(facts, state, (*here, key))
 
 
-# What all share.
+# Shared by all dialects.
 
 
 def _key(id: str | None, name: str | None) -> tuple[str, str]:
@@ -274,7 +274,7 @@ def _texts(root: ET.Element) -> Iterator[str]:
 
 
 def _is_translated(text: str) -> bool:
-    """Return whether a text is a number or a truth value, which may be written in another way."""
+    """Return whether a text is a number or a truth value, whose spelling may change."""
     try:
         float(text)
     except ValueError:

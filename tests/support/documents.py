@@ -1,4 +1,4 @@
-"""Write automaton documents for tests, and load what is generated from them."""
+"""Write automaton documents for tests, and load the components that are generated from them."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ __all__ = ["compile_to", "document", "load", "problems", "state", "sub", "transi
 
 
 def state(id: int, name: str, code: str = "", *, initial: bool = False, child: int = 0) -> str:
-    """Return a state as XML; its code begins on the line of its tag."""
+    """Return a state as XML; its code starts on the line of its tag."""
     return (
         f'<state initial="{str(initial).lower()}" id="{id}"><name>{escape(name)}</name>'
         f"<idSubautomataSon>{child}</idSubautomataSon><code>{escape(code)}</code></state>\n"
@@ -44,7 +44,7 @@ def sub(
 
 
 def document(*parts: str, libraries: tuple[str, ...] = (), config: str = "", head: str = "") -> str:
-    """Return a document as XML; the first automaton begins on line 2."""
+    """Return a document as XML; the first automaton starts on line 2."""
     libs = "".join(f"<lib>{escape(library)}</lib>\n" for library in libraries)
     return (
         f"<VisualHFSM>{head}\n{''.join(parts)}<libraries>\n{libs}</libraries>\n"
@@ -53,7 +53,7 @@ def document(*parts: str, libraries: tuple[str, ...] = (), config: str = "", hea
 
 
 def problems(path: Path, text: str, include: tuple[Path, ...] = ()) -> list[str]:
-    """Return what is wrong with a document, as `line:column: code: message`."""
+    """Return the diagnostics of a document, as `line:column: code: message`."""
     path.write_text(text, encoding="utf-8")
     diagnostics = Diagnostics()
     files = compile_document(path, None, diagnostics, include)
@@ -65,7 +65,7 @@ def problems(path: Path, text: str, include: tuple[Path, ...] = ()) -> list[str]
 
 
 def compile_to(directory: Path, text: str, name: str = "behavior", include: tuple[Path, ...] = ()) -> Path:
-    """Write a document and generate its component beside it; return the component's file."""
+    """Write a document and generate its component next to it; return the component's file."""
     path = directory / f"{name}.xml"
     path.write_text(text, encoding="utf-8")
     return generate(path, directory, include)
@@ -82,7 +82,7 @@ def generate(path: Path, directory: Path, include: tuple[Path, ...] = ()) -> Pat
 
 
 def load(file: Path) -> Component:
-    """Import a generated component and make one."""
+    """Import a generated component and create an instance."""
     spec = importlib.util.spec_from_file_location(file.stem, file)
     assert spec is not None
     assert spec.loader is not None

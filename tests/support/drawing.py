@@ -1,4 +1,4 @@
-"""Draw a document in the editor as a person does: click, drag, type, and paste longer texts."""
+"""Draw a document in the editor like a person: click, drag, type, and paste longer texts."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _HEIGHT: Final = 0.5
 
 
 class Draftsman:
-    """Draws what a document holds into the window that shows an empty one."""
+    """Draws the content of a document into a window with an empty document."""
 
     def __init__(self, shown: EditorPage, document: Document) -> None:
         self.shown = shown
@@ -27,7 +27,7 @@ class Draftsman:
         shown.page.context.grant_permissions(["clipboard-read", "clipboard-write"])
 
     def states(self, states: Sequence[State]) -> None:
-        """Draw the states of an automaton side by side; the first one is the initial one by itself."""
+        """Draw the states of an automaton in a row; the first one automatically becomes the initial state."""
         box = self.shown.page.locator("hfsm-canvas").bounding_box()
         assert box is not None
         for state, part in zip(states, _ROW, strict=False):
@@ -38,7 +38,7 @@ class Draftsman:
         self.shown.button("Fit").click()
 
     def transitions(self, automaton: Automaton) -> None:
-        """Drag from rim to rim, name each transition, and say when it fires and what it does then."""
+        """Drag from state to state, name each transition, and set its trigger and its code."""
         names = {state.id: state.name for state in automaton.states}
         for transition in automaton.transitions:
             before = len(self.shown.arcs())
@@ -61,13 +61,13 @@ class Draftsman:
         self.shown.press("Escape")
 
     def import_file(self, imported: Import) -> None:
-        """Let the content of the shown automaton come from another document."""
+        """Import the content of the shown automaton from another document."""
         self.shown.press("Alt+t")
         self.shown.page.get_by_label("File", exact=True).fill(imported.file.text)
         self.shown.press("Tab")
 
     def arguments(self, state: State) -> None:
-        """Hand a state's arguments to its automaton."""
+        """Set the arguments of a state for its automaton."""
         self.shown.state(state.name).click()
         self.shown.press("Shift+Enter")
         self.shown.page.get_by_role("tab", name="Arguments").click()
@@ -76,7 +76,7 @@ class Draftsman:
         self.shown.press("Escape")
 
     def code_of(self, state: State) -> None:
-        """Open the code of a state beside the canvas and put it in."""
+        """Open the code of a state next to the canvas and enter it."""
         if not state.code.text:
             return
         self.shown.state(state.name).click()
@@ -85,7 +85,7 @@ class Draftsman:
         self.shown.press("Escape")
 
     def code(self, label: str, text: str) -> None:
-        """Put a text into a code field: one line is typed, more are pasted."""
+        """Enter a text into a code field: one line is typed, more lines are pasted."""
         if not text:
             return
         field = self.shown.page.get_by_role("textbox", name=label, exact=True)
@@ -105,7 +105,7 @@ class Draftsman:
         self.shown.press("Control+v")
 
     def enter(self, state: str) -> None:
-        """Open the automaton of a state, which makes one when there is none yet."""
+        """Open the automaton of a state; it is created if the state has none."""
         self.shown.state(state).click()
         self.shown.press("Control+Enter")
         expect(self.shown.page.locator("hfsm-breadcrumbs [aria-current]")).to_have_text(state)
@@ -117,7 +117,7 @@ class Draftsman:
         expect(self.shown.page.locator("hfsm-breadcrumbs li")).to_have_count(depth - 1)
 
     def automaton_data(self, automaton: Automaton) -> None:
-        """Give the shown automaton its period, its variables and its functions."""
+        """Set the period, the variables and the functions of the shown automaton."""
         self.shown.press("Alt+t")
         self.shown.page.get_by_label("Period", exact=True).fill(automaton.iteration_time.text)
         if automaton.variables.text:
@@ -128,7 +128,7 @@ class Draftsman:
             self.code("Functions", automaton.functions.text)
 
     def component_data(self) -> None:
-        """Say what the component is for, and what it uses."""
+        """Enter the description of the component, and what it uses."""
         self.shown.press("Alt+i")
         self.shown.page.get_by_label("Description", exact=True).fill(self.document.description.text)
         for library in self.document.libraries:

@@ -1,4 +1,4 @@
-"""Documents and commands at random, for the tests of the editor."""
+"""Random documents and commands for the tests of the editor."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _SHRINKING = frozenset(("DeleteItems", "ExtractAutomaton", "FillAutomaton", "Rep
 
 
 def tree() -> Document:
-    """A root with two states, one of which owns two automata, one of which owns a third."""
+    """A root with two states; one of them owns two automata, one of which owns a third."""
     return Document(
         automata=(
             Automaton(
@@ -70,7 +70,7 @@ def tree() -> Document:
 
 
 def large_document(states: int, automata: int = 1) -> Document:
-    """A document with so many states, as many transitions, and the automata in one chain below the root."""
+    """A document with a number of states, as many transitions, and a chain of automata below the root."""
     each = states // automata
     return Document(
         automata=tuple(
@@ -107,7 +107,7 @@ def large_document(states: int, automata: int = 1) -> Document:
 
 
 def choose_command(random: Random, document: Document) -> Command:
-    """Choose a command, mostly one that can be applied, sometimes one about what is not there."""
+    """Choose a command, mostly one that can be applied, sometimes one about a missing element."""
     kind = random.choice(COMMANDS)
     if kind.__name__ in _SHRINKING and random.random() < 0.7:
         kind = random.choice([each for each in COMMANDS if each.__name__ in _GROWING])

@@ -1,4 +1,4 @@
-"""The editor's server on a free port, and windows that talk to it as a page does."""
+"""The editor's server on a free port, and windows that communicate with it like a page."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ DOCUMENT = """<?xml version="1.0" encoding="UTF-8"?>
 
 
 class Refused(AssertionError):
-    """A request was answered with an error; `kind` says of which kind."""
+    """A request was answered with an error of some `kind`."""
 
     def __init__(self, answer: dict[str, Any]) -> None:
         super().__init__(answer["error"])
@@ -52,7 +52,7 @@ class Refused(AssertionError):
 
 
 class NoService:
-    """Stands in for a service that a test does not use."""
+    """Replaces a service that a test does not use."""
 
     def __getattr__(self, name: str) -> Callable[..., Any]:
         async def refuse(*_: object) -> None:
@@ -84,7 +84,7 @@ class NoService:
 
 
 def services(code_help: Any = None, running: Any = None, live: Any = None) -> Services:
-    """Return services of which a test gives some."""
+    """Return services, some of which a test provides."""
     missing: Any = NoService()
     return Services(code_help or missing, running or missing, live or missing)
 
@@ -134,7 +134,7 @@ class Editor:
     def get(
         self, path: str, headers: dict[str, str] | None = None, method: str = "GET"
     ) -> tuple[int, dict[str, str], bytes]:
-        """Return status, headers and content of what the server answers; `headers` replace the usual ones."""
+        """Return status, headers and content of the server's answer; `headers` replace the usual ones."""
         connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=LIMIT)
         with contextlib.closing(connection):
             connection.putrequest(method, path, skip_host=True, skip_accept_encoding=True)

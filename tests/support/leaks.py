@@ -1,4 +1,4 @@
-"""What runs in the tests' process, who started it, and what tests leave behind."""
+"""Find what runs in the tests' process, who started it, and what tests leave behind."""
 
 from __future__ import annotations
 
@@ -55,24 +55,24 @@ class Leaks:
         self._reported: Final[set[Thing]] = set()
 
     def origin(self) -> Origin:
-        """Return the origin of what the current thread starts."""
+        """Return the origin for anything that the current thread starts."""
         return Origin(threading.current_thread(), os.environ.get("PYTEST_CURRENT_TEST", "").partition(" ")[0])
 
     def thread_starts(self, thread: threading.Thread) -> None:
-        """Note who starts a thread."""
+        """Record who starts a thread."""
         self._threads[thread] = self.origin()
 
     def process_started(self, pid: int) -> None:
-        """Note who started a child process."""
+        """Record who started a child process."""
         self._processes[pid] = self.origin()
 
     def session_opened(self, session: zenoh.Session) -> None:
-        """Note who opened a Zenoh session."""
+        """Record who opened a Zenoh session."""
         self._sessions.append(Opened(session, self.origin()))
 
     @contextmanager
     def check(self, scope: str, limit: float = LIMIT) -> Iterator[None]:
-        """Fail when something that was started within the block has not ended `limit` s after it."""
+        """Fail if something that was started within the block has not ended `limit` s after it."""
         before = self._running()
         yield
         deadline = time.monotonic() + limit
@@ -93,7 +93,7 @@ class Leaks:
         return {*threads, *_children(), *self._sessions}
 
     def _may_be_older(self, thing: Thing, before: set[Thing]) -> bool:
-        """Return whether something that was there before may have started this, and is to end it."""
+        """Return whether something from before may have started this, and will end it."""
         origin = self._origin_of(thing)
         while origin is not None and origin.thread is not self._tester:
             if origin.thread in before:
@@ -127,7 +127,7 @@ class Leaks:
 
 def _children() -> Iterator[psutil.Process]:
     with suppress(ChildProcessError):
-        # Raises when there are none, in no time.
+        # Raises at once if there are none.
         os.waitid(os.P_ALL, 0, os.WEXITED | os.WNOHANG | os.WNOWAIT)
         for child in psutil.Process().children():
             with suppress(psutil.NoSuchProcess):

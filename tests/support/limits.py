@@ -1,4 +1,4 @@
-"""How long tests wait: enough for the busiest machine, since a limit costs nothing while all goes well."""
+"""Limits of waits in tests: long enough for a very busy machine, as they cost nothing when all is well."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from typing import Final
 __all__ = ["AT_ONCE", "CALL_LIMIT", "LIMIT"]
 
 LIMIT: Final = 60.0
-"""The longest wait in s for anything."""
+"""The longest wait in s."""
 
 AT_ONCE: Final = LIMIT / 2
-"""What is to end by itself ends before this many s; a test gives what it must not wait for at least LIMIT."""
+"""The limit in s for what must end by itself; what a test must not wait for takes at least LIMIT."""
 
 CALL_LIMIT: Final = 20.0
-"""How many s a call may take, rather than the 2 s of every day."""
+"""The limit of a call in s, instead of the default of 2 s."""

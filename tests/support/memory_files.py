@@ -1,4 +1,4 @@
-"""Shared memory between two ends in this process, and a count of the memory files that there are."""
+"""Shared memory between two ends in this process, and a count of the existing memory files."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from zenoh_ice.transport import Served
 __all__ = ["NEAR", "mapped", "open_memory_files", "shared_maps", "shared_memory"]
 
 NEAR = "c0ffee"
-"""Id of a client that can read the memory of this process."""
+"""The id of a client that can read the memory of this process."""
 
 _NAME = "/memfd:zenoh_ice-"
 
@@ -39,7 +39,7 @@ def shared_memory(
 
 
 def open_memory_files() -> int:
-    """Return how many memory files are open here; a map keeps one open, too."""
+    """Return the number of open memory files; a mapped file counts as open."""
     links = []
     for path in Path("/proc/self/fd").iterdir():
         try:
@@ -50,10 +50,10 @@ def open_memory_files() -> int:
 
 
 def shared_maps() -> int:
-    """Return how many memory files are mapped here."""
+    """Return the number of mapped memory files."""
     return len(mapped(_NAME))
 
 
 def mapped(name: str) -> set[str]:
-    """Return the maps of this process of files whose names begin so."""
+    """Return the memory maps of this process of files with a prefix."""
     return {line for line in Path("/proc/self/maps").read_text().splitlines() if f" {name}" in line}

@@ -1,4 +1,4 @@
-"""Documents for the model checker, random ones too, and the runtime that they are played on.
+"""Documents for the model checker, also random ones, and the runtime that plays them.
 
 A document becomes automata of the real runtime whose guards say what a script wants.
 """
@@ -44,7 +44,7 @@ Guard = Callable[[int, int, Transition], bool]
 
 
 def state(id: int, name: str = "", *, children: Iterable[int] = (), entry: str = "", **others: Any) -> State:
-    """Return a state, called by its id unless it has a name; `code` and `exit` are strings, too."""
+    """Return a state, named after its id by default; `code` and `exit` may be strings."""
     texts: dict[str, Any] = {
         key: Text(others.pop(key)) for key in ("code", "exit", "history") if key in others
     }
@@ -67,7 +67,7 @@ def on(event: str, origin: int, destination: int, guard: str = "", **others: Any
 
 
 def finished(origin: int, destination: int, guard: str = "", **others: Any) -> Transition:
-    """Return a transition that waits for the end of the children."""
+    """Return a transition that fires when the children have finished."""
     return _transition("finished", "", origin, destination, guard=guard, others=others)
 
 
@@ -129,7 +129,7 @@ EVENTS = ("go", "halt")
 
 
 class _Drawing:
-    """Draws the automata of a document one below the other."""
+    """Draws the automata of a document, from the top down."""
 
     def __init__(self, draw: st.DrawFn) -> None:
         self._draw = draw
@@ -138,7 +138,7 @@ class _Drawing:
         self.automata: list[Automaton] = []
 
     def automaton(self, father: int, depth: int) -> int:
-        """Draw an automaton with all below it; return its id."""
+        """Draw an automaton with all automata below it; return its id."""
         place = len(self.automata)
         number = place + 1
         self.automata.append(Automaton(id=number))
@@ -180,7 +180,7 @@ class _Drawing:
 
 @st.composite
 def documents(draw: st.DrawFn) -> Document:
-    """Draw a small document with everything that the language has."""
+    """Draw a small document with all features of the language."""
     drawing = _Drawing(draw)
     drawing.automaton(0, 0)
     outside = draw(st.sampled_from([(), ("go",), EVENTS, EVENTS]))
@@ -188,7 +188,7 @@ def documents(draw: st.DrawFn) -> Document:
 
 
 class Fired(NamedTuple):
-    """That a transition fired, at a time in ns; both ids."""
+    """A fired transition with its time in ns; both ids."""
 
     time: int
     automaton: int
@@ -196,7 +196,7 @@ class Fired(NamedTuple):
 
 
 class Player(Observer):
-    """A document on the real runtime, in virtual time, and what was seen there.
+    """A document on the real runtime, in virtual time, and its record.
 
     `guard` says what guards come to, and `present` which events arrive just before a cycle.
     """
@@ -228,7 +228,7 @@ class Player(Observer):
 
     @property
     def visited(self) -> set[tuple[int, int]]:
-        """The automata that were active in which states at the ends of cycles; both ids."""
+        """The active automata and their states at the ends of cycles, by ids."""
         return {
             (model.source.id, model.states[index].source.id)
             for _, configuration in self.seen
@@ -292,7 +292,7 @@ class Player(Observer):
 
 
 def play(document: Document, example: Counterexample, rounds: int = 3) -> Player:
-    """Play a counterexample on the runtime; the part of it that repeats goes round some times."""
+    """Play a counterexample on the runtime; its repeating part is played several times."""
     guards: set[tuple[int, int, int]] = set()
     events: dict[tuple[int, int], set[str]] = {}
     end = round(example.ends_ms * 1e6)

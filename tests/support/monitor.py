@@ -1,4 +1,4 @@
-"""What the tests of the editor's monitor follow: a component without a robot, or beside a fake one."""
+"""A component for the tests of the editor's monitor, without a robot or with a fake one."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def monitor_page(browser: Browser, running: Editor, *, dark: bool = False) -> It
 
 @contextlib.contextmanager
 def started_elsewhere(robot: ServedRobot, path: Path, *arguments: str) -> Iterator[ComponentProcess]:
-    """Run the component of a document as another person would, from a terminal."""
+    """Run the component of a document from a terminal, like another user."""
     component = generate_component(path, path.parent, Diagnostics())
     assert component is not None
     environment = {"VISUALHFSM_REALM": robot.realm, "VISUALHFSM_CONNECT": robot.endpoint}
@@ -88,7 +88,7 @@ def started_elsewhere(robot: ServedRobot, path: Path, *arguments: str) -> Iterat
 
 
 def status(shown: EditorPage) -> Locator:
-    """What the followed component is doing, in words."""
+    """The status of the followed component as text."""
     return shown.page.locator(".live-status")
 
 
@@ -111,13 +111,13 @@ def run_again(shown: EditorPage) -> None:
 
 
 def follow(shown: EditorPage, component: str) -> None:
-    """Choose a component of those that run now."""
+    """Choose one of the running components."""
     shown.button("1 running").click()
     shown.page.get_by_role("menuitem", name=component).click()
     expect(status(shown)).to_have_text("Running")
 
 
 def expect_current(shown: EditorPage, name: str, *words: str) -> None:
-    """Wait until a state is the current one; `words` are said of it besides."""
+    """Wait until a state is the current one, with `words` in its description."""
     label = ".*".join([f"State {name}", "active", *words])
     expect(shown.page.locator("hfsm-canvas .state.active")).to_have_attribute("aria-label", re.compile(label))

@@ -15,11 +15,11 @@ from zenoh_ice import VirtualClock
 
 MOTIONS: Final = load_motions()
 LONGEST: Final = 120.0
-"""Robot seconds that anything takes."""
+"""The limit of any motion in robot seconds."""
 
 
 class MotionRig:
-    """Begin motions and postures, and let the time go on in steps of the player's."""
+    """Starts motions and postures, and advances the time in steps of the player."""
 
     def __init__(self, robot: Any, clock: VirtualClock) -> None:
         self.robot = robot
@@ -34,7 +34,7 @@ class MotionRig:
             self.player.tick()
 
     def begin(self, motion: str, pace: float = 1.0) -> None:
-        """Begin a motion."""
+        """Start a motion."""
         route = MotionRoute(MOTIONS[motion], MOTIONS.values())
         self.player.begin("motion", motion, route, pace=pace)
 
@@ -52,12 +52,12 @@ class MotionRig:
 
     @property
     def stance(self) -> str:
-        """On what the robot rests."""
+        """The part of the body on which the robot rests."""
         return stance_of(situation_of(self.robot))
 
     @property
     def posture(self) -> str:
-        """The posture in which the robot is."""
+        """The current posture of the robot."""
         return nearest_posture(situation_of(self.robot))
 
     def commands(self) -> dict[str, float]:

@@ -18,7 +18,7 @@ __all__ = ["Outcome", "at", "nao"]
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a command wrote, and how it ended."""
+    """The output and the exit code of a command."""
 
     code: int
     out: str
@@ -32,13 +32,13 @@ class Outcome:
 
 @contextmanager
 def at(endpoint: str, realm: str) -> Iterator[None]:
-    """Let commands talk to the servers of a realm behind an endpoint."""
+    """Connect commands to the servers of a realm at an endpoint."""
     with patch.dict(os.environ, {"VISUALHFSM_CONNECT": endpoint, "VISUALHFSM_REALM": realm}):
         yield
 
 
 def nao(*words: str, stdin: bytes | None = None) -> Outcome:
-    """Run `nao` with these words; errors become its one line on stderr, as `hfsm_command.cli.run` has it."""
+    """Run `nao` with arguments; errors become one line on stderr, as with `hfsm_command.cli.run`."""
     result = CliRunner().invoke(app, words, prog_name="nao", input=stdin, env={"COLUMNS": "80"})
     error = result.exception
     if isinstance(error, ZenohIceError):

@@ -1,4 +1,4 @@
-"""Talk to what is served as NAOqi, as a program written for NAOqi does."""
+"""Call a robot that is served as NAOqi, like a program written for NAOqi."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ __all__ = ["connect_patiently", "connected", "eventually_near"]
 
 @contextmanager
 def connected(url: str) -> Iterator[Any]:
-    """Open a session; close it at the end."""
+    """Open a session and close it at the end."""
     start_libqi()
     session = qi.Session()
     session.connect(url)
@@ -31,7 +31,7 @@ def connected(url: str) -> Iterator[Any]:
 
 
 def eventually_near(measure: Callable[[], float], value: float, tolerance: float) -> None:
-    """Wait until what is measured is near a value; AssertionError when it does not come there in time."""
+    """Wait until a measurement is near a value; raise AssertionError after the limit."""
     deadline = time.monotonic() + LIMIT
     while abs((measured := measure()) - value) > tolerance:
         assert time.monotonic() < deadline, f"it is {measured}, not {value}"
@@ -39,7 +39,7 @@ def eventually_near(measure: Callable[[], float], value: float, tolerance: float
 
 
 def connect_patiently(address: RobotAddress) -> Link:
-    """Connect to a robot that may be slow to answer, as on a busy machine, without being lost for that."""
+    """Connect to a robot that may answer slowly on a busy machine without being reported as lost."""
     return _PatientLink(connect(address, LIMIT))
 
 
@@ -61,7 +61,7 @@ class _PatientLink:
 
 
 class _PatientReply:
-    """An answer for which who asks waits longer. Implements Reply."""
+    """An answer with a longer limit. Implements Reply."""
 
     def __init__(self, reply: Reply) -> None:
         self._reply = reply

@@ -1,4 +1,4 @@
-"""A servant that keeps notes, and says under which name it was called."""
+"""A servant that keeps notes, and returns the name under which it was called."""
 
 # mypy: disable-error-code="empty-body"
 from __future__ import annotations
@@ -43,7 +43,7 @@ class Notebook(ice.Object, proxy=NotebookPrx):
 
     @property
     def notes_so_far(self) -> list[str]:
-        """What was noted."""
+        """The notes."""
         return list(self._notes)
 
     def notes(self, current: Current) -> list[str]:
@@ -57,7 +57,7 @@ class Notebook(ice.Object, proxy=NotebookPrx):
         return self.about(current)
 
     def wait_for(self, count: int) -> list[str]:
-        """Wait until so many notes are there, and return them."""
+        """Wait for a number of notes, and return them."""
         with self._changed:
             self._changed.wait_for(lambda: len(self._notes) >= count, LIMIT)
             return list(self._notes)

@@ -23,7 +23,7 @@ STATIC = ROOT / "visualhfsm" / "web" / "static"
 
 @contextlib.contextmanager
 def recorded(page: Page) -> Iterator[None]:
-    """Write what a page runs as Node.js does with NODE_V8_COVERAGE, into the folder that PAGE_COVERAGE names."""
+    """Write the coverage of a page like Node.js with NODE_V8_COVERAGE, to the folder in PAGE_COVERAGE."""
     folder = os.environ.get("PAGE_COVERAGE")
     browser = page.context.browser
     if not folder or browser is None or browser.browser_type.name != "chromium":
@@ -41,7 +41,7 @@ def recorded(page: Page) -> Iterator[None]:
 
 
 def _of_files(scripts: list[dict[str, Any]]) -> Iterator[dict[str, Any]]:
-    """Give the scripts that are files of ours the address of the file, as in the unit tests."""
+    """Replace the addresses of our scripts by those of their files, as in the unit tests."""
     for script in scripts:
         address = re.fullmatch(r"/static/\w+/(.+\.js)", urlsplit(script["url"]).path)
         if address is not None:

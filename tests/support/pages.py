@@ -13,7 +13,7 @@ _BLOCK = re.compile(r"(?:^`(?P<name>[^`\n]+)`:\n\n)?^```(?P<info>[^\n]*)\n(?P<te
 
 @dataclass(frozen=True)
 class Block:
-    """A block of code: its language and what follows that, its text, and the file that it is said to be."""
+    """A block of code: its language and the words after it, its text, and the name of its file."""
 
     info: str
     text: str
@@ -26,7 +26,7 @@ class Block:
 
 @dataclass(frozen=True)
 class Section:
-    """What stands below a heading."""
+    """The content below a heading."""
 
     title: str
     text: str
@@ -34,7 +34,7 @@ class Section:
 
 
 def blocks_of(text: str) -> list[Block]:
-    """Return the blocks of code in their order."""
+    """Return the blocks of code in order."""
     return [Block(match["info"].strip(), match["text"], match["name"]) for match in _BLOCK.finditer(text)]
 
 

@@ -1,4 +1,4 @@
-"""What the tests of the editor's panels do with them, and the document that they do it to."""
+"""Actions of the tests of the editor's panels, and their document."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ DOCUMENT = """<?xml version="1.0" encoding="UTF-8"?>
 
 
 def edit(shown: EditorPage, state: str, label: str = "Code") -> Locator:
-    """Select a state and put the cursor at the end of its code; `label` begins the editor's name."""
+    """Select a state and put the cursor at the end of its code; `label` is the start of the editor's name."""
     shown.state(state).locator(".body").click()
     shown.press("Shift+Enter")
     code = shown.page.get_by_role("textbox", name=f"{label} of the state {state}")
@@ -46,7 +46,7 @@ def edit(shown: EditorPage, state: str, label: str = "Code") -> Locator:
 
 
 def choose(shown: EditorPage, name: str) -> None:
-    """Select a transition, and show what it does."""
+    """Select a transition, and show its code."""
     shown.button("Fit").click()
     shown.transition(name).locator(".handle").click()
     shown.press("Shift+Enter")
@@ -65,7 +65,7 @@ def add(shown: EditorPage, noun: str, name: str) -> Locator:
 
 
 def undo_names(shown: EditorPage) -> list[str]:
-    """Return the steps that can be undone, the latest first."""
+    """Return the steps that can be undone, the most recent first."""
     names: list[str] = shown.page.evaluate(
         "async () => (await import(document.querySelector('script[src$=\"/app.js\"]').src.replace('app.js', 'page.js'))).page.document.undo"
     )
@@ -73,7 +73,7 @@ def undo_names(shown: EditorPage) -> list[str]:
 
 
 def panel_violations(shown: EditorPage) -> list[str]:
-    """Return what axe finds wrong with the panels."""
+    """Return the violations that axe finds in the panels."""
     shown.page.evaluate(AXE.read_text("utf-8"))
     found = shown.page.evaluate(
         "axe.run({include: [['.side'], ['.bottom']].filter(([each]) => document.querySelector(each))})"

@@ -33,22 +33,22 @@ class Lab:
         self.dof: int = int(base.dofadr[0])
 
     def step(self, steps: int = 1) -> None:
-        """Step the physics, and look at the sensors."""
+        """Step the physics, and read the sensors."""
         mujoco.mj_step(self.mj, self.data, nstep=steps)
         self.record.look(self.data.time)
 
     def lift(self, height: float) -> None:
-        """Put the robot up into the air."""
+        """Lift the robot into the air."""
         self.data.qpos[self.base + 2] += height
         mujoco.mj_forward(self.mj, self.data)
 
     def pose(self) -> tuple[Array, Array]:
-        """Return where the torso is in m, and its axes as columns."""
+        """Return the position of the torso in m, and its axes as columns."""
         pose = self.data.qpos[self.base : self.base + 7]
         return pose[:3].copy(), rotation(pose[3:7])
 
     def spin(self, rate: Array) -> None:
-        """Let the torso turn, at a rate in rad/s about its own axes."""
+        """Turn the torso at a rate in rad/s about its axes."""
         self.data.qvel[self.dof + 3 : self.dof + 6] = rate
 
     def center_of_mass(self) -> Array:

@@ -1,4 +1,4 @@
-"""Where things are."""
+"""Paths of the repository."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 __all__ = ["DATA", "ROOT"]
 
 ROOT = Path(__file__).resolve().parents[2]
-"""The checkout."""
+"""The root of the checkout."""
 
 DATA = ROOT / "tests" / "data"
-"""The files that tests read."""
+"""The data files of the tests."""

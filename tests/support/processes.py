@@ -28,7 +28,7 @@ def module(name: str, *arguments: str) -> list[str]:
 
 
 def announced(entry: str, *arguments: str) -> list[str]:
-    """Return the command that runs the `main` of a module, and says `starting` once Ctrl-C ends it quietly."""
+    """Return the command that runs the `main` of a module, and prints `starting` when it handles Ctrl-C."""
     code = (
         "from hfsm_command import end_at_ctrl_c; end_at_ctrl_c(); print('starting', flush=True)\n"
         f"from {entry} import main; main()"
@@ -37,7 +37,7 @@ def announced(entry: str, *arguments: str) -> list[str]:
 
 
 def free_endpoint() -> str:
-    """Return an endpoint on loopback whose port nobody uses at the moment.
+    """Return an endpoint on loopback whose port is unused at the moment.
 
     It lies below the ports that the system hands out itself: a component that listens on port 0 before the
     endpoint is used must not be given this very port.
@@ -97,7 +97,7 @@ class ComponentProcess:
             self.process.stdout.close()
 
     def freeze(self) -> None:
-        """Stop the process by SIGSTOP, every thread of it; SIGCONT lets it go on."""
+        """Stop all threads of the process with SIGSTOP; SIGCONT continues it."""
         self.process.send_signal(signal.SIGSTOP)
         deadline = time.monotonic() + LIMIT
         tasks = Path(f"/proc/{self.process.pid}/task")
@@ -107,7 +107,7 @@ class ComponentProcess:
 
     @property
     def output(self) -> str:
-        """Everything written so far."""
+        """The output so far."""
         with self._changed:
             return "".join(self._lines)
 

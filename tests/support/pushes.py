@@ -1,4 +1,4 @@
-"""What the services of the editor publish, collected, with waits for what is to come."""
+"""Collect what the services of the editor publish, and wait for it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ T = TypeVar("T")
 
 
 class Pushes:
-    """A `Publish`, which may be called from any thread; make it on the event loop."""
+    """A `Publish`, which may be called from any thread; create it on the event loop."""
 
     def __init__(self) -> None:
         self.all: list[object] = []
@@ -32,7 +32,7 @@ class Pushes:
         return [push for push in self.all if isinstance(push, kind)]
 
     async def until(self, find: Callable[[], T | None]) -> T:
-        """Wait until a function finds something in what was published, and return that."""
+        """Wait until a function finds something in the pushes, and return it."""
         async with asyncio.timeout(LIMIT):
             while not (found := find()):
                 self._changed.clear()
@@ -40,7 +40,7 @@ class Pushes:
             return found
 
     async def next(self, kind: type[P], matches: Callable[[P], object]) -> P:
-        """Wait for a push of a kind that is still to come."""
+        """Wait for the next push of a kind."""
         seen = len(self.all)
         return await self.until(
             lambda: next((p for p in self.all[seen:] if isinstance(p, kind) and matches(p)), None)

@@ -1,4 +1,4 @@
-"""The services that make a robot a NAOqi, in the test's process and in virtual time: without libqi's network."""
+"""The NAOqi services of a robot in the test's process, in virtual time and without libqi's network."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _STEP: Final = 0.02
 
 
 class LongCall:
-    """An operation that goes on in a thread."""
+    """An operation that runs in a thread."""
 
     def __init__(self, clock: SteppedClock, operation: Callable[..., Any], *arguments: object) -> None:
         self.call = Call(clock)
@@ -67,7 +67,7 @@ class Rig:
         self.robot.close()
 
     def advance(self, seconds: float) -> None:
-        """Let robot time pass, and guards look after what moves."""
+        """Advance the robot time, and run the guards."""
         for _ in range(round(seconds / _STEP)):
             self.clock.advance(_STEP)
             self.assembly.player.tick()
@@ -75,7 +75,7 @@ class Rig:
                 watched.watch()
 
     def begin(self, operation: Callable[..., Any], *arguments: object) -> LongCall:
-        """Let an operation that lasts go on until it first waits for time to pass, or ends."""
+        """Run a long operation until it first waits for time to pass, or ends."""
         waiting = self.clock.waiting
         call = LongCall(self.clock, operation, *arguments)
         while not call.ended and self.clock.waiting == waiting:
@@ -83,7 +83,7 @@ class Rig:
         return call
 
     def complete(self, operation: Callable[..., Any], *arguments: object, limit: float = 60.0) -> float:
-        """Let an operation go on to its end; return the robot seconds that it took.
+        """Run an operation to its end; return the robot seconds that it took.
 
         Raises what it raises, and AssertionError when it takes longer than `limit` robot seconds.
         """
@@ -98,6 +98,6 @@ class Rig:
         return self.clock.now() - start
 
     def positions(self, *joints: str) -> list[float]:
-        """Return where joints are in rad."""
+        """Return the angles of joints in rad."""
         reading = self.robot.read()
         return [reading.positions[self.access.body.index(joint)] for joint in joints]

@@ -1,4 +1,4 @@
-"""Documents at random: whatever a person types, and whatever another program adds."""
+"""Random documents: anything that a person types, and anything that another program adds."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from codegen.hfsm.document import (
     Transition,
 )
 
-# Each draw costs time, and a document needs hundreds: so there are few choices, and most places are empty.
+# Each draw takes time, and a document needs hundreds: there are few choices, and most fields are empty.
 _WHITE = "\t\n\r\x85\u2028"
 _AWKWARD = [
     "",
@@ -50,7 +50,7 @@ tags = st.sampled_from(["xa", "xB", "xlonger"])
 
 
 def _seldom(strategy):
-    """Return nothing most of the time: what stands in few places is drawn for few."""
+    """Return nothing most of the time, for fields that are rarely used."""
     return st.one_of(st.just(()), st.just(()), strategy)
 
 

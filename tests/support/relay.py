@@ -20,7 +20,7 @@ _RESET = struct.pack("ii", 1, 0)  # of SO_LINGER: closing throws away what was n
 
 
 class Relay:
-    """Pass TCP connections on to an endpoint; leaving the `with` block ends them."""
+    """Forwards TCP connections to an endpoint; leaving the `with` block ends them."""
 
     def __init__(self, endpoint: str) -> None:
         host, port = endpoint.removeprefix("tcp/").rsplit(":", 1)
@@ -36,29 +36,29 @@ class Relay:
         self._door = socket.create_server(("127.0.0.1", 0))
         self.endpoint = f"tcp/127.0.0.1:{self._door.getsockname()[1]}"
         self.passed = 0
-        """Bytes passed on so far, in both directions."""
+        """Bytes forwarded so far, in both directions."""
 
     def hold(self) -> None:
-        """Pass nothing on until `resume`, and keep the connections: a cable that is pulled out."""
+        """Forward nothing until `resume`, and keep the connections: like an unplugged cable."""
         self._flowing.clear()
 
     def delay(self, seconds: float) -> None:
-        """Pass every piece on only some s after it has come, until `resume`."""
+        """Delay all data by some s, until `resume`."""
         self._delay = seconds
 
     def garble(self, change: Callable[[bytearray], object]) -> None:
-        """Let a function change every piece that passes, until `resume`."""
+        """Change all data with a function, until `resume`."""
         self._garble = change
 
     def cut(self) -> None:
-        """Break all connections, and any that is made, until `resume`."""
+        """Break all connections, also new ones, until `resume`."""
         with self._lock:
             self._is_cut = True
             for end in self._sockets:
                 _reset(end)
 
     def resume(self) -> None:
-        """Pass on what was held up, and what follows, at once and as it is."""
+        """Forward the held data and all further data unchanged."""
         self._garble = None
         self._delay = 0.0
         self._is_cut = False

@@ -24,7 +24,7 @@ V = TypeVar("V")
 
 @dataclass(frozen=True)
 class ServedRobot:
-    """A robot that is served, and where."""
+    """A served robot and its endpoint."""
 
     robot: Robot
     assembly: Assembly
@@ -54,7 +54,7 @@ class ServedRobot:
 
 @dataclass(frozen=True)
 class RobotClient(ServedRobot):
-    """A robot that is served, and a session that talks to it."""
+    """A served robot, and a session that calls it."""
 
     communicator: Communicator
 
@@ -81,13 +81,13 @@ def served(robot: Robot, options: ServerOptions | None = None) -> Iterator[Serve
 
 @contextmanager
 def served_to_client(robot: Robot, options: ServerOptions | None = None) -> Iterator[RobotClient]:
-    """Serve a robot, and open a session that talks to it."""
+    """Serve a robot, and open a session that calls it."""
     with served(robot, options) as server, server.client() as client:
         yield client
 
 
 def eventually(condition: Callable[[], bool], limit: float = LIMIT) -> None:
-    """Wait until a condition holds; AssertionError when it does not within `limit` s."""
+    """Wait until a condition holds; raise AssertionError after `limit` s."""
     deadline = time.monotonic() + limit
     while not condition():
         assert time.monotonic() < deadline, "it did not come true in time"
@@ -95,7 +95,7 @@ def eventually(condition: Callable[[], bool], limit: float = LIMIT) -> None:
 
 
 def wait_for(stream: StreamedCall[..., V], condition: Callable[[V], bool]) -> V:
-    """Return the first value of a stream that meets a condition; AssertionError when none does in time."""
+    """Return the first value of a stream that meets a condition; raise AssertionError after the limit."""
     deadline = time.monotonic() + LIMIT
     value: V | None = None
     for sample in stream.samples(timeout=LIMIT):

@@ -1,4 +1,4 @@
-"""docs/reference/robots.md, made from running servers by `python -m tests.support.robots_page`."""
+"""docs/reference/robots.md, generated from running servers by `python -m tests.support.robots_page`."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ and `checkedCast` says so. The interfaces are in `interfaces/*.idl`; what no rob
 
 
 def robots_page() -> str:
-    """Serve each robot, ask it what it has, and return the page."""
+    """Serve each robot, read its abilities, and return the page."""
     from naoserver_sim.robot import SimulatedRobot
 
     surveys = {

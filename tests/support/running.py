@@ -1,4 +1,4 @@
-"""Run components on threads in a test, and wait for what is to come of them."""
+"""Run components on threads in a test, and wait for their effects."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ __all__ = ["eventually", "running"]
 def running(
     root: Automaton | Callable[[Component], Automaton], on_error: OnError | None = None
 ) -> Iterator[Runtime]:
-    """Run automata by the wall's clock for the time of a `with` block."""
+    """Run automata by the wall clock during a `with` block."""
     runtime = Runtime(component(root), WallClock(), on_error)
     runtime.start()
     try:

@@ -1,4 +1,4 @@
-"""Pictures of the editor for the documentation, taken by tests that are there anyway.
+"""Screenshots of the editor for the documentation, taken by existing tests.
 
 SCREENSHOTS=1 pytest tests/e2e/test_editor_experiment.py tests/e2e/test_docs_first_behavior.py takes them again;
 otherwise nothing is written.
@@ -27,7 +27,7 @@ SHOW_NOTICES: Final = "() => document.adoptedStyleSheets.pop()"
 
 
 def picture(page: Page, name: str, folder: str = "editor", *, notices: bool = False) -> None:
-    """Keep what a page shows as docs/pictures/FOLDER/NAME.png, without its notices unless asked for."""
+    """Save a page as docs/pictures/FOLDER/NAME.png, without its notices by default."""
     if not os.environ.get("SCREENSHOTS"):
         return
     if not notices:

@@ -1,4 +1,4 @@
-"""A NAOqi in the test's process with scripted answers: for what no healthy robot does."""
+"""A NAOqi in the test's process with scripted answers, for what a healthy robot never does."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ DEVICES = "Device/SubDeviceList/"
 
 
 def nao_memory(*, newer: bool = True) -> dict[str, Any]:
-    """Return what ALMemory of a NAO that stands knows; of one older than the NAO5 with the spelling of then."""
+    """Return the ALMemory of a standing NAO, with the former spelling for one older than the NAO5."""
     memory: dict[str, Any] = {
         "RobotConfig/Body/Type": "nao",
         "RobotConfig/Head/BaseVersion": "V6.0" if newer else "V4.0",
@@ -43,7 +43,7 @@ def nao_memory(*, newer: bool = True) -> dict[str, Any]:
 
 
 class ScriptedNaoqi:
-    """Answers calls from `answers`, and keeps a list of them. What is `held` is answered when it is let go."""
+    """Answers calls from `answers`, and lists them. Calls that are `held` are answered when released."""
 
     def __init__(self) -> None:
         self.memory = nao_memory()
@@ -67,7 +67,7 @@ class ScriptedNaoqi:
         self.links: list[ScriptedLink] = []
 
     def connect(self, _timeout: float) -> ScriptedLink:
-        """Connect, as `naoserver_naoqi.libqi.connect` does."""
+        """Connect like `naoserver_naoqi.libqi.connect`."""
         if not self.reachable:
             raise LinkLost("cannot connect: nobody is there")
         self.links.append(ScriptedLink(self))
@@ -75,22 +75,22 @@ class ScriptedNaoqi:
 
     @contextmanager
     def robot(self, options: LifecycleOptions | None = None) -> Iterator[NaoqiRobot]:
-        """Start the robot that stands on this NAOqi; close it at the end."""
+        """Start the robot on this NAOqi; close it at the end."""
         with closing(NaoqiRobot(self.connect, options)) as robot:
             robot.start()
             yield robot
 
     def called(self, operation: str) -> list[tuple[Any, ...]]:
-        """Return the arguments of each call of an operation, in their order."""
+        """Return the arguments of each call of an operation, in order."""
         return [call[1:] for call in self.calls if call[0] == operation]
 
     def wait_for_call(self, operation: str, count: int = 1) -> tuple[Any, ...]:
-        """Wait until there were some calls of an operation; return the arguments of the last."""
+        """Wait for a number of calls of an operation; return the arguments of the last one."""
         eventually(lambda: len(self.called(operation)) >= count)
         return self.called(operation)[count - 1]
 
     def let_go(self, operation: str) -> None:
-        """Answer the calls of an operation that were held, and hold no more."""
+        """Answer the held calls of an operation, and hold no further ones."""
         self.held.discard(operation)
         for link in self.links:
             for reply in list(link.open):
@@ -98,7 +98,7 @@ class ScriptedNaoqi:
                     reply.answer()
 
     def lose(self) -> None:
-        """Break every connection, and let nobody connect any more."""
+        """Break every connection, and refuse new ones."""
         self.reachable = False
         for link in self.links:
             link.lost.set()
@@ -115,7 +115,7 @@ class ScriptedLink:
         self._naoqi = naoqi
 
     def begin(self, operation: str, *arguments: object) -> ScriptedReply:
-        """Begin a call."""
+        """Start a call."""
         self._naoqi.calls.append((operation, *arguments))
         reply = ScriptedReply(self, self._naoqi, operation, arguments)
         if operation in self._naoqi.held and not self.lost.is_set():
@@ -125,7 +125,7 @@ class ScriptedLink:
         return reply
 
     def close(self) -> None:
-        """Hang up."""
+        """Disconnect."""
         self.lost.set()
         for reply in list(self.open):
             reply.answer()
@@ -146,11 +146,11 @@ class ScriptedReply:
 
     @property
     def done(self) -> bool:
-        """Whether it has come."""
+        """Whether it has arrived."""
         return self._come.is_set()
 
     def answer(self) -> None:
-        """Let it come."""
+        """Make it arrive."""
         if self in self._link.open:
             self._link.open.remove(self)
         try:

@@ -55,7 +55,7 @@ _DELAY = re.compile(r"\d*(\.\d+)?(ms|s|m|h|d)")
 
 
 def violations(text: str) -> list[str]:
-    """Return what in a file is against the rules."""
+    """Return the violations of the rules in a file."""
     root = ET.fromstring(text.encode())
     if root.tag != f"{NAMESPACE}scxml" or root.get("version") != "1.0":
         return ["the root is no scxml of version 1.0"]
@@ -128,7 +128,7 @@ def _of_ids(root: ET.Element) -> Iterator[str]:
 
 
 def _all(element: ET.Element) -> Iterator[ET.Element]:
-    """Yield the elements of SCXML; what stands inside those of others is theirs."""
+    """Yield the elements of SCXML, without the content of elements of other programs."""
     yield element
     for child in _children(element):
         yield from _all(child)

@@ -1,4 +1,4 @@
-"""An authority for the tests, made again in each run, and components that show its certificates."""
+"""An authority for the tests, created in each run, and components with its certificates."""
 
 from __future__ import annotations
 
@@ -41,17 +41,17 @@ class Keys:
         assert place is not None
         self.endpoint = f"tls/127.0.0.1:{place[1]}"
         self.other_endpoint = f"tls/127.0.0.2:{place[1]}"
-        """Where the router is reached, too, by an address that its certificate does not name."""
+        """Another address of the router, which its certificate does not name."""
         self.security = SecurityFolder(folder)
         self.security.create(realm="nao", hosts=["127.0.0.1"], port=place[1], valid=timedelta(days=1))
 
     def settings(self, name: str, **changes: object) -> Settings:
-        """Return the settings of the router, or of somebody, with some of them changed."""
+        """Return the settings of the router or of a user, with some changes."""
         if name == "router":
             changes = {"listen": [self.endpoint, self.other_endpoint], **changes}
         return load_settings(self.folder / f"{name}.toml", defaults={"clock": "wall"}).override(**changes)
 
     def issue(self, name: str, *, valid: timedelta = timedelta(days=1)) -> Settings:
-        """Return the settings of somebody new with the role of a student."""
+        """Return the settings of a new user with the role of a student."""
         self.security.add(name, "student", valid=valid)
         return self.settings(name)

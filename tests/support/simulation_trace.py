@@ -1,4 +1,4 @@
-"""The trace of a simulation as one number: `python -m tests.support.simulation_trace SEED` prints it."""
+"""The digest of a simulation's trace: `python -m tests.support.simulation_trace SEED` prints it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How far the Slice compiler and the reference compiler agree."""
+"""How often the Slice compiler and the reference compiler agree."""
 
 from __future__ import annotations
 
@@ -26,16 +26,16 @@ class Agreement:
 
     @property
     def verdicts(self) -> float:
-        """The share of files that both accept or both refuse."""
+        """The share of files that both accept or both reject."""
         return self.same_verdict / self.files if self.files else 1.0
 
     @property
     def first_lines(self) -> float:
-        """The share of files with the first error in one line, of those that both refuse."""
+        """The share of files with the first error on the same line, of those that both reject."""
         return self.same_line / self.refused_by_both if self.refused_by_both else 1.0
 
     def report(self) -> str:
-        """Return the first differences, one a line."""
+        """Return the first differences, one per line."""
         return "\n".join(self.differences[:20])
 
 
@@ -60,7 +60,7 @@ def compare(paths: Sequence[Path], directory: Path) -> Agreement:
 
 
 def compare_generated(directory: Path, count: int, start: int = 0) -> Agreement:
-    """Write about `count` files made from the grammar, always the same for a `start`, and compare."""
+    """Generate about `count` files from the grammar, always the same for a `start`, and compare."""
     texts: dict[str, None] = {}
 
     @seed(start)

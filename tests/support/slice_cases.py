@@ -1,4 +1,4 @@
-"""Small Slice files for every rule, each with what the reference compiler says of it.
+"""Small Slice files for every rule, with the verdicts of the reference compiler.
 
 A file of tests/data/slice_cases holds cases like
 

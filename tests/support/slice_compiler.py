@@ -1,4 +1,4 @@
-"""The Slice compiler on texts that tests hold."""
+"""Run the Slice compiler on texts in tests."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def write_sources(directory: Path, sources: dict[str, str]) -> list[Path]:
 
 
 def compile_text(directory: Path, text: str, **others: str) -> tuple[Compilation, Diagnostics]:
-    """Compile `main.idl` with this text; `others` are the texts of files beside it, by name without .idl."""
+    """Compile `main.idl` with a text; `others` are the texts of further files, by name without .idl."""
     sources = {f"{name}.idl": other for name, other in others.items()}
     (*_, main) = write_sources(directory, {**sources, "main.idl": text})
     diagnostics = Diagnostics()
@@ -36,7 +36,7 @@ def compile_text(directory: Path, text: str, **others: str) -> tuple[Compilation
 
 
 def checked(path: Path) -> Diagnostics:
-    """Return what is found wrong with a file when it is parsed and checked."""
+    """Return the diagnostics of parsing and checking a file."""
     diagnostics = Diagnostics()
     units = Units([], diagnostics)
     source = units.load(path)
@@ -46,13 +46,13 @@ def checked(path: Path) -> Diagnostics:
 
 
 def first_error(diagnostics: Diagnostics) -> Verdict:
-    """Return the name of the file and the line of the first error, as the reference compiler's are."""
+    """Return the file name and the line of the first error, like those of the reference compiler."""
     errors = diagnostics.errors
     return Verdict((errors[0].location.path.name, errors[0].location.line) if errors else None)
 
 
 def findings(diagnostics: Diagnostics) -> list[tuple[str, int, int]]:
-    """Return code, line and column of everything found."""
+    """Return code, line and column of all diagnostics."""
     return [(found.code, found.location.line, found.location.column) for found in diagnostics]
 
 

@@ -22,7 +22,7 @@ implements int string bool byte double void Object Value LocalObject true false 
 
 
 class Fuzzer:
-    """Makes inputs: sets of files by name, of which `main.ice` is compiled."""
+    """Generates inputs: sets of files by name, of which `main.ice` is compiled."""
 
     def __init__(self, seed: int) -> None:
         self._random = random.Random(seed)

@@ -1,4 +1,4 @@
-"""Slice files made from its grammar: most keep every rule, some break one, some are damaged."""
+"""Slice files generated from the grammar: most follow every rule, some break one, some are damaged."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _SPARE = (  # noqa: SIM905 - a list of words is easier to read than of literals
 
 @dataclass
 class _Writer:
-    """Writes definitions one after the other and remembers their names."""
+    """Writes definitions and remembers their names."""
 
     draw: Callable[[st.SearchStrategy[int]], int]
     lines: list[str] = field(default_factory=list)
@@ -53,7 +53,7 @@ class _Writer:
         return self.draw(st.integers(0, limit - 1))
 
     def rarely(self) -> bool:
-        """Draw whether to do what often breaks a rule."""
+        """Draw whether to do something that often breaks a rule."""
         return self.number(70) == 69
 
     def one_of(self, items: Sequence[str]) -> str:
@@ -68,7 +68,7 @@ class _Writer:
         return f"{prefix}{self.count}"
 
     def reference(self, known: Sequence[str], otherwise: str) -> str:
-        """Return a name of a list, seldom in another form."""
+        """Return a name from a list, rarely in another form."""
         if not known or self.rarely():
             return self.one_of([*_NAMES, *self.types, *self.exceptions, otherwise])
         name = self.one_of(known)
@@ -93,7 +93,7 @@ class _Writer:
         return self.reference(self.interfaces, "Object") + "*"
 
     def value(self, kind: str) -> str:
-        """Return a value for a type, mostly one that fits."""
+        """Return a value for a type, mostly a valid one."""
         if self.rarely():
             return self.one_of(
                 ["5", "-1", "300", "1.5", '"text"', "true", "x", *self.integers, "99999999999"]
@@ -141,7 +141,7 @@ class _Writer:
         return line + ("" if self.number(60) == 59 else ";")
 
     def body(self, head: str, lines: Sequence[str]) -> None:
-        """Write a body over lines or on one."""
+        """Write a body on several lines or on one."""
         if self.number(3) == 0:
             self.lines.append(f"{head} {{ {' '.join(lines)} }}{'' if self.number(4) == 0 else ';'}")
         else:

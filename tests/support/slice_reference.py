@@ -39,7 +39,7 @@ _ERROR = re.compile(r"^(?P<path>.*?):(?P<line>\d+): (?!warning:)", re.MULTILINE)
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """What a compiler says of a file: nothing, or the name of a file and the line of the first error."""
+    """The verdict of a compiler: nothing, or the file name and the line of the first error."""
 
     error: tuple[str, int] | None = None
 
@@ -55,7 +55,7 @@ class Verdict:
 def reference_verdicts(
     paths: Sequence[Path], directory: Path, options: Sequence[str] = ("--underscore", "--ice")
 ) -> list[Verdict | None]:
-    """Return what slice2py says of files with the extension .ice; what it writes goes to `directory`.
+    """Return the verdicts of slice2py on files with the extension .ice; its output goes to `directory`.
 
     None stands for a file on which it crashed.
     """

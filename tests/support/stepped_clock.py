@@ -1,4 +1,4 @@
-"""A virtual clock that wakes the threads of a test one after the other."""
+"""A virtual clock that wakes the threads of a test one at a time."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ _NANOSECONDS: Final = 1_000_000_000
 
 
 class ClockStalledException(ZenohIceError):
-    """Nobody advances a stepped clock that a thread waits on, or a woken thread does not come back to it."""
+    """A stepped clock on which a thread waits is not advanced, or a woken thread does not return to it."""
 
 
 class SteppedClock(VirtualClock):
-    """A virtual clock for several threads: it stands still until `advance` moves it.
+    """A virtual clock for several threads, which moves only with `advance`.
 
     Threads that wait on it are woken in the order of their times (equal times: in the order in which they
     began to wait), one at a time: the next is woken, and the time moves on, only when the last one waits on
@@ -34,11 +34,11 @@ class SteppedClock(VirtualClock):
         self._limit = limit
         self._changed = threading.Condition()
         self._waiters: dict[threading.Thread, tuple[int, threading.Event]] = {}
-        """When the waiting threads are due, and the events that wake them earlier, in the order they came."""
+        """The times at which waiting threads are due, and the events that wake them earlier, in order."""
 
     @property
     def waiting(self) -> int:
-        """Return how many threads wait on this clock."""
+        """Return the number of threads that wait on this clock."""
         return len(self._waiters)
 
     def wait_for_waiters(self, count: int) -> None:
@@ -73,7 +73,7 @@ class SteppedClock(VirtualClock):
         return event.is_set()
 
     def advance(self, seconds: float) -> None:
-        """Move the time forward by a duration in s, waking those whose time comes.
+        """Advance the time by a duration in s, and wake the threads that are due.
 
         Raises ValueError for a negative duration, and ClockStalledException, naming the thread, when a woken
         thread neither waits on the clock again nor ends within the limit.

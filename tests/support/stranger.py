@@ -1,4 +1,4 @@
-"""A process of somebody else on the network, who says over Zenoh whatever it likes."""
+"""A foreign process on the network that sends anything over Zenoh."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ __all__ = ["Stranger", "session_of", "stranger"]
 
 
 class Stranger:
-    """A Zenoh session that keeps to none of our rules."""
+    """A Zenoh session that follows none of our rules."""
 
     def __init__(self, session: zenoh.Session) -> None:
         self.session = session
         self.id = str(session.zid())
 
     def ask(self, selector: str, payload: bytes | None, attachment: bytes | None) -> list[zenoh.Reply]:
-        """Send a query and return all that is answered."""
+        """Send a query and return all answers."""
         return list(self.begin_to_ask(selector, payload, attachment))
 
     def begin_to_ask(
         self, selector: str, payload: bytes | None, attachment: bytes | None
     ) -> zenoh.Handler[zenoh.Reply]:
-        """Send a query and return what brings the answers."""
+        """Send a query and return the handler of its answers."""
         return self.session.get(
             selector,
             payload=payload,
@@ -46,7 +46,7 @@ class Stranger:
     def impersonating(
         self, target: Target, type_id: str, fingerprint: str, answer: Callable[[zenoh.Query], Any]
     ) -> Iterator[None]:
-        """Pretend to be a servant for as long as the block lasts."""
+        """Pretend to be a servant during the block."""
         queryable: zenoh.Queryable[None] = self.session.declare_queryable(target.key("*"), answer)
         token = self.session.liveliness().declare_token(
             servant_token(target, type_id, fingerprint, self.id, 1.0)
@@ -59,7 +59,7 @@ class Stranger:
 
     @contextmanager
     def declared(self, token: str) -> Iterator[None]:
-        """Declare a token for as long as the block lasts."""
+        """Declare a token during the block."""
         declared = self.session.liveliness().declare_token(token)
         try:
             yield
@@ -67,7 +67,7 @@ class Stranger:
             declared.undeclare()
 
     def wait_for_reader(self, publisher: zenoh.Publisher) -> None:
-        """Wait until somebody listens to a publisher."""
+        """Wait until a publisher has subscribers."""
         changed = threading.Event()
         listener = publisher.declare_matching_listener(
             lambda status: changed.set() if status.matching else None
@@ -78,7 +78,7 @@ class Stranger:
 
 
 def session_of(communicator: Communicator) -> zenoh.Session:
-    """Return the session of a communicator, for what no rule of ours allows."""
+    """Return the session of a communicator, to break our rules."""
     transport = communicator.transport
     assert isinstance(transport, ZenohTransport)
     return transport.session

@@ -1,4 +1,4 @@
-"""The side of a terminal at which a person sits."""
+"""The user's side of a terminal."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ __all__ = ["read_until"]
 
 
 def read_until(terminal: int, text: str, before: str = "") -> str:
-    """Read what a terminal shows, after what was read before, until a text has come."""
+    """Read the further output of a terminal until a text appears."""
     output = before.encode()
     deadline = time.monotonic() + LIMIT
     while text.encode() not in output:

@@ -1,4 +1,4 @@
-"""What a reader of the tutorial has: a simulated robot, and the editor in a browser."""
+"""The setup of a reader of the tutorial: a simulated robot, and the editor in a browser."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Wait for what nothing announces."""
+"""Wait for conditions without notification."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ __all__ = ["call_until_it_works", "links", "listened", "until"]
 
 
 def until(condition: Callable[[], object], limit: float = LIMIT) -> None:
-    """Look again and again until a condition holds."""
+    """Poll until a condition holds."""
     deadline = time.monotonic() + limit
     while not condition():
         assert time.monotonic() < deadline
@@ -23,13 +23,13 @@ def until(condition: Callable[[], object], limit: float = LIMIT) -> None:
 
 
 def listened(publisher: Publisher[Any], limit: float) -> bool:
-    """Wait until somebody listens to a stream; return whether that is so."""
+    """Wait until a stream has subscribers; return whether it has."""
     until(lambda: publisher.listening, limit)
     return True
 
 
 def call_until_it_works(calculator: CalculatorPrx) -> None:
-    """Call until the server answers as it should."""
+    """Call until the server answers correctly."""
 
     def works() -> bool:
         try:

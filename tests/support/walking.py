@@ -1,4 +1,4 @@
-"""How fast a robot walks, by where it really is."""
+"""Measure how fast a robot walks, by its true position."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ __all__ = ["mean_velocity"]
 def mean_velocity(
     place: Callable[[], tuple[float, float, float]], go: Callable[[float], None], seconds: float, step: float
 ) -> tuple[float, float, float]:
-    """Return the mean velocity in the robot's own frame: m/s forward, m/s left, rad/s.
+    """Return the mean velocity in the robot's frame: m/s forward, m/s left, rad/s.
 
     `place` returns x, y and heading, `go` lets time pass, which it does for `seconds` in steps of `step`.
     """

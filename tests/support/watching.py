@@ -20,7 +20,7 @@ BEGAN = datetime(2026, 3, 1, 12, 30, tzinfo=UTC)
 
 
 def recorded(until: float) -> RunLog:
-    """Return a log from 0 on, ten moments a second."""
+    """Return a log from 0 on, with ten entries per second."""
     log = RunLog()
     for tenth in range(round(until * 10)):
         log.add(LiveSnapshot(tenth / 10, snapshot(tenth / 10), _robot(tenth / 10)))
@@ -28,7 +28,7 @@ def recorded(until: float) -> RunLog:
 
 
 def contents(until: float) -> ReportContents:
-    """Return what a report of such a run is made of."""
+    """Return the data for the report of such a run."""
     return ReportContents(Automata(dance_and_follow()), recorded(until), BEGAN)
 
 
@@ -41,7 +41,7 @@ def _robot(time: float) -> RobotState:
 
 
 def watched(time: float = 9.5) -> WatchState:
-    """Return what is known at a time, all of it fresh."""
+    """Return everything known at a time, all of it recent."""
     log = recorded(time)
     newest = log.newest
     assert newest is not None

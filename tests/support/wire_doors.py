@@ -1,4 +1,4 @@
-"""The doors through which bytes of others come in, each with sound ones, for hostile input to be tried on."""
+"""The entry points for bytes from other processes, with valid examples, for tests with hostile input."""
 
 from __future__ import annotations
 
@@ -110,17 +110,17 @@ class NoRoomError(UserException, id="::circus::NoRoomError"):
 
 @dataclass(frozen=True)
 class Door:
-    """Where bytes of others come in."""
+    """An entry point for bytes from other processes."""
 
     name: str
     sound: Sequence[bytes]
-    """What is taken."""
+    """What is accepted."""
     take: Callable[[bytes], bool]
-    """Take some bytes or refuse them; return which. Raises AssertionError when that goes other than it should."""
+    """Accept or refuse some bytes; return which. Raises AssertionError for any other behavior."""
 
 
 def check_error(error: Exception) -> None:
-    """Raise AssertionError for an error that says nothing, too much, or what would steer a terminal."""
+    """Raise AssertionError for an error that is empty, too long, or has control characters for a terminal."""
     assert not isinstance(error, UserException), error
     assert 0 < len(str(error)) <= _LONGEST_ERROR
     assert str(error).isprintable(), str(error)
@@ -235,7 +235,7 @@ _SENT = MemoryReference(
 
 @contextmanager
 def _memory_sent() -> Iterator[MemoryFile]:
-    """Have the memory that `_SENT` is to for as long as the block lasts."""
+    """Provide the memory of `_SENT` during the block."""
     with patch("secrets.token_hex", return_value=_SENT.token):
         memory = MemoryFile(2 * LARGE)
     os.dup2(memory.file, _SENT.file, inheritable=False)

@@ -1,4 +1,4 @@
-"""Random values of generated types, and the same as msgpack without our types holds them."""
+"""Random values of generated types, and their form in msgpack without our types."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _NAMES = ("Head", "Body@nao", "LeftArm.Motors@other-realm")
 
 
 class Desk:
-    """What stands for a communicator where proxies only arrive and are not called."""
+    """Replaces a communicator where proxies only arrive and are not called."""
 
     realm = "nao"
 
@@ -30,13 +30,13 @@ class Desk:
 
 
 class Pairs(tuple[tuple[Any, Any], ...]):
-    """A map of MessagePack, whose keys may be maps."""
+    """A map of MessagePack whose keys may be maps."""
 
     __slots__ = ()
 
 
 def values(kind: Any, desk: Desk, depth: int = 3) -> st.SearchStrategy[Any]:
-    """Return a strategy of values of a type as annotations give it; classes hold others down to a depth."""
+    """Return a strategy of values of an annotated type; classes are nested down to a depth."""
     origin, arguments = get_origin(kind), get_args(kind)
     if origin is Annotated:
         limits = arguments[1]
@@ -77,7 +77,7 @@ def struct_values(struct: type[msgspec.Struct], desk: Desk, depth: int = 3) -> s
 
 
 def plain(value: Any) -> Any:
-    """Return a value as a dynamic language without our types would hold it."""
+    """Return a value as in a dynamic language without our types."""
     if isinstance(value, msgspec.Struct):
         members = [
             (field.encode_name, plain(getattr(value, field.name))) for field in msgspec.structs.fields(value)
@@ -96,17 +96,17 @@ def plain(value: Any) -> Any:
 
 
 def pack(codec: Codec[Any], values: tuple[object, ...], what: str = "it") -> bytes:
-    """Return a codec's struct of these values as it travels."""
+    """Return a codec's struct of these values as it is sent."""
     return encode(codec.make(*values), what)
 
 
 def unpacked(payload: bytes) -> Any:
-    """Return what msgpack makes of a payload."""
+    """Return a payload decoded by msgpack."""
     return msgpack.unpackb(payload, strict_map_key=False, object_pairs_hook=Pairs, use_list=False)
 
 
 def packed(value: Any) -> bytes:
-    """Return what msgpack makes of a plain value."""
+    """Return a plain value encoded by msgpack."""
     packer = msgpack.Packer()
     if isinstance(value, Pairs):
         return bytes(packer.pack_map_header(len(value))) + b"".join(packed(x) for pair in value for x in pair)
