@@ -130,32 +130,24 @@ def _row(parameter: Any) -> tuple[str, str]:  # noqa: ANN401
 
 
 def settings() -> str:
-    """Return a table of all settings: type, default, flag, variable of the environment, meaning."""
-    from zenoh_ice.settings import PATHS, Security, Settings
+    """Return a table of all settings, each with its flag and its variable of the environment."""
+    from zenoh_ice.settings import ENVIRONMENT_PREFIX, PATHS, Security, Settings
 
-    flags = {option.removeprefix("--").replace("-", "_") for option in shared_options()}
+    flags = set(shared_options())
     rows = []
     for kind, prefix in ((Settings, ""), (Security, "security.")):
         for field in _fields(kind):
-            name = prefix + field.name
+            name, flag = prefix + field.name, f"--{field.name.replace('_', '-')}"
             if name == "security":
                 continue
-            flag = field.name in flags and (not prefix or field.name in PATHS)
-            variable = (
-                "" if "table" in _type(field.type) else f"`VISUALHFSM_{name.upper().replace('.', '_')}`"
-            )
-            option = f"`--{field.name.replace('_', '-')}`" if flag else ""
-            rows.append(
-                (
-                    f"`{name}`",
-                    _type(field.type),
-                    _default(field),
-                    option,
-                    variable,
-                    _meaning(kind, field.name),
-                )
-            )
-    return _table(("setting", "type", "default", "flag", "variable", "meaning"), rows)
+            ways = [name]
+            if flag in flags and (not prefix or field.name in PATHS):
+                ways.append(flag)
+            if _type(field.type) != "table":
+                ways.append(ENVIRONMENT_PREFIX + name.upper().replace(".", "_"))
+            names = "<br>".join(f"`{way}`" for way in ways)
+            rows.append((names, _type(field.type), _default(field), _meaning(kind, field.name)))
+    return _table(("setting, flag, variable", "type", "default", "meaning"), rows)
 
 
 def roles() -> str:
@@ -178,7 +170,7 @@ def shared_options() -> Iterator[str]:
 
 
 def exceptions() -> str:
-    """Return a table of the public exceptions of each package, each below the one that it extends."""
+    """Return a list of the public exceptions of each package, each below the one that it extends."""
     parts = []
     tools = tuple(str(ROOT / folder) for folder in _WHEEL["exclude"])
     for package in _WHEEL["packages"]:
@@ -191,8 +183,7 @@ def exceptions() -> str:
         for node in found:
             base = next((name for name in map(ast.unparse, node.bases) if name in names), "")
             below.setdefault(base, []).append(node)
-        rows = list(_tree(below, "", 0))
-        parts.append(f"### {package}\n\n" + _table(("exception", "is a", "when"), rows))
+        parts.append("\n".join([f"### {package}\n", *_tree(below, "", 0)]))
     return "\n\n".join(parts)
 
 
@@ -204,10 +195,11 @@ def _exceptions(path: Path) -> Iterator[ast.ClassDef]:
             yield node
 
 
-def _tree(below: dict[str, list[ast.ClassDef]], base: str, depth: int) -> Iterator[tuple[str, ...]]:
-    for node in below.get(base, []):
-        bases = ", ".join(f"`{ast.unparse(each)}`" for each in node.bases)
-        yield f"{'&emsp;' * depth}`{node.name}`", bases, _plain(ast.get_docstring(node) or "")
+def _tree(below: dict[str, list[ast.ClassDef]], parent: str, depth: int) -> Iterator[str]:
+    for node in below.get(parent, []):
+        others = [base for base in map(ast.unparse, node.bases) if base != parent]
+        bases = f" ({', '.join(f'`{base}`' for base in others)})" if others else ""
+        yield f"{'    ' * depth}- `{node.name}`{bases}: {_plain(ast.get_docstring(node) or '')}"
         yield from _tree(below, node.name, depth + 1)
 
 

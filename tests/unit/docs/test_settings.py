@@ -14,11 +14,17 @@ from zenoh_ice.settings import PROTOCOLS, Security, Settings, load_settings
 hooks = pytest.importorskip("docs.hooks", reason="needs the packages of visualhfsm[docs]")
 
 TEXT = (DOCS / "reference/settings.md").read_text("utf-8")
+WAYS = [
+    (re.findall(r"`([^`]+)`", names), default.strip())
+    for names, default in re.findall(r"^\| (`[^|]*) \|[^|]*\|([^|]*)\|", hooks.settings(), re.M)
+]
 ROWS = {
-    name: (default.strip(), flag.strip(" `"), variable.strip(" `"))
-    for name, default, flag, variable in re.findall(
-        r"^\| `([\w.]+)` \|[^|]*\|([^|]*)\|([^|]*)\|([^|]*)\|", hooks.settings(), re.M
+    names[0]: (
+        default,
+        next((name for name in names if name.startswith("--")), ""),
+        next((name for name in names if name.startswith("VISUALHFSM_")), ""),
     )
+    for names, default in WAYS
 }
 EXAMPLES = {
     "connect": "tcp/127.0.0.1:7",
