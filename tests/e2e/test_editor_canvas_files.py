@@ -180,7 +180,7 @@ def test_a_merge_names_what_both_changed_and_shows_what_no_longer_fits(shown: Ed
     text = path.read_text().replace("<name>front</name>", "<name>theirs</name>")
     path.write_text(text.replace("<name>there</name>", "<name>to out</name>", 1))
     shown.page.get_by_role("alert").get_by_role("button", name="Merge both").click()
-    notice = shown.page.locator(".notice").filter(has_text="Merged. Both had changed")
+    notice = shown.page.locator(".notice").filter(has_text="Merged. Both sides had changed")
     expect(notice).to_contain_text("state “mine” (name): yours stays")
     expect(notice).to_contain_text("transition “to out” (deleted on one side): it stays")
     shown.expect_states("up", "mine", "low")
@@ -200,7 +200,7 @@ def test_a_document_of_an_older_format_is_replaced_only_after_a_question(
     question.get_by_role("button", name="Cancel").click()
     assert path.read_text() == SPANISH
     shown.press("Control+s")
-    question.get_by_role("button", name="Write over it").click()
+    question.get_by_role("button", name="Overwrite").click()
     expect(shown.page.get_by_role("status").filter(has_text="Saved old.xml")).to_be_visible()
     assert "<name>uno</name>" in path.read_text()
 

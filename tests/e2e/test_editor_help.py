@@ -17,7 +17,7 @@ from tests.support.processes import REPOSITORY
 KEYS = REPOSITORY / "docs" / "reference/keys.md"
 HEAD = """# All keys of the editor
 
-What the page itself shows at `?`. `SCREENSHOTS=1 pytest tests/e2e/test_editor_help.py` writes this file from it.
+The keys that the page shows at `?`. `SCREENSHOTS=1 pytest tests/e2e/test_editor_help.py` writes this file from it.
 """
 READ = """(sections) => sections.map((section) => [
     section.querySelector("h3").textContent,

@@ -109,7 +109,7 @@ export async function paste(point) {
 export async function extract(automaton) {
   const path = page.tabState?.path;
   if (!path) {
-    notifyError(new Error("Save the document first: what it imports is found from its own file."));
+    notifyError(new Error("Save the document first: imports are relative to its file."));
     return;
   }
   const {chooseFile} = await import("./dialogs/files.js");
@@ -121,13 +121,13 @@ export async function extract(automaton) {
     suggestion: `${directory}${name}.xml`,
   });
   if (file && (await askTab("extract", {automaton: automaton.id, path: file})))
-    notify(`${file} holds the sub-automaton now. It is imported from there.`);
+    notify(`Moved the sub-automaton to ${file}. It is imported from there.`);
 }
 
 /** Put the content of an imported automaton in its place. @param {Automaton} automaton */
 export async function inline(automaton) {
   if (await askTab("inline", {automaton: automaton.id}))
-    notify(`The content of ${automaton.imported?.file} is a part of this document now; the file stays.`);
+    notify(`Copied the content of ${automaton.imported?.file} into this document. The file is unchanged.`);
 }
 
 /** Show a sub-automaton of a state, made first when it has none. @param {State} state */

@@ -46,13 +46,11 @@ export async function openPath(path) {
 function shown({tab, remarks}, name) {
   page.show(tab);
   if ([...(store.documents.get(tab)?.automata.values() ?? [])].some(isHeaped))
-    notify(`${name} does not say where its states are: Shift+L arranges all automata.`);
+    notify(`${name} has no positions for its states: Shift+L arranges all automata.`);
   if (!remarks) return;
   const [first = "", ...others] = remarks;
   const more = others.length ? `, and ${others.length} more` : "";
-  notify(
-    `${name} was taken over as a new document.${first && ` Not all of it means something here: ${first}${more}.`}`,
-  );
+  notify(`${name} was imported as a new document.${first && ` Some of it has no equivalent here: ${first}${more}.`}`);
 }
 
 export async function openNew(template = "empty") {
@@ -73,7 +71,7 @@ const isHeaped = ({imported, states}) =>
 export async function openDropped(dropped) {
   for (const file of dropped) {
     if (/\.mcap$/i.test(file.name)) {
-      notify(`${file.name} is a recording: put it into the folder of the editor and open it there (Alt+R).`, "error");
+      notify(`${file.name} is a recording: put it into the folder of the editor and open it with Alt+R.`, "error");
       continue;
     }
     if (file.size > LARGEST) {
@@ -136,7 +134,7 @@ async function saving(request, path, tab, overwrite = false) {
       title: `Write over ${path}?`,
       text: error.message,
       choices: [
-        ["overwrite", "Write over it", "danger"],
+        ["overwrite", "Overwrite", "danger"],
         ["saveAs", "Save as…", "primary"],
       ],
     });
@@ -157,7 +155,7 @@ export async function closeTab(tab) {
     const title = store.workspace.tabs.find((each) => each.tab === tab)?.title ?? "the document";
     const choice = await confirm({
       title: `Save ${title} before closing?`,
-      text: "It has changes that are not in its file.",
+      text: "It has unsaved changes.",
       choices: [
         ["discard", "Close without saving", "danger"],
         ["save", "Save", "primary"],

@@ -92,7 +92,7 @@ export function keyTable() {
       "toggleFinal",
       "delete",
     ],
-    "Move about": [
+    "Move around": [
       "up",
       "moveLeft",
       "moveRight",

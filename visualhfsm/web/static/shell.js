@@ -86,7 +86,7 @@ class Tabs extends PageElement {
         type="button"
         class="action bare"
         aria-label="Start page"
-        title="Start page: open or begin another document"
+        title="Start page: open or create a document"
         @click=${() => page.show(0)}
       >
         ${icon("add")}
@@ -245,11 +245,7 @@ class Status extends PageElement {
           `${count(automaton?.states.length ?? 0, "state")}, ${count(automaton?.transitions.length ?? 0, "transition")}`
         }</span
       >
-      ${
-        automaton?.imported
-          ? html`<span title="It is changed in that file">from ${automaton.imported.file}</span>`
-          : nothing
-      }
+      ${automaton?.imported ? html`<span title="Edit it in that file">from ${automaton.imported.file}</span>` : nothing}
       ${
         automaton?.states.length || !automaton?.imported
           ? html`<span title="Time between two cycles of this automaton"
@@ -260,7 +256,7 @@ class Status extends PageElement {
       <span class="room"></span>
       ${
         document.undo.length
-          ? html`<span class="last-step" title="The last step, which can be undone">${document.undo[0]}</span>`
+          ? html`<span class="last-step" title="The last step; it can be undone">${document.undo[0]}</span>`
           : nothing
       }
       <span class="zoom"></span>
@@ -292,7 +288,7 @@ function stoppedBanner() {
   const reason = store.workspace.robotStopped;
   if (!reason) return nothing;
   return html`<div class="banner error" role="alert">
-    The robot is stopped and takes no command: ${reason}.
+    The robot is stopped and refuses commands: ${reason}.
     <button type="button" @click=${resetStop}>Reset the emergency stop</button>
   </div>`;
 }
@@ -325,7 +321,7 @@ function fileBanner() {
 async function resolve(choice) {
   const done = await askTab("resolve", {choice});
   const conflicts = done?.conflicts ?? [];
-  if (conflicts.length) notify(`Merged. Both had changed ${conflicts.join("; ")}.`);
+  if (conflicts.length) notify(`Merged. Both sides had changed ${conflicts.join("; ")}.`);
 }
 
 /** Changes to the shown file from a session that ended without saving them. */

@@ -25,20 +25,20 @@ const BEGINNINGS = [
   {
     template: "dance",
     name: "Dance",
-    text: "Both arms go from pose to pose, as the encoders allow.",
+    text: "Both arms move from pose to pose, following the encoders.",
     picture: svg`${arcs("M33 20Q90 8 147 20M160 33V55M147 66Q90 78 33 66M20 55V33")}
       ${circle(20, 20, false, true)}${circle(160, 20)}${circle(160, 66)}${circle(20, 66)}`,
   },
   {
     template: "follow_ball",
     name: "Follow the ball",
-    text: "The head follows a ball, and searches when it is lost.",
+    text: "The head follows a ball, and searches for it when it is lost.",
     picture: svg`${arcs("M42 36Q90 10 138 36M138 50Q90 76 42 50")}${circle(30, 43, false, true)}${circle(150, 43)}`,
   },
   {
     template: "dance_and_follow",
     name: "Dance and follow",
-    text: "Two behaviors by turns, on three levels.",
+    text: "Two behaviors in turn, on three levels.",
     picture: svg`${arcs("M42 22Q90 4 138 22M138 28Q90 40 42 28M30 37V55M150 37V55")}
       ${circle(30, 24, true, true)}${circle(150, 24, true)}
       ${circle(30, 70, true)}${circle(150, 70)}`,
@@ -46,7 +46,7 @@ const BEGINNINGS = [
   {
     template: "empty",
     name: "Empty",
-    text: "A component with nothing in it yet.",
+    text: "An empty component.",
     picture: svg`<circle cx="90" cy="43" r="15" fill="none" stroke="var(--strong-line)" stroke-width="1.6"
         stroke-dasharray="4 4"></circle>
       <path d="M90 36v14M83 43h14" stroke="var(--strong-line)" stroke-width="1.6"></path>`,
@@ -62,9 +62,7 @@ class Start extends PageElement {
     const {recoverable = []} = store.workspace;
     return html`<div class="start">
       <h1>Draw what your robot does</h1>
-      <p class="lead">
-        States, what makes it go from one to the next, and automata inside states. Press Run, and watch it.
-      </p>
+      <p class="lead">States, transitions between them, and automata inside states. Press Run and watch.</p>
       ${
         recoverable.length
           ? html`<h2>Not saved when the editor ended</h2>
@@ -79,8 +77,8 @@ class Start extends PageElement {
                       <button
                         type="button"
                         class="action bare"
-                        aria-label="Give up the changes of ${each.name}"
-                        title="Give up these changes"
+                        aria-label="Discard the changes of ${each.name}"
+                        title="Discard these changes"
                         @click=${() => ask("discard", {journal: each.journal})}
                       >
                         ${icon("delete")}
@@ -90,7 +88,7 @@ class Start extends PageElement {
               </ul>`
           : nothing
       }
-      <h2>Begin with</h2>
+      <h2>Start with</h2>
       <div class="cards">
         ${BEGINNINGS.map(
           ({template, name, text, picture}) =>

@@ -17,18 +17,18 @@ const STEPS = [
   [
     "hfsm-canvas",
     "The canvas",
-    html`Circles are states: blue ones do something, green ones hold an automaton of their own. The double circle is
-    where it begins. Arcs lead from state to state.`,
+    html`Circles are states: blue ones do something, green ones contain another automaton. The double circle is the
+    initial state. Arcs lead from state to state.`,
   ],
   [
     ".state.parent",
     "Going inside",
-    html`Double click a green state to see what is in it. <kbd>Backspace</kbd> leads back up.`,
+    html`Double-click a green state to see what is inside. <kbd>Backspace</kbd> leads back up.`,
   ],
   [
     "hfsm-tree",
     "The whole tree",
-    html`Every automaton with all its states. What is selected here is selected on the canvas, too.`,
+    html`Every automaton with all its states. A selection here is also the selection on the canvas.`,
   ],
   [
     '[aria-label="Figures"]',
@@ -50,12 +50,12 @@ const STEPS = [
   [
     "hfsm-status",
     "Problems",
-    html`The document is checked as you draw. A click here lists what is wrong, and leads there.`,
+    html`The document is checked as you draw. Click here for the list of problems; each leads to its place.`,
   ],
   [
     ".toolbar",
     "Every step can be undone",
-    html`<kbd>Ctrl+Z</kbd> takes back any change, in any automaton. All keys stand in the help: press <kbd>?</kbd>.`,
+    html`<kbd>Ctrl+Z</kbd> undoes any change, in any automaton. All keys are listed in the help: press <kbd>?</kbd>.`,
   ],
 ];
 

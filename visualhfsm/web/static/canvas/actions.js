@@ -116,7 +116,7 @@ export const canvasActions = [
     scope: "canvas",
     enabled: () => oneState() || oneTransition(),
     run: enter,
-    help: "Open the sub-automaton; of what has none, the code",
+    help: "Open the sub-automaton, or the code where there is none",
   },
   {
     id: "editCode",
@@ -136,8 +136,8 @@ export const canvasActions = [
     keys: ["Ctrl+Enter"],
     enabled: () => oneState() && (drawable() || state().children.length > 0),
     run: () => commands.openChild(state()),
-    hint: "opens it, or makes one",
-    help: "Open the sub-automaton, or make one",
+    hint: "open it, or create one",
+    help: "Open the sub-automaton, or create one",
   },
   {
     id: "addChild",
@@ -197,7 +197,7 @@ export const canvasActions = [
     icon: "exportFile",
     enabled: canExtract,
     run: () => commands.extract(thePart()),
-    hint: "the sub-automaton, which is imported from there then",
+    hint: "the sub-automaton; it is imported from there",
   },
   {
     id: "inline",
@@ -205,7 +205,7 @@ export const canvasActions = [
     icon: "open",
     enabled: canInline,
     run: () => commands.inline(thePart()),
-    hint: "what is imported becomes a part of this document",
+    hint: "copy the imported content into this document",
   },
   {id: "copy", label: "Copy", icon: "copy", keys: ["Ctrl+C"], enabled: () => anyStates(), run: commands.copy},
   {id: "cut", label: "Cut", icon: "cut", keys: ["Ctrl+X"], enabled: () => drawable() && anyStates(), run: commands.cut},
@@ -279,7 +279,7 @@ export const canvasActions = [
   {id: "moveDown", label: "Move down", icon: "", keys: ["ArrowDown"], scope: "canvas", run: nudge(0, 10)},
   {
     id: "goLeft",
-    label: "Select what is to the left",
+    label: "Select to the left",
     icon: "",
     keys: ["Alt+ArrowLeft"],
     scope: "canvas",
@@ -287,7 +287,7 @@ export const canvasActions = [
   },
   {
     id: "goRight",
-    label: "Select what is to the right",
+    label: "Select to the right",
     icon: "",
     keys: ["Alt+ArrowRight"],
     scope: "canvas",
@@ -295,7 +295,7 @@ export const canvasActions = [
   },
   {
     id: "goUp",
-    label: "Select what is above",
+    label: "Select above",
     icon: "",
     keys: ["Alt+ArrowUp"],
     scope: "canvas",
@@ -303,23 +303,16 @@ export const canvasActions = [
   },
   {
     id: "goDown",
-    label: "Select what is below",
+    label: "Select below",
     icon: "",
     keys: ["Alt+ArrowDown"],
     scope: "canvas",
     run: ({canvas}) => canvas.order.goTo([0, 1]),
   },
-  {
-    id: "goNext",
-    label: "Select the next",
-    icon: "",
-    keys: ["."],
-    scope: "canvas",
-    run: ({canvas}) => canvas.order.goOn(1),
-  },
+  {id: "goNext", label: "Select next", icon: "", keys: ["."], scope: "canvas", run: ({canvas}) => canvas.order.goOn(1)},
   {
     id: "goBack",
-    label: "Select the previous",
+    label: "Select previous",
     icon: "",
     keys: [","],
     scope: "canvas",
@@ -332,7 +325,7 @@ export const canvasActions = [
     keys: ["F"],
     enabled: hasDocument,
     run: ({canvas}) => canvas.fit(),
-    hint: "everything into the window",
+    hint: "show everything",
   },
   {
     id: "fitSelection",
@@ -402,7 +395,7 @@ export const canvasActions = [
     icon: "properties",
     enabled: () => hasDocument() && [...page.shownDocument.automata.values()].some(sharesNumbers),
     run: () => commands.apply("repairNumbers"),
-    hint: "of states and transitions that share one",
+    hint: "of states and transitions that share a number",
   },
 ];
 

@@ -278,7 +278,7 @@ export class HfsmCanvas extends HTMLElement {
     if (!automaton || this.empty.hidden) return;
     this.empty.textContent = automaton.imported
       ? `This automaton comes from ${automaton.imported.file}. Open that file to change it.`
-      : "Nothing here yet. Press S for the first state, or double click.";
+      : "Nothing here yet. Press S to add the first state, or double-click.";
   }
 
   #transform() {

@@ -26,7 +26,7 @@ export async function compare({canvas}) {
   const saved = page.tabState?.path ? [["saved", "The saved version", "primary"]] : [];
   const choice = await confirm({
     title: "Compare with",
-    text: "What differs is shown on the canvas, in every automaton.",
+    text: "Differences are shown on the canvas, in every automaton.",
     choices: [["file", "Another file"], ...saved],
   });
   const against = choice === "file" ? await chooseFile({title: "Compare with a document", verb: "Compare"}) : choice;

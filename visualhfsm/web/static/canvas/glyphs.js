@@ -7,7 +7,7 @@ export const TRIGGERS = {
   event: {path: "M1.5-5.5L-3.5 1H-.5L-1.5 5.5L3.5-1H.5Z", word: "on an event", filled: true},
   finished: {path: "M-4.5.5L-1.5 3.5L4.5-3.5", word: "when finished below", filled: false},
 };
-export const UNKNOWN_TRIGGER = {path: "M-3-3L3 3M3-3L-3 3", word: "by what it does not say", filled: false};
+export const UNKNOWN_TRIGGER = {path: "M-3-3L3 3M3-3L-3 3", word: "trigger unknown", filled: false};
 
 /** Which code a state has. */
 export const CODES = {
@@ -20,7 +20,7 @@ export const CODES = {
 export const BADGES = {
   child: {path: "M-4.5-1.5L0-4.5L4.5-1.5L0 1.5ZM-4.5 1.5L0 4.5L4.5 1.5", word: "sub-automaton"},
   imported: {path: "M-4-4H1M-4-4V4H4V1M4-4L-1 1M-1-2.5V1H2.5", word: "imported from another file"},
-  resume: {path: "M-2.5-4V4M2.5-4V4M-2.5 0H2.5", word: "goes on where it was"},
+  resume: {path: "M-2.5-4V4M2.5-4V4M-2.5 0H2.5", word: "resumes where it was"},
   error: {path: "M0-4.5V.8M0 4.2V4.3", word: "error"},
   warning: {path: "M-2.6-2.2A2.6 2.4 0 1 1 1-.2Q0 .4 0 1.6M0 4.4V4.5", word: "warning"},
   restart: {path: "M3.6-1.5A4 4 0 1 0 4 1M4-4.5V-1.2H.8", word: "restarts on entry"},

@@ -290,8 +290,8 @@ export class TransitionTool {
 
   get hint() {
     return this.link
-      ? "New transition: click the state where it leads, or choose it with the arrows and press Enter. Esc cancels."
-      : "New transition: click the state where it begins, or choose it with the arrows and press Enter. Esc cancels.";
+      ? "New transition: click its destination, or choose it with the arrows and press Enter. Esc cancels."
+      : "New transition: click its origin, or choose it with the arrows and press Enter. Esc cancels.";
   }
 
   /** @param {PointerEvent} event */

@@ -104,7 +104,7 @@ export class StateView {
     group.setAttribute("class", kinds.filter(Boolean).join(" "));
     this.words = describe(state, imported, problem, mark);
     group.setAttribute("aria-label", this.words);
-    this.tip = [state.name || "a state without a name", ...has.map((part) => CODES[part].word), problem?.message]
+    this.tip = [state.name || "unnamed state", ...has.map((part) => CODES[part].word), problem?.message]
       .filter(Boolean)
       .join("\n");
     this.#drawDetails();

@@ -11,10 +11,10 @@ import {showDialog} from "./dialog.js";
 
 /** @type {[value: string, label: string, text: string, isPicture?: boolean][]} */
 const CHOICES = [
-  ["svg", "Picture of this automaton (SVG)", "Lines that stay sharp at any size, for papers and the web.", true],
-  ["png", "Picture of this automaton (PNG)", "At twice the size of the drawing, for slides and pages.", true],
+  ["svg", "Picture of this automaton (SVG)", "Sharp at any size, for papers and the web.", true],
+  ["png", "Picture of this automaton (PNG)", "Twice the size of the drawing, for slides and documents.", true],
   ["pages", "The whole component", "All automata with their code and data, for print or PDF."],
-  ["document", "The document (XML)", "As it would be saved now, with all that is not saved yet."],
+  ["document", "The document (XML)", "As it would be saved now, with all unsaved changes."],
 ];
 
 export async function showExport() {

@@ -43,11 +43,11 @@ const arc = {
 
 /** @type {[text: string, fields: Partial<State>][]} */
 const SIGNS = [
-  ["A state", {}],
-  ["The initial one", {initial: true}],
-  ["A final one", {final: true}],
+  ["State", {}],
+  ["Initial state", {initial: true}],
+  ["Final state", {final: true}],
   ["With a sub-automaton", {children: [1]}],
-  ["With two, side by side", {children: [1, 2]}],
+  ["With two parallel sub-automata", {children: [1, 2]}],
   ["Its automata restart on entry", {children: [1], history: "restart"}],
   ["With entry, code and exit", {entry: "-", code: "-", exit: "-"}],
 ];
@@ -55,7 +55,7 @@ const TRIGGERS = [
   ["After a time", "time", "1000"],
   ["On a condition", "condition"],
   ["On an event", "event", "event"],
-  ["When all below finished", "finished"],
+  ["When all below have finished", "finished"],
 ];
 
 /** @param {import("../actions.js").Context} context */
@@ -81,9 +81,10 @@ export async function showHelp(context) {
           )}
         </div>
         <p>
-          Drag from the rim of a state to another one to connect them. Drag the handle of an arc to bend it; a double
-          click lets it go back. The wheel zooms, the middle button pans; so does the left one while Space is held. A
-          dot at a handle says that code runs when the transition fires; a number, that it is tried in this order.
+          Drag from the rim of a state to another state to connect them. Drag the handle of an arc to bend it;
+          double-click the handle to reset it. The wheel zooms. The middle button pans, and so does the left button
+          while Space is held. A dot on a handle: code runs when the transition fires. A number: the order in which the
+          transitions of a state are evaluated.
         </p>
         <div class="help">
           ${keyTable().map(

@@ -77,7 +77,7 @@ export const monitorActions = [
     scope: "typing",
     enabled: attached,
     run: () => monitor.detach(),
-    hint: "it runs on",
+    hint: "it keeps running",
   },
   {
     id: "openRecording",
@@ -124,7 +124,7 @@ export const monitorActions = [
     scope: "typing",
     enabled: () => steers() && here(),
     run: reload,
-    hint: "goes on in the changed document, in the same states",
+    hint: "continue in the changed document, in the same states",
   },
   {
     id: "sendEvent",
@@ -151,7 +151,7 @@ export const monitorActions = [
     keys: ["G"],
     enabled: attached,
     run: () => monitor.setFollows(!monitor.follows),
-    hint: "opens sub-automata as they become active",
+    hint: "open sub-automata as they become active",
   },
   {
     id: "livePanel",
@@ -189,7 +189,7 @@ export const monitorActions = [
     keys: ["B"],
     enabled: breakable,
     run: toggleBreakpoint,
-    hint: "on or off; before the start, too",
+    hint: "on or off; also before the start",
   },
   {
     id: "breakpointIf",
@@ -207,7 +207,7 @@ export const monitorActions = [
     scope: "typing",
     enabled: () => Boolean(page.state),
     run: ({app}) => app.run(["--begin-at", `${page.shownAutomaton.id}.${page.state?.id}`]),
-    hint: "runs the component with this as its first state",
+    hint: "run the component with this state as its first",
   },
   {
     id: "force",
@@ -217,7 +217,7 @@ export const monitorActions = [
     scope: "canvas",
     enabled: () => steers() && here() && Boolean(page.transition),
     run: force,
-    hint: "fires at the next cycle, whatever its condition says",
+    hint: "fire at the next cycle, whatever its condition",
   },
   {
     id: "stopRobot",
@@ -226,7 +226,7 @@ export const monitorActions = [
     keys: [STOP_KEY],
     scope: "typing",
     run: stopRobot,
-    hint: "stops the robot and the component at once, also while only watching",
+    hint: "stop the robot and the component at once, also while only watching",
   },
 ];
 

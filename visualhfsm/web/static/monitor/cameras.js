@@ -31,8 +31,8 @@ class Cameras extends MonitorElement {
         ${monitor.recording ? "A recording holds no images." : "No camera is there in this realm."}
       </p>`;
     const explanation = monitor.recording
-      ? "A recording holds no images: these are the marks."
-      : monitor.looking && "Images are those of now, also while you look back.";
+      ? "A recording has no images: these are the marks."
+      : monitor.looking && "Images are live, also while you look back.";
     return html`<div class="cameras">
       ${explanation ? html`<p class="faint explain">${explanation}</p>` : nothing}
       ${names.map((name) => html`<hfsm-camera .name=${name} .images=${!monitor.recording}></hfsm-camera>`)}

@@ -31,8 +31,8 @@ class Cycles extends MonitorElement {
         </tbody>
       </table>
       <p class="faint explain">
-        Times of cycles in ms, as the wall's clock has them. A cycle that takes longer than the period is an overrun;
-        the next one then begins late.
+        Cycle times in ms of wall time. A cycle that takes longer than the period is an overrun; the next one then
+        starts late.
       </p>
     </div>`;
   }

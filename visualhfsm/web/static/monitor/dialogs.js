@@ -59,7 +59,7 @@ export async function askEvent() {
   if (!sent || !state.name.trim()) return;
   const data = state.data.trim() ? valueIn(state.data) : null;
   if (data === undefined) {
-    notify(`${state.data} is no value: write a number, "a text", True, or a list of those.`, "error");
+    notify(`${state.data} is not a value: write a number, "a text", True, or a list of these.`, "error");
     return;
   }
   const event = {name: state.name.trim(), data: data === null ? "" : JSON.stringify(data)};
@@ -119,7 +119,7 @@ export function showNotKept(notKept) {
   return showDialog({
     title: "Reloaded",
     content: () =>
-      html`<p>The component goes on in the changed document. This could not be kept:</p>
+      html`<p>The component continues in the changed document. This could not be kept:</p>
         <ul class="not-kept">
           ${notKept.map((each) => html`<li>${each}</li>`)}
         </ul>`,

@@ -75,5 +75,5 @@ async function showDocument({document, structure}) {
     const name = shown?.document || `${shown?.name}.xml`;
     const opened = await ask("openText", {name: name.replace(/^.*\//, ""), text: document});
     if (opened) page.show(opened.tab);
-  } else notify("The recording does not hold its document: open it to see the states.");
+  } else notify("The recording does not contain its document: open it to see the states.");
 }

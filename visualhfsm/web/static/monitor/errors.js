@@ -11,8 +11,7 @@ class LiveErrors extends MonitorElement {
   render() {
     const errors = monitor.snapshot?.component.errors ?? [];
     const health = monitor.snapshot?.robot.health?.events ?? [];
-    if (!errors.length && !health.length)
-      return html`<p class="empty">No errors, neither of the component nor of the robot.</p>`;
+    if (!errors.length && !health.length) return html`<p class="empty">No errors of the component or the robot.</p>`;
     return html`<div class="live-values">
       ${
         errors.length

@@ -22,7 +22,9 @@ class Joints extends MonitorElement {
                 ${names.map((name) => this.#row(name, joints[name]))}
               </tbody>
             </table>`
-          : html`<p class="empty">${monitor.recording ? "This recording does not hold the joints." : whyUnknown()}</p>`
+          : html`<p class="empty">
+              ${monitor.recording ? "This recording does not contain the joints." : whyUnknown()}
+            </p>`
       }
     </div>`;
   }

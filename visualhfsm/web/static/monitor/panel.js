@@ -29,8 +29,8 @@ const circle = (kind) =>
     <circle class="glow" r="10.5"></circle><circle class="body" r="8"></circle></g>`;
 const SIGNS = [
   ["current", circle("active")],
-  ["ghost: kept while the state above is left", circle("ghost")],
-  ["left just before", circle("trail")],
+  ["ghost: kept while its state above is not current", circle("ghost")],
+  ["just left", circle("trail")],
   [
     "finished",
     svg`<g class="state active finished" transform="translate(15,12)">
@@ -42,7 +42,7 @@ const SIGNS = [
       <path class="glow" d="M2 14Q15 2 28 14"></path><path class="line" d="M2 14Q15 2 28 14"></path></g>`,
   ],
   [
-    "time that remains",
+    "remaining time",
     svg`<g class="transition waiting"><g transform="translate(15,12)">
       <circle class="knob" r="7"></circle>
       <circle class="timer" r="9" pathLength="1" stroke-dasharray="0.65 1"></circle></g></g>`,
@@ -89,7 +89,7 @@ class MonitorPanel extends MonitorElement {
   render() {
     if (!monitor.component) {
       return html`<div class="empty">
-        <p>Nothing is followed. Press F5 to run this component, or Alt+A to follow one that runs already.</p>
+        <p>Nothing is followed. Press F5 to run this component, or Alt+A to follow a running one.</p>
       </div>`;
     }
     const errors = monitor.snapshot?.component.errors.length ?? 0;

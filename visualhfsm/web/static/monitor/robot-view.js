@@ -73,8 +73,10 @@ class RobotView extends MonitorElement {
 
 function hint() {
   if (monitor.newest?.robot.health?.fallen)
-    return "It has fallen. Of a real robot it is known how far it is tilted, but not to which side.";
-  return monitor.looking ? "The robot as it is now, also while you look back." : "Drag to turn, wheel to come closer.";
+    return "It has fallen. A real robot reports how far it is tilted, but not to which side.";
+  return monitor.looking
+    ? "The robot is shown as it is now, also while you look back."
+    : "Drag to turn, use the wheel to zoom.";
 }
 
 customElements.define("hfsm-robot-view", RobotView);

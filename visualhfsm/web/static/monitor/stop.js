@@ -14,7 +14,7 @@ export async function stopRobot() {
     if (stopped.includes(monitor.component)) monitor.end("it was stopped by STOP");
     if (stopped.length) notify(`Stopped: ${stopped.join(", ")}.`);
     else if (!problems.length)
-      notify("There was nothing to stop: neither the robot nor the component is there.", "error");
+      notify("There was nothing to stop: neither a robot nor a component is present.", "error");
     if (problems.length) notify(`Not stopped. ${problems.join("; ")}`, "error");
   } catch (error) {
     notify(`STOP did not reach the robot: ${messageOf(error)} Use the robot's own button.`, "error");

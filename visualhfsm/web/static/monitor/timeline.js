@@ -56,7 +56,7 @@ class Timeline extends MonitorElement {
   render() {
     if (!monitor.component)
       return html`<p class="empty">
-        Nothing is followed. Press F5 to run this component, or Alt+A to follow one that runs.
+        Nothing is followed. Press F5 to run this component, or Alt+A to follow a running one.
       </p>`;
     const lanes = this.#lanes();
     const height = lanes.length * (LANE + GAP) + AXIS;
@@ -70,8 +70,8 @@ class Timeline extends MonitorElement {
           scrubbing.plays ? "Pause the playback" : "Play from here",
           () => (scrubbing.plays ? scrubbing.pause() : scrubbing.play()),
         )}
-        ${this.#button("previous", "The change before", () => scrubbing.toChange(-1))}
-        ${this.#button("next", "The change after", () => scrubbing.toChange(1))}
+        ${this.#button("previous", "Previous change", () => scrubbing.toChange(-1))}
+        ${this.#button("next", "Next change", () => scrubbing.toChange(1))}
         ${
           monitor.recording
             ? nothing
@@ -79,7 +79,7 @@ class Timeline extends MonitorElement {
                 type="button"
                 class="now ${live ? "live" : ""}"
                 aria-pressed=${live}
-                title="Show what happens now (Alt+End)"
+                title="Back to live (Alt+End)"
                 @click=${() => scrubbing.to(Infinity)}
               >
                 Now

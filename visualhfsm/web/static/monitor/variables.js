@@ -145,7 +145,10 @@ class LiveVariables extends MonitorElement {
     if (event.key !== "Enter") return;
     const value = valueIn(this.typed);
     if (value === undefined) {
-      notify(`${this.typed} is no value: write a number, "a text", True, None, or a list of those.`, "error");
+      notify(
+        `${this.typed} is not a value: write a number, "a text", True, None, or a list or tuple of these.`,
+        "error",
+      );
       return;
     }
     const {target} = event;

@@ -239,7 +239,7 @@ function importSection(tab, automaton, place) {
             .place=${{...place, part: "import", name: "source"}}
             .text=${String(imported.automaton)}
             .send=${set((text) => ({source: Math.max(0, Number.parseInt(text, 10) || 0)}))}
-            hint="0 is its root"
+            hint="0: its root"
           ></hfsm-text-field>`
         : ""
     }
@@ -249,17 +249,17 @@ function importSection(tab, automaton, place) {
 /** What stands in the document; an empty one is "stop". @param {string} text @returns {Options} */
 const afterError = (text) => [
   [text.trim() === "stop" ? "stop" : "", "Stop the robot and halt"],
-  ["continue", "Go on without that piece of code"],
+  ["continue", "Continue without that code"],
 ];
 /** The same; an empty one is "pause". @param {string} text @returns {Options} */
 const afterRefusal = (text) => [
-  [text.trim() === "pause" ? "pause" : "", "Pause until the robot takes commands again"],
+  [text.trim() === "pause" ? "pause" : "", "Pause until the robot accepts commands again"],
   ["error", "Treat it as an error in the code"],
 ];
 /** @type {Options} */
 const LANGUAGES = [
   ["", "Python"],
-  ["C++", "C++: kept, and not run"],
+  ["C++", "C++: kept, but not run"],
 ];
 
 /**
@@ -368,35 +368,35 @@ const LISTS = {
     list: "interfaces",
     title: "Interfaces",
     noun: "interface",
-    explain: "Servants that the code uses, each by an attribute of self.",
+    explain: "Servants that the code uses, each as an attribute of self.",
     fields: [
       {name: "name", label: "self.", mono: true, hint: "camera"},
       {name: "type", label: "Interface", mono: true, hint: "Camera"},
-      {name: "proxy", label: "Identity", mono: true, hint: "as its name"},
+      {name: "proxy", label: "Identity", mono: true, hint: "same as its name"},
     ],
   },
   parameters: {
     list: "parameters",
     title: "Parameters",
     noun: "parameter",
-    explain: "Attributes of self, and options of the command line.",
+    explain: "Attributes of self, and command-line options.",
     fields: parameterFields(TYPES, "0.0"),
   },
   events: {
     list: "events",
     title: "Events",
     noun: "event",
-    explain: "Events that may come from outside. Those that only the code sends need no entry.",
+    explain: "Events that may come from outside. Events that only the code sends need no entry.",
     fields: [
       {name: "name", label: "Name"},
-      {name: "description", label: "Description", wide: true, hint: "when it comes"},
+      {name: "description", label: "Description", wide: true, hint: "when it is sent"},
     ],
   },
   properties: {
     list: "properties",
     title: "Properties",
     noun: "property",
-    explain: "What the model checker is to prove, of all runs there may be.",
+    explain: "What the model checker proves or refutes for all possible runs.",
     fields: [
       {name: "name", label: "Name"},
       {
@@ -425,7 +425,7 @@ const LISTS = {
     title: "Inputs",
     noun: "input",
     explain: "Variables that the state above sets each time it is entered.",
-    fields: parameterFields(INPUT_TYPES, "none: must be handed over"),
+    fields: parameterFields(INPUT_TYPES, "none: must be passed"),
   },
 };
 

@@ -265,7 +265,7 @@ export class Editor {
         EditorView.contentAttributes.of(() => ({
           tabindex: "0",
           "aria-label": this.#label,
-          "aria-description": "Escape goes back to the drawing",
+          "aria-description": "Escape returns to the canvas",
         })),
         placeholder(hint),
         wraps ? EditorView.lineWrapping : [],

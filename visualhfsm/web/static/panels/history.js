@@ -31,7 +31,12 @@ class History extends PageElement {
           .map(
             ({name, steps}) =>
               html`<li>
-                <button type="button" class="row undone" @click=${() => this.#go("redo", steps)} title="Do it again">
+                <button
+                  type="button"
+                  class="row undone"
+                  @click=${() => this.#go("redo", steps)}
+                  title="Redo up to here"
+                >
                   <span class="message">${name}</span><span class="where">undone</span>
                 </button>
               </li>`,
@@ -44,7 +49,7 @@ class History extends PageElement {
                 class="row"
                 aria-current=${index === 0 ? "step" : nothing}
                 @click=${() => this.#go("undo", index)}
-                title=${index === 0 ? "The document as it is now" : "Go back to here"}
+                title=${index === 0 ? "The document as it is now" : "Undo to here"}
               >
                 <span class="message">${name}</span>${index === 0 ? html`<span class="where">now</span>` : nothing}
               </button>

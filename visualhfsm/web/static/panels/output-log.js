@@ -53,7 +53,7 @@ class OutputLog extends /** @type {new () => import("../store.js").Target<LogEve
   #take({tab, lines, dropped = 0, whole = false}) {
     if (whole) this.clear(tab);
     /** @type {Line[]} */
-    const fresh = dropped ? [{text: `… ${dropped} lines are left out …`, stream: "err"}, ...lines] : lines;
+    const fresh = dropped ? [{text: `… ${dropped} lines left out …`, stream: "err"}, ...lines] : lines;
     const kept = this.of(tab);
     kept.push(...fresh);
     if (kept.length > KEPT) kept.splice(0, kept.length - KEPT);

@@ -56,7 +56,7 @@ class Output extends PageElement {
 
   #status() {
     const run = runs.of(page.tab);
-    if (!run) return "Nothing has been run yet: press F5.";
+    if (!run) return "Not run yet: press F5.";
     // Whether it is paused is known while it is followed.
     if (run.status === "running" && monitor.newest && !monitor.recording && monitor.tab === page.tab)
       return COMPONENT_STATUS[monitor.newest.component.status];

@@ -138,7 +138,7 @@ function history(place, state, readonly) {
   return html`<label class="again"
     >When entered again
     <select ?disabled=${readonly} @change=${choose}>
-      <option value="" ?selected=${state.history !== "restart"}>its automata go on</option>
+      <option value="" ?selected=${state.history !== "restart"}>its automata resume</option>
       <option value="restart" ?selected=${state.history === "restart"}>its automata restart</option>
     </select></label
   >`;
@@ -181,7 +181,7 @@ function argumentList({tab, document, state, readonly}, place, inputs) {
   for (const given of strays)
     rows.push({name: given.name, child: given.child, given, words: ", which none of its automata has"});
   return html`<p class="explain">
-      Expressions over the variables of this automaton, handed to the automata below when the state is entered.
+      Expressions over the variables of this automaton, passed to the automata below when the state is entered.
     </p>
     <ul class="entries">
       ${rows.map(({name, child, input, given, words}) => {

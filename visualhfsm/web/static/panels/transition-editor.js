@@ -15,8 +15,8 @@ import {outgoing} from "../outline.js";
 import {placeOf} from "./places.js";
 
 const TYPES = [
-  ["condition", "Condition", "when an expression holds"],
-  ["time", "Time", "after some time in the state"],
+  ["condition", "Condition", "when an expression is true"],
+  ["time", "Time", "after a time in the state"],
   ["event", "Event", "when an event arrives"],
   ["finished", "Finished", "when every automaton of the state has finished"],
 ];
@@ -140,7 +140,7 @@ function trigger({tab, document, transition, readonly}, place) {
   const where = {...place, part: "trigger"};
   switch (transition.type) {
     case "finished":
-      return html`<p class="explain">Fires when every automaton of its origin has come to a final state.</p>`;
+      return html`<p class="explain">Fires when every automaton of its origin has reached a final state.</p>`;
     case "time":
       return html`<hfsm-text-field
         class="section"
@@ -178,7 +178,7 @@ function trigger({tab, document, transition, readonly}, place) {
           .text=${transition.trigger}
           ?readonly=${readonly}
           label="Condition of ${transition.name}"
-          hint="never: write what must hold"
+          hint="never: write an expression"
         ></hfsm-code-field>
       </div>`;
   }

@@ -10,7 +10,7 @@ import {placeOf} from "./places.js";
 /** @type {Record<string, Verdict>} */
 const BY_CODE = {
   E610: {kind: "violated", words: "Violated."},
-  W611: {kind: "undecided", words: "Undecided: the search was too long."},
+  W611: {kind: "undecided", words: "Undecided: the search took too long."},
   E612: {kind: "invalid", words: "Not understood."},
   E613: {kind: "invalid", words: "Not understood."},
 };
@@ -38,7 +38,7 @@ export function verdictOf(document, index) {
   );
   if (own) return BY_CODE[own.code];
   if (!document.fields.properties?.[index]?.expression.trim()) return undefined;
-  if (checked !== revision) return {kind: "unknown", words: "Being checked…"};
+  if (checked !== revision) return {kind: "unknown", words: "Checking…"};
   if (problems.some((each) => each.severity === "error" && !isOfProperty(each)))
     return {kind: "unknown", words: "Not checked: the document has errors."};
   return {kind: "holds", words: "Holds in every run."};
