@@ -30,19 +30,25 @@ Exit codes: 0 nothing is wrong, 1 errors, or warnings with --strict, 2 wrong usa
 
 def check(
     files: Annotated[
-        list[Path], typer.Argument(metavar="FILES", help="Documents (.xml), and directories with some.")
+        list[Path],
+        typer.Argument(metavar="FILES", help="Documents (.xml), or directories that contain some."),
     ],
     include: Annotated[
         list[Path] | None,
-        typer.Option("-I", "--include", metavar="DIR", help="Find proxies and imported files in DIR, too."),
+        typer.Option(
+            "-I", "--include", metavar="DIR", help="Also search DIR for proxies and imported files."
+        ),
     ] = None,
     *,
-    strict: Annotated[bool, typer.Option("--strict", help="Fail on warnings, too.")] = False,
+    strict: Annotated[bool, typer.Option("--strict", help="Treat warnings as errors.")] = False,
     model: Annotated[
-        bool, typer.Option("--model/--no-model", help="Check what the automata can do, and properties.")
+        bool,
+        typer.Option(
+            "--model/--no-model", help="Run the model checker: what automata can do, and properties."
+        ),
     ] = True,
     error_format: Annotated[
-        ErrorFormat, typer.Option("--error-format", help="How to write what is found, to stderr.")
+        ErrorFormat, typer.Option("--error-format", help="Format of the diagnostics on stderr.")
     ] = ErrorFormat.TEXT,
 ) -> None:
     """Check documents before they run: structure, code, and what automata can do.
@@ -88,7 +94,7 @@ def _documents(paths: Iterable[Path]) -> Iterator[Path]:
                 found = True
                 yield file
     if not found:
-        raise typer.BadParameter("there is no document", param_hint="FILES")
+        raise typer.BadParameter("no document found", param_hint="FILES")
 
 
 def _properties(report: ModelReport | None) -> Iterator[str]:

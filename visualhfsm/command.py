@@ -60,7 +60,7 @@ def edit(
     ] = None,
     port: Annotated[
         int,
-        typer.Option(metavar="N", min=0, max=65535, help="Port to serve on; 0 lets the system pick."),
+        typer.Option(metavar="N", min=0, max=65535, help="Port to listen on; 0 picks a free one."),
     ] = 0,
     browser: Annotated[
         bool, typer.Option("--browser/--no-browser", help="Open the page in the browser.")
@@ -71,7 +71,7 @@ def edit(
             metavar="DIR",
             exists=True,
             file_okay=False,
-            help="Folder below which the page opens, saves and lists files.",
+            help="Folder in which the page may open, save and list files.",
             show_default="the current one",
         ),
     ] = Path(),
@@ -80,7 +80,7 @@ def edit(
         typer.Option(
             metavar="NAME",
             callback=lambda names: [_host_name(name) for name in names or ()],
-            help="Name under which a proxy shows the page; may be repeated.",
+            help="Host name under which a reverse proxy serves the page; may be repeated.",
         ),
     ] = None,
 ) -> None:
@@ -112,7 +112,7 @@ def edit(
 def _host_name(name: str) -> str:
     """Return a name in small letters; refuse an address, which would never be the name of a machine."""
     if not re.fullmatch(r"[A-Za-z0-9._-]+", name):
-        raise typer.BadParameter(f"{name} is not the name of a machine: leave out scheme and port")
+        raise typer.BadParameter(f"{name} is not a host name: leave out the scheme and the port")
     return name.lower()
 
 
@@ -121,7 +121,7 @@ def _print_address(address: str) -> None:
     if os.environ.get("SSH_CONNECTION"):
         port = urlsplit(address).port
         typer.echo(
-            f"From where you logged in, it is there after: ssh -L {port}:localhost:{port} THIS_MACHINE"
+            f"To open it on the machine from which you logged in, run there: ssh -L {port}:localhost:{port} THIS_MACHINE"
         )
     typer.echo("Ctrl-C ends it.")
 
@@ -137,7 +137,7 @@ def watch(
     seconds: Annotated[
         float,
         typer.Option(
-            metavar="S", min=0.0, callback=finite, help="End by itself after so many seconds; 0 is never."
+            metavar="S", min=0.0, callback=finite, help="Stop after this many seconds; 0 means never."
         ),
     ] = 0.0,
     report: Annotated[
@@ -145,13 +145,11 @@ def watch(
         typer.Option(metavar="HTML", dir_okay=False, help="Write a report with pictures at the end."),
     ] = None,
     plain: Annotated[
-        bool, typer.Option("--plain", help="One line a second, as when the output is no terminal.")
+        bool, typer.Option("--plain", help="Print one line a second, as when the output is not a terminal.")
     ] = False,
     wait: Annotated[
         float,
-        typer.Option(
-            metavar="S", min=0.0, callback=finite, help="How long the component may take to appear."
-        ),
+        typer.Option(metavar="S", min=0.0, callback=finite, help="How long to wait for the component."),
     ] = 3.0,
 ) -> None:
     """Show a component and its robot in the terminal.

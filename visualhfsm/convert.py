@@ -34,11 +34,11 @@ def convert(
     ],
     *,
     fix_python2: Annotated[
-        bool, typer.Option("--fix-python2", help="Turn Python 2 into Python 3 where nothing else is wrong.")
+        bool, typer.Option("--fix-python2", help="Convert Python 2 to Python 3 where nothing else is wrong.")
     ] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite OUT, which may be IN itself.")] = False,
     error_format: Annotated[
-        ErrorFormat, typer.Option("--error-format", help="How to write what is found, to stderr.")
+        ErrorFormat, typer.Option("--error-format", help="Format of the diagnostics on stderr.")
     ] = ErrorFormat.TEXT,
 ) -> None:
     """Write a document of any age in the format of today, or as SCXML.

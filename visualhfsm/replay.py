@@ -59,17 +59,22 @@ _VERBS: Final = {"entered": "", "ghost": " (ghost)", "resumed": " (goes on)", "f
 
 def replay(
     recording: Annotated[
-        Path, typer.Argument(metavar="RECORDING", exists=True, dir_okay=False, help="A run, from --record.")
+        Path,
+        typer.Argument(
+            metavar="RECORDING", exists=True, dir_okay=False, help="A recording, made with --record."
+        ),
     ],
     document: Annotated[
         Path | None,
         typer.Argument(
-            metavar="DOCUMENT", exists=True, dir_okay=False, help="The document to run, perhaps edited."
+            metavar="DOCUMENT", exists=True, dir_okay=False, help="The document to run; it may be edited."
         ),
     ] = None,
     include: Annotated[
         list[Path] | None,
-        typer.Option("-I", "--include", metavar="DIR", help="Find proxies and imported files in DIR, too."),
+        typer.Option(
+            "-I", "--include", metavar="DIR", help="Also search DIR for proxies and imported files."
+        ),
     ] = None,
     *,
     since: Annotated[
@@ -79,14 +84,14 @@ def replay(
             metavar="SECONDS",
             min=0.0,
             callback=finite,
-            help="Run what was recorded until then, and DOCUMENT from there.",
+            help="Run what was recorded until then, and DOCUMENT from then on.",
         ),
     ] = None,
     until: Annotated[
         float | None,
         typer.Option(metavar="SECONDS", min=0.0, callback=finite, help="End there."),
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print everything as lines of JSON.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print everything as JSON lines.")] = False,
     output: Annotated[
         bool, typer.Option("--output", help="Show what the document's code prints, on stderr.")
     ] = False,
@@ -179,14 +184,14 @@ def _write_recorded(recorded: RecordingFile, folder: Path) -> Path:
     """Write the component of the recording into a folder, and say that it is going to be run."""
     files = recorded.files
     if "component" not in files:
-        raise VisualHfsmError("the recording does not hold its component: name the document")
+        raise VisualHfsmError("the recording does not contain its component: name the document")
     folder.mkdir()
     for kind in ("component", "extension"):
         if kind in files:
             name, content = files[kind]
             (folder / name).write_bytes(content)
     file = folder / files["component"][0]
-    typer.echo(f"the code that is run is that in the recording: {file.name}", err=True)
+    typer.echo(f"the code is that of the recording: {file.name}", err=True)
     return file
 
 
@@ -237,14 +242,14 @@ def _listen(
         except queue.Empty:
             if time.monotonic() - heard < _SILENCE:
                 continue
-            raise VisualHfsmError(f"the replay has said nothing for {_SILENCE:g} s and was ended") from None
+            raise VisualHfsmError(f"the replay has sent nothing for {_SILENCE:g} s and was stopped") from None
         heard = time.monotonic()
         if not text:
             return None
         try:
             line = decoder.decode(text)
         except msgspec.MsgspecError as error:
-            raise VisualHfsmError(f"the replay said what cannot be understood: {error}") from error
+            raise VisualHfsmError(f"the replay sent an invalid message: {error}") from error
         report(line)
         if isinstance(line, Outcome):
             return line
@@ -264,7 +269,7 @@ def _failure(child: subprocess.Popen[bytes], errors: IO[bytes]) -> str:
     try:
         code = child.wait(_END)
     except subprocess.TimeoutExpired:
-        return "the replay closed its output and goes on"
+        return "the replay closed its output and did not end"
     errors.seek(max(0, errors.seek(0, os.SEEK_END) - _TAIL))
     text = " ".join(errors.read().decode("utf-8", "replace").split())
     reason = text.rpartition("error: ")[2] if "error: " in text else text
@@ -374,7 +379,7 @@ def _differences(differences: Sequence[Difference]) -> Iterator[str]:
 def _guesses(guesses: dict[str, int]) -> Iterator[str]:
     if guesses:
         yield ""
-        yield "asked for what nobody had asked for then, and given the newest value before:"
+        yield "values requested now that were not requested then; each got the newest earlier value:"
     for what, count in list(guesses.items())[:_MOST]:
         yield f"{count:>8} x {printable(what)}"
     if len(guesses) > _MOST:

@@ -224,7 +224,7 @@ class _Run:
 def _describe_exit(code: int, *, stopped: bool) -> str:
     """Say in words how a component ended; `stopped` when that was requested."""
     if code == 0 or (stopped and code in (_INTERRUPTED, _TERMINATED)):
-        return "it was stopped" if stopped else "it has ended by itself"
+        return "it was stopped" if stopped else "it has finished"
     if code > 0:
         hint = {1: " after an error", 2: ": its command line is wrong", _INTERRUPTED: " by Ctrl-C"}
         return f"it ended with exit code {code}{hint.get(code, '')}"

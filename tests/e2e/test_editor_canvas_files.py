@@ -283,7 +283,7 @@ def test_a_folder_that_cannot_be_listed_is_reported(shown: EditorPage, root: Pat
     expect(folder).to_be_visible()
     (root / "folder").rmdir()
     folder.dblclick()
-    expect(shown.page.get_by_role("dialog").get_by_role("alert")).to_contain_text("folder is no directory")
+    expect(shown.page.get_by_role("dialog").get_by_role("alert")).to_contain_text("folder is not a directory")
     expect(folder).to_have_count(0)
     expect(shown.page.get_by_role("option", name="dance.xml")).to_be_visible()
 

@@ -95,7 +95,7 @@ def test_a_recording_replays_identically_and_says_whose_code_runs(recorded: Path
     assert done.returncode == 0, done.stderr
     assert "run.mcap: turner, recorded on 20" in done.stdout
     assert "cycles, identical" in done.stdout
-    assert done.stderr == "the code that is run is that in the recording: turner.py\n"
+    assert done.stderr == "the code is that of the recording: turner.py\n"
 
 
 def test_its_document_replays_identically_without_the_code_in_the_recording(recorded: Path) -> None:
@@ -276,7 +276,7 @@ def test_attachments_do_not_leave_their_folder_and_names_do_not_reach_the_termin
     )
     done = replay(path)
     assert done.returncode == 1
-    assert "does not hold its component" in done.stderr
+    assert "does not contain its component" in done.stderr
     assert "\x1b" not in done.stdout + done.stderr
     assert not target.exists()
 

@@ -178,7 +178,7 @@ def test_a_condition_that_is_none_is_refused(shell: Shell) -> None:
 
 
 def test_waiting_for_a_breakpoint_ends(shell: Shell) -> None:
-    with pytest.raises(VisualHfsmError, match=r"walker came to no breakpoint within 0\.2 s"):
+    with pytest.raises(VisualHfsmError, match=r"walker reached no breakpoint within 0\.2 s"):
         shell("break", "walker", "dance", "--wait", "0.2")
 
 
@@ -219,7 +219,7 @@ def test_an_event_is_sent(shell: Shell) -> None:
 @pytest.mark.parametrize(
     ("value", "problem"),
     [
-        ("{color: red}", "{color: red} is no JSON: .*char 1"),
+        ("{color: red}", "{color: red} is not JSON: .*char 1"),
         ('"red', "is no JSON"),
         ("True", "write true, not True"),
     ],
@@ -251,7 +251,7 @@ def test_reload_compiles_writes_and_keeps_the_state(shell: Shell) -> None:
     shell.file.write_text(walker(seconds=7200, step=1000), encoding="utf-8")
     out = shell("reload", "walker", str(shell.file))
     assert "walker.py is written" in out
-    assert "walker was reloaded, and held for" in out
+    assert "walker was reloaded, and paused for" in out
     assert "not kept" not in out
     assert shell.current() == "dance"
     eventually(lambda: shell.variable(1, "beats") > 1000)
@@ -302,7 +302,9 @@ def test_the_document_is_found_where_it_is_expected(
     monkeypatch.chdir(tmp_path)
     assert "walker was reloaded" in shell("reload", "walker")
     shell.file.rename(tmp_path / "moved.xml")
-    with pytest.raises(VisualHfsmError, match=r"which document\? walker.xml is not here nor in behaviors/"):
+    with pytest.raises(
+        VisualHfsmError, match=r"which document\? walker.xml is neither here nor in behaviors/"
+    ):
         shell("reload", "walker")
 
 

@@ -69,8 +69,8 @@ def checked(text: str, what: str) -> str:
 def coordinate(value: float) -> float:
     """Return a coordinate in pixels, rounded to hundredths. Raises EditError when it is not on the canvas."""
     if not math.isfinite(value) or abs(value) > _FARTHEST:
-        why = f"{value} is not within {_FARTHEST:.0f} pixels of the middle"
-        raise EditError("Cannot move that far", why, "bring it nearer to the others")
+        why = f"{value} is not within {_FARTHEST:.0f} pixels of the origin"
+        raise EditError("Cannot move that far", why, "move it closer to the others")
     return round(float(value), 2)
 
 
@@ -117,10 +117,10 @@ def find_transition(automaton: Automaton, id: int) -> Transition:
 def _only(items: Iterable[_NumberedT], id: int, what: str) -> _NumberedT:
     found = [each for each in items if each.id == id]
     if not found:
-        raise EditError(f"Cannot change {what}", "it is not there", "it may have been deleted meanwhile")
+        raise EditError(f"Cannot change {what}", "it does not exist", "it may have been deleted meanwhile")
     if len(found) > 1:
         why = f"{len(found)} have this number"
-        raise EditError(f"Cannot change {what}", why, "give each another number with `Repair numbers`")
+        raise EditError(f"Cannot change {what}", why, "give each its own number with `Repair numbers`")
     return found[0]
 
 

@@ -67,7 +67,7 @@ def parse(text: str | bytes, what: str, path: Path | None = None) -> Document:
     document = parse_document(text, path or Path("document.xml"), diagnostics)
     if document is None:
         why = _with_line(diagnostics.errors[0])
-        raise EditError(what, why, "it has to be a document of automata")
+        raise EditError(what, why, "it must be a document with automata")
     return document
 
 
@@ -85,7 +85,7 @@ def written(document: Document) -> str:
         raise EditError("Cannot write the document", str(error), "remove that character") from error
     if len(text) > MAX_SIZE or len(text.encode()) > MAX_SIZE:
         why = f"it is larger than {MAX_SIZE >> 20} MiB"
-        raise EditError("Cannot write the document", why, "move parts of it to documents of their own")
+        raise EditError("Cannot write the document", why, "move parts of it to separate documents")
     return text
 
 

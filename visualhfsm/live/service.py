@@ -133,7 +133,9 @@ class Monitoring:
             finally:
                 follower.forget_breakpoints()
         except msgspec.ValidationError as error:
-            raise VisualHfsmError(f"{printable(action)[:40]} cannot be asked like this: {error}") from error
+            raise VisualHfsmError(
+                f"{printable(action)[:40]} cannot be requested like this: {error}"
+            ) from error
         except ZenohIceError as error:
             raise VisualHfsmError(str(error)) from error
 
@@ -187,7 +189,7 @@ class Monitoring:
                 for follower in list(self._followers.values()):
                     follower.update()
             except Exception:  # the next round may go well, and without it nothing would be looked after
-                _logger.exception("the components could not be looked after")
+                _logger.exception("the components could not be updated")
             await asyncio.sleep(_PERIOD)
 
     def _publisher(self, component: str) -> Callable[[News], None]:
@@ -322,7 +324,7 @@ async def stop_robot(communicator: Communicator) -> StopReport:
     for identity, answer in calls.items():
         if not answer.done():
             answer.cancel()
-            failed[identity] = f"it did not say within {_ANSWER_LIMIT:g} s that it has stopped"
+            failed[identity] = f"it did not confirm within {_ANSWER_LIMIT:g} s that it has stopped"
         elif (failure := answer.exception()) is not None:
             failed[identity] = str(failure)
     # That the emergency stop is latched is published as long as it is, by `RobotMonitor.stop_reason`.

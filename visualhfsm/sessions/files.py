@@ -41,7 +41,7 @@ def read_file(path: Path) -> tuple[bytes, FileVersion]:
     what = f"Cannot open {path.name}"
     try:
         if not path.is_file():
-            why = "it is not a file" if path.exists() else "it is not there"
+            why = "it is not a file" if path.exists() else "it does not exist"
             raise EditError(what, why, f"looked for {path}")
         with path.open("rb") as stream:
             status = os.fstat(stream.fileno())

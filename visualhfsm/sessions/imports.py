@@ -80,7 +80,7 @@ def imported_content(document: Document, automaton: int, path: Path) -> Document
     lonely = Document(automata=(replace(stub, father=NO_CHILD),))
     resolved = resolve(lonely, path, diagnostics)
     if diagnostics.has_errors:
-        raise EditError(what, diagnostics.errors[0].message, "put the file right, or import another")
+        raise EditError(what, diagnostics.errors[0].message, "fix the file, or import another")
     top, *others = resolved.automata
     if resolved.functions:
         texts = (top.functions, *(each.text for each in resolved.functions))

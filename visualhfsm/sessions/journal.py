@@ -132,7 +132,7 @@ class Journal:
             try:
                 header = _HEADER.decode(first)
             except msgspec.MsgspecError as error:
-                raise EditError(what, "it holds no document", "remove it") from error
+                raise EditError(what, "it contains no document", "remove it") from error
             if header.version != _VERSION:
                 raise EditError(what, f"it is of version {header.version}", "open it with a newer release")
             # A line that was cut off by the crash goes, so that the next one does not continue it.
@@ -188,7 +188,7 @@ class Journal:
         """Drop the entry at a place, which means nothing, and what follows; a copy of the file is kept."""
         assert self._file is not None
         copy = self._file.with_name(self._file.name + _UNREADABLE)
-        _logger.warning("%s: what follows is lost, and kept in %s: %s", self._file, copy, why)
+        _logger.warning("%s: what follows is dropped, and kept in %s: %s", self._file, copy, why)
         try:
             shutil.copyfile(self._file, copy)
             os.ftruncate(self._descriptor, place)
@@ -242,7 +242,7 @@ def find_abandoned(directory: Path) -> list[Abandoned]:
             try:
                 header = _HEADER.decode(stream.readline(_LARGEST))
             except msgspec.MsgspecError:
-                _logger.warning("%s holds no document", file)
+                _logger.warning("%s contains no document", file)
                 continue
             path, name = None if header.path is None else Path(header.path), header.name
             for saved in _saves(stream):

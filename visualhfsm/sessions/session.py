@@ -402,7 +402,7 @@ class DocumentSession:
         if overwrite:
             return
         if self.dialect != NATIVE:
-            why = f"it is in the format of {self.dialect}, and would be replaced by that of today"
+            why = f"it is in the format of {self.dialect}, and would be replaced by the current format"
             raise OldFormatError(f"Cannot save {target.name}", why, "save it as another file, or replace it")
         if self.is_changed_outside():
             why = "another program has changed it" if target.exists() else "another program has removed it"

@@ -52,7 +52,7 @@ def make_template(name: str) -> tuple[str, Document]:
     path = next((each.path for each in find_templates() if each.name == name), None)
     document = None if path is None else read_document(path, Diagnostics())
     if path is None or document is None:
-        raise EditError("Cannot begin a document", f"there is no template {name[:40]}", f"use {EMPTY}")
+        raise EditError("Cannot create a document", f"there is no template {name[:40]}", f"use {EMPTY}")
     whole = parse_document(write_document(resolve(document, path, Diagnostics())), path, Diagnostics())
     return name, whole or document
 

@@ -28,7 +28,7 @@ __all__ = ["register"]
 
 _Component = Annotated[str, typer.Argument(metavar="COMPONENT", help="Name of a running component.")]
 _Automaton = Annotated[
-    str, typer.Argument(metavar="AUTOMATON", help="As followBall/green, by the states above it, or its id.")
+    str, typer.Argument(metavar="AUTOMATON", help="A path of states such as followBall/green, or an id.")
 ]
 _Json = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 
@@ -66,8 +66,8 @@ _SET: Final = _examples(
     "set follow_ball corner=3",
     "set dance_and_follow corner=0 --automaton followBall/green",
     "set follow_ball speed=0.4 'path=[[0, 0], [1, 0.5]]'",
-    notes="""A value is JSON, or a plain text such as hello. Which automaton is meant need not
-be said when only one has the name, or the component's parameters do.""",
+    notes="""A value is JSON, or a plain text such as hello. Name the automaton only when
+several have the variable.""",
 )
 _SEND: Final = _examples("send follow_ball ball_lost", 'send follow_ball ball_lost \'{"color": "red"}\'')
 _WHY: Final = _examples("why follow_ball", "why dance_and_follow followBall/green --json")
@@ -75,8 +75,8 @@ _RELOAD: Final = _examples(
     "reload dance_and_follow",
     "reload dance_and_follow behaviors/dance_and_follow.xml",
     notes="""The document is compiled first, and the component's file is written only when
-it has no errors. A document that is not named is looked for in the working
-directory and in behaviors/.""",
+it has no errors. Without a name, the document is searched for in the
+working directory and in behaviors/.""",
 )
 
 
@@ -183,7 +183,7 @@ def break_(
         str, typer.Argument(metavar="ELEMENT", help="A state or a transition; none lists the breakpoints.")
     ] = "",
     condition: Annotated[
-        str, typer.Option("--if", metavar="EXPRESSION", help="Pause only when this is true, too.")
+        str, typer.Option("--if", metavar="EXPRESSION", help="Pause only if this condition is true.")
     ] = "",
     state: Annotated[bool, typer.Option("--state", help="ELEMENT is a state.")] = False,
     transition: Annotated[bool, typer.Option("--transition", help="ELEMENT is a transition.")] = False,
@@ -193,7 +193,7 @@ def break_(
     wait: Annotated[
         float | None,
         typer.Option(
-            metavar="SECONDS", min=0.0, callback=finite, help="Wait so long until the component stands."
+            metavar="SECONDS", min=0.0, callback=finite, help="Wait this long for the component to pause."
         ),
     ] = None,
     as_json: _Json = False,
@@ -253,7 +253,7 @@ def _wait_for_stop(target: Target, seconds: float) -> None:
     while not snapshot.stoppedAt:
         left = deadline - time.monotonic()
         if left <= 0:
-            raise VisualHfsmError(f"{target.name} came to no breakpoint within {seconds:g} s")
+            raise VisualHfsmError(f"{target.name} reached no breakpoint within {seconds:g} s")
         with suppress(TimeoutException):
             snapshot = stream.wait(after=stream.latest(), timeout=min(left, _PATIENCE)).value
 
@@ -287,7 +287,10 @@ def set_(
         list[str], typer.Argument(metavar="NAME=VALUE...", help="VALUE is JSON or a text.")
     ],
     automaton: Annotated[
-        str, typer.Option("--automaton", metavar="AUTOMATON", help="Whose variables; 0 is for parameters.")
+        str,
+        typer.Option(
+            "--automaton", metavar="AUTOMATON", help="The automaton of the variables; 0 for parameters."
+        ),
     ] = "",
 ) -> None:
     """Set variables of an automaton, or parameters of a component, while it runs."""
@@ -318,7 +321,7 @@ def _owner(target: Target, snapshot: ComponentSnapshot, name: str, automaton: st
         return owners[0]
     if owners:
         raise VisualHfsmError(
-            f"{printable(name)} is a variable of {_list(target, owners)}: say --automaton with one of them"
+            f"{printable(name)} is a variable of {_list(target, owners)}: name one with --automaton"
         )
     if len(snapshot.automata) == 1 and not target.structure.parameters:
         return snapshot.automata[0].id  # perhaps it has no value yet; the component knows
@@ -349,7 +352,7 @@ def _json_of(value: str) -> str:
                 f"a value is JSON: write {_PYTHON[value.strip()]}, not {value.strip()}"
             ) from error
         if value.lstrip().startswith(_OPENING):
-            raise VisualHfsmError(f"{printable(value.strip()[:100])} is no JSON: {error}") from error
+            raise VisualHfsmError(f"{printable(value.strip()[:100])} is not JSON: {error}") from error
         return json.dumps(value)
     return value
 
@@ -359,7 +362,7 @@ def send(
     settings: Settings,
     component: _Component,
     event: Annotated[str, typer.Argument(metavar="EVENT", help="Its name.")],
-    data: Annotated[str, typer.Argument(metavar="DATA", help="What goes with it, in JSON.")] = "",
+    data: Annotated[str, typer.Argument(metavar="DATA", help="Data of the event, in JSON.")] = "",
 ) -> None:
     """Send an event to every active automaton of a component."""
     with steered(settings, component) as target:
@@ -422,13 +425,13 @@ def reload(
     settings: Settings,
     component: _Component,
     document: Annotated[
-        Path | None, typer.Argument(metavar="DOCUMENT", dir_okay=False, help="Its document, as edited.")
+        Path | None, typer.Argument(metavar="DOCUMENT", dir_okay=False, help="Its edited document.")
     ] = None,
     output: Annotated[
         Path | None,
         typer.Option(
             "--output", "-o", metavar="DIR", file_okay=False,
-            help="Directory of the component's file; that of the document otherwise.",
+            help="Directory of the component's file, by default that of the document.",
         ),
     ] = None,
     include: Annotated[
@@ -460,7 +463,7 @@ def reload(
             _print_json(report)
             return
         typer.echo(f"{written} is written")
-        typer.echo(f"{target.name} was reloaded, and held for {report.held * 1000:.1f} ms")
+        typer.echo(f"{target.name} was reloaded, and paused for {report.held * 1000:.1f} ms")
         for sentence in report.notKept:
             typer.echo(f"not kept: {printable(sentence)}")
 
@@ -471,7 +474,7 @@ def _find_document(target: Target) -> Path:
     found = [place / name for place in _PLACES if name and (place / name).is_file()]
     if len(found) == 1:
         return found[0]
-    places = " and ".join(str(path) for path in found) if found else "not here nor in behaviors/"
+    places = " and ".join(str(path) for path in found) if found else "neither here nor in behaviors/"
     raise VisualHfsmError(f"which document? {printable(name) or 'it'} is {places}: name it")
 
 

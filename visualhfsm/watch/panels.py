@@ -277,7 +277,7 @@ def _angle(
 def _server_lines(state: WatchState) -> list[Text]:
     report = state.robot.health
     if report is None:
-        return [Text("server         no word yet", _FAINT)]
+        return [Text("server         no data yet", _FAINT)]
     style = _FAINT if state.robot_age > STALE else ""
     slow = report.realTimeFactor < 0.95
     factor = Text.assemble(

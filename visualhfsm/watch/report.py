@@ -245,7 +245,7 @@ def _sections(contents: ReportContents) -> Iterable[str]:
 
     yield "<h2>The robot</h2>"
     if contents.outside:
-        yield "<p>Seen from outside by a spectator of the simulation.</p>"
+        yield "<p>Seen from outside, by a camera of the simulation.</p>"
         yield _film(contents.outside)
     else:
         yield f"<p>There is no picture from outside. {html.escape(contents.outside_trouble)}</p>"
@@ -265,7 +265,7 @@ def _sections(contents: ReportContents) -> Iterable[str]:
     if contents.log.newest is not None:
         yield "<h2>States</h2>"
         yield (
-            "<p>The current state of each automaton. Hatched is what an automaton remembers as a ghost, "
+            "<p>The current state of each automaton. Hatched: the state that a ghost keeps "
             "while an ancestor is in another state.</p>"
         )
         yield plot(plots.states(contents), "States over time")

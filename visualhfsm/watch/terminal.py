@@ -112,12 +112,12 @@ def _explain_absence(communicator: Communicator, options: WatchOptions) -> None:
     if missing is not None and components(communicator):
         raise missing
     HfsmMonitorPrx.checkedCast(communicator.stringToProxy(f"{MONITOR_PREFIX}{options.component}"))
-    raise VisualHfsmError(f"{options.component} is there but sent nothing within {options.wait:g} s")
+    raise VisualHfsmError(f"{options.component} is present but sent nothing within {options.wait:g} s")
 
 
 def _conclude(telemetry: Telemetry, options: WatchOptions, began: datetime, console: Console) -> None:
     if telemetry.automata is None or telemetry.log.newest is None:
-        console.print(f"Nothing was heard of {options.component}: there is nothing to sum up.")
+        console.print(f"Nothing was received from {options.component}: there is nothing to report.")
         return
     contents = ReportContents(
         telemetry.automata,
@@ -239,7 +239,7 @@ class View:
 
     def _tree(self, width: int, height: int) -> Layout:
         state = self._state
-        lines = [Text("nothing heard of it yet", _FAINT)]
+        lines = [Text("nothing received yet", _FAINT)]
         title = "Automata"
         style = "blue"
         if state.automata is not None and state.snapshot is not None:

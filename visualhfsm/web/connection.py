@@ -104,13 +104,13 @@ class _Connection:
                 return
             text = message.get("text")
             if text is None:
-                await self._websocket.close(_UNSUPPORTED_DATA, "messages are text")
+                await self._websocket.close(_UNSUPPORTED_DATA, "messages must be text")
                 return
             try:
                 request = p.decode_request(text)
             except (msgspec.DecodeError, RecursionError, UnicodeError) as error:
                 why = "it is nested too deeply" if isinstance(error, RecursionError) else str(error)
-                self._refuse(p.request_id(text), f"no request: {why}", "malformed")
+                self._refuse(p.request_id(text), f"not a request: {why}", "malformed")
                 continue
             if isinstance(request, CODE_HELP):
                 self._begin(request, "code help")
@@ -142,7 +142,7 @@ class _Connection:
             self._refuse(request.id, "it took too long", "timeout")
         except Exception:  # the person gets no details of a fault
             _logger.exception("the request %s failed", type(request).__name__)
-            self._refuse(request.id, "a fault of the program; what happened stands in its log", "internal")
+            self._refuse(request.id, "an internal error; the log of the editor has the details", "internal")
 
     def _refuse(self, request: int | None, error: str, kind: ErrorKind) -> None:
         self._window.answer(p.ErrorAnswer(re=request, error=error, kind=kind))
@@ -186,7 +186,7 @@ class _Connection:
                 return _outcome(change)
             case p.Paste(automaton=automaton, x=x, y=y):
                 if not workspace.clipboard:
-                    raise MissingError("nothing was copied yet")
+                    raise MissingError("nothing has been copied yet")
                 paste = PasteStates(automaton=automaton, content=workspace.clipboard, x=x, y=y)
                 return _outcome(await tab.edit(DocumentSession.do, paste))
             case p.Extract(automaton=automaton, path=path):

@@ -99,7 +99,7 @@ async def save(
         if any(other.shown.path == path for other in workspace.tabs if other is not tab):
             raise WouldOverwriteError(f"{text} is open in another tab; close that first")
         if path.exists() and path != tab.shown.path and not overwrite:
-            raise WouldOverwriteError(f"{text} is there already")
+            raise WouldOverwriteError(f"{text} already exists")
     saved = await tab.edit(DocumentSession.save, path, overwrite=overwrite)
     tab.outside = None
     return {"path": workspace.root.name(saved)}

@@ -218,15 +218,15 @@ class Root:
         Raises ForbiddenPathError.
         """
         if not text or len(text) > _LONGEST or "\0" in text:
-            raise ForbiddenPathError("the path is empty, too long or holds a zero byte")
+            raise ForbiddenPathError("the path is empty, too long, or contains a zero byte")
         try:
             path = (self.directory / text).resolve()
             path.exists()
         except (OSError, RuntimeError) as error:  # a loop of links, or too long a name
-            raise ForbiddenPathError(f"there can be no path {text[:100]}") from error
+            raise ForbiddenPathError(f"invalid path {text[:100]}") from error
         if not self.contains(path):
             raise ForbiddenPathError(
-                f"{text} is outside of {self.directory}; start the editor with --root DIR to reach others"
+                f"{text} is outside {self.directory}; start the editor with --root DIR to reach others"
             )
         return path
 
@@ -250,16 +250,16 @@ class Root:
     def _file(self, text: str, *suffixes: str) -> Path:
         path = self.resolve(text)
         if path.suffix.lower() not in suffixes:
-            raise ForbiddenPathError(f"{text}: the name of such a file ends in {' or '.join(suffixes)}")
+            raise ForbiddenPathError(f"{text}: the name of the file must end in {' or '.join(suffixes)}")
         if path.exists() and not path.is_file():  # of a pipe the reader would wait for ever
-            raise ForbiddenPathError(f"{text} is no file")
+            raise ForbiddenPathError(f"{text} is not a file")
         return path
 
     def directory_of(self, text: str) -> Path:
         """Return the path of a directory, the root for an empty text; raises ForbiddenPathError."""
         path = self.resolve(text) if text else self.directory
         if not path.is_relative_to(self.directory) or not path.is_dir():
-            raise ForbiddenPathError(f"{text} is no directory below {self.directory}")
+            raise ForbiddenPathError(f"{text} is not a directory below {self.directory}")
         return path
 
     def name(self, path: Path) -> str:

@@ -56,7 +56,7 @@ class PortInUseError(VisualHfsmError):
 
     def __init__(self, port: int, reason: str) -> None:
         super().__init__(
-            f"cannot listen on port {port} of {LOOPBACK} ({reason}); choose another one with --port, or none"
+            f"cannot listen on port {port} of {LOOPBACK} ({reason}); choose another with --port, or leave it out"
         )
 
 
@@ -148,12 +148,12 @@ def launch_browser(address: str) -> None:
     Without a display only browsers of text are found, which would take the terminal away.
     """
     if sys.platform == "linux" and not any(os.environ.get(name) for name in _DISPLAYS):
-        _logger.info("there is no display to open a browser on")
+        _logger.info("there is no display for a browser")
         return
 
     def launch() -> None:
         if not webbrowser.open(address):
-            _logger.warning("found no browser to open; open the printed address yourself")
+            _logger.warning("found no browser: open the printed address yourself")
 
     # Some browsers run until they are left.
     threading.Thread(target=launch, name="launch of the browser", daemon=True).start()
@@ -248,8 +248,8 @@ async def _send_frames(websocket: WebSocket, open_frames: Callable[[], AsyncGene
     except VisualHfsmError as error:
         await _close(websocket, str(error)[:_LONGEST_REASON])
     except TimeoutError:
-        _logger.debug("a window drew no picture for %g s", _DRAW_LIMIT)
-        await _close(websocket, "no picture was drawn for too long")
+        _logger.debug("a window drew no image for %g s", _DRAW_LIMIT)
+        await _close(websocket, "no image was drawn for too long")
     except WebSocketDisconnect:
         pass
 

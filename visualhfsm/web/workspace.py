@@ -336,7 +336,7 @@ class Workspace:
                 self._tabs[number].run = news
                 self._push(news)
             case _:
-                _logger.debug("nobody is left to get %s", type(news).__name__)
+                _logger.debug("no window is left for %s", type(news).__name__)
 
     def _state(self) -> WorkspacePush:
         return WorkspacePush(

@@ -47,7 +47,7 @@ class AddAutomaton(Command, frozen=True, kw_only=True):
         state = find_state(father, self.state)
         if len(document.automata) >= MAX_AUTOMATA:
             why = f"the document has {len(document.automata)}"
-            raise EditError("Cannot add an automaton", why, "import some from documents of their own")
+            raise EditError("Cannot add an automaton", why, "move some to separate documents and import them")
         number = next(automaton_ids(document))
         new = replace(
             father, states=swapped(father.states, state, replace(state, children=(*state.children, number)))
@@ -65,7 +65,7 @@ class AddRoot(Command, frozen=True, kw_only=True):
 
     def apply(self, document: Document) -> Document:
         if any(automaton.father == NO_CHILD for automaton in document.automata):
-            raise EditError("Cannot add the root", "there is one already", "add automata below its states")
+            raise EditError("Cannot add the root", "there is already one", "add automata below its states")
         new = Automaton(id=next(automaton_ids(document)))
         return replace(document, automata=(new, *document.automata))
 

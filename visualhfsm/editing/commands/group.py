@@ -59,7 +59,7 @@ class GroupStates(Command, frozen=True, kw_only=True):
             raise EditError("Cannot group", "no state is selected", "select states first")
         if len(document.automata) >= MAX_AUTOMATA:
             why = f"the document has {len(document.automata)} automata"
-            raise EditError("Cannot group", why, "import some from documents of their own")
+            raise EditError("Cannot group", why, "move some to separate documents and import them")
         number = next(automaton_ids(document))
         group = State(
             id=next(state_ids(source)),

@@ -56,7 +56,7 @@ class PasteStates(Command, frozen=True, kw_only=True):
             raise EditError("Cannot paste into this automaton", why, "change that file, or inline it first")
         fragment = parse(self.content, "Cannot paste")
         if not fragment.automata or not fragment.automata[0].states:
-            raise EditError("Cannot paste", "there is no state in it", "copy states first")
+            raise EditError("Cannot paste", "it contains no states", "copy states first")
         top, *others = fragment.automata
         numbers = _numbers(document, others)
         shift = self._shift(target, top)
@@ -110,7 +110,7 @@ class FillAutomaton(Command, frozen=True, kw_only=True):
     def apply(self, document: Document) -> Document:
         fragment = parse(self.content, "Cannot fill the automaton")
         if not fragment.automata:
-            raise EditError("Cannot fill the automaton", "there is none in the text", "write one")
+            raise EditError("Cannot fill the automaton", "the text contains none", "write one")
         target = find_automaton(document, self.automaton)
         document = without_automata(document, hanging(document, target, target.states))
         target = find_automaton(document, self.automaton)
@@ -163,13 +163,15 @@ def _numbers(document: Document, automata: list[Automaton]) -> dict[int, int]:
     """Return new ids for automata that come into a document. Raises EditError for too many of them."""
     if len(document.automata) + len(automata) > MAX_AUTOMATA:
         why = f"the document would have more than {MAX_AUTOMATA} automata"
-        raise EditError("Cannot add these automata", why, "import some from documents of their own")
+        raise EditError("Cannot add these automata", why, "move some to separate documents and import them")
     ids = automaton_ids(document)
     numbers: dict[int, int] = {}
     for automaton in automata:
         if automaton.id in numbers:
             why = f"two automata in it have the number {automaton.id}"
-            raise EditError("Cannot add these automata", why, "repair the numbers of where they come from")
+            raise EditError(
+                "Cannot add these automata", why, "use `Repair numbers` in the document they come from"
+            )
         numbers[automaton.id] = next(ids)
     return numbers
 

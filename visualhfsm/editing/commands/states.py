@@ -114,7 +114,7 @@ class SetStateCode(_StateCommand, frozen=True, kw_only=True):
 class MarkInitial(_StateCommand, frozen=True, kw_only=True):
     """Let an automaton begin in a state, and in no other."""
 
-    titled = "Begin in"
+    titled = "Start in"
 
     def apply(self, document: Document) -> Document:
         def mark(automaton: Automaton) -> Automaton:

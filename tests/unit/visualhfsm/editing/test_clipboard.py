@@ -119,7 +119,7 @@ def test_what_is_not_there_is_not_copied() -> None:
     dangling = Document(automata=(Automaton(id=1, states=(State(id=1, name="s", children=(1, 9)),)),))
     document = PasteStates(automaton=1, content=copy_states(dangling, 1, [1])).apply(dangling)
     assert document.automata[0].states[1].children == ()
-    with pytest.raises(EditError, match="state 2 of automaton 1: it is not there"):
+    with pytest.raises(EditError, match="state 2 of automaton 1: it does not exist"):
         copy_states(dangling, 1, [2])
     with pytest.raises(EditError, match="no state is selected"):
         copy_states(dangling, 1, [])
@@ -131,7 +131,7 @@ def test_what_is_not_there_is_not_copied() -> None:
         ("", "malformed XML"),
         ("hello", "malformed XML"),
         ("<html/>", "not the root of a document"),
-        ("<VisualHFSM/>", "there is no state in it"),
+        ("<VisualHFSM/>", "it contains no states"),
         ('<!DOCTYPE a [<!ENTITY b "c">]><VisualHFSM>&b;</VisualHFSM>', "document type"),
         ('<VisualHFSM><SubAutomata id="1"><state id="1"/></SubAutomata>' + '<SubAutomata id="2"/>' * 2 + "</VisualHFSM>",
          "two automata in it have the number 2"),

@@ -151,7 +151,7 @@ def test_a_transition_is_added_with_a_handle_of_its_own() -> None:
 
 
 def test_a_transition_needs_its_states() -> None:
-    with pytest.raises(EditError, match="state 9 of automaton 1: it is not there"):
+    with pytest.raises(EditError, match="state 9 of automaton 1: it does not exist"):
         AddTransition(automaton=1, origin=1, destination=9).apply(tree())
 
 

@@ -78,7 +78,7 @@ def test_what_its_file_declares_comes_along_with_an_automaton(tmp_path: Path) ->
         (2, "main.xml", "the file exists"),
         (2, "../part.xml", "not in the directory"),
         (2, "missing/part.xml", "No such file"),
-        (9, "part.xml", "it is not there"),
+        (9, "part.xml", "it does not exist"),
     ],
 )
 def test_an_automaton_that_cannot_move_stays(tmp_path: Path, automaton: int, name: str, why: str) -> None:

@@ -236,7 +236,7 @@ def test_a_new_document_needs_a_file(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("content", "why"),
-    [("<a/>", "not the root"), ("<VisualHFSM>", "malformed"), (None, "it is not there")],
+    [("<a/>", "not the root"), ("<VisualHFSM>", "malformed"), (None, "it does not exist")],
 )
 def test_what_is_no_document_does_not_open(tmp_path: Path, content: str | None, why: str) -> None:
     file = tmp_path / "bad.xml"
@@ -472,7 +472,7 @@ def test_a_file_that_is_no_journal_is_left_alone(tmp_path: Path) -> None:
     file = tmp_path / "x.journal"
     file.write_bytes(b"{}\n")
     assert find_abandoned(tmp_path) == []
-    with pytest.raises(EditError, match="it holds no document"):
+    with pytest.raises(EditError, match="it contains no document"):
         DocumentSession.recover(file)
     assert file.exists()
 
