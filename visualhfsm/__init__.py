@@ -1,1 +1,1 @@
-"""See and steer components of hierarchical finite state machines, and keep their documents."""
+"""Watch and steer components of hierarchical finite state machines, and edit their documents."""

@@ -1,4 +1,4 @@
-"""`visualhfsm check FILES...`: find what is wrong or doubtful in documents before they run."""
+"""`visualhfsm check FILES...`: report problems of documents before they run."""
 
 from __future__ import annotations
 
@@ -53,9 +53,9 @@ def check(
 ) -> None:
     """Check documents before they run: structure, code, and what automata can do.
 
-    Everything is reported that generation would report; nothing is generated and no
-    code is run. The model checker takes conditions for true or false as they
-    come, and proves properties or shows how they are violated.
+    This reports everything that generation would report. Nothing is generated, and no code is run. The model
+    checker assumes that each condition may be true or false, and proves properties or shows how they are
+    violated.
     """
     from codegen.hfsm.loading import check_document
     from codegen.hfsm.model_checker import DEFAULT_LIMIT
@@ -79,7 +79,7 @@ def check(
 
 
 def _documents(paths: Iterable[Path]) -> Iterator[Path]:
-    """Yield the documents that are named, and those in directories; refuse others as wrong usage."""
+    """Yield the given documents, and those in given directories; refuse others as wrong usage."""
     from codegen.hfsm.formats.reader import looks_like_document
 
     found = False

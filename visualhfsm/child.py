@@ -1,7 +1,7 @@
-"""Child processes, of which nothing is left on any way out: commands, and processes that answer questions.
+"""Child processes that always end with this one: commands, and processes that answer questions.
 
-Work that takes long or fails disturbs nobody else in one that answers. A question is a line and so is its
-answer. It ends when its input ends. It must run no code of a document; it is limited in time and memory.
+A process that answers isolates work that may take long or fail. A question is a line, and its answer is a
+line. It ends when its input ends. It must not run code of a document; its time and memory are limited.
 """
 
 from __future__ import annotations
@@ -36,15 +36,15 @@ __all__ = [
 Stream = Literal["out", "err"]
 
 _MEMORY: Final = 4 << 30
-"""Bytes that a process which answers questions may take."""
+"""Limit of the memory of a process that answers questions, in bytes."""
 _END: Final = 2.0
 """Seconds in which it must be gone after SIGKILL."""
 _LONGEST_LINE: Final = 4000
 """Characters of a line; the rest of a longer one is its continuation."""
 _MOST_LINES: Final = 500
-"""Lines that are handed on at a time; of more the oldest are left out and counted."""
+"""Lines that are reported at a time; of more, the oldest are dropped and counted."""
 _PERIOD: Final = 0.05
-"""Seconds between two times that lines are handed on."""
+"""Seconds between two reports of lines."""
 _DRAIN: Final = 0.5
 """Seconds in which the output must end after the process; a grandchild may hold the pipe open."""
 _KILL_LIMIT: Final = 2.0
@@ -130,13 +130,13 @@ class LineProcess:
         process.kill()
         for stream in (process.stdin, process.stdout):
             if stream is not None:
-                with contextlib.suppress(OSError):  # what was not sent yet has no reader any more
+                with contextlib.suppress(OSError):  # what was not sent yet has no reader
                     stream.close()
         process.wait(_END)
 
 
 def answer_lines(answer: Callable[[bytes], bytes]) -> None:
-    """Answer questions from stdin until it ends, as such a process does; other output goes to stderr."""
+    """Answer questions from stdin until it ends; other output goes to stderr."""
     resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY))
     output = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
@@ -161,7 +161,7 @@ def _read_line(descriptor: int, until: float) -> bytes:
 
 @dataclass(frozen=True, slots=True)
 class Lines:
-    """Lines that were written since the last time; `dropped` older ones were too many to be handed on."""
+    """Lines that were written since the last report; `dropped` older ones were too many."""
 
     lines: tuple[tuple[Stream, str], ...]
     dropped: int = 0
@@ -170,8 +170,8 @@ class Lines:
 class ChildProcess(asyncio.SubprocessProtocol):
     """A command in another session, which ends when this process does, however that happens.
 
-    `report` gets its output on the event loop. Signals reach the process alone, so that it can end what it
-    has started itself; what is left of its group when it has ended is killed.
+    `report` gets its output on the event loop. Signals go to the process alone, so that it can end what it
+    has started. What is left of its group after its end is killed.
     """
 
     def __init__(self, report: Callable[[Lines], None]) -> None:
@@ -194,7 +194,7 @@ class ChildProcess(asyncio.SubprocessProtocol):
         self, command: Sequence[str], environment: Mapping[str, str], directory: Path | None = None
     ) -> None:
         """Start a command. Raises OSError when no process can be started."""
-        # Blocked in the child too: the tether lets it through when it does not end in a traceback any longer.
+        # Blocked in the child too: the tether unblocks it once it would no longer end in a traceback.
         blocked = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:
             self._transport, _ = await asyncio.get_running_loop().subprocess_exec(
@@ -262,7 +262,7 @@ class ChildProcess(asyncio.SubprocessProtocol):
         """Take what was written."""
         name: Stream = "out" if fd == 1 else "err"
         *lines, rest = (self._rests[name] + data).rsplit(b"\n", _MOST_LINES)
-        if len(lines) == _MOST_LINES:  # the first of them may be many: of a flood most is only counted
+        if len(lines) == _MOST_LINES:  # of a flood of lines, most are only counted
             self._dropped += lines[0].count(b"\n")
             lines[0] = lines[0].rpartition(b"\n")[2]
         while len(rest) > _LONGEST_LINE:
@@ -273,11 +273,11 @@ class ChildProcess(asyncio.SubprocessProtocol):
             self._take(name, lines)
 
     def process_exited(self) -> None:
-        """Take notice of the end of the process; its output may still be on its way."""
+        """Note that the process has ended; more of its output may follow."""
         self._exited.set()
 
     def connection_lost(self, error: Exception | None) -> None:  # noqa: ARG002
-        """Take notice that all of its output has come."""
+        """Note that all of its output has arrived."""
         self._closed.set()
 
     # Lines.

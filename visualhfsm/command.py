@@ -26,7 +26,7 @@ __all__ = ["app"]
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, no_args_is_help=True)
 
 _PACKAGES: Final = frozenset({"h11", "jedi", "starlette", "uvicorn", "websockets"})
-"""What the extra `web` installs, as far as the server begins with it."""
+"""Packages of the extra `web` that the server needs from the start."""
 
 _EDIT_EPILOG: Final = """Examples:
 
@@ -86,9 +86,8 @@ def edit(
 ) -> None:
     """Draw automata in the browser, run them, and watch robot and components.
 
-    The page is served to this machine alone, at the address that is printed;
-    it holds a secret. Unsaved changes outlive Ctrl-C: they are offered when
-    the document is opened again.
+    The page is served to this machine alone, at the printed address, which contains a secret. Unsaved changes
+    survive Ctrl-C: they are offered when the document is opened again.
     """
     try:
         from visualhfsm.web.server import Options, launch_browser, serve
@@ -110,7 +109,7 @@ def edit(
 
 
 def _host_name(name: str) -> str:
-    """Return a name in small letters; refuse an address, which would never be the name of a machine."""
+    """Return a host name in lower case; refuse an address with a scheme or a port."""
     if not re.fullmatch(r"[A-Za-z0-9._-]+", name):
         raise typer.BadParameter(f"{name} is not a host name: leave out the scheme and the port")
     return name.lower()
@@ -154,10 +153,9 @@ def watch(
 ) -> None:
     """Show a component and its robot in the terminal.
 
-    Automata stand as a tree of states with their timers, beside what the
-    component marks on the camera's picture, the angles of head and arms, and
-    how well the robot's server keeps up. Ctrl-C ends with a summary. A component or a robot that
-    goes away is waited for.
+    The view shows the tree of states with their timers, the marks on the camera picture, the angles of head
+    and arms, and how well the robot's server keeps up. Ctrl-C ends with a summary. When the component or the
+    robot is lost, the view waits for it.
     """
     from rich.console import Console
 

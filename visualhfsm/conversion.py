@@ -1,4 +1,4 @@
-"""Turn documents of any age into those of today: their format, and Python 2 into Python 3."""
+"""Convert documents of any age to the current format, and Python 2 to Python 3."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ _DIVISION: Final = "`/` rounds whole numbers down in Python 2, and does not in P
 def convert_document(
     source: Path, diagnostics: Diagnostics, *, to_scxml: bool = False, fixes_python2: bool = False
 ) -> str:
-    """Return the text of the new document; worth nothing after errors were reported.
+    """Return the text of the new document; it is meaningless after errors were reported.
 
-    Raises ModuleNotFoundError when it `fixes_python2` and the library for that is not there.
+    Raises ModuleNotFoundError when it `fixes_python2` and the library for that is missing.
     """
     document = read(source, diagnostics)
     if document is None:
@@ -59,10 +59,10 @@ def read(path: Path, diagnostics: Diagnostics) -> Document | None:
 
 
 def convert_python2(document: Document, path: Path, diagnostics: Diagnostics, *, fixes: bool) -> Document:
-    """Return a document without Python 2, if that `fixes`, after reporting each line that has some.
+    """Report each line of Python 2; return a document in which it is converted if `fixes` is set.
 
-    A piece of code with which more is wrong stays as it is. Raises ModuleNotFoundError, which names the
-    command that installs fissix, when that is needed and not there.
+    A piece of code with other errors stays as it is. Raises ModuleNotFoundError, which names the command that
+    installs fissix, when that is needed and missing.
     """
     return _Python2Converter(document, path, diagnostics, fixes=fixes).document()
 
@@ -74,7 +74,7 @@ class _Python2Converter:
         self._diagnostics = diagnostics
         self._fixes = fixes
         self._missing = ""
-        """Why nothing can be fixed: the library is not there."""
+        """Why nothing can be fixed: the library is missing."""
 
     def document(self) -> Document:
         """Return the document, after reporting what is in it."""
@@ -95,7 +95,7 @@ class _Python2Converter:
         return replace(library, name=replace(name, text=fixed.text.removeprefix("import ")))
 
     def _code(self, text: Text) -> Text:
-        """Return a piece of code fixed, if it is to be and can be, after reporting its Python 2."""
+        """Report the Python 2 in a piece of code; return the code, fixed if possible and requested."""
         fixed = self._fixed(text.text, self._bound)
         if fixed is None:
             mark = python2_mark(text.text)

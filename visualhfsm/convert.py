@@ -1,4 +1,4 @@
-"""`visualhfsm convert IN OUT`: write documents of any age in the format of today."""
+"""`visualhfsm convert IN OUT`: convert documents of any age to the current format."""
 
 from __future__ import annotations
 
@@ -41,15 +41,14 @@ def convert(
         ErrorFormat, typer.Option("--error-format", help="Format of the diagnostics on stderr.")
     ] = ErrorFormat.TEXT,
 ) -> None:
-    """Write a document of any age in the format of today, or as SCXML.
+    """Convert a document of any age to the current format, or to SCXML.
 
-    Read are VisualHFSM's documents of 2013 in Spanish, those of 2013 to 2017,
-    VisualStates' since 2017, and SCXML of any program. Of documents nothing is
-    lost: what is unknown is kept and reported. What cannot be imported from
-    SCXML is reported with its line, and so is Python 2, which is converted on
-    request. C++ is kept, but cannot run. After an error OUT is not written.
+    The input may be a document of VisualHFSM of 2013 in Spanish or of 2013 to 2017, one of VisualStates since
+    2017, or SCXML of any program. Nothing of a document is lost: unknown elements are kept and reported. What
+    cannot be imported from SCXML is reported with its line. Python 2 is reported, and converted on request.
+    C++ is kept, but cannot run. After an error OUT is not written.
     """
-    # Here: other commands need not wait for the readers of documents.
+    # Imported here: other commands need not wait for the readers of documents.
     from visualhfsm.conversion import convert_document
 
     path = Path(target)

@@ -1,4 +1,4 @@
-"""Help who types code into a document: what could follow, what a call takes, what is wrong.
+"""Help with code that is being typed: completion, parameters of calls, problems.
 
-Everything is found out by reading code, in a process beside; no code of a document is run.
+All of it comes from reading code, in a separate process; no code of a document is run.
 """

@@ -1,4 +1,4 @@
-"""What could follow in a piece of code, and what a call takes: jedi reads the module around the piece."""
+"""Completion and parameters of calls: jedi reads the module around a piece of code."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ __all__ = ["Completion", "Completions", "Explanation", "Signature", "complete", 
 _MOST: Final = 200
 _DOCUMENTED: Final = 24
 _DOCUMENTATION_TIME: Final = 0.3
-"""Seconds in which documentation is looked up; the rest goes without."""
+"""Seconds for looking up documentation; other options are explained on request."""
 _LONGEST: Final = 2000
 _LONGEST_DETAIL: Final = 200
 _CALLABLE: Final = frozenset({"class", "function"})
@@ -33,7 +33,7 @@ _STUBS: Final = Path(__file__).parent / "stubs"
 _OWN, _OUR, _INTERNAL = 2, 1, -1
 _COMPONENT: Final = frozenset({"clock", "log", "mark", "send", "sleep"})
 _HIDDEN: Final = ("_", "ice_")
-"""What begins with these is offered once that was typed."""
+"""Names with these prefixes are offered once the prefix was typed."""
 _CASTS: Final = frozenset({"checkedCast", "uncheckedCast"})
 _KINDS: Final = {
     "class": "class",
@@ -47,7 +47,7 @@ _KINDS: Final = {
     "statement": "variable",
 }
 
-# Modules whose code would be run to be understood.
+# Jedi would run the code of these modules.
 jedi.settings.auto_import_modules = []
 
 
@@ -62,7 +62,7 @@ class Completion(msgspec.Struct, frozen=True, omit_defaults=True):
 
 
 class Completions(msgspec.Struct, frozen=True, rename="camel"):
-    """What could follow; what is typed of it already begins `typed` characters before the cursor."""
+    """Completions; the prefix that was typed starts `typed` characters before the cursor."""
 
     typed: int
     options: list[Completion]
@@ -87,7 +87,7 @@ class Explanation(msgspec.Struct, frozen=True, rename="camel"):
 
 
 def complete(module: TypedComponent, path: Path, line: int, column: int) -> Completions:
-    """Return what could follow, best first."""
+    """Return the completions at a position, best first."""
     number, at = module.position(line, column)
     found = _ask(module, path, lambda script: script.complete(number, at))
     typed = found[0].get_completion_prefix_length() if found else 0
@@ -145,9 +145,9 @@ def explain(module: TypedComponent, path: Path, line: int, column: int) -> Expla
 
 
 def _boost(found: Any, module: TypedComponent, before: str) -> int | None:  # noqa: ANN401 - jedi's
-    """Return how far up a name is to stand after a text, None for one that is of no use there.
+    """Return the rank of a name after a text, None for a name that is of no use there.
 
-    First stands what the document itself gives, then what every component has.
+    Names of the document itself come first, then what every component has.
     """
     of_self = before.endswith("self.")
     if of_self or not before.endswith("."):
@@ -167,7 +167,7 @@ def _boost(found: Any, module: TypedComponent, before: str) -> int | None:  # no
 def _option(found: Any, boost: int, *, documented: bool) -> Completion:  # noqa: ANN401 - jedi's
     detail, info = "", ""
     if documented:
-        # Nothing else is inferred: what stands behind a variable may be all of numpy.
+        # Nothing else is inferred: a variable may be all of numpy.
         detail = _detail(found) if found.type in _CALLABLE else ""
         info = _documentation(found)
     return Completion(found.name, _KINDS.get(found.type, ""), detail, info, boost)
@@ -190,7 +190,7 @@ def _documentation(found: Any) -> str:  # noqa: ANN401
 
 
 def _ask(module: TypedComponent, path: Path, question: Callable[[Any], list[Any]]) -> list[Any]:
-    """Return what jedi answers, and nothing where it stumbles."""
+    """Return what jedi answers, or nothing when it fails."""
     script = jedi.Script(
         module.source,
         path=path.with_name("_being_typed.py"),
@@ -198,7 +198,7 @@ def _ask(module: TypedComponent, path: Path, question: Callable[[Any], list[Any]
         environment=_environment(),
     )
     # Which branch of an `if` runs depends on more than jedi sees, and it would infer all conditions for that.
-    # Without it jedi stumbles over an ellipsis in an annotation, with it over other odd code.
+    # Without it jedi fails on an ellipsis in an annotation, with it on other odd code.
     for flow_analysis in (False, True):
         script._inference_state.flow_analysis_enabled = flow_analysis
         try:

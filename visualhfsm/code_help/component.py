@@ -1,7 +1,7 @@
 """Generate the component around a piece of code that is being typed, for tools that read Python.
 
 The generator gets placeholders for all code, which may be unfinished; then the texts take their places. Of an
-automaton only the piece is generated, after the variables and the other code that may assign some.
+automaton, only the piece is generated, after its variables and the other code that may assign variables.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _READ_EASILY: Final = (
     (re.compile(r'^(\w+) = load_extension\(.*"(\w+)", "\w+"\)$', re.MULTILINE), r"from \2 import \1"),
     (re.compile(r"^(    \w+) = Proxy\(.*, (\w+)\)$", re.MULTILINE), r"\1: \2"),
 )
-"""What the generator writes, and how jedi understands it, or does in half the time."""
+"""What the generator writes, and an equivalent that jedi understands, or reads in half the time."""
 _WRITTEN: Final = re.compile(
     r"^ *(?:(?:def|class) (\w+)|(\w+) = State\(|from [\w.]+ import (.+))", re.MULTILINE
 )
@@ -83,9 +83,9 @@ class TypedComponent:
 def generate_around(
     document: Document, place: Place, path: Path, interfaces: KnownInterfaces
 ) -> TypedComponent:
-    """Return what stands around the piece of code at a place of a document, which lies at `path`.
+    """Return the component around the piece of code at a place of a document at `path`.
 
-    What the document imports has been resolved.
+    Imports of the document have been resolved.
     """
     automaton = document.automaton(place.automaton) or Automaton(id=place.automaton)
     functions = [each.text.text for each in document.functions]
@@ -101,7 +101,7 @@ def generate_around(
             and parse_piece(text)
         ):
             shared.append(text)
-    if place.kind == "automaton":  # that code runs before all other, or is no automaton's
+    if place.kind == "automaton":  # that code runs before all other code, or belongs to no automaton
         shared = []
     reduced = replace(
         document,
@@ -172,7 +172,7 @@ def _usable(parameters: Iterable[Parameter]) -> Iterator[Parameter]:
 
 
 def _around(source: str, placeholder: str) -> TypedComponent:
-    """Return what stands around the line with a placeholder; an expression gets lines of its own."""
+    """Return what stands around the line with a placeholder; an expression gets separate lines."""
     at = source.index(placeholder)
     start, end = source.rfind("\n", 0, at) + 1, source.find("\n", at)
     line = source[start:end]

@@ -1,4 +1,4 @@
-"""Where jedi keeps the files that it has parsed."""
+"""The cache of the files that jedi has parsed."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _temporary: Final[list[tempfile.TemporaryDirectory[str]]] = []
 def keep_parsed_files(directory: Path | None = None) -> None:
     """Let jedi use a directory of this program, by default `visualhfsm/parsed` in the user's cache.
 
-    When it cannot be had, as in a home that is read-only, jedi uses a temporary one.
+    When it cannot be used, as in a read-only home directory, jedi uses a temporary one.
     """
     cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
     directory = directory or cache / "visualhfsm" / "parsed"

@@ -1,4 +1,4 @@
-"""Help for who types code: what the server asks for."""
+"""Help with code, as the server requests it."""
 
 from __future__ import annotations
 
@@ -25,19 +25,19 @@ from .worker import Question, Wanted
 __all__ = ["CodeHelper"]
 
 _PATIENCE: Final = 4.0
-"""Seconds that an answer may take."""
+"""Limit of the time of an answer, in seconds."""
 _FIRST: Final = 5
-"""How many times as long the first answer of a process may take: it reads all that the code imports."""
+"""Factor of that limit for the first answer of a process, which reads everything that the code imports."""
 _UNTITLED: Final = "untitled.xml"
 _LARGEST: Final = 200_000
-"""Characters of a piece of code for which there is help."""
+"""Limit of the length of a piece of code, in characters."""
 
 
 class CodeHelper:
     """Answers questions about code in two processes, so that no check delays completion.
 
-    Of several questions of a kind that come while one is being answered only the newest waits; the others get
-    nothing, at once.
+    Of several questions of a kind that arrive while one is being answered, only the newest waits; the others
+    get None at once.
     """
 
     def __init__(self, patience: float = _PATIENCE) -> None:
@@ -54,9 +54,9 @@ class CodeHelper:
     ) -> Any:  # noqa: ANN401
         """Return what is `wanted` of a piece of code; `line` counts from 1, `column` from 0.
 
-        `complete`: what could follow, best first; `explain`: what the name at the position stands for;
-        `signature`: the parameters of the call around it; `lint`: what is wrong with the code. None when
-        there is nothing to say, or a newer question came meanwhile. Raises VisualHfsmError.
+        `complete`: completions, best first; `explain`: what the name at the position stands for; `signature`:
+        the parameters of the call around it; `lint`: what is wrong with the code. None when there is no
+        answer, or when a newer question has replaced this one. Raises VisualHfsmError.
         """
         if len(code) > _LARGEST:
             return None
@@ -107,14 +107,14 @@ class CodeHelper:
 
 
 class _Desk:
-    """Where questions of one kind are asked one at a time; a newer one sends away the one that waits."""
+    """A queue for questions of one kind, one at a time; a newer question replaces the one that waits."""
 
     def __init__(self) -> None:
         self._busy = False
         self._waiting: asyncio.Future[bool] | None = None
 
     async def enter(self) -> bool:
-        """Wait for the turn; return whether it came, after which `leave` must be called."""
+        """Wait for the turn; return whether it came. If so, `leave` must be called."""
         if self._waiting is not None and not self._waiting.done():
             self._waiting.set_result(False)
         if not self._busy:
@@ -130,7 +130,7 @@ class _Desk:
             raise
 
     def leave(self) -> None:
-        """Give the turn to the question that waits, if any."""
+        """Pass the turn to the question that waits, if any."""
         waiting, self._waiting = self._waiting, None
         if waiting is None or waiting.done():
             self._busy = False
@@ -139,7 +139,7 @@ class _Desk:
 
 
 def _around(document: Document, place: Place) -> Document:
-    """Return a document with the automaton of a place, and of the others only what it may use."""
+    """Return a document with the automaton of a place, and only the parts of others that it may use."""
     automata = tuple(
         each if each.id == place.automaton else replace(each, states=(), transitions=(), variables=Text())
         for each in document.automata

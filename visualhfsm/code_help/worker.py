@@ -37,7 +37,7 @@ _FINDERS: Final = {"complete": complete, "explain": explain, "signature": signat
 class Question(msgspec.Struct, frozen=True, omit_defaults=True):
     """What is asked: of the piece of code at a place of a document, which is given as its text.
 
-    The document of `lint` holds the code; of the others it may hold any at that place.
+    The document of `lint` contains the code; for the other questions it may contain any code at that place.
     """
 
     wanted: Wanted

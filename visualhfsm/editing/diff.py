@@ -53,7 +53,7 @@ _UNSEEN: Final = frozenset(("attributes", "comments", "extras", "lists", "root_t
 class Difference(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_defaults=True):
     """One thing that differs: a whole one, or the `part` of one, with its text before and after.
 
-    What is unknown to the editor is the part `other`.
+    Elements that the editor does not know are the part `other`.
     """
 
     kind: Literal["added", "removed", "changed", "moved"]
@@ -117,7 +117,7 @@ def keyed(name: str, items: Sequence[_NodeT]) -> dict[Hashable, _NodeT]:
 
 
 def compared_fields(node: Node) -> list[str]:
-    """Return the names of the fields of an element that say something."""
+    """Return the names of the fields of an element that are compared."""
     return [each.name for each in fields(node) if each.compare]
 
 
@@ -136,12 +136,12 @@ def _place_of(parent: Place, name: str, item: Node, index: int) -> Place:
 
 
 def part_of(node: Node, name: str) -> str:
-    """Return what a field of an element is called in a place."""
+    """Return the name of a field of an element in a place."""
     return _PARTS.get((type(node), name), name)
 
 
 def shown(value: object) -> str:
-    """Return a value of a field as a person may read it: of an element its name."""
+    """Return a value of a field as text for people; an element is shown by its name."""
     match value:
         case None:
             return ""

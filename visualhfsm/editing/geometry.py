@@ -1,4 +1,4 @@
-"""Place things on the canvas: where the handle of a transition stands when nobody has moved it."""
+"""Places on the canvas: the default place of the handle of a transition, and moving things."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ _Placed = TypeVar("_Placed", State, Transition)
 
 
 def default_handle(automaton: Automaton, transition: Transition) -> Point:
-    """Return a place for the handle of a transition, which no other between its states takes.
+    """Return a free place for the handle of a transition between its states.
 
-    It is the middle between both states, or beside it; a loop begins above its state and goes around.
+    It is the middle between both states, or beside it; that of a loop is above its state, or around it.
     """
     others = (other for other in automaton.transitions if other is not transition)
     taken = [(other.x, other.y) for other in others if _ends(other) == _ends(transition)]
@@ -37,7 +37,7 @@ def default_handle(automaton: Automaton, transition: Transition) -> Point:
 
 
 def with_default_handles(automaton: Automaton, ids: frozenset[int]) -> Automaton:
-    """Return an automaton with the handles of some transitions where they stand by themselves."""
+    """Return an automaton with the handles of some transitions at their default places."""
     states = {state.id: state for state in reversed(automaton.states)}
     taken: dict[frozenset[int], list[Point]] = {}
     for transition in automaton.transitions:
@@ -94,7 +94,7 @@ def _free_place(states: Mapping[int, State], transition: Transition, taken: Sequ
 
 
 def _places(origin: State | None, destination: State | None) -> Iterator[Point]:
-    """Yield places for a handle without end, the best first."""
+    """Yield infinitely many places for a handle, the best first."""
     if origin is not None and (destination is None or destination.id == origin.id):
         yield from _around(origin)
     elif destination is not None and origin is None:

@@ -53,7 +53,7 @@ _T = TypeVar("_T")
 def checked(text: str, what: str) -> str:
     """Return a text that a document can hold.
 
-    Raises EditError for a character that XML cannot hold, and for a text that no person typed.
+    Raises EditError for a character that XML cannot contain, and for a text that is too long.
     """
     found = UNWRITABLE.search(text)
     if found:
@@ -75,7 +75,7 @@ def coordinate(value: float) -> float:
 
 
 def changed(node: _NodeT, **fields: Any) -> _NodeT:  # noqa: ANN401 - whatever the node has
-    """Return a node with other fields; a string for a field that holds a `Text` becomes one.
+    """Return a node with other fields; a string for a field of type `Text` becomes a `Text`.
 
     Returns the node itself when nothing differs. Raises EditError for a text that a file cannot hold.
     """
@@ -152,7 +152,7 @@ def with_transition(
 
 
 def label(node: State | Transition | None, fallback: str = "") -> str:
-    """Return what to call a state or a transition in a message or the name of a step."""
+    """Return the name of a state or a transition for a message or a step."""
     if node is None:
         return fallback
     name = " ".join(node.name.split())
@@ -163,7 +163,7 @@ def label(node: State | Transition | None, fallback: str = "") -> str:
 
 
 def free_ids(used: Iterable[int]) -> Iterator[int]:
-    """Yield ids that are not used: those above all others first, so that none comes back soon."""
+    """Yield ids that are not used: those above all others first, so that none is reused soon."""
     taken = {0, *used}
     yield from range(max(taken) + 1, MAX_ID + 1)
     yield from (number for number in range(1, MAX_ID + 1) if number not in taken)
@@ -192,7 +192,7 @@ def transition_ids(automaton: Automaton) -> Iterator[int]:
 
 
 def free_name(wanted: str, taken: Collection[str], separator: str = " ") -> str:
-    """Return a name that is not taken: `wanted`, or with the next number behind it: `wait 2`."""
+    """Return a free name: `wanted`, or `wanted` with the next number, such as `wait 2`."""
     if wanted not in taken:
         return wanted
     numbered = _NUMBERED.match(wanted) if separator == " " else None

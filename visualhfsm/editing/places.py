@@ -1,4 +1,4 @@
-"""The places of a document: their names, what stands at a line of its file, and where a text occurs."""
+"""The places of a document: their names, what is at a line of its file, and where a text occurs."""
 
 from __future__ import annotations
 
@@ -149,7 +149,7 @@ class Locator:
             self._owners.append(owner)
 
     def find(self, line: int, column: int) -> Located | None:
-        """Return what stands at a place of the file, or None before the first known thing."""
+        """Return what is at a position of the file, or None before the first known element."""
         index = bisect_right(self._starts, (line, column)) - 1
         if index < 0:
             return None
@@ -165,8 +165,8 @@ class Locator:
     def find_code(self, line: int, *, automaton: int = 0, state: int = 0) -> Located | None:
         """Return the piece of code that has a line of the file, or None when there is none in it.
 
-        Several pieces may share a line. Then the one counts that belongs to the `automaton` and to its
-        `state`, or to a transition at that one, as far as those are known; what comes first decides.
+        Several pieces may share a line. Then the piece of the `automaton` and its `state`, or of a transition
+        at that state, is preferred as far as these are known; among equals the first wins.
         """
         found = [spot for spot in self._spots if _has_code(spot, line)]
         if not found:
@@ -221,7 +221,7 @@ class Hit(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
 def search(
     document: Document, text: str, *, match_case: bool = False, whole_words: bool = False
 ) -> list[Hit]:
-    """Return where a text stands in names, code and whatever else a person typed; the first 1000 places."""
+    """Return where a text occurs in names, code and all other typed text; the first 1000 places."""
     if not text:
         return []
     pattern = re.escape(text)

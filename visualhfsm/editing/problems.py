@@ -1,4 +1,4 @@
-"""What is wrong or doubtful in a document as it would be saved now, with the places to jump to.
+"""Problems of a document as it would be saved now, with the places to jump to.
 
 The editor never waits for a check: `CheckProcess` does it in another process, in which no code of a document
 is run.
@@ -34,14 +34,14 @@ __all__ = [
 ]
 
 _MOST: Final = 1000
-"""Problems that are reported; more are usually one that is repeated."""
+"""Limit of the reported problems; more are usually repetitions of one."""
 _MOST_STEPS: Final = 2000
 """Steps of a counterexample that are sent; longer ones are in the notes."""
 _VIOLATED: Final = Code.VIOLATED_PROPERTY
 _NO_STATE: Final = Code.NO_STATE
 _UNTITLED: Final = "untitled.xml"
 _PATIENCE: Final = 20.0
-"""Seconds that a check may take, and another time without the model checker."""
+"""Limit of a check in seconds, and again without the model checker."""
 
 
 class StepView(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_defaults=True):
@@ -88,7 +88,8 @@ def find_problems(
 ) -> list[Problem]:
     """Return what is wrong in the text of a document, by severity; `path` is its file, if it has one.
 
-    The model checker looks at `limit` configurations. It may take seconds: `CheckProcess` does it beside.
+    The model checker looks at `limit` configurations. It may take seconds: `CheckProcess` runs it in another
+    process.
     """
     file = path or Path.cwd() / _UNTITLED
     diagnostics = Diagnostics()
@@ -105,7 +106,7 @@ def find_problems(
 
 
 def _is_blank(document: Document | None) -> bool:
-    """Return whether nobody has drawn anything yet: that a document needs states is no news then."""
+    """Return whether nothing was drawn yet: then it is not reported that a document needs states."""
     return document is not None and not any(each.states or each.imported for each in document.automata)
 
 

@@ -56,7 +56,7 @@ class PortInUseError(VisualHfsmError):
 
     def __init__(self, port: int, reason: str) -> None:
         super().__init__(
-            f"cannot listen on port {port} of {LOOPBACK} ({reason}); choose another with --port, or leave it out"
+            f"cannot listen on port {port} of {LOOPBACK} ({reason}); choose another with --port, or none"
         )
 
 

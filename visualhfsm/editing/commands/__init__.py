@@ -1,6 +1,6 @@
-"""Every change of a document as a value: it comes as JSON, has a name for the undo list, and can be replayed.
+"""Every change of a document as a value: it arrives as JSON, has a name for undo, and can be replayed.
 
-`decode_command` makes one of JSON, `msgspec.json.encode` the other way around; `AnyCommand` is their type.
+`decode_command` reads one from JSON, `msgspec.json.encode` writes it; `AnyCommand` is their type.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ _DECODER: Final[msgspec.json.Decoder[Command]] = msgspec.json.Decoder(AnyCommand
 
 
 def decode_command(content: bytes | str | msgspec.Raw) -> Command:
-    """Return the command in JSON. Raises EditError when it is none."""
+    """Return the command in JSON. Raises EditError when it is not a command."""
     try:
         return _DECODER.decode(content)
     except (msgspec.MsgspecError, UnicodeDecodeError) as error:

@@ -1,4 +1,4 @@
-"""Commands for automata and for the tree that they make."""
+"""Commands for automata and their tree."""
 
 # ruff: noqa: D102, ARG002 - `Command` says what its methods do, and with what
 
@@ -37,7 +37,7 @@ __all__ = [
 
 
 class AddAutomaton(Command, frozen=True, kw_only=True):
-    """Give a state one more automaton, which is empty."""
+    """Add an empty automaton to a state."""
 
     automaton: Id
     state: Id
@@ -61,7 +61,7 @@ class AddAutomaton(Command, frozen=True, kw_only=True):
 
 
 class AddRoot(Command, frozen=True, kw_only=True):
-    """Begin a document that has no automaton that no state owns."""
+    """Add the root automaton to a document that has none."""
 
     def apply(self, document: Document) -> Document:
         if any(automaton.father == NO_CHILD for automaton in document.automata):
@@ -74,7 +74,7 @@ class AddRoot(Command, frozen=True, kw_only=True):
 
 
 class SetPeriod(Command, frozen=True, kw_only=True):
-    """Set the milliseconds between the cycles of an automaton, as they were typed."""
+    """Set the period of an automaton in milliseconds, as it was typed."""
 
     typed = ("period",)
     automaton: Id
@@ -107,7 +107,7 @@ class SetAutomatonCode(Command, frozen=True, kw_only=True):
 
 
 class SetImport(Command, frozen=True, kw_only=True):
-    """Let the content of an empty automaton come from another file, or from none when `file` is blank.
+    """Import the content of an empty automaton from another file, or remove the import when `file` is blank.
 
     `source` is the automaton in that file, 0 for its root.
     """
@@ -140,7 +140,7 @@ class SetImport(Command, frozen=True, kw_only=True):
 
 
 class ExtractAutomaton(Command, frozen=True, kw_only=True):
-    """Let the content of an automaton come from a file that holds it now; all below it goes."""
+    """Import an automaton from a file to which its content was moved; all automata below it are removed."""
 
     automaton: Id
     file: str
@@ -161,9 +161,9 @@ class ExtractAutomaton(Command, frozen=True, kw_only=True):
 
 
 class RepairNumbers(Command, frozen=True, kw_only=True):
-    """Give automata, states and transitions that share a number one of their own.
+    """Give automata, states and transitions that share a number different ones.
 
-    The first keeps it, and with it all that names it. A second automaton becomes the child of nothing.
+    The first keeps its number, and references to it. A second automaton is then below no state.
     """
 
     def apply(self, document: Document) -> Document:

@@ -1,4 +1,4 @@
-"""What all commands are: values that come as JSON, and make a new document of one."""
+"""The base of all commands: values that arrive as JSON and turn a document into a new one."""
 
 from __future__ import annotations
 
@@ -32,31 +32,31 @@ class Command(
 ):
     """A change of a document.
 
-    In JSON its `command` is the name of its class with a small first letter, and its fields are in camelCase.
+    In JSON, `command` is the name of the class with a lower-case first letter; fields are in camelCase.
     """
 
     typed: ClassVar[tuple[str, ...]] = ()
-    """The fields that change while a person types: commands that differ in nothing else make one step."""
+    """The fields that change while typing: commands that differ in nothing else make one step."""
 
     def apply(self, document: Document) -> Document:
-        """Return the changed document, and the same one when there is nothing to change.
+        """Return the changed document, or the same object when nothing changes.
 
-        Depends on nothing else, so that it does the same when it is applied again. Raises EditError.
+        It depends on nothing else, so that it can be replayed. Raises EditError.
         """
         raise NotImplementedError
 
     def title(self, document: Document) -> str:
-        """Return what the step is called in the list of what can be undone; `document` is the former one."""
+        """Return the name of the step in the undo list; `document` is the one before it."""
         raise NotImplementedError
 
     @property
     def merge_key(self) -> Hashable | None:
-        """What consecutive commands have in common that make one step, such as typing; None for none."""
+        """The key that consecutive commands of one step share, such as while typing; None to never merge."""
         if not self.typed:
             return None
         return type(self), *(getattr(self, name) for name in self.__struct_fields__ if name not in self.typed)
 
     def own_fields(self, base: type[Command]) -> dict[str, Any]:
-        """Return the fields by name that a command has beside those of a class that it is made from."""
+        """Return the fields of a command, by name, without those of its base class."""
         names = (name for name in self.__struct_fields__ if name not in base.__struct_fields__)
         return {name: getattr(self, name) for name in names}

@@ -37,7 +37,7 @@ Entries = tuple[Any, ...]
 
 
 class _List(NamedTuple):
-    """What one entry of a list is called, what a new one holds, and its fields that can be changed.
+    """The noun for an entry of a list, a new entry, and the fields that can be changed.
 
     A new entry without a name gets the noun with a number behind the `separator`, if there is one.
     """
@@ -64,11 +64,11 @@ _FIELDS: Final[dict[str, tuple[str, str]]] = {
     "onRefused": ("on_refused", "behavior after refused commands"),
     "language": ("language", "language"),
 }
-"""For each part the field of the document, and what it is called in the list of changes."""
+"""For each part, the field of the document and its name in the undo list."""
 
 
 class SetComponentText(Command, frozen=True, kw_only=True):
-    """Set what a component is for, its language, or what follows an error or a refused command."""
+    """Set the description or language of a component, or what happens after an error or a refused command."""
 
     typed = ("text",)
     part: Literal["description", "onError", "onRefused", "language"]
@@ -100,7 +100,7 @@ class _EntryCommand(Command, frozen=True, kw_only=True):
 
 
 class AddEntry(_EntryCommand, frozen=True, kw_only=True):
-    """Add an entry to a list; without a name it gets one that is free."""
+    """Add an entry to a list; without a name it gets a free one."""
 
     fields: dict[str, str] = msgspec.field(default_factory=dict)
 
@@ -125,7 +125,7 @@ class AddEntry(_EntryCommand, frozen=True, kw_only=True):
 class ChangeEntry(_EntryCommand, frozen=True, kw_only=True):
     """Change fields of an entry.
 
-    When an input gets another name, so do the arguments by which states hand it over.
+    When an input is renamed, so are the arguments of states for it.
     """
 
     index: Index
@@ -174,7 +174,7 @@ class RemoveEntry(_EntryCommand, frozen=True, kw_only=True):
 
 
 class ReorderEntry(_EntryCommand, frozen=True, kw_only=True):
-    """Put an entry of a list at another index."""
+    """Move an entry of a list to another index."""
 
     index: Index
     to: Index
@@ -193,7 +193,7 @@ class ReorderEntry(_EntryCommand, frozen=True, kw_only=True):
 
 
 def _checked_fields(list_name: str, fields: dict[str, str]) -> dict[str, str]:
-    """Return the new fields of an entry of a list. Raises EditError for one that it does not have."""
+    """Return the new fields of an entry of a list. Raises EditError for an unknown field."""
     noun, _, known, _ = _LISTS[list_name]
     for name in fields:
         if name not in known:
@@ -215,7 +215,7 @@ def _entry_of(entries: Entries, list_name: str, index: int) -> Any:  # noqa: ANN
 
 
 def _with_renamed_arguments(document: Document, automaton: int, former: str, name: str) -> Document:
-    """Return a document in which states hand over an input of an automaton by another name."""
+    """Return a document in which the arguments for an input of an automaton are renamed."""
     others = {
         each.id
         for each in document.automata

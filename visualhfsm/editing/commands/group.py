@@ -1,4 +1,4 @@
-"""The command that puts states into a sub-automaton of their own."""
+"""The command that groups states into a sub-automaton."""
 
 # ruff: noqa: D102 - `Command` says what its methods do, and with what
 
@@ -40,12 +40,12 @@ _LINE: Final = re.compile(r"[^\r\n]*(?:\r\n|\r|\n)|[^\r\n]+")  # as Python's par
 
 
 class GroupStates(Command, frozen=True, kw_only=True):
-    """Put states into an automaton of their own, below a new state that stands for them.
+    """Move states into a new automaton below a new state that takes their place.
 
-    Transitions among them go along, and those that lead in or out lead to or from the new state. The new
+    Transitions among them move with them; those that lead in or out lead to or from the new state. The new
     automaton begins in the initial state if that is one of them, else where the first transition leads in,
-    and restarts at each entry: that is nearest to what the states did before. Variables that nothing else
-    uses go along, too.
+    and restarts at each entry: that is closest to the behavior before. Variables that nothing else uses move
+    with them, too.
     """
 
     automaton: Id
@@ -97,7 +97,7 @@ class GroupStates(Command, frozen=True, kw_only=True):
 
 
 def _grouped(source: Automaton, group: State, inside: set[int]) -> Automaton:
-    """Return an automaton with one state in the place of some, and what led to and from them at that one."""
+    """Return an automaton in which one state replaces several, also as an end of their transitions."""
     states = [state for state in source.states if state.id not in inside]
     first = next(index for index, state in enumerate(source.states) if state.id in inside)
     states.insert(first, group)
@@ -161,7 +161,8 @@ def split_variables(text: str, inside: AbstractSet[str], outside: AbstractSet[st
     """Return the lines of variables that stay, and those that only code with the words `inside` uses.
 
     A line goes when it gives values to names that are among those words, that are not among the words
-    `outside`, and that no other line needs, and when it needs no line that stays. What is no Python stays.
+    `outside`, and that no other line needs, and when it needs no line that stays. Lines that are not Python
+    stay.
     """
     try:
         statements = parse_python(text).body

@@ -1,4 +1,4 @@
-"""Commands for what is selected on the canvas: states and transitions together."""
+"""Commands for a selection on the canvas: states and transitions together."""
 
 # ruff: noqa: D102, ARG002 - `Command` says what its methods do, and with what
 
@@ -89,7 +89,7 @@ class MoveItems(Command, frozen=True, kw_only=True):
 
 
 class AlignStates(Command, frozen=True, kw_only=True):
-    """Put states in one line: at the outermost of them, or in the middle between both ends."""
+    """Align states at the outermost of them, or in the middle between both ends."""
 
     automaton: Id
     states: Ids
@@ -118,7 +118,7 @@ class AlignStates(Command, frozen=True, kw_only=True):
 
 
 class DistributeStates(Command, frozen=True, kw_only=True):
-    """Put states at equal distances between the two outermost of them."""
+    """Distribute states at equal distances between the two outermost."""
 
     automaton: Id
     states: Ids
@@ -144,7 +144,7 @@ class DistributeStates(Command, frozen=True, kw_only=True):
 
 
 class ResetHandles(Command, frozen=True, kw_only=True):
-    """Let handles stand where they stand by themselves."""
+    """Move handles to their default places."""
 
     automaton: Id
     transitions: Ids
@@ -162,7 +162,7 @@ class ResetHandles(Command, frozen=True, kw_only=True):
 
 
 class Placement(msgspec.Struct, frozen=True, forbid_unknown_fields=True, rename="camel"):
-    """Where states and handles of one automaton are to stand, each `[id, x, y]`."""
+    """New places of states and handles of one automaton, each `[id, x, y]`."""
 
     automaton: Id
     states: tuple[tuple[Id, float, float], ...] = ()
@@ -170,9 +170,9 @@ class Placement(msgspec.Struct, frozen=True, forbid_unknown_fields=True, rename=
 
 
 class PlaceItems(Command, frozen=True, kw_only=True):
-    """Put states and handles of any number of automata in new places, such as those of an automatic layout.
+    """Place states and handles of any number of automata, as after an automatic layout.
 
-    Handles without a place of their own stand where they stand by themselves afterwards.
+    Handles that are not given move to their default places.
     """
 
     placements: tuple[Placement, ...]

@@ -1,4 +1,4 @@
-"""Commands that bring in what was written as text: states from the clipboard, and whole documents."""
+"""Commands that insert what was written as text: states from the clipboard, and whole documents."""
 
 # ruff: noqa: D102, ARG002 - `Command` says what its methods do, and with what
 
@@ -31,7 +31,7 @@ from .base import Command, Id
 __all__ = ["FillAutomaton", "PasteStates", "ReplaceDocument"]
 
 _STEP: Final = 30.0
-"""Pixels by which states that are pasted onto others go aside, again and again."""
+"""Pixels by which states that would cover others are shifted, repeatedly."""
 _NEAR: Final = range(-2, 3)
 """Steps apart at which two circles still touch."""
 
@@ -39,8 +39,9 @@ _NEAR: Final = range(-2, 3)
 class PasteStates(Command, frozen=True, kw_only=True):
     """Paste a fragment into an automaton, with new numbers.
 
-    Its left upper corner comes to `x`, `y`; without those it comes where it was copied, or beside what stands
-    there. Names stay where they are free. Nothing that is pasted is initial where there is an initial state.
+    Its upper left corner is placed at `x`, `y`; without these it is placed where it was copied from, or
+    beside what is there. Names are kept where they are free. A pasted state is initial only where there is no
+    initial state.
     """
 
     automaton: Id
@@ -97,10 +98,10 @@ def _square(state: State) -> tuple[int, int]:
 
 
 class FillAutomaton(Command, frozen=True, kw_only=True):
-    """Let an automaton hold the content of the first one of a document, with all below it.
+    """Replace the content of an automaton by that of the first one of a document, with all below it.
 
-    What it imported so far, and what it held, goes. Libraries, interfaces, parameters and events of that
-    document come along where there are none of their names.
+    Its former content or import is removed. Libraries, interfaces, parameters and events of that document are
+    added where their names are free.
     """
 
     automaton: Id
@@ -136,7 +137,7 @@ class FillAutomaton(Command, frozen=True, kw_only=True):
 
 
 class ReplaceDocument(Command, frozen=True, kw_only=True):
-    """Put a whole document in place of another, such as the outcome of a merge."""
+    """Replace the whole document, such as by the result of a merge."""
 
     content: str
     name: str = ""
@@ -150,7 +151,7 @@ class ReplaceDocument(Command, frozen=True, kw_only=True):
 
 
 def _with_declarations(document: Document, fragment: Document) -> Document:
-    """Return a document that declares, too, what another one does."""
+    """Return a document with the declarations of another one added."""
     lists: dict[str, tuple[Node, ...]] = {}
     for name in ("libraries", "interfaces", "parameters", "events"):
         own: tuple[Node, ...] = getattr(document, name)
@@ -160,7 +161,7 @@ def _with_declarations(document: Document, fragment: Document) -> Document:
 
 
 def _numbers(document: Document, automata: list[Automaton]) -> dict[int, int]:
-    """Return new ids for automata that come into a document. Raises EditError for too many of them."""
+    """Return new ids for automata that are added to a document. Raises EditError for too many of them."""
     if len(document.automata) + len(automata) > MAX_AUTOMATA:
         why = f"the document would have more than {MAX_AUTOMATA} automata"
         raise EditError("Cannot add these automata", why, "move some to separate documents and import them")

@@ -89,7 +89,7 @@ class _StateCommand(Command, frozen=True, kw_only=True):
 
 
 class RenameState(_StateCommand, frozen=True, kw_only=True):
-    """Give a state another name."""
+    """Rename a state."""
 
     typed = ("name",)
     titled = "Rename"
@@ -112,7 +112,7 @@ class SetStateCode(_StateCommand, frozen=True, kw_only=True):
 
 
 class MarkInitial(_StateCommand, frozen=True, kw_only=True):
-    """Let an automaton begin in a state, and in no other."""
+    """Make a state the only initial state of its automaton."""
 
     titled = "Start in"
 
@@ -126,7 +126,7 @@ class MarkInitial(_StateCommand, frozen=True, kw_only=True):
 
 
 class MarkFinal(_StateCommand, frozen=True, kw_only=True):
-    """Say whether an automaton has finished in a state."""
+    """Set whether a state is final."""
 
     final: bool
 
@@ -135,14 +135,14 @@ class MarkFinal(_StateCommand, frozen=True, kw_only=True):
 
 
 class SetHistory(_StateCommand, frozen=True, kw_only=True):
-    """Say what the automata of a state do when it is entered again."""
+    """Set whether the automata of a state resume or restart when it is entered again."""
 
     titled = "Set the history of"
     history: Literal["", "resume", "restart"]
 
 
 class SetArgument(_StateCommand, frozen=True, kw_only=True):
-    """Set what a state hands to an input of one of its automata; `child` 0 is the one that has the input."""
+    """Set the argument of a state for an input of its automata; `child` 0 is the one with the input."""
 
     typed = ("value",)
     name: str
@@ -170,7 +170,7 @@ class SetArgument(_StateCommand, frozen=True, kw_only=True):
 
 
 class RemoveArgument(_StateCommand, frozen=True, kw_only=True):
-    """Hand nothing to an input any more."""
+    """Remove the argument for an input."""
 
     name: str
     child: Id = NO_CHILD

@@ -39,7 +39,7 @@ TransitionType = Literal["time", "condition", "event", "finished"]
 
 
 class AddTransition(Command, frozen=True, kw_only=True):
-    """Add a transition between two states, or from one to itself; without a place its handle finds one."""
+    """Add a transition between two states, or from one to itself; its handle gets a default place."""
 
     automaton: Id
     origin: Id
@@ -96,7 +96,7 @@ class _TransitionCommand(Command, frozen=True, kw_only=True):
 
 
 class RenameTransition(_TransitionCommand, frozen=True, kw_only=True):
-    """Give a transition another name."""
+    """Rename a transition."""
 
     typed = ("name",)
     titled = "Rename"
@@ -137,10 +137,9 @@ class RetargetTransition(_TransitionCommand, frozen=True, kw_only=True):
 
 
 class SetTransitionType(_TransitionCommand, frozen=True, kw_only=True):
-    """Say by what a transition fires, with a `trigger` unless that one is to stay.
+    """Set the type of a transition, and its `trigger` unless that is kept.
 
-    A condition that becomes another type goes on as its guard, and the other way around, so that nothing
-    that was typed is lost.
+    A condition becomes the guard of the new type, and a guard the condition, so that no code is lost.
     """
 
     type: TransitionType
@@ -165,7 +164,7 @@ class SetTransitionType(_TransitionCommand, frozen=True, kw_only=True):
 
 
 class SetTransitionCode(_TransitionCommand, frozen=True, kw_only=True):
-    """Set what a transition fires by, its guard, or the code that runs when it fires."""
+    """Set the trigger of a transition, its guard, or the code that runs when it fires."""
 
     typed = ("text",)
     part: Literal["trigger", "guard", "fired"]
@@ -188,9 +187,9 @@ class SetPriority(_TransitionCommand, frozen=True, kw_only=True):
 
 
 class ReorderTransition(_TransitionCommand, frozen=True, kw_only=True):
-    """Try a transition at the place `index`, from 0, among those out of its state.
+    """Evaluate a transition at position `index`, from 0, among those out of its state.
 
-    Where one of them has a priority, all get one; else they change places in the document.
+    If one of them has a priority, all get one; otherwise their order in the document changes.
     """
 
     index: Index
