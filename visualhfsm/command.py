@@ -120,7 +120,7 @@ def _print_address(address: str) -> None:
     if os.environ.get("SSH_CONNECTION"):
         port = urlsplit(address).port
         typer.echo(
-            f"To open it on the machine from which you logged in, run there: ssh -L {port}:localhost:{port} THIS_MACHINE"
+            f"On the machine from which you logged in, run: ssh -L {port}:localhost:{port} THIS_MACHINE"
         )
     typer.echo("Ctrl-C ends it.")
 

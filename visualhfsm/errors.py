@@ -24,13 +24,13 @@ ErrorKind = Literal[
     "forbidden",  # a path that the page may not reach
     "missing",  # no such file, tab or component
     "unsaved",  # closing would lose changes: ask, then close with discard
-    "exists",  # a file is there already: ask, then save with overwrite
+    "exists",  # a file exists: ask, then save with overwrite
     "outside",  # the file was changed by another program: ask, then resolve
     "busy",  # too much at a time
     "timeout",  # it took too long
-    "internal",  # a fault of the program; its log says more
+    "internal",  # an internal error; the log says more
 ]
-"""What the editor's page is told of an error beside its text."""
+"""What the editor's page gets of an error beside its text."""
 
 
 class VisualHfsmError(Exception):
@@ -47,7 +47,7 @@ class MissingPackageError(VisualHfsmError):
 
 
 class EditError(VisualHfsmError):
-    """A document could not be changed, opened or saved as asked; it is as it was before.
+    """A document could not be changed, opened or saved as requested; it is unchanged.
 
     `what` could not be done, `why`, and `hint`: what to do about it.
     """
@@ -66,7 +66,7 @@ class ChangedOutsideError(EditError):
 
 
 class OldFormatError(EditError):
-    """Saving would replace a file of an older format by one of today's."""
+    """Saving would replace a file of an older format by one of the current format."""
 
     kind = "exists"
 

@@ -1,4 +1,4 @@
-"""Generate the component of a document and write it where it belongs."""
+"""Generate the component of a document and write its file."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ __all__ = ["generate_component"]
 def generate_component(
     document: Path, output: Path | None, diagnostics: Diagnostics, include: Sequence[Path] = ()
 ) -> Path | None:
-    """Write the component of a document; return its file, or None after errors, when nothing is touched.
+    """Write the component of a document; return its file, or None after errors, when nothing is written.
 
     `output` is the directory of the file, by default that of the document. Raises VisualHfsmError when the
     file cannot be written.

@@ -49,8 +49,8 @@ _MOST: Final = 10
 _WIDE: Final = 34
 _LONG: Final = 60
 _SILENCE: Final = 90.0
-"""Seconds without a word after which the process is given up: it reports each second how far it is."""
-_LOOK: Final = 0.2  # s after which it is looked whether a signal came
+"""Seconds without output after which the process is stopped: it reports its progress each second."""
+_LOOK: Final = 0.2  # s between two checks for a signal
 _LONGEST_LINE: Final = 64 << 20
 _END: Final = 5.0
 _TAIL: Final = 2000
@@ -98,10 +98,9 @@ def replay(
 ) -> None:
     """Run a recorded component again, in virtual time, and compare.
 
-    Whatever it read is read from the recording: the same document does the
-    same, cycle by cycle. An edited DOCUMENT shows where it would have behaved
-    otherwise. Without DOCUMENT the code in the recording is run: replay only
-    recordings of people whose programs you would run.
+    Everything that it read comes from the recording: the same document does the same, cycle by cycle. An
+    edited DOCUMENT shows where it would have behaved differently. Without DOCUMENT the code in the recording
+    is run: replay only recordings of people whose programs you trust.
     """
     if since is not None and document is None:
         raise typer.BadParameter("--from needs the DOCUMENT that takes over", param_hint="DOCUMENT")
@@ -136,7 +135,7 @@ def replay(
 
 
 class _Report:
-    """Print how far a replay is while it runs."""
+    """Print the progress of a replay."""
 
     def __init__(self, *, as_json: bool) -> None:
         self._as_json = as_json
@@ -163,7 +162,7 @@ def _announce(recorded: RecordingFile, recording: Path) -> None:
 
 
 def _generate(document: Path, folder: Path, include: list[Path]) -> Path:
-    """Generate a document's component into a folder, with what is written by hand beside it."""
+    """Generate a document's component into a folder, with the handwritten files beside it."""
     from codegen.hfsm import compile_document, component_path, extension_path
 
     folder.mkdir()
@@ -181,7 +180,7 @@ def _generate(document: Path, folder: Path, include: list[Path]) -> Path:
 
 
 def _write_recorded(recorded: RecordingFile, folder: Path) -> Path:
-    """Write the component of the recording into a folder, and say that it is going to be run."""
+    """Write the component of the recording into a folder, and report that it will be run."""
     files = recorded.files
     if "component" not in files:
         raise VisualHfsmError("the recording does not contain its component: name the document")
@@ -289,7 +288,7 @@ def _end(child: subprocess.Popen[bytes]) -> None:
 
 
 def outcome_lines(outcome: Outcome) -> Iterator[str]:
-    """Yield lines that say how a replay ended: the first difference, both timelines, and what was guessed."""
+    """Yield the lines of the result of a replay: the first difference, both timelines, and guessed values."""
     outcome = _with_ids(outcome)
     yield from (f"note: {printable(note)}" for note in outcome.notes)
     cycles = f"{outcome.cycles:,}".replace(",", " ")
@@ -299,7 +298,7 @@ def outcome_lines(outcome: Outcome) -> Iterator[str]:
     elif not outcome.divergences:
         yield f"{did}: the same states"
     else:
-        # Under 0 stand the events that an automaton sends otherwise: mostly one that is counted anyway.
+        # 0 has the differing events of the component: mostly one that is counted anyway.
         count = len({found.automaton for found in outcome.divergences} - {0}) or 1
         yield f"{did}: {count} {'automaton behaves' if count == 1 else 'automata behave'} otherwise"
         yield ""
@@ -313,7 +312,7 @@ def outcome_lines(outcome: Outcome) -> Iterator[str]:
 
 
 def _with_ids(outcome: Outcome) -> Outcome:
-    """Return an outcome in which automata of the same name have their ids with it."""
+    """Return an outcome in which automata of the same name are shown with their ids."""
     everything: Iterator[Step | Divergence | Difference] = chain(
         outcome.divergences, outcome.recorded, outcome.replayed, outcome.differences
     )

@@ -1,7 +1,7 @@
-"""Documents as text: whole ones of any dialect, and parts of one on the way to another place.
+"""Documents as text: whole ones of any dialect, and fragments for the clipboard.
 
-A fragment is a document in the native format. Its first automaton holds the states that were copied with the
-transitions among them, the others are what hangs on those. It can go through any clipboard.
+A fragment is a document in the native format. Its first automaton has the copied states and the transitions
+among them; the others are the automata below these. It can go through any clipboard.
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ def parse_file(content: bytes, path: Path) -> Document:
 
 
 def written(document: Document) -> str:
-    """Return a document as a file holds it. Raises EditError when it is too large or cannot be written."""
+    """Return the text of a document. Raises EditError when it is too large or cannot be written."""
     try:
         text = write_document(document)
     except DocumentNotWritableError as error:
@@ -91,7 +91,7 @@ def written(document: Document) -> str:
 
 @contextmanager
 def _without_garbage_collection() -> Iterator[None]:
-    """Let nobody look for garbage: a parser makes none, and the search would take a third of its time."""
+    """Pause the garbage collection: it would find nothing and take a third of the time of a parser."""
     enabled = gc.isenabled()
     gc.disable()
     try:
@@ -102,7 +102,7 @@ def _without_garbage_collection() -> Iterator[None]:
 
 
 def read_scxml(content: bytes, path: Path, diagnostics: Diagnostics) -> Document | None:
-    """Return the document that is made of SCXML, or None after errors were reported.
+    """Return the document made from SCXML, or None after errors were reported.
 
     SCXML has no handles: each transition gets one, beside the others between the same states.
     """
@@ -119,7 +119,7 @@ def read_scxml(content: bytes, path: Path, diagnostics: Diagnostics) -> Document
 
 
 def import_scxml(content: bytes, name: str) -> tuple[Document, list[str]]:
-    """Return a document that is made of SCXML, and remarks on what of that means nothing here.
+    """Return a document made from SCXML, with remarks on what has no equivalent here.
 
     Raises EditError.
     """

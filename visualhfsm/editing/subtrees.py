@@ -1,4 +1,4 @@
-"""Find what hangs on a state: the automata that it owns, with all below them."""
+"""Find what is below a state: the automata that it owns, with all below them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ __all__ = ["below", "hanging", "owners", "renumbered", "without_automata"]
 
 
 def owners(document: Document) -> dict[int, list[tuple[Automaton, State]]]:
-    """Return for each automaton that a state names the states that do, each with its automaton."""
+    """Return the owners of each automaton: states, each with its automaton."""
     found: dict[int, list[tuple[Automaton, State]]] = {}
     for automaton, state in document.states():
         for child in dict.fromkeys(state.children):
@@ -34,9 +34,10 @@ def below(document: Document, ids: Iterable[int]) -> list[Automaton]:
 
 
 def hanging(document: Document, automaton: Automaton, states: Iterable[State]) -> set[int]:
-    """Return the ids of the automata that go with states of `automaton` when those are deleted.
+    """Return the ids of the automata that are deleted with states of `automaton`.
 
-    One that another state owns, too, stays, and so does all above `automaton` in a tree that bites its tail.
+    An automaton that another state owns, too, is kept, and so is everything above `automaton` in a tree with
+    a cycle.
     """
     doomed_states = {id(state) for state in states}
     owned_by = owners(document)
@@ -65,7 +66,7 @@ def hanging(document: Document, automaton: Automaton, states: Iterable[State]) -
 
 
 def without_automata(document: Document, ids: set[int]) -> Document:
-    """Return a document without some automata; no state names them any more."""
+    """Return a document without some automata, and without references to them."""
     if not ids:
         return document
     automata = tuple(
@@ -79,9 +80,9 @@ def without_automata(document: Document, ids: set[int]) -> Document:
 
 
 def renumbered(automaton: Automaton, numbers: Mapping[int, int], father: int) -> Automaton:
-    """Return an automaton as part of another tree: `numbers` are the new ids of all that come along.
+    """Return an automaton as part of another tree: `numbers` has the new ids of all that are moved.
 
-    `father` is the id of the automaton above when its own does not come along.
+    `father` is the id of the automaton above if that is not moved.
     """
     return replace(
         automaton,
@@ -92,7 +93,7 @@ def renumbered(automaton: Automaton, numbers: Mapping[int, int], father: int) ->
 
 
 def renumbered_state(state: State, numbers: Mapping[int, int]) -> State:
-    """Return a state with the new ids of its automata, without those that do not come along."""
+    """Return a state with the new ids of its automata, without those that are not moved."""
     children = tuple(numbers[child] for child in state.children if child in numbers)
     arguments = tuple(
         replace(argument, child=numbers.get(argument.child, NO_CHILD)) for argument in state.arguments

@@ -1,8 +1,7 @@
 """What the page draws: elements of a document as objects of JSON.
 
-An object has all that a person can change of an element, under the names of the model in camelCase; that of
-the period of an automaton is `period`. `x` and `y` are pixels: of a state its middle, of a transition its
-handle.
+An object has all fields of an element that the page can change, under their names in camelCase; the period of
+an automaton is `period`. `x` and `y` are pixels: of a state its middle, of a transition its handle.
 """
 
 from __future__ import annotations
@@ -15,7 +14,7 @@ from codegen.hfsm.document import Automaton, Document, Interface, Node, Text
 __all__ = ["view"]
 
 _KEPT_ALONE: Final = frozenset(each.name for each in fields(Node))
-"""What is kept for the file and not shown."""
+"""Fields that are kept for the file and not shown."""
 _HIDDEN: Final[dict[type, frozenset[str]]] = {
     Document: frozenset(("automata", "dialect", "format", "functions", "lists", "root_tag")),
     Interface: frozenset(("ip", "port")),
@@ -26,7 +25,7 @@ _NAMES: Final[dict[tuple[type, str], str]] = {(Automaton, "iteration_time"): "pe
 def view(node: Node) -> dict[str, Any]:
     """Return an element with all below it; of a document all but its automata.
 
-    It depends on nothing else, so that it can be kept. An interface also has its `identity`, as it counts.
+    It depends on nothing else, so that it can be cached. An interface also has its effective `identity`.
     """
     found = {name: _value(getattr(node, field)) for field, name in _SHOWN[type(node)]}
     if isinstance(node, Interface):

@@ -1,1 +1,1 @@
-"""Follow components and their robot for the page: what they do and did, pictures, the view in 3D."""
+"""Follow components and their robot for the page: states, values, images, the view in 3D."""

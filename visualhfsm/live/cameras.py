@@ -22,20 +22,20 @@ QUALITY: Final = 80
 _LARGEST: Final = 4096
 """Most pixels of a side."""
 _PATIENCE: Final = 1.0
-"""Seconds without an image after which it is looked again whether the camera is there."""
+"""Seconds without an image after which the presence of the camera is checked again."""
 
 _logger = logging.getLogger(__name__)
 
 
 class Cameras:
-    """The cameras of a realm; each is listened to while somebody looks at it."""
+    """The cameras of a realm; each is subscribed to while a window shows it."""
 
     def __init__(self, communicator: Communicator) -> None:
         self._communicator = communicator
         self._encoded: dict[str, tuple[tuple[int, float], asyncio.Task[bytes]]] = {}
 
     async def frames(self, name: str) -> AsyncGenerator[bytes, None]:
-        """Yield the newest image of a camera whenever there is a newer one; the older ones are skipped.
+        """Yield the newest image of a camera whenever there is a newer one; older ones are skipped.
 
         Raises VisualHfsmError when there is no such camera, and MissingPackageError without Pillow.
         """
@@ -46,7 +46,7 @@ class Cameras:
         while True:
             try:
                 samples = cast("AsyncGenerator[Sample[ImageData]]", aiter(stream.samples(timeout=_PATIENCE)))
-                async with contextlib.aclosing(samples):  # listening ends when nobody looks
+                async with contextlib.aclosing(samples):  # the subscription ends when no window shows it
                     async for sample in samples:
                         try:
                             yield await self._encode(name, sample)

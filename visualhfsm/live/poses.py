@@ -1,8 +1,8 @@
-"""What the page draws the robot in 3D by: its geometry, then what is known of it at each moment.
+"""What the page needs to draw the robot in 3D: its geometry, then its state at each moment.
 
-The angles come from the encoders, the torso's tilt from the robot's health; where a simulation knows the
-ground truth, the robot and the balls are where that says. The first frame is `nao_h25.json`, every other one
-a `BodyState`, all JSON. The page works out where the links are by that (`static/monitor/body.js`).
+The angles come from the encoders, the torso's tilt from the robot's health; where a simulation publishes the
+ground truth, the robot and the balls are placed by it. The first frame is `nao_h25.json`, every other one a
+`BodyState`, all JSON. The page computes the places of the links (`static/monitor/body.js`).
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _REPEAT: Final = 1.0
 """Seconds after which a state that has not changed is sent again."""
 _STALE: Final = 2.0
 _FILE: Final = "nao_h25.json"
-"""Made by naoserver_sim.geometry of the facts that robot servers have, of which this package imports none."""
+"""Written by naoserver_sim.geometry; this package imports no robot server."""
 
 
 class BodyState(msgspec.Struct, frozen=True):

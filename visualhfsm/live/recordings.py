@@ -41,7 +41,7 @@ from visualhfsm.monitoring.run_log import LiveSnapshot, RunLog, is_sound
 __all__ = ["RecordedRun", "open_recording"]
 
 _INTERVAL: Final = 100_000_000
-"""Nanoseconds between two moments, as a monitor's, unless a state changes."""
+"""Nanoseconds between two moments, as of a monitor, unless a state changes."""
 _PATIENCE: Final = 12.0
 """Seconds in which a recording is read; of a longer one only the beginning is shown."""
 _LONGEST_TEXT: Final = 120
@@ -55,7 +55,7 @@ _OF_AUTOMATA: Final = (Cycle, Failure, Firing, Guard, Timers, Variables)
 
 @dataclass(frozen=True)
 class RecordedRun:
-    """A run that was recorded; `document` is the text of its document, empty when it does not hold it.
+    """A run that was recorded; `document` is the text of its document, empty when the recording lacks it.
 
     `complete` says whether all of it was read: a long recording takes too long.
     """
@@ -69,7 +69,7 @@ class RecordedRun:
 
 
 def open_recording(path: Path) -> RecordedRun:
-    """Read a recording; raises VisualHfsmError when it is none."""
+    """Read a recording; raises VisualHfsmError when the file is not a recording."""
     try:
         recording = RecordingFile(path)
         file, content = recording.files.get("document", ("", b""))
@@ -121,7 +121,7 @@ class _Run:
         self._marks: dict[tuple[str, str], tuple[int, hfsm.Mark]] = {}
 
     def take(self, message: RawMessage) -> None:
-        """Take the next message; one that is malformed is left out."""
+        """Process the next message; a malformed one is skipped."""
         if message.kind not in (Action, Change, Mark, *_OF_AUTOMATA):
             return
         try:
@@ -142,7 +142,7 @@ class _Run:
             self._note(self._automata[decoded.automaton], decoded)
 
     def finish(self) -> None:
-        """Take notice that there are no more messages."""
+        """Note that there are no more messages."""
         if self._automata:
             self._add_moment()
 
@@ -163,7 +163,7 @@ class _Run:
             found.timers = self._remaining(found)
         found.timed_at = change.at
         snapshot.state = change.state
-        self._next = 0  # a moment of its own, as soon as everything is known that happened at this time
+        self._next = 0  # add a separate moment once everything that happened at this time is known
 
     def _act(self, action: Action) -> None:
         if action.kind == "pause":
@@ -171,7 +171,7 @@ class _Run:
         elif action.kind == "resume":
             self._status = ComponentStatus.Running
         elif action.kind == "structure":
-            with suppress(msgspec.ValidationError):  # what happened in it is shown all the same
+            with suppress(msgspec.ValidationError):  # what happened in it is shown anyway
                 found = msgspec.convert(action.arguments, ComponentStructure)
                 if len(found.automata) <= _MOST_AUTOMATA:
                     self.structure = found
@@ -237,7 +237,7 @@ class _Run:
 
 
 def _shown(value: object) -> str:
-    """Return a value that stands in JSON as Python would show it."""
+    """Return a value of JSON as Python shows it."""
     return repr(value)[:_LONGEST_TEXT]
 
 

@@ -1,4 +1,4 @@
-"""Follow and steer the components and the robot of a realm: what the page asks for and gets."""
+"""Follow and steer the components and the robot of a realm, as the page requests it."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ _PERIOD: Final = 0.1
 _RECORDING: Final = "recording:"
 _MOST_RECORDINGS: Final = 4
 _STOP_LIMIT: Final = 2.0
-"""Seconds in which a component that is asked to stop is waited for before the robot is stopped again."""
+"""Seconds to wait for a component to end before the robot is stopped again."""
 _ANSWER_LIMIT: Final = 1.0
 """Wall seconds in which the robot has to answer to being stopped."""
 _REASON: Final = "STOP was pressed in the editor"
@@ -60,12 +60,12 @@ class _Series(msgspec.Struct, forbid_unknown_fields=True):
 
 
 class Monitoring:
-    """Follows and steers components. Make it on the event loop; it listens until `close`.
+    """Follows and steers components. Create it on the event loop; it listens until `close`.
 
-    Besides `OPERATIONS`, the page may ask `control` for these actions: `timeline`, `at` (a moment of the past
-    by its component time), `series` (numbers over time), `facts` of the robot, `identities` in the realm,
-    `emergencyStop`, the operator's red button, and `resetEmergencyStop`; the last four need no component. A
-    recording that was opened is asked for its past by the name that it was given.
+    Besides `OPERATIONS`, the page may request these actions of `control`: `timeline`, `at` (a moment of the
+    past by its component time), `series` (numbers over time), `facts` of the robot, `identities` in the
+    realm, `emergencyStop`, the operator's red button, and `resetEmergencyStop`; the last four need no
+    component. The past of an open recording is requested by the name that `recording` returned.
     """
 
     def __init__(self, publish: Publish, settings: Settings) -> None:
@@ -81,7 +81,7 @@ class Monitoring:
         self._task = asyncio.create_task(self._keep(), name="monitoring")
 
     async def attach(self, component: str) -> dict[str, Any]:
-        """Follow a component; return its structure and timeline as far as they are known."""
+        """Follow a component; return its structure and timeline as far as known."""
         follower = self._followers.get(component)
         if follower is None:
             if (missing := missing_component(self._communicator, component)) is not None:
@@ -177,7 +177,7 @@ class Monitoring:
         self._communicator.destroy()
 
     async def _keep(self) -> None:
-        """Look after everything ten times a second."""
+        """Update everything ten times a second."""
         while True:
             try:
                 self._robot.update()
@@ -188,7 +188,7 @@ class Monitoring:
                     self._publish(news)
                 for follower in list(self._followers.values()):
                     follower.update()
-            except Exception:  # the next round may go well, and without it nothing would be looked after
+            except Exception:  # the next round may succeed, and without it nothing would be updated
                 _logger.exception("the components could not be updated")
             await asyncio.sleep(_PERIOD)
 
@@ -241,7 +241,7 @@ class Monitoring:
         return report
 
     async def _stop_component(self, follower: Follower) -> str:
-        """Let a component end, and wait until it has; return what went wrong."""
+        """Stop a component, and wait until it has ended; return what went wrong."""
         try:
             await control(follower.monitor, "stop", {})
         except VisualHfsmError as error:
@@ -269,11 +269,11 @@ OPERATIONS: Final[Mapping[str, Operation[..., Any]]] = {
         HfsmMonitorPrx.stop,
     )
 }
-"""What a component can be asked to do: operations of its monitor, with their own arguments."""
+"""Requests to a component: operations of its monitor, with their arguments."""
 
 
 async def control(monitor: HfsmMonitorPrx, action: str, arguments: Mapping[str, Any]) -> object:
-    """Do what is asked for; return what it gives, None for nothing. Raises VisualHfsmError."""
+    """Execute a request; return its result, None for nothing. Raises VisualHfsmError."""
     operation = OPERATIONS.get(action)
     if operation is None:
         raise VisualHfsmError(f"a component cannot be asked to {printable(action)[:40]}")
@@ -293,7 +293,7 @@ async def control(monitor: HfsmMonitorPrx, action: str, arguments: Mapping[str, 
 
 
 class StopReport(msgspec.Struct, frozen=True, rename="camel"):
-    """What became of stopping the robot: the servants that have stopped, and why the others have not."""
+    """The result of stopping the robot: the servants that have stopped, and why the others have not."""
 
     stopped: list[str]
     failed: dict[str, str]
@@ -310,7 +310,7 @@ _STOPS: Final[Mapping[str, Callable[[ObjectPrx], Future[Any]]]] = {
 async def stop_robot(communicator: Communicator) -> StopReport:
     """Stop a robot within a second: by its emergency stop, the head, the joints and the walk, all at once.
 
-    What is not there is left out. A robot with an emergency stop takes no command until `reset_robot`.
+    Missing servants are skipped. A robot with an emergency stop refuses commands until `reset_robot`.
     """
     calls: dict[str, asyncio.Future[Any]] = {}
     failed: dict[str, str] = {}
@@ -332,15 +332,15 @@ async def stop_robot(communicator: Communicator) -> StopReport:
 
 
 async def reset_robot(communicator: Communicator) -> None:
-    """Let a robot take commands again after its emergency stop. Raises ZenohIceError when it cannot."""
+    """Let a robot accept commands again after its emergency stop. Raises ZenohIceError when it cannot."""
     safety = SafetyPrx.uncheckedCast(communicator.stringToProxy("Safety"))
     await asyncio.wrap_future(safety.resetEmergencyStop.begin())
 
 
 def free_endpoint() -> str:
-    """Return an endpoint on loopback that nobody listens on at the moment.
+    """Return a free endpoint on loopback.
 
-    Components that are started here connect to it, so that they are found without any robot.
+    Components that are started here connect to it, so that they are found without a robot.
     """
     with socket.create_server(("127.0.0.1", 0)) as probe:
         return f"tcp/127.0.0.1:{probe.getsockname()[1]}"

@@ -1,1 +1,1 @@
-"""What all views of running components share: who runs, what they do and did, and the state of the robot."""
+"""What all views of running components share: their discovery, state and history, and the robot's state."""

@@ -1,4 +1,4 @@
-"""The automata of a component as a tree, what a snapshot says about each, and how their states changed."""
+"""The automata of a component as a tree, their part of a snapshot, and their changes of state."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _DEEPEST: Final = 64
 _LONGEST_LOG: Final = 5_000
 """Changes of state and spans kept."""
 _MOST_AUTOMATA: Final = 10_000
-"""Automata that a log distinguishes; of more, those that are gone are forgotten."""
+"""Automata that a log distinguishes; with more, removed ones are forgotten."""
 _LONGEST_NUMBER: Final = 40
 _TRUTHS: Final = {"True": 1.0, "False": 0.0}
 
@@ -109,7 +109,7 @@ class Automata:
     def rows(self) -> Iterator[StateRow]:
         """Yield every state in document order, each before the states of the automaton that it owns."""
         roots = [automaton for automaton in self.all if automaton.parent not in self._by_id]
-        # What is not a tree, which no component of ours sends, still ends: no automaton is visited twice.
+        # A structure with a cycle, which no component of ours sends, ends too: no automaton is visited twice.
         visited: set[int] = set()
         for root in roots[:1]:
             yield from self._rows_below(root, (), visited)
@@ -188,7 +188,7 @@ def number_in(text: str) -> float | None:
     if text.startswith("np.") and text.endswith(")"):
         text = text[text.find("(") + 1 : -1]
     if len(text) > _LONGEST_NUMBER or not text.lstrip("+-")[:1].isdigit():
-        return None  # most values are no numbers, and an exception for each would cost
+        return None  # most values are not numbers, and an exception for each would cost time
     try:
         value = float(text)
     except ValueError:
@@ -229,7 +229,7 @@ class StateLog:
         self._before = math.inf
 
     def add(self, snapshot: ComponentSnapshot) -> bool:
-        """Take a snapshot that is newer than the last; return whether a state or a ghost has changed."""
+        """Add a snapshot that is newer than the last; return whether a state or a ghost has changed."""
         changed = False
         for automaton in snapshot.automata:
             self._note_change(automaton)
@@ -258,7 +258,7 @@ class StateLog:
         if span is not None and (span.state, span.ghost) == (automaton.state, automaton.ghost):
             span.end = now
             return False
-        # The time of an entry is exact; that of a ghost that came alive is known from the next snapshot.
+        # The time of an entry is exact; that of a ghost that became active is known from the next snapshot.
         start = automaton.enteredAt if self._before < automaton.enteredAt <= now else now
         if span is not None:
             span.end = start

@@ -1,4 +1,4 @@
-"""Follow one component: its structure, its snapshots, and whether it is still heard of."""
+"""Follow one component: its structure, its snapshots, and whether it is silent."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from zenoh_ice import Communicator, Sample
 __all__ = ["Follower", "LiveStructure", "News", "Silence"]
 
 _HIGHEST_RATE: Final = 50.0
-"""Snapshots a second that are passed on at most; of more only the newest is."""
+"""Limit of the snapshots per second that are published; of more, the newest is."""
 _AUTOMATA_A_SECOND: Final = 2_000
-"""Automata of all these snapshots: the page takes in no more of a component of hundreds."""
+"""Limit of the automata in them per second: the page cannot process more of a component of hundreds."""
 _SILENT: Final = 1.0
-"""Seconds without a word after which a component counts as silent; it speaks ten times a second."""
+"""Seconds without a snapshot after which a component is silent; it sends ten per second."""
 
 
 class LiveStructure(msgspec.Struct, frozen=True, rename="camel"):
@@ -35,7 +35,7 @@ class LiveStructure(msgspec.Struct, frozen=True, rename="camel"):
 
 
 class Silence(NamedTuple):
-    """A component is silent since a wall time in s; 0 says that it speaks again."""
+    """A component has been silent since a wall time in s; 0 when it sends again."""
 
     since: float
 
@@ -48,7 +48,7 @@ class Follower:
 
     `publish` is called from any thread, with a snapshot at every change of state and at least ten times a
     second, with the structure when it is known and when it has changed, and with the beginning and the end of
-    silence. A component that is restarted begins a new log; one that is reloaded goes on in the same.
+    silence. A component that is restarted begins a new log; one that is reloaded continues the same log.
     """
 
     def __init__(
@@ -79,7 +79,7 @@ class Follower:
 
     @property
     def log(self) -> RunLog:
-        """What the component did since it was started, or since it is followed."""
+        """What the component has done since it was started or followed."""
         return self._log
 
     @property
@@ -94,7 +94,7 @@ class Follower:
 
     @property
     def age(self) -> float:
-        """Wall seconds since it was heard of, or since it is followed."""
+        """Wall seconds since its last snapshot, or since it is followed."""
         return time.monotonic() - self._heard
 
     def close(self) -> None:
@@ -102,16 +102,16 @@ class Follower:
         self._subscription.close()
 
     def forget_breakpoints(self) -> None:
-        """Ask for the breakpoints again: somebody may have changed them."""
+        """Request the breakpoints again: another client may have changed them."""
         self._breakpoints.forget()
 
     def update(self) -> None:
-        """Ask for what is missing, and publish what has changed."""
+        """Request what is missing, and publish what has changed."""
         present = self.identity in self._communicator.identities()
         with self._order:
             self._set_silent(not present or self.age > _SILENT)
         if self._silent and (self._log.newest is None or self.age > _SILENT):
-            return  # one without a token of presence is heard all the same
+            return  # one without a presence token is received anyway
         if self._is_outdated():
             self._restarted = False
             self._polled_structure.forget()
@@ -147,7 +147,7 @@ class Follower:
     def _is_of_older(self, snapshot: ComponentSnapshot) -> bool:
         """Return whether a snapshot is of another process that serves the same name, and was started earlier.
 
-        As long as the younger one speaks that one is followed, or each would end the run of the other.
+        The younger one is followed as long as it sends; otherwise each would end the run of the other.
         """
         before = self._log.newest
         return before is not None and self.age <= _SILENT and snapshot.startedAt < before.component.startedAt
@@ -165,5 +165,5 @@ class Follower:
         live = LiveSnapshot(sample.wall_time, snapshot, self._robot.read())
         self._log.add(live)
         with self._order:
-            self._set_silent(False)  # if that was the last word of one that is gone, it is silent again
+            self._set_silent(False)  # if that was the last snapshot of a lost component, it is silent again
             self._publish(live)

@@ -1,4 +1,4 @@
-"""Who is in a realm, and how to ask what is there without waiting."""
+"""Find the servants of a realm, and call them without waiting."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ __all__ = [
 ]
 
 MONITOR_PREFIX: Final = "Hfsm."
-"""Begins the identity of every component's monitor."""
+"""Prefix of the identities of monitors of components."""
 RELOAD_PATIENCE: Final = 30_000
 """Milliseconds that a component may take to reload its file, with its libraries."""
 _PERIOD: Final = 0.05
 _SETTLING: Final = 0.3
-"""Seconds in which others become known once there is one: each process is met on a link of its own."""
+"""Seconds in which others are discovered after the first: each process has a separate link."""
 _PAUSE: Final = 0.5
-"""Seconds between two attempts to ask."""
+"""Seconds between two attempts of a call."""
 _SHOWN: Final = 12
 """Names that an error lists at most."""
 
@@ -78,7 +78,7 @@ def components(communicator: Communicator) -> list[str]:
 def missing_component(communicator: Communicator, name: str, wait: float = 0.0) -> VisualHfsmError | None:
     """Return the error for a component that is not known to run, or None for one that is.
 
-    It names those that run, for which it waits at most `wait` s.
+    It names those that run, and waits at most `wait` s to find them.
     """
     deadline = time.monotonic() + wait
     while not (found := components(communicator)) and time.monotonic() < deadline:
@@ -91,7 +91,7 @@ def missing_component(communicator: Communicator, name: str, wait: float = 0.0) 
 
 @contextmanager
 def refusals(component: str) -> Iterator[None]:
-    """Turn what a component refuses into a VisualHfsmError, which says why in one line."""
+    """Convert the refusal of a component to a VisualHfsmError, which says why in one line."""
     try:
         yield
     except (NoSuchElement, InvalidValue) as error:
@@ -102,12 +102,12 @@ def refusals(component: str) -> Iterator[None]:
 
 
 def has_interface(communicator: Communicator, identity: str, type_id: str) -> bool:
-    """Return whether a servant that is there has an interface."""
+    """Return whether a servant that is present has an interface."""
     return type_id in communicator.presence.interfaces(Target(communicator.realm, identity))
 
 
 def did_you_mean(text: str, known: Iterable[str]) -> str:
-    """Return `; did you mean ...?`, or which there are."""
+    """Return `; did you mean ...?`, or the list of those that exist."""
     names = sorted(set(known))
     close = difflib.get_close_matches(text[:200], names, 3)
     close = [name for name in close if not any(name.endswith(f"/{other}") for other in close)]
@@ -118,7 +118,7 @@ def did_you_mean(text: str, known: Iterable[str]) -> str:
 
 
 class PolledValue(Generic[T]):
-    """The answer to a call, which is asked for until it is there; `poll` it regularly."""
+    """The answer to a call, which is repeated until it succeeds; `poll` it regularly."""
 
     def __init__(self, ask: Callable[[], Future[T]]) -> None:
         self.value: T | None = None
@@ -128,12 +128,12 @@ class PolledValue(Generic[T]):
         self._next = 0.0
 
     def forget(self) -> None:
-        """Ask again: what answered has changed."""
+        """Call again: the server has changed."""
         self.value = None
         self._pending = None
 
     def poll(self) -> T | None:
-        """Ask if it is time to, take the answer if it is there, and return what is known."""
+        """Call if it is time to, read the answer if it has arrived, and return what is known."""
         if self._pending is not None and self._pending.done():
             pending, self._pending = self._pending, None
             try:
@@ -151,17 +151,17 @@ class PolledValue(Generic[T]):
 class Newest(Generic[T]):
     """The newest sample of a stream, or None when it is older than `oldest` s or does not fit the interface.
 
-    What does not fit is logged once, until something fits again: it is looked at many times a second.
+    A sample that does not fit is logged once, until one fits again, as this is read many times a second.
     """
 
     def __init__(self, read: Callable[[], Sample[T] | None], oldest: float = math.inf) -> None:
         self._read = read
         self._oldest = oldest
         self.trouble = ""
-        """Why what came last does not fit."""
+        """Why the last sample does not fit."""
 
     def __call__(self) -> Sample[T] | None:
-        """Look, without waiting."""
+        """Return it without waiting."""
         try:
             sample = self._read()
         except MarshalException as error:

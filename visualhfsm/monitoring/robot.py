@@ -1,4 +1,4 @@
-"""The state of the robot, as far as its servers stream it; nothing of it needs to be there."""
+"""The state of the robot, as far as its servers stream it; any of them may be missing."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from zenoh_ice.text import printable
 __all__ = ["STALE", "RobotFacts", "RobotMonitor", "RobotState"]
 
 STALE: Final = 0.8
-"""Wall seconds after which a value that comes at least ten times a second is no longer believed."""
+"""Wall seconds after which a value that is sent at least ten times a second is too old."""
 _STALE_HEALTH: Final = 2.0
-"""The same for reports of health and safety, which come twice a second."""
+"""The same for reports of health and safety, which are sent twice a second."""
 _LONGEST_REASON: Final = 200
 _BODY: Final = "Body"
 
@@ -34,7 +34,7 @@ class RobotState(msgspec.Struct, frozen=True, rename="camel"):
     """Pitch of the head in rad, positive downwards."""
     health: HealthReport | None = None
     trouble: str = ""
-    """Why the joints of a robot that is there are not known."""
+    """Why the joints of a present robot are unknown."""
 
 
 class RobotFacts(msgspec.Struct, frozen=True, rename="camel"):
@@ -61,12 +61,12 @@ class RobotMonitor:
         self._limits = PolledValue(body.getJointLimits.begin)
 
     def update(self) -> None:
-        """Ask for what is missing; without a robot nothing is asked."""
+        """Request what is missing; without a robot nothing is requested."""
         if _BODY in self._communicator.identities():
             self._names.poll()
             self._limits.poll()
         elif self._names.value is not None:
-            self._names.forget()  # another robot may come
+            self._names.forget()  # another robot may appear
             self._limits.forget()
 
     def facts(self) -> RobotFacts:
@@ -74,7 +74,7 @@ class RobotMonitor:
         return RobotFacts(self.cameras(), list(self._limits.value or ()))
 
     def cameras(self) -> list[str]:
-        """Return the identities of the cameras that are there."""
+        """Return the identities of the present cameras."""
         return [
             identity
             for identity in self._communicator.identities()
@@ -102,12 +102,12 @@ class RobotMonitor:
         return printable(safety.value.reason)[:_LONGEST_REASON] or "emergency stop"
 
     def age(self) -> float:
-        """Return the wall seconds since anything was heard of the robot; infinite when nothing ever was."""
+        """Return the wall seconds since the robot sent anything; infinite when it never did."""
         samples = (self._head(), self._joints(), self._health())
         return min((sample.age for sample in samples if sample is not None), default=math.inf)
 
     def read(self, *, stale: bool = False) -> RobotState:
-        """Return what is known now, without waiting; with `stale` what is too old, too."""
+        """Return what is known now, without waiting; with `stale` also old values."""
         oldest, oldest_health = (math.inf, math.inf) if stale else (STALE, _STALE_HEALTH)
         head, health = self._head(), self._health()
         pose = head.value if head is not None and head.age <= oldest else None
@@ -120,7 +120,7 @@ class RobotMonitor:
         )
 
     def _trouble(self) -> str:
-        """Return why the joints of a robot that is there are not known, such as an interface that differs."""
+        """Return why the joints of a present robot are unknown, such as an interface that differs."""
         if _BODY not in self._communicator.identities():
             return ""
         return printable(self._joints.trouble or self._names.trouble)[:_LONGEST_REASON]

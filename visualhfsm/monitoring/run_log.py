@@ -1,6 +1,6 @@
-"""What a component did in one run: moments to go back to, changes of state, and numbers over time.
+"""What a component did in one run: moments, changes of state, and numbers over time.
 
-All of it takes bounded memory: of what does not fit the oldest goes.
+All of it takes bounded memory: the oldest is dropped.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ from visualhfsm.monitoring.robot import RobotState
 __all__ = ["LiveSnapshot", "RunLog", "SeriesTable", "Timeline", "is_sound", "numbers_of"]
 
 LARGEST: Final = 48 << 20
-"""Bytes of packed moments that are kept; an hour of a component of five automata takes about half of it."""
+"""Limit of the packed moments in bytes; an hour of a component of five automata takes about half of it."""
 _INTERVAL: Final = 0.05
 """Seconds of component time between two moments that are kept, unless a state changes."""
 _FASTEST: Final = 1
 CAPACITY: Final = 18_000
 """Rows of numbers kept: half an hour at 10 a second."""
 MOST_COLUMNS: Final = 1000
-"""Numbers kept; what comes later is left out. With all rows they take 72 MB."""
+"""Limit of the numbers; later ones are left out. With all rows they take 72 MB."""
 _LONGEST: Final = 1e9
 """Seconds of component time: thirty years."""
 _LATEST: Final = 1e11
@@ -50,7 +50,7 @@ _encoder = msgspec.json.Encoder()
 class LiveSnapshot(msgspec.Struct, frozen=True, rename="camel"):
     """A component at one moment, in the words of `interfaces/hfsm.idl`, and its robot.
 
-    `at` is the wall time in s since the epoch at which it was heard of, in a recording that of the run.
+    `at` is the wall time in s since the epoch at which it was received; in a recording, that of the run.
     """
 
     at: float
@@ -59,7 +59,7 @@ class LiveSnapshot(msgspec.Struct, frozen=True, rename="camel"):
 
 
 class Timeline(msgspec.Struct, frozen=True, rename="camel"):
-    """The whole of what is kept: from when to when, and how the states changed.
+    """Everything that is kept: its time span, and the changes of state.
 
     A change is [time, automaton, origin, destination, transition], a span [automaton, state, whether it was a
     ghost, start, end]. Times are the component's in s; `numbers` are the names of what can be plotted.
@@ -109,7 +109,7 @@ class RunLog:
             return list(self._log.spans)
 
     def add(self, snapshot: LiveSnapshot) -> None:
-        """Take a moment; one that is not after the last only replaces it as the newest."""
+        """Add a moment; one that is not after the last only replaces it as the newest."""
         time = snapshot.component.time
         with self._lock:
             before, self._newest = self._newest, snapshot
@@ -136,7 +136,7 @@ class RunLog:
         return msgspec.Raw(zlib.decompress(packed))
 
     def timeline(self) -> Timeline:
-        """Return how the states changed in the time that is kept."""
+        """Return the changes of state in the time that is kept."""
         with self._lock:
             start, end = (self._times[0], self._times[-1]) if self._times else (0.0, 0.0)
             return Timeline(
@@ -190,7 +190,7 @@ _MARK: Final = "mark."
 def is_sound(snapshot: ComponentSnapshot) -> bool:
     """Return whether a snapshot can be one: of times in a run, and of not too many automata.
 
-    What is kept of a run is found by its times; any process in the realm may send anything.
+    The log is searched by time, and any process in the realm may send anything.
     """
     return (
         0.0 <= snapshot.time <= _LONGEST
@@ -246,7 +246,7 @@ class SeriesTable:
     def __init__(self, capacity: int = CAPACITY) -> None:
         self._rows: deque[tuple[float, array.array[float]]] = deque(maxlen=capacity)
         self._places: dict[str, int] = {}
-        """The place of each number in a row; rows from before it came are shorter."""
+        """The place of each number in a row; rows from before it appeared are shorter."""
 
     @property
     def names(self) -> list[str]:
@@ -269,8 +269,8 @@ class SeriesTable:
     ) -> tuple[list[float], dict[str, list[float | None]]]:
         """Return the times from `start` to `end` and the numbers at them; unknown names are left out.
 
-        Of more rows than `points`, at least 2, those stay at which a number is lowest or highest within its
-        share of the time: no peak is lost.
+        If there are more rows than `points`, at least 2, the result has those at which a number is lowest or
+        highest within its interval, so that no peak is lost.
         """
         inside = [row for row in self._rows if start <= row[0] <= end]
         columns = {
@@ -286,7 +286,7 @@ class SeriesTable:
 
 
 def _thinned(columns: Sequence[NDArray[np.float64]], count: int, points: int) -> NDArray[np.intp]:
-    """Return the rows that stay, in order."""
+    """Return the selected rows, in order."""
     if count <= points or not columns:
         step = max(1, -(-count // points))
         return np.arange(0, count, step, dtype=np.intp)
