@@ -1,6 +1,6 @@
 """Run the components of the editor's tabs: generate, start, stop and restart them.
 
-What they write leads back to the code of its document: log lines and tracebacks name its lines.
+Log lines and tracebacks lead back to the code of the document.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ _TRANSITION: Final = frozenset({"trigger", "guard", "fired"})
 class RunningComponents:
     """At most one child process for each tab. All methods raise VisualHfsmError.
 
-    What was begun is done to its end, also when the window that asked for it goes away.
+    Work that has begun is completed, also when the window that requested it is closed.
     """
 
     def __init__(self, publish: Publish, settings: Settings | None = None) -> None:
@@ -78,16 +78,16 @@ class RunningComponents:
         return None
 
     async def forget(self, tab: int) -> None:
-        """Stop the process of a tab that is closed, and delete what was generated for it aside."""
+        """Stop the process of a tab that is closed, and delete its temporary files."""
         run = self._runs.pop(tab, None)
         if run is not None:
             await complete(run.close())
 
     async def locate(self, source: Source, text: str, automaton: int = 0, state: int = 0) -> object:
-        """Return the place and the line of the code of which a line of a log or of a report speaks, or None.
+        """Return the place and the line of the code to which a line of a log or a report refers, or None.
 
-        A report has the `automaton` and the `state`, which distinguish pieces that share a line.
-        It may be that of a component that runs elsewhere, of the file that the document has.
+        A report has the `automaton` and the `state`, which distinguish pieces that share a line. It may come
+        from a component that runs elsewhere, from the same file.
         """
         run = self._runs.get(source.tab)
         origins = run.origins if run is not None else None
@@ -108,7 +108,7 @@ class RunningComponents:
 
 @dataclass(frozen=True, slots=True)
 class _Generated:
-    """A component that was written: its file, and where its lines come from."""
+    """A component that was written: its file, and its source map."""
 
     component: Path
     origins: Origins | None
@@ -138,7 +138,7 @@ class _Run:
 
     @property
     def origins(self) -> Origins | None:
-        """Where the lines of the component that runs come from; None while none does."""
+        """The source map of the running component; None while none runs."""
         return self._generated.origins if self._generated and self.is_running else None
 
     async def generate(self, source: Source) -> _Generated:
@@ -166,12 +166,12 @@ class _Run:
             self._report("running")
 
     async def stop(self, patience: Sequence[float] = _PATIENCE) -> None:
-        """End the process; nothing happens when there is none."""
+        """End the process, if there is one."""
         async with self._busy:
             await self._stop(patience)
 
     async def close(self, patience: Sequence[float] = _PATIENCE) -> None:
-        """End the process, and delete what was generated aside."""
+        """End the process, and delete its temporary files."""
         try:
             await self.stop(patience)
         finally:
@@ -222,7 +222,7 @@ class _Run:
 
 
 def _describe_exit(code: int, *, stopped: bool) -> str:
-    """Say in words how a component ended; `stopped` when that was requested."""
+    """Describe how a component ended; `stopped` when that was requested."""
     if code == 0 or (stopped and code in (_INTERRUPTED, _TERMINATED)):
         return "it was stopped" if stopped else "it has finished"
     if code > 0:
@@ -233,11 +233,11 @@ def _describe_exit(code: int, *, stopped: bool) -> str:
 
 
 class _Directory:
-    """Where the component of one document is generated, again after each change.
+    """The place where the component of a document is generated, again after each change.
 
-    The component of a document that is saved is written beside it, as `codegen` does. One that has never been
-    saved, or holds changes that its file lacks, is generated from a copy in a temporary directory, which
-    `close` deletes; its component goes there, too, unless a component beside the file is to be renewed.
+    The component of a document that is saved is written beside it, as `codegen` does. A document with unsaved
+    changes is generated from a copy in a temporary directory, which `close` deletes; its component is written
+    there, too, unless one beside the file is to be updated.
     """
 
     def __init__(self) -> None:
@@ -247,9 +247,9 @@ class _Directory:
     def generate(self, source: Source, *, beside: bool = False) -> _Generated:
         """Write the component. Raises VisualHfsmError, which names the first error and counts the others.
 
-        Without a file the component is called after the title, if that can be the name of a module. `beside`
-        writes it beside the file also when that lacks the changes. Once written somewhere it stays there:
-        that is where a running component looks for its new self.
+        Without a file, the component has the name of the title, if that can be the name of a module. `beside`
+        writes it beside the file also when that lacks the changes. After that the place stays the same: a
+        running component reloads its file.
         """
         diagnostics = Diagnostics()
         path = source.path
@@ -269,7 +269,7 @@ class _Directory:
         return _Generated(component, read_origins(file, component))
 
     def close(self) -> None:
-        """Delete what stands aside."""
+        """Delete the temporary files."""
         aside, self._aside, self._target = self._aside, None, None
         if aside is not None:
             aside.cleanup()
@@ -290,7 +290,7 @@ def _module_name(title: str) -> str:
 
 
 def _copy_extension(path: Path, copy: Path) -> None:
-    """Copy what was written by hand beside a document to its copy, where it is looked for."""
+    """Copy the handwritten files beside a document to its copy."""
     with contextlib.suppress(FileNotFoundError):
         shutil.copyfile(
             extension_path(component_path(path, None)), extension_path(component_path(copy, None))
@@ -339,7 +339,7 @@ class Origins:
         return Origin(found.place, found.line) if found else None
 
     def _written(self, row: SourceRow, line: int) -> Origin | None:
-        """Return the place of a row of the source map; `line` is the document's."""
+        """Return the place of a row of the source map; `line` is a line of the document."""
         kind: Literal["automaton", "state", "transition"]
         kind = "state" if row.part in _STATE else "transition" if row.part in _TRANSITION else "automaton"
         for spot in spots(self._document):
@@ -352,9 +352,9 @@ class Origins:
 
 
 def read_origins(document: Path, component: Path) -> Origins | None:
-    """Return where the lines of a component come from, or None without its document.
+    """Return the source map of a component, or None without its document.
 
-    Without its file only what names the document is found.
+    Without its file, only lines that name the document are found.
     """
     read = read_document(document, Diagnostics())
     if read is None:

@@ -1,9 +1,9 @@
 """What the editor's server shares with its services: running, live data and code completion.
 
-A service publishes what happens by itself as one of the messages of this module, which go to the page as they
-are; `publish` may be called from any thread and never blocks. Its methods run on the server's event loop and
-do not block it; what they return goes to the page as JSON, and a VisualHfsmError as its text. They are
-cancelled when they take too long.
+A service publishes events as messages of this module, which are sent to the page as they are; `publish` may
+be called from any thread and never blocks. Its methods run on the server's event loop and do not block it;
+their results are sent to the page as JSON, a VisualHfsmError as its text. They are cancelled when they take
+too long.
 """
 
 from __future__ import annotations
@@ -40,10 +40,9 @@ R = TypeVar("R")
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """An open document as it stands at the moment of a request.
+    """An open document at the moment of a request.
 
-    `path` is its file, None as long as it has none; `dirty` says that the file holds something else, `title`
-    what it is called.
+    `path` is its file, None as long as it has none; `dirty` says that the file differs, `title` is its name.
     """
 
     tab: int
@@ -56,7 +55,7 @@ class Source:
 
 @dataclass(frozen=True, slots=True)
 class Components:
-    """The components that run in the realm: their names and whatever else the page shows of them."""
+    """The components that run in the realm: their names and what else the page shows of them."""
 
     running: Sequence[Mapping[str, Any]]
     robot_stopped: str = ""
@@ -64,16 +63,16 @@ class Components:
 
 
 def tag(class_name: str) -> str:
-    """Return the tag of a message in JSON: the name of its class with a small first letter."""
+    """Return the tag of a message in JSON: the name of its class with a lower-case first letter."""
     return class_name[0].lower() + class_name[1:]
 
 
 class Push(msgspec.Struct, kw_only=True, rename="camel", tag_field="push", tag=tag):
-    """A message that the page gets without asking."""
+    """A message that the page gets without a request."""
 
 
 class OutputLine(msgspec.Struct, kw_only=True, rename="camel"):
-    """A line that a component wrote, and the piece of code that it speaks of, if any."""
+    """A line that a component wrote, and the piece of code to which it refers, if any."""
 
     text: str
     stream: Literal["out", "err"] = "out"
@@ -84,7 +83,7 @@ class OutputLine(msgspec.Struct, kw_only=True, rename="camel"):
 class Output(Push):
     """Lines that a component wrote; `dropped` older ones were too many for this window.
 
-    `whole` says that these are all that are kept, in the place of those that the window has.
+    `whole` says that these are all lines, and replace those that the window has.
     """
 
     tab: int
@@ -94,7 +93,7 @@ class Output(Push):
 
 
 class RunPush(Push, tag="run"):
-    """What became of a component that was started here.
+    """The status of a component that was started here.
 
     The exit code is minus the number of the signal that ended it, if one did.
     """
@@ -106,21 +105,21 @@ class RunPush(Push, tag="run"):
 
 
 class Snapshot(Push):
-    """What a running component does at this moment."""
+    """The state of a running component at this moment."""
 
     component: str
     value: Any
 
 
 class Structure(Push):
-    """What automata a running component has."""
+    """The automata of a running component."""
 
     component: str
     value: Any
 
 
 class Stale(Push):
-    """A component is silent since a moment (s of wall time); `since` 0 says that it speaks again."""
+    """A component has been silent since a moment (s of wall time); `since` is 0 when it sends again."""
 
     component: str
     since: float

@@ -26,7 +26,7 @@ class FileVersion:
     digest: str
 
     def is_current(self, path: Path) -> bool:
-        """Return whether a file still holds this; its content is read when only its time differs."""
+        """Return whether a file is unchanged; its content is read when only its time differs."""
         try:
             status = path.stat()
             if (status.st_mtime_ns, status.st_size) == (self.changed_at, self.size):
@@ -37,7 +37,7 @@ class FileVersion:
 
 
 def read_file(path: Path) -> tuple[bytes, FileVersion]:
-    """Return what a file holds. Raises EditError when it cannot be read, or is no file of a sane size."""
+    """Return the content of a file. Raises EditError when it cannot be read, or is too large."""
     what = f"Cannot open {path.name}"
     try:
         if not path.is_file():
@@ -57,8 +57,8 @@ def read_file(path: Path) -> tuple[bytes, FileVersion]:
 def write_file(path: Path, content: bytes) -> FileVersion:
     """Write a file whole or not at all, with the permissions and the group that it had; a link stays one.
 
-    The content is on the disk before the file takes its place. Raises EditError, also for a file that may not
-    be written to, though its directory may.
+    The content is on the disk before the new file replaces the old one. Raises EditError, also for a file
+    that may not be written to, though its directory may.
     """
     temporary: Path | None = None
     try:
@@ -67,7 +67,7 @@ def write_file(path: Path, content: bytes) -> FileVersion:
         if former is not None and not os.access(target, os.W_OK):
             raise PermissionError(errno.EACCES, "the file is write-protected")
         temporary = target.with_name(f".{secrets.token_hex(8)}.tmp")
-        # Nobody else may read it before it has the permissions of the former one.
+        # Other users may not read it before it has the permissions of the former one.
         flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC
         descriptor = os.open(temporary, flags, 0o666 if former is None else 0o600)
         with os.fdopen(descriptor, "wb") as stream:
@@ -82,11 +82,11 @@ def write_file(path: Path, content: bytes) -> FileVersion:
         temporary.replace(target)
     except (OSError, ValueError) as error:
         if temporary is not None:
-            with suppress(OSError):  # it may never have been made; the first failure is reported
+            with suppress(OSError):  # it may not exist; the first failure is reported
                 temporary.unlink(missing_ok=True)
         hint = f"nothing was written: check the permissions of {path.parent} and the space on the disk"
         raise EditError(f"Cannot save {path.name}", _reason(error), hint) from error
-    with suppress(OSError):  # the file is there; only a power failure could still bring back the former one
+    with suppress(OSError):  # the file is written; only a power failure could still restore the former one
         _sync_directory(target.parent)
     return FileVersion(written.st_mtime_ns, written.st_size, _digest(content))
 

@@ -1,4 +1,4 @@
-"""Move an automaton to another document, and bring back one that is imported."""
+"""Move an automaton to another document, and inline an imported one."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def extract(document: Document, automaton: int, path: Path | None, file: Path) -
     """Write an automaton with all below it to a new document, and return the command that imports it.
 
     `path` is the document's own file; `file` lies in its directory or below, and must not exist. Libraries
-    and interfaces come along, so that the new document can be checked by itself. Raises EditError.
+    and interfaces are copied, so that the new document can be checked by itself. Raises EditError.
     """
     what = f"Cannot move the automaton to {file.name}"
     if path is None:
@@ -57,7 +57,7 @@ def extract(document: Document, automaton: int, path: Path | None, file: Path) -
 
 
 def inline(document: Document, automaton: int, path: Path | None) -> Command:
-    """Return the command that puts the content of an imported automaton in its place. Raises EditError.
+    """Return the command that inlines the content of an imported automaton. Raises EditError.
 
     `path` is the document's own file.
     """
@@ -70,9 +70,9 @@ def inline(document: Document, automaton: int, path: Path | None) -> Command:
 
 
 def imported_content(document: Document, automaton: int, path: Path) -> Document:
-    """Return what an imported automaton stands for: itself, then all below it. Raises EditError.
+    """Return the content of an imported automaton: itself, then all below it. Raises EditError.
 
-    With it comes what its file declares, and the functions of the other automata there are its own.
+    The declarations of its file are included, and it gets the functions of the other automata there.
     """
     stub = find_automaton(document, automaton)
     what = f"Cannot read {_file_of(document, automaton)}"
@@ -101,7 +101,7 @@ def imported_views(document: Document, path: Path) -> list[dict[str, Any]]:
     """Return the content of all automata that are imported, each before those below it.
 
     They have the ids that a component of the document, whose file is `path`, gives them. Each has the file,
-    relative to the document, and the automaton of it that it comes from. What cannot be had is left out.
+    relative to the document, and the automaton of it that it comes from. What cannot be read is left out.
     """
     own = {automaton.id: automaton for automaton in document.automata}
     views = []

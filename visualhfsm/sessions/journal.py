@@ -101,7 +101,7 @@ def journal_directory() -> Path:
 
 
 class Journal:
-    """The journal of one session; it comes into being with its first entry."""
+    """The journal of one session; its file is created with the first entry."""
 
     def __init__(self, directory: Path, header: Header) -> None:
         self._directory = directory
@@ -112,7 +112,7 @@ class Journal:
 
     @classmethod
     def take_over(cls, file: Path) -> tuple[Journal, Iterator[tuple[Entry, int]]]:
-        """Return a journal to be continued, and what it holds: entries, each with its place for `cut`.
+        """Return a journal to be continued, and its entries, each with its place for `cut`.
 
         Raises EditError when it cannot be read, or belongs to a session that is alive.
         """
@@ -135,7 +135,7 @@ class Journal:
                 raise EditError(what, "it contains no document", "remove it") from error
             if header.version != _VERSION:
                 raise EditError(what, f"it is of version {header.version}", "open it with a newer release")
-            # A line that was cut off by the crash goes, so that the next one does not continue it.
+            # A line that was cut off by the crash is removed, so that the next one does not continue it.
             whole = rest.rpartition(b"\n")[0]
             end = len(first) + 1 + (len(whole) + 1 if whole else 0)
             os.ftruncate(descriptor, min(end, len(content)))
@@ -157,10 +157,10 @@ class Journal:
         return self._file
 
     def add(self, entry: Entry, whole: Callable[[], Entry]) -> None:
-        """Write an entry; when the disk is full or gone that is logged, and editing goes on without it.
+        """Write an entry; when that fails, such as on a full disk, it is logged and editing continues.
 
-        What follows one that is missing could not be replayed: `whole`, the change to the document as it is
-        now, is written in its place from then on.
+        Entries after a missing one could not be replayed: from then on `whole`, the change to the present
+        document, is written instead.
         """
         entries = [entry] if not self._has_gap else [whole(), *([entry] if isinstance(entry, Saved) else [])]
         size = 0
@@ -173,11 +173,11 @@ class Journal:
             _logger.warning("the autosave journal cannot be written: %s", error.strerror or error)
             self._has_gap = True
             if self._descriptor >= 0:
-                with suppress(OSError):  # the disk may be gone altogether
+                with suppress(OSError):  # the disk may be missing
                     os.ftruncate(self._descriptor, size)
 
     def begin(self) -> None:
-        """Make the file, so that the document can be recovered though it was not changed."""
+        """Create the file, so that the document can be recovered although it was not changed."""
         if self._descriptor < 0:
             try:
                 self._begin()
@@ -185,7 +185,7 @@ class Journal:
                 _logger.warning("the autosave journal cannot be written: %s", error.strerror or error)
 
     def cut(self, place: int, why: Exception) -> None:
-        """Drop the entry at a place, which means nothing, and what follows; a copy of the file is kept."""
+        """Drop the invalid entry at a place, and what follows; a copy of the file is kept."""
         assert self._file is not None
         copy = self._file.with_name(self._file.name + _UNREADABLE)
         _logger.warning("%s: what follows is dropped, and kept in %s: %s", self._file, copy, why)
@@ -209,7 +209,7 @@ class Journal:
         flags = os.O_RDWR | os.O_APPEND | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC
         descriptor = os.open(file, flags, 0o600)
         try:
-            fcntl.flock(descriptor, fcntl.LOCK_EX)  # who looks for abandoned ones holds it for a moment only
+            fcntl.flock(descriptor, fcntl.LOCK_EX)  # a search for abandoned ones holds it briefly
             _write(descriptor, msgspec.json.encode(self._header) + b"\n")
         except BaseException:
             file.unlink(missing_ok=True)

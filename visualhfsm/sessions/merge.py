@@ -1,9 +1,9 @@
-"""Bring together two versions of a document that began as the same one.
+"""Merge two versions of a document with a common ancestor.
 
-What only one side changed is taken from it; of a text, such as a piece of code, it is line by line. Where
-both changed the same of an element, mine stays, and that element is a conflict. New things of theirs that
-happen to have the id of a new one of mine get another. What does not fit together afterwards, such as a
-transition to a state that the other side deleted, is for the checks to say.
+What only one side changed is taken from it; texts, such as code, are merged line by line. Where both changed
+the same part of an element, mine is kept, and the element is a conflict. New elements of theirs with the id
+of a new one of mine get another id. Inconsistencies, such as a transition to a state that the other side
+deleted, are left to the checks.
 """
 
 from __future__ import annotations
@@ -23,18 +23,18 @@ _NodeT = TypeVar("_NodeT", bound=Node)
 _T = TypeVar("_T", bound=Hashable)
 
 _MOST_LINES: Final = 5000
-"""Lines of a text that is compared line by line; nobody types more."""
+"""Limit of the lines of a text that is compared line by line."""
 
 
 class Merged(NamedTuple):
-    """The outcome of a merge; `conflicts` says of which elements both changed the same."""
+    """The result of a merge; `conflicts` names the elements of which both changed the same."""
 
     document: Document
     conflicts: tuple[str, ...]
 
 
 def merge_documents(base: Document, mine: Document, theirs: Document) -> Merged:
-    """Return what `mine` and `theirs` make together, both of which began as `base`."""
+    """Return the merge of `mine` and `theirs` with their common ancestor `base`."""
     conflicts: list[str] = []
     document = _merged_node(base, mine, _with_own_numbers(base, mine, theirs), conflicts)
     return Merged(document, tuple(conflicts))
@@ -55,7 +55,7 @@ def _merged_node(base: _NodeT, mine: _NodeT, theirs: _NodeT, conflicts: list[str
             values[name] = _merged_sequence(old, own, other)
         elif isinstance(own, Text) and (text := merge_lines(old.text, own.text, other.text)) is not None:
             values[name] = Text(text)
-        elif name not in ("x", "y"):  # nobody wants to be asked about pixels
+        elif name not in ("x", "y"):  # positions are no conflict
             parts.append(part_of(mine, name))
     if parts:
         conflicts.append(f"{_what(mine)} ({', '.join(parts)}): yours stays")
@@ -185,10 +185,10 @@ class _Hunk(NamedTuple):
 
 
 def merge_lines(base: str, mine: str, theirs: str) -> str | None:
-    """Return what two texts make together that both began as `base`, or None when they changed the same.
+    """Return the merge of two texts with the ancestor `base`, or None when both changed the same.
 
-    Changes that touch, such as of two lines that follow each other, are taken to be of the same: together
-    they might mean something that neither side has written.
+    Changes of adjacent lines count as the same: together they might mean something that neither side has
+    written.
     """
     lines, *others = (text.splitlines(keepends=True) for text in (_ended(base), _ended(mine), _ended(theirs)))
     if max(len(lines), *map(len, others)) > _MOST_LINES:
@@ -220,11 +220,11 @@ def _hunks(base: Sequence[str], changed: Sequence[str]) -> Iterator[_Hunk]:
 
 
 def _ended(text: str) -> str:
-    """Return a text whose last line ends as all others, so that it is the same when another follows."""
+    """Return a text whose last line ends with a newline, so that it compares equal when another follows."""
     return text if text.endswith("\n") else f"{text}\n"
 
 
 def _ends(base: str, mine: str, theirs: str) -> bool:
-    """Return whether the merged text ends with a line's end: as the side that changed that has it."""
+    """Return whether the merged text ends with a newline, as on the side that changed that."""
     own, other = mine.endswith("\n"), theirs.endswith("\n")
     return own if own != base.endswith("\n") else other

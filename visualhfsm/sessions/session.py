@@ -1,4 +1,4 @@
-"""One open document: what it is now, its steps, which can be undone, its file, and its journal."""
+"""One open document: its present state, its steps, which can be undone, its file, and its journal."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from .merge import merge_documents
 __all__ = ["Change", "Choice", "DocumentSession", "Resolution"]
 
 _GROWTH: Final = 2048
-"""Bytes by which a command may let a document grow beside what it carries itself."""
+"""Limit of the bytes by which a command may let a document grow, beyond its own size."""
 _ESCAPED: Final = 6
 """Bytes that one byte of a command may take in a document."""
 MERGE_WITHIN: Final = 2.0
@@ -52,7 +52,7 @@ class Added:
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """What became of a document: `before` and `after` share everything that did not change."""
+    """A change of a document: `before` and `after` share everything that did not change."""
 
     name: str
     revision: int
@@ -61,7 +61,7 @@ class Change:
 
     @property
     def added(self) -> tuple[Added, ...]:
-        """What is new, such as to select it; empty when nothing is."""
+        """What is new, for example to select it; empty when nothing is."""
         return tuple(_added(self.before, self.after))
 
 
@@ -69,13 +69,14 @@ class Change:
 class _Step:
     name: str
     document: Document
-    """What comes when the step is undone, or done again."""
+    """The document after the step is undone, or done again."""
 
 
 class UndoStack:
-    """The present document between those before and those that were undone.
+    """The present document, with the former ones and those that were undone.
 
-    Documents share what they have in common, so that a step costs little memory; the oldest of 5000 goes.
+    Documents share unchanged parts, so that a step takes little memory; of more than 5000 the oldest is
+    dropped.
     """
 
     def __init__(self, document: Document, clock: Callable[[], float] = time.monotonic) -> None:
@@ -141,7 +142,7 @@ def _added(before: Document, after: Document) -> Iterator[Added]:
 
 
 class Choice(StrEnum):
-    """What is to become of a document whose file another program has changed."""
+    """What to do with a document whose file another program has changed."""
 
     MINE = "mine"
     THEIRS = "theirs"
@@ -150,7 +151,7 @@ class Choice(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Resolution:
-    """What became of a document whose file was changed, and where both had changed the same."""
+    """The change of a document whose file was changed, and the conflicts."""
 
     change: Change | None
     conflicts: tuple[str, ...] = ()
@@ -280,7 +281,7 @@ class DocumentSession:
 
     @property
     def is_unsaved(self) -> bool:
-        """Whether closing would lose something: a new document that nobody has changed is no loss."""
+        """Whether closing would lose changes; an unchanged new document has none."""
         return self.dirty and (self.path is not None or bool(self._steps.past or self._steps.future))
 
     @property
@@ -354,10 +355,10 @@ class DocumentSession:
         return self.path is not None and self._version is not None and not self._version.is_current(self.path)
 
     def resolve(self, choice: Choice) -> Resolution:
-        """Settle what another program did to the file: keep mine, take theirs, or merge both.
+        """Resolve a change of the file by another program: keep mine, take theirs, or merge both.
 
-        Afterwards the document differs from the file as far as it is mine. Raises EditError when the file
-        cannot be read.
+        Afterwards the document differs from the file by my changes. Raises EditError when the file cannot be
+        read.
         """
         if self.path is None:
             raise EditError("Cannot compare with the file", "the document has no file yet", "save it first")
@@ -409,7 +410,7 @@ class DocumentSession:
             raise ChangedOutsideError(f"Cannot save {target.name}", why, "merge, take theirs, or keep yours")
 
     def _take(self, document: Document, command: Command, name: str, *, merge: bool, size: int) -> None:
-        """Keep what a command of `size` bytes has made; raises EditError when it is too large."""
+        """Keep the result of a command of `size` bytes; raises EditError when it is too large."""
         if document == self.document:  # cheap: what they share is identical
             return
         bound = self._size_bound + _GROWTH + _ESCAPED * size
@@ -439,17 +440,17 @@ class DocumentSession:
         self._journal.add(entry, whole)
 
     def _keep_original(self, document: Document, content: bytes) -> None:
-        """Keep the bytes of the file: what was not changed is written back however it was laid out."""
+        """Keep the bytes of the file: an unchanged document is written back byte for byte."""
         self._original = (document, content) if document.format == NATIVE else None
 
     def _content(self) -> bytes:
-        """Return what the file is to hold. Raises EditError."""
+        """Return the new content of the file. Raises EditError."""
         if self._original is not None and self._original[0] == self.document:
             return self._original[1]
         return self.text().encode()
 
     def _notice_saved(self) -> None:
-        """See that the document is saved although its journal lacks that: the crash came in between."""
+        """Detect that the document was saved although its journal lacks that, after a crash in between."""
         if self.path is None or not self.is_changed_outside():
             return
         try:

@@ -1,4 +1,4 @@
-"""What a new document begins with: nothing, or one of the behaviors that come along."""
+"""Templates of new documents: an empty one, and the installed behaviors."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _UNTITLED: Final = "untitled"
 
 @dataclass(frozen=True, slots=True)
 class Template:
-    """Something to begin with; `path` is the document that is copied, None for an empty one."""
+    """A template; `path` is the document that is copied, None for the empty one."""
 
     name: str
     description: str
@@ -31,7 +31,7 @@ class Template:
 
 
 def find_templates() -> list[Template]:
-    """Return what there is to begin with: the empty one, then the behaviors that are installed."""
+    """Return the templates: the empty one, then the installed behaviors."""
     found = [Template(EMPTY, "An empty component.", None)]
     for directory in _directories():
         for path in sorted(directory.glob("*.xml")):
@@ -42,10 +42,10 @@ def find_templates() -> list[Template]:
 
 
 def make_template(name: str) -> tuple[str, Document]:
-    """Return what a document after a template is called, and the document; blank is the empty one.
+    """Return the name and the content of a document from a template; a blank name is the empty one.
 
-    What the template imports is put in its place, since the new document may lie anywhere.
-    Raises EditError when there is none of that name.
+    The imports of the template are inlined, since the new document may be saved anywhere. Raises EditError
+    when there is none of that name.
     """
     if name in ("", EMPTY):
         return _UNTITLED, Document(automata=(Automaton(id=1),))

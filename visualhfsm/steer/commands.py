@@ -36,7 +36,7 @@ _PANEL: Final = "Steer a running component"
 _PYTHON: Final = {"True": "true", "False": "false", "None": "null"}
 _OPENING: Final = ("{", "[", '"')
 _GAP: Final = 1.0
-"""Seconds in which cycles that run when a component is paused ought to end."""
+"""Seconds in which running cycles should end when a component is paused."""
 _PERIOD: Final = 0.02
 _PATIENCE: Final = 1.0
 _PLACES: Final = (Path(), Path("behaviors"))
@@ -98,7 +98,7 @@ def register(app: typer.Typer) -> None:
 
 
 def pause(*, settings: Settings, component: _Component, as_json: _Json = False) -> None:
-    """Pause a component: running cycles end, none begins, its time stands still."""
+    """Pause a component: running cycles end, none begins, and its time stops."""
     with steered(settings, component) as target:
         target.monitor.pause()
         deadline = time.monotonic() + _GAP
@@ -110,7 +110,7 @@ def pause(*, settings: Settings, component: _Component, as_json: _Json = False) 
 
 
 def resume(*, settings: Settings, component: _Component, as_json: _Json = False) -> None:
-    """Let a component go on after a pause or a breakpoint."""
+    """Resume a component after a pause or a breakpoint."""
     with steered(settings, component) as target:
         target.monitor.resume()
         _show_states(target, as_json=as_json)
@@ -124,10 +124,9 @@ def step(
     count: Annotated[int, typer.Option("--count", min=1, max=10_000, help="Cycles to run.")] = 1,
     as_json: _Json = False,
 ) -> None:
-    """Run one cycle of an automaton, or of all, of a component that is paused.
+    """Run one cycle of an automaton, or of all, in a paused component.
 
-    Reported on stderr is when nothing runs: the automaton is a ghost or has
-    finished.
+    When nothing runs, stderr says why: the automaton is a ghost or has finished.
     """
     with steered(settings, component) as target:
         number = target.addresses.automaton(automaton).automaton if automaton else 0
@@ -198,11 +197,10 @@ def break_(
     ] = None,
     as_json: _Json = False,
 ) -> None:
-    """Set, list and delete breakpoints, and wait until the component stands at one.
+    """Set, list and delete breakpoints, and wait until the component pauses at one.
 
-    A component pauses when the state has been entered, or the transition has
-    fired, before the code of the state runs. `step` and `resume` go on from
-    there.
+    A component pauses when the state has been entered, or the transition has fired, before the code of the
+    state runs. `step` and `resume` continue from there.
     """
     if condition and (delete or not element):
         raise typer.BadParameter("--if needs an ELEMENT to pause at")
@@ -231,7 +229,7 @@ def _change_breakpoint(target: Target, element: str, kind: str, condition: str, 
 
 
 def _show_breakpoints(target: Target, *, as_json: bool) -> None:
-    """Print the breakpoints, and at which of them the component stands."""
+    """Print the breakpoints, and those at which the component is paused."""
     breakpoints, stopped = target.monitor.getBreakpoints(), target.monitor.getSnapshot().stoppedAt
     if as_json:
         _print_json({"breakpoints": breakpoints, "stoppedAt": stopped})
@@ -246,7 +244,7 @@ def _show_breakpoints(target: Target, *, as_json: bool) -> None:
 
 
 def _wait_for_stop(target: Target, seconds: float) -> None:
-    """Wait until a component stands at a breakpoint; raises VisualHfsmError when it does not in time."""
+    """Wait until a component is paused at a breakpoint; raises VisualHfsmError when it is not in time."""
     deadline = time.monotonic() + seconds
     stream = target.monitor.getSnapshot
     snapshot = stream()
@@ -272,7 +270,7 @@ def force(
     component: _Component,
     transition: Annotated[str, typer.Argument(metavar="TRANSITION", help="Its name, or `from -> to`.")],
 ) -> None:
-    """Fire a transition at the next cycle of its automaton, whatever its condition says."""
+    """Fire a transition at the next cycle of its automaton, whatever its condition."""
     with steered(settings, component) as target:
         found = target.addresses.transition(transition)
         target.monitor.forceTransition(found.automaton, found.transition)
@@ -300,7 +298,7 @@ def set_(
         raise typer.BadParameter(f"{wrong!r} is not NAME=VALUE")
     with steered(settings, component) as target:
         snapshot = target.monitor.getSnapshot()
-        # All that can be known to be wrong is reported before the first is set.
+        # All detectable errors are reported before the first variable is set.
         found = [
             (_owner(target, snapshot, name.strip(), automaton), name.strip(), _json_of(value))
             for name, _, value in pairs
@@ -340,7 +338,7 @@ def _list(target: Target, owners: Iterable[int]) -> str:
 def _json_of(value: str) -> str:
     """Return JSON as it is, and a plain text as a text in JSON.
 
-    Raises VisualHfsmError when it was meant to be JSON: it begins like some, or is a word of Python.
+    Raises VisualHfsmError for a text that looks like malformed JSON, or is a word of Python.
     """
     try:
         json.loads(value)
@@ -379,9 +377,9 @@ def send(
 def why(
     *, settings: Settings, component: _Component, automaton: _Automaton = "", as_json: _Json = False
 ) -> None:
-    """Say why automata are where they are: what keeps each transition from firing.
+    """Explain why automata are in their states: what keeps each transition from firing.
 
-    Without an AUTOMATON of all that run.
+    Without AUTOMATON, for all that run.
     """
     with steered(settings, component) as target:
         if automaton:
@@ -440,11 +438,10 @@ def reload(
     ] = None,
     as_json: _Json = False,
 ) -> None:  # fmt: skip
-    """Compile a document and go on in it, without a restart.
+    """Compile a document and continue in it, without a restart.
 
-    All states, timers and variables that it still has are kept. Nothing is
-    touched when the document has errors, and the component runs on as it was
-    when it refuses.
+    All states, timers and variables that still exist are kept. Nothing changes when the document has errors,
+    and when the component refuses it.
     """
     from codegen.hfsm import component_path
 
@@ -479,7 +476,7 @@ def _find_document(target: Target) -> Path:
 
 
 def _generate(document: Path, output: Path | None, include: Sequence[Path]) -> Path:
-    from visualhfsm.generate import generate_component  # here: other commands need no compiler
+    from visualhfsm.generate import generate_component  # imported here: other commands need no compiler
 
     diagnostics = Diagnostics()
     written = generate_component(document, output, diagnostics, include)
@@ -497,7 +494,7 @@ def _print_json(value: object) -> None:
 
 
 def stop(*, settings: Settings, component: _Component) -> None:
-    """End a component: running cycles end, the robot is stopped, the process exits."""
+    """Stop a component: running cycles end, the robot stops, and the process exits."""
     with steered(settings, component) as target:
         target.monitor.stop()
         typer.echo(f"{target.name} ends")

@@ -1,9 +1,8 @@
-"""A running component, and its automata, states and transitions by what people call them.
+"""A running component, and its automata, states and transitions by name.
 
-An automaton is called by the names of the states above it (`followBall/green`), or by that of the component
-for the root; a state or a transition by its automaton and its own name (`followBall/green/search`), or by its
-name alone where only one has it. Ids do as well: `4`, `4/2`. A transition without a name is called by its
-states: `follow -> search`.
+An automaton is named by the states above it (`followBall/green`), the root by the component; a state or a
+transition by its automaton and its own name (`followBall/green/search`), or by its name alone where only one
+has it. Ids work, too: `4`, `4/2`. A transition without a name is named by its states: `follow -> search`.
 """
 
 from __future__ import annotations
@@ -30,7 +29,7 @@ from zenoh_ice.text import printable
 __all__ = ["Address", "Addresses", "Target", "steered"]
 
 _SETTLING: Final = 1.0
-"""Seconds in which other components become known, to name one that was meant."""
+"""Seconds in which other components are discovered, for suggestions."""
 _SHOWN: Final = 12
 """Addresses that an error names at most."""
 
@@ -45,7 +44,7 @@ class Target:
 
     @cached_property
     def addresses(self) -> Addresses:
-        """What its automata, states and transitions are called."""
+        """The names of its automata, states and transitions."""
         return Addresses(self.structure)
 
     @cached_property
@@ -56,7 +55,7 @@ class Target:
 
 @contextmanager
 def steered(settings: Settings, name: str) -> Iterator[Target]:
-    """Connect to a component for the time of a `with` block, and report in one line what it refuses.
+    """Connect to a component for the time of a `with` block, and report refusals in one line.
 
     Raises VisualHfsmError, and ConnectFailedException when there is no server at all.
     """
@@ -90,7 +89,7 @@ class Address:
 
 
 class Addresses:
-    """What can be called in one component."""
+    """The names in one component."""
 
     def __init__(self, structure: ComponentStructure) -> None:
         self._automata: dict[Address, set[str]] = {}
@@ -101,23 +100,23 @@ class Addresses:
             self._add(automaton, "/".join(automata.path(automaton.id)))
 
     def automaton(self, text: str) -> Address:
-        """Return an automaton; raises VisualHfsmError when none or several are called so."""
+        """Return an automaton; raises VisualHfsmError when none or several have the name."""
         return _find(text, self._automata, "automaton")
 
     def state(self, text: str) -> Address:
-        """Return a state; raises VisualHfsmError when none or several are called so."""
+        """Return a state; raises VisualHfsmError when none or several have the name."""
         return _find(text, self._states, "state")
 
     def transition(self, text: str) -> Address:
-        """Return a transition; raises VisualHfsmError when none or several are called so."""
+        """Return a transition; raises VisualHfsmError when none or several have the name."""
         return _find(text, self._transitions, "transition")
 
     def element(self, text: str) -> Address:
-        """Return a state or a transition; raises VisualHfsmError when none or several are called so."""
+        """Return a state or a transition; raises VisualHfsmError when none or several have the name."""
         return _find(text, {**self._states, **self._transitions}, "state or transition")
 
     def named(self, automaton: int, state: int = 0, transition: int = 0) -> str:
-        """Return the full name of what has these ids, which follow where others have the same name."""
+        """Return the full name of the element with these ids, with the ids if the name is not unique."""
         wanted = Address("", automaton, state, transition).ids
         among = self._states if state else self._transitions if transition else self._automata
         name = next((address.name for address in among if address.ids == wanted), wanted)
@@ -160,7 +159,7 @@ def _close(text: str, names: Sequence[str]) -> bool:
 
 
 def _matches(text: str, among: dict[Address, set[str]]) -> list[Address]:
-    """Return what is called so: by its full name, or else by any of its names."""
+    """Return the elements of a name: the full name, or else any of their names."""
     exact = [address for address in among if address.name == text]
     if len(exact) == 1:
         return exact

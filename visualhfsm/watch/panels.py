@@ -1,4 +1,4 @@
-"""What stands in the panels of the terminal view: the tree of states, the camera's picture, the robot."""
+"""The panels of the terminal view: the tree of states, the camera image, the robot."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _FACTS_WIDTH = 17
 
 
 def tree_lines(automata: Automata, snapshot: ComponentSnapshot, width: int, height: int) -> list[Text]:
-    """Draw at most `height` lines of `width` cells; what matters least is left out when there are more."""
+    """Draw at most `height` lines of `width` cells; the least important are left out."""
     states = by_id(snapshot)
     rows, hidden = _fit(list(automata.rows()), states, height)
     name_width = max((3 * (len(row.last) - 1) + 2 + cell_len(row.state.name) for row in rows), default=0)
@@ -108,7 +108,7 @@ def _line(
 def _progress(automata: Automata, snapshot: AutomatonSnapshot, now: float, width: int) -> Text:
     """Draw the timer that fires next as a shrinking bar.
 
-    Without one, say how long it has been in the state, and which events it waits for.
+    Without one, show how long it has been in the state, and which events it waits for.
     """
     timers = sorted(snapshot.timers, key=lambda timer: timer.remaining)
     if snapshot.finished:
@@ -154,7 +154,7 @@ def legend() -> Text:
 
 
 def camera_lines(state: WatchState, width: int, height: int) -> list[Text]:
-    """Draw the picture's frame with the marks in it, and beside it where they are and the camera's rate."""
+    """Draw the image's frame with the marks, and beside it their places and the camera's rate."""
     finder = _view_finder(state.marks, state.image_size, width - _FACTS_WIDTH, height)
     beside = _mark_facts(state, height)
     lines = []
@@ -202,7 +202,7 @@ def _view_finder(marks: Sequence[Mark], image_size: tuple[int, int], width: int,
 
 
 def _mark_facts(state: WatchState, height: int) -> list[Text]:
-    """Say of each mark how far it is from the center of the picture, then how many pictures there are."""
+    """Show how far each mark is from the center of the image, then the rate of images."""
     rate: list[Text] = []
     if state.robot.health is not None:
         images = state.robot.health.cameraRates.get(state.camera, 0.0)

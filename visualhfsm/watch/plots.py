@@ -57,7 +57,7 @@ def marks(contents: ReportContents) -> bytes:
 
 
 def states(contents: ReportContents) -> bytes:
-    """Plot the state of each automaton over time; what it remembered as a ghost is hatched."""
+    """Plot the state of each automaton over time; the states of ghosts are hatched."""
     automata = contents.automata
     with _axes(1, 0.55 * len(automata.all) + 0.5) as (figure, axes):
         axis = axes[0]
@@ -97,7 +97,7 @@ def angles(contents: ReportContents) -> bytes:
 
 @contextmanager
 def _axes(count: int, height: float) -> Iterator[tuple[Figure, Sequence[Axes]]]:
-    """Give a figure with axes above one another; the time axes of all figures stand in the same place."""
+    """Create a figure with stacked axes; the time axes of all figures are in the same place."""
     above, between, below = 0.3, 0.36, 0.45  # inches
     total = above + count * height + (count - 1) * between + below
     figure = Figure(figsize=(_WIDTH, total), dpi=_DPI)
@@ -133,7 +133,7 @@ def _limit_time(axes: Sequence[Axes], log: RunLog) -> None:
 
 
 def _widen(axis: Axes, span: float) -> None:
-    """Make a vertical axis at least so wide, so that what stands still looks like it."""
+    """Make a vertical axis at least this wide, so that constant values look constant."""
     lower, upper = axis.get_ylim()
     missing = max(span - (upper - lower), 0.0)
     axis.set_ylim(lower - missing / 2, upper + missing / 2)

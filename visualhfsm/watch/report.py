@@ -1,4 +1,4 @@
-"""Sum up a run: figures for the terminal, and a report as one HTML file that needs nothing else."""
+"""Summarize a run: figures for the terminal, and a report as one self-contained HTML file."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ __all__ = [
 ]
 
 SETTLING = 2.0
-"""Seconds at the beginning of each time of being marked that do not count: the head is on its way."""
+"""Seconds after a mark appears that do not count: the head is still turning."""
 _GAP = 0.6
 """Seconds without a mark after which it counts as lost."""
 _TEMPLATE = Path(__file__).with_name("report_template.html")
@@ -47,7 +47,7 @@ _CHANGES_SHOWN = 12
 
 @dataclass(frozen=True, slots=True)
 class ReportContents:
-    """What a report is made of.
+    """The content of a report.
 
     `began` is the wall time of the start, `image_size` that of the pictures of `camera`, `outside_trouble`
     says why there are no pictures from outside.
@@ -65,7 +65,7 @@ class ReportContents:
 
 @dataclass(frozen=True, slots=True)
 class Summary:
-    """Figures of a run; None is what was never measured.
+    """Figures of a run; None if never measured.
 
     `centered` has for each mark the share from 0 to 1 of the moments, and their number, at which it was in
     the middle third of the image along both axes; angles are in rad, lags (robot time behind its schedule) in
@@ -166,7 +166,7 @@ def _figures(summary: Summary) -> Iterator[_Figure]:
 
 
 def summary_table(contents: ReportContents) -> RenderableType:
-    """Lay out the figures of a run and its last changes of state for the terminal."""
+    """Format the figures of a run and its last changes of state for the terminal."""
     figures = Table.grid(padding=(0, 2))
     figures.add_column(style="bright_black")
     figures.add_column(justify="right")
@@ -186,14 +186,14 @@ def summary_table(contents: ReportContents) -> RenderableType:
 
 
 def check_packages() -> None:
-    """Raise MissingPackageError when what draws the plots is not installed."""
+    """Raise MissingPackageError when Matplotlib, which draws the plots, is not installed."""
     for package in ("matplotlib", "PIL"):
         if importlib.util.find_spec(package) is None:
             raise MissingPackageError("Matplotlib", "demo")
 
 
 def check_place(path: Path) -> None:
-    """Raise VisualHfsmError when no report can be written there, before a run is spent on it."""
+    """Raise VisualHfsmError when no report can be written there, before the run begins."""
     directory = path.resolve().parent
     try:
         directory.mkdir(parents=True, exist_ok=True)

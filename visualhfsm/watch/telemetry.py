@@ -1,4 +1,4 @@
-"""Listen to a component and its robot, and keep what the view and the report show."""
+"""Listen to a component and its robot, and keep the data of the view and the report."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class WatchState:
     """A component and its robot at one moment; what has not arrived yet is None or empty.
 
     `elapsed` counts the wall seconds of watching, `seconds` is its end, 0 for never; ages are wall seconds
-    since something was heard. `limits` are in rad by joint, `image_size` is that of `camera` in pixels.
+    since the last sample. `limits` are in rad by joint, `image_size` is that of `camera` in pixels.
     """
 
     component: str
@@ -60,7 +60,7 @@ class WatchState:
 
     @property
     def trouble(self) -> str:
-        """What does not answer and what happens about it; empty when all is well."""
+        """What does not answer and what to do about it; empty when all is well."""
         if self.robot_age == math.inf:
             return f"Waiting for a robot server at {self.endpoint}; naoserver-sim starts one"
         if self.robot_age > STALE:
@@ -77,8 +77,8 @@ class WatchState:
 class Telemetry:
     """What is known of a component and its robot; `update` it about ten times a second.
 
-    Nothing needs to be there when it begins, and what goes away is found again. A component that is restarted
-    begins a new log, one that is reloaded goes on in the same.
+    Both may be missing at the start, and are found again after they were lost. A component that is restarted
+    begins a new log; one that is reloaded continues the same log.
     """
 
     def __init__(self, communicator: Communicator, component: str, *, pictures: bool) -> None:
@@ -125,7 +125,7 @@ class Telemetry:
         return self._outside_image.trouble
 
     def update(self, elapsed: float = 0.0, seconds: float = 0.0) -> WatchState:
-        """Ask for what is missing and return what is known now."""
+        """Request what is missing and return what is known now."""
         self._robot.update()
         self._follower.update()
         self._image_description.poll()
@@ -166,7 +166,7 @@ class Telemetry:
         return newest.component if newest is not None and known else None
 
     def _choose_camera(self, snapshot: ComponentSnapshot) -> None:
-        """Look through a camera on which the component marks something."""
+        """Show a camera on which the component marks something."""
         marked = [mark.camera for mark in snapshot.marks]
         type_id = CameraPrx.ice_interface.type_id
         if marked and self.camera not in marked and has_interface(self._communicator, marked[-1], type_id):
@@ -206,7 +206,7 @@ class Picture:
 
 
 class Album:
-    """At most 8 pictures: of one more every other one goes, and the interval doubles."""
+    """At most 8 images: with one more, every other one is dropped, and the interval doubles."""
 
     def __init__(self) -> None:
         self.pictures: list[Picture] = []

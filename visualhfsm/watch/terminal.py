@@ -1,4 +1,4 @@
-"""Watch a component in the terminal until the time is over or Ctrl-C, then sum up how it went.
+"""Watch a component in the terminal until the time is over or Ctrl-C, then print a summary.
 
 The view lays out automata, camera, robot and what happened for the size of the terminal.
 """
@@ -46,14 +46,14 @@ _PLAIN_PERIOD: Final = 1.0
 _MOST_STDERR: Final = 65_536
 _FAINT = "bright_black"
 _NARROW = 72
-"""Columns below which the parts stand above one another."""
+"""Width in columns below which the parts are stacked."""
 _ROBOT_ROWS = 9
 _BORDERS = 2
 
 
 @dataclass(frozen=True, slots=True)
 class WatchOptions:
-    """How a component is watched: `seconds` of 0 is for ever, `wait` how long it may take to appear."""
+    """Options of watching: `seconds`, 0 for ever, and `wait`, the limit until the component appears."""
 
     component: str
     seconds: float = 0.0
@@ -76,7 +76,7 @@ def watch(communicator: Communicator, options: WatchOptions, console: Console) -
     live = console.is_terminal and not options.plain
     telemetry = Telemetry(communicator, options.component, pictures=options.report is not None)
     with stop_on_signals() as stop:
-        # Listening ends first, so that what is summed up stands still.
+        # Listening ends first, so that the summary does not change.
         with telemetry, _live_display(console) if live else _plain_display(console) as show:
             _follow(communicator, telemetry, options, show, stop)
         if stop.signal in (0, signal.SIGINT):
@@ -90,7 +90,7 @@ def _follow(
     show: Callable[[WatchState], None],
     stop: threading.Event,
 ) -> None:
-    """Show what is there ten times a second; the seconds count from the component's first word."""
+    """Draw the view ten times a second; the seconds count from the component's first snapshot."""
     beginning = time.monotonic()
     first: float | None = None
     while not stop.is_set():
@@ -107,7 +107,7 @@ def _follow(
 
 
 def _explain_absence(communicator: Communicator, options: WatchOptions) -> None:
-    """Raise the reason for which a component did not appear."""
+    """Raise the reason why a component did not appear."""
     missing = missing_component(communicator, options.component)
     if missing is not None and components(communicator):
         raise missing
@@ -357,7 +357,7 @@ def _header(state: WatchState, width: int) -> Text:
 
 
 def _stopped(state: WatchState) -> str:
-    """Say at which breakpoint a component stands, or which refused command pauses it."""
+    """Show at which breakpoint a component is paused, or which refused command paused it."""
     if state.snapshot is not None and state.snapshot.refusal:
         return f": {printable(state.snapshot.refusal)}"
     if state.snapshot is None or state.automata is None or not state.snapshot.stoppedAt:
@@ -374,7 +374,7 @@ def _footer() -> Text:
 
 
 def status_line(state: WatchState) -> str:
-    """Return the state in one line, for output that is no terminal."""
+    """Return the state in one line, for output that is not a terminal."""
     if state.trouble:
         return state.trouble
     assert state.automata is not None

@@ -1,8 +1,7 @@
-"""The page's files, as the browser is to keep them.
+"""The page's files, and how long the browser may cache them.
 
-Everything stands below `/static/<version>/`, where the version is a digest of all files: the browser keeps
-what it has for ever and still never shows an old file, and one changed file is seen at the next reload. The
-page itself, `index.html`, names the version.
+All paths begin with `/static/<version>/`, where the version is a digest of all files: the browser may cache
+files for ever and still never shows an old one. The page itself, `index.html`, names the version.
 """
 
 from __future__ import annotations
@@ -34,7 +33,7 @@ _NONCE: Final = b"%NONCE%"
 _ENTRY: Final = "app.js"
 
 _LIBRARIES: Final = ("codemirror", "dagre", "lit", "three", "uplot")
-"""What the page imports by name; vendor/ holds a file of each."""
+"""Libraries that the page imports by name; each is a file in vendor/."""
 
 _STATIC_IMPORT: Final = re.compile(
     r"""^\s*(?:import|export)\s(?:[^"';]*?\sfrom\s)?\s*["'](?P<name>[^"']+)["']""", re.MULTILINE
@@ -45,9 +44,9 @@ _TYPES: Final = {".js": "text/javascript", ".svg": "image/svg+xml", ".txt": "tex
 
 @dataclass(frozen=True, slots=True)
 class Page:
-    """The page and the hash of the one script that stands in it, which is the map of its imports.
+    """The page and the hash of its one inline script, which is the import map.
 
-    The place of the nonce, another one for each answer, is left open.
+    The nonce, a new one for each answer, is filled in later.
     """
 
     html: bytes
@@ -72,7 +71,7 @@ class Assets:
         self._page = Page(b"", "")
 
     def page(self) -> Page:
-        """Return the page as of now."""
+        """Return the current page."""
         stamps = {
             path.relative_to(self._directory).as_posix(): _stamp(path)
             for path in self._directory.rglob("*")
@@ -118,7 +117,7 @@ class Assets:
                 return None
         except (OSError, ValueError):  # ValueError: a zero byte
             return None
-        name = path.relative_to(self._directory).as_posix()  # one for each file, however it was asked for
+        name = path.relative_to(self._directory).as_posix()  # one for each file, however it was requested
         known = self._files.get(name)
         if known is None or known.stamp != stamp:
             plain = path.read_bytes()
@@ -153,7 +152,7 @@ class Assets:
     def _loaded_at_once(self) -> list[str]:
         """Return the modules that the page's first module imports, itself included.
 
-        The browser then asks for all of them together instead of finding out one by one.
+        The browser then requests all of them at once instead of one after the other.
         """
         found: dict[str, None] = {}
         waiting = [_ENTRY]

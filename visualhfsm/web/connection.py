@@ -1,9 +1,8 @@
-"""One websocket of a window: requests come in and are done, answers and pushes go out.
+"""One websocket of a window: receive requests and execute them, send answers and pushes.
 
-Requests that change documents are done in the order in which they come; the others (`CONCURRENT`) hold up
-nobody. Help with code (`CODE_HELP`) is counted by itself, so that it never keeps a run out, and so is the
-operator's stop, which nothing may keep out. A window that reads too slowly gets fewer pushes, which the other
-windows do not feel.
+Requests that change documents are executed in order; the others (`CONCURRENT`) run beside them. Help with
+code (`CODE_HELP`) has a separate limit, so that it never blocks a run; so has the operator's stop, which
+nothing may block. A window that reads too slowly gets fewer pushes; other windows are not affected.
 """
 
 from __future__ import annotations
@@ -39,7 +38,7 @@ __all__ = ["CODE_HELP", "CONCURRENT", "converse", "until_one_ends"]
 _UNSUPPORTED_DATA: Final = 1003  # RFC 6455, section 7.4.1
 
 CODE_HELP = p.CodeHelp | p.Interfaces
-"""Requests that the page sends while a person types."""
+"""Requests that the page sends while code is typed."""
 
 _Reading = p.Diff | p.Export | p.Imported | p.ListFiles | p.Locate | p.Search
 _Running = p.Attach | p.Control | p.Detach | p.Generate | p.Recording | p.Run | p.StopRun
@@ -47,13 +46,13 @@ _Running = p.Attach | p.Control | p.Detach | p.Generate | p.Recording | p.Run | 
 CONCURRENT = CODE_HELP | _Reading | p.Control | p.Generate | p.Recording | p.Run | p.StopRun
 """Requests that change no document: the connection goes on to the next one meanwhile."""
 
-_SAVED: Final = "saved"  # what a document may be compared with, beside files
+_SAVED: Final = "saved"  # a document may be compared with this instead of a file
 
 _logger = logging.getLogger(__name__)
 
 
 async def converse(websocket: WebSocket, workspace: Workspace) -> None:
-    """Serve one window until it goes away."""
+    """Serve one window until it is closed."""
     await websocket.accept()
     window = Window(workspace.limits.output_lines)
     connection = _Connection(websocket, window, workspace)
@@ -122,7 +121,7 @@ class _Connection:
                 await self._answer(request)
 
     def _begin(self, request: p.Request, kind: str) -> None:
-        """Answer a request beside those of its kind that are under way, unless they are too many."""
+        """Answer a request concurrently, unless too many of its kind are under way."""
         tasks = self._under_way[kind]
         if len(tasks) >= self._limits.concurrent_operations:
             self._refuse(request.id, "too many requests are under way", "busy")
@@ -140,7 +139,7 @@ class _Connection:
             self._refuse(request.id, str(error), error.kind)
         except TimeoutError:
             self._refuse(request.id, "it took too long", "timeout")
-        except Exception:  # the person gets no details of a fault
+        except Exception:  # the page gets no details of an internal error
             _logger.exception("the request %s failed", type(request).__name__)
             self._refuse(request.id, "an internal error; the log of the editor has the details", "internal")
 
@@ -148,7 +147,7 @@ class _Connection:
         self._window.answer(p.ErrorAnswer(re=request, error=error, kind=kind))
 
     async def _do(self, request: p.Request) -> object:
-        """Do what a request asks for and return its answer. Raises VisualHfsmError."""
+        """Execute a request and return its answer. Raises VisualHfsmError."""
         match request:
             case p.Do(tab=tab, command=command):
                 return _outcome(await self._workspace.tab(tab).edit(DocumentSession.do, command))
@@ -303,7 +302,7 @@ def _outcome(change: Change) -> dict[str, Any]:
 
 
 def _compared(before: Document, after: Document) -> dict[str, Any]:
-    """Return what differs, and the former automata of it, so that what is gone can be drawn."""
+    """Return the differences, with the former automata, so that removed elements can be drawn."""
     differences = diff_documents(before, after)
     affected = {each.place.automaton for each in differences}
     return {

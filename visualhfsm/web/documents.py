@@ -1,4 +1,4 @@
-"""Open, make, recover, save and close documents; list their files.
+"""Open, create, recover, save and close documents; list their files.
 
 Everything raises VisualHfsmError.
 """
@@ -53,7 +53,7 @@ async def open_text(workspace: Workspace, name: str, text: str) -> dict[str, Any
 
 
 async def new(workspace: Workspace, template: str) -> dict[str, Any]:
-    """Make a document of a template."""
+    """Create a document from a template."""
 
     def make() -> DocumentSession:
         name, document = make_template(template)
@@ -73,7 +73,7 @@ async def recover(workspace: Workspace, journal: str) -> dict[str, Any]:
 
 
 async def discard(workspace: Workspace, journal: str) -> None:
-    """Give up the changes of such a document."""
+    """Discard the changes of such a document."""
     file = workspace.abandoned(journal)
     await workspace.threads.do(lambda: DocumentSession.recover(file).close(discard=True))
     await workspace.look_for_abandoned()
@@ -106,7 +106,7 @@ async def save(
 
 
 async def resolve(workspace: Workspace, number: int, choice: Choice) -> dict[str, Any]:
-    """Settle what another program did to the file."""
+    """Resolve a change of the file by another program."""
     tab = workspace.tab(number)
     resolution = await tab.edit(DocumentSession.resolve, choice)
     tab.outside = None
@@ -144,7 +144,7 @@ async def list_files(workspace: Workspace, text: str) -> dict[str, Any]:
 
 
 async def _import_scxml(workspace: Workspace, name: str, content: bytes) -> dict[str, Any]:
-    """Open SCXML as a document that has no file yet, and report what of it means nothing here."""
+    """Open SCXML as a document that has no file yet, and report what has no equivalent here."""
     document, remarks = await workspace.threads.do(lambda: import_scxml(content, name))
     opened = await _add(
         workspace, lambda: DocumentSession.new(document, _stem(name), journals=workspace.journals)
@@ -161,7 +161,7 @@ async def _add(
 
 
 def _content_of(directory: Path) -> list[Path]:
-    """Return what lies in a directory; raises MissingError when that cannot be read."""
+    """Return the entries of a directory; raises MissingError when it cannot be read."""
     try:
         return list(directory.iterdir())
     except OSError as error:

@@ -1,9 +1,9 @@
 """The messages on the websocket, as types: what does not fit them is refused before anything is done.
 
-The page sends requests, `{"id": 1, "op": "undo", "tab": 2}`, and gets one answer for each,
-`{"re": 1, "ok": 3}` or `{"re": 1, "error": "text", "kind": "kind"}`. What changes comes by itself as pushes,
-`{"push": "kind"}`; those of the services are in `visualhfsm.services`. Fields are in camelCase.
-docs/reference/protocol.md explains all of them with examples.
+The page sends requests, `{"id": 1, "op": "undo", "tab": 2}`, and gets one answer for each, `{"re": 1, "ok":
+3}` or `{"re": 1, "error": "text", "kind": "kind"}`. Changes are sent as pushes, `{"push": "kind"}`; those of
+the services are in `visualhfsm.services`. Fields are in camelCase. docs/reference/protocol.md explains all of
+them with examples.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class Open(_Request):
 
 
 class New(_Request):
-    """Make a document from a template."""
+    """Create a document from a template."""
 
     template: Name = "empty"
 
@@ -90,7 +90,7 @@ class Recover(_Request):
 
 
 class Discard(_Request):
-    """Give up the changes of such a document."""
+    """Discard the changes of such a document."""
 
     journal: Name
 
@@ -102,7 +102,7 @@ class ListFiles(_Request):
 
 
 class TabEdit(_Request):
-    """A change of one document; requests of this kind are done in their order."""
+    """A change of one document; requests of this kind are executed in order."""
 
     tab: TabId
 
@@ -140,7 +140,7 @@ class Cut(TabEdit):
 
 
 class Paste(TabEdit):
-    """Put what is in the clipboard into an automaton, its left upper corner to `x`, `y` if they are given."""
+    """Paste the clipboard into an automaton, with its upper left corner at `x`, `y` if given."""
 
     automaton: ElementId
     x: Coordinate | None = None
@@ -177,14 +177,14 @@ class Imported(_Request):
 
 
 class Extract(TabEdit):
-    """Move an automaton with all below it to a new file, from which it is imported then."""
+    """Move an automaton with all below it to a new file, and import it from there."""
 
     automaton: ElementId
     path: Path
 
 
 class Inline(TabEdit):
-    """Put the content of an imported automaton into the document."""
+    """Copy the content of an imported automaton into the document."""
 
     automaton: ElementId
 
@@ -204,8 +204,8 @@ class Locate(_Request):
 class CodeHelp(_Request):
     """Ask about a piece of code, as it is being typed; `line` counts from 1, `column` from 0.
 
-    `complete`: what could follow; `explain`: what the name at the position stands for; `signature`: the
-    parameters of the call around it; `lint`: what is wrong with the code, wherever the position is.
+    `complete`: completions; `explain`: what the name at the position stands for; `signature`: the parameters
+    of the call around it; `lint`: what is wrong with the code, wherever the position is.
     """
 
     wanted: Literal["complete", "explain", "signature", "lint"]
@@ -246,7 +246,7 @@ class Attach(_Request):
 
 
 class Detach(_Request):
-    """Stop following it; it runs on."""
+    """Stop following it; it keeps running."""
 
     component: Name
 
@@ -294,7 +294,7 @@ _only_id = msgspec.json.Decoder(_OnlyId)
 
 
 def request_id(text: bytes | str) -> int | None:
-    """Return the id of a message that may be no request; None without one."""
+    """Return the id of a message that may be invalid; None without one."""
     try:
         return _only_id.decode(text).id
     except (msgspec.DecodeError, RecursionError, UnicodeError):
@@ -305,7 +305,7 @@ def request_id(text: bytes | str) -> int | None:
 
 
 class Answer(msgspec.Struct, kw_only=True):
-    """What an operation gives."""
+    """The result of an operation."""
 
     re: int
     ok: Any = None
@@ -382,7 +382,7 @@ class DocumentPush(Push, tag="document"):
 
 
 class Problems(Push):
-    """What the checks say of a revision of a document."""
+    """The problems of a revision of a document."""
 
     tab: int
     revision: int
@@ -393,7 +393,7 @@ class Outside(Push):
     """What another program did to the file of a document.
 
     `reloaded`: the document had no unsaved changes, and is now as the file, which can be undone. `changed`
-    and `deleted`: the person has to choose. `same`: the file is as it was.
+    and `deleted`: the user has to choose. `same`: the file is as it was.
     """
 
     tab: int

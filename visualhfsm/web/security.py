@@ -1,7 +1,7 @@
-"""Who may talk to the server, the page that was opened with the printed address, and which files it reaches.
+"""Access to the server, only for the page that was opened with the printed address, and to files.
 
-Another page in the same browser reaches loopback too, so binding to it does not suffice. What each check is
-against stands in docs/explanation/editor-safety.md.
+Another page in the same browser reaches loopback too, so binding to it does not suffice.
+docs/explanation/editor-safety.md explains the purpose of each check.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ _LONGEST: Final = 4096  # characters, as Linux has it
 _POLICY_VIOLATION: Final = 1008  # RFC 6455, section 7.4.1
 
 _HOST: Final = re.compile(r"(?P<name>[a-z0-9._-]{1,253}|\[[0-9a-f:.]{2,45}\])(?::[0-9]{1,5})?", re.IGNORECASE)
-"""What may stand in `Host`. Nothing else may: it goes into the policy of the page, too."""
+"""What `Host` may contain, and nothing else: it is also part of the policy of the page."""
 
 _HEADERS: Final = {
     "cache-control": "no-store",
@@ -52,7 +52,7 @@ _HEADERS: Final = {
     "x-content-type-options": "nosniff",
     "x-frame-options": "DENY",
 }
-"""What every answer says unless it says otherwise itself."""
+"""The default headers of every answer."""
 
 _logger = logging.getLogger(__name__)
 
@@ -61,7 +61,7 @@ def content_security_policy(host: str, script_hash: str, style_nonce: str) -> st
     """Return the policy of the page: everything from this server, and nothing inline but what is named here.
 
     `host` is the page's own, checked before: browsers differ in whether 'self' takes in websockets. The code
-    editor makes a style sheet, for which it knows the nonce.
+    editor creates a style sheet with the nonce.
     """
     return "; ".join(
         [
@@ -80,8 +80,8 @@ def content_security_policy(host: str, script_hash: str, style_nonce: str) -> st
 class Credentials:
     """The secrets of one run of the server.
 
-    The `token` stands in the printed address. The browser shows it once and holds the value of the cookie
-    from then on, which is another secret: scripts cannot read it and other sites do not send it.
+    The `token` is part of the printed address. The browser sends it once and then has a cookie with another
+    secret, which scripts cannot read and other sites do not send.
     """
 
     def __init__(self, port: int) -> None:
@@ -104,7 +104,7 @@ class Credentials:
 
     def accepts_cookie(self, header: str) -> bool:
         """Whether a header `Cookie` holds our cookie."""
-        # Not by a strict parser: other servers on loopback set cookies here, too, of any form.
+        # A strict parser would fail: other servers on loopback set cookies here, too, in any form.
         pairs = (each.strip().partition("=") for each in header.split(";"))
         return any(name == self.cookie_name and _same(value, self._cookie) for name, _, value in pairs)
 
@@ -114,7 +114,7 @@ class Credentials:
 
 
 class Guard:
-    """Let through to an application only what comes from the page."""
+    """Pass to an application only requests of the page."""
 
     def __init__(self, app: ASGIApp, credentials: Credentials, hosts: Iterable[str] = ()) -> None:
         self._app = app
@@ -204,8 +204,8 @@ def _with_headers(send: Send) -> Send:
 class Root:
     """The directory to which opening, saving and listing are confined.
 
-    Symbolic links are followed before it is judged where a path leads. `granted` are files that the operator
-    named at the terminal; they may lie elsewhere.
+    Symbolic links are resolved before a path is checked. `granted` are files that the operator named at the
+    terminal; they may be elsewhere.
     """
 
     def __init__(self, directory: Path, granted: Iterable[Path] = ()) -> None:
@@ -251,7 +251,7 @@ class Root:
         path = self.resolve(text)
         if path.suffix.lower() not in suffixes:
             raise ForbiddenPathError(f"{text}: the name of the file must end in {' or '.join(suffixes)}")
-        if path.exists() and not path.is_file():  # of a pipe the reader would wait for ever
+        if path.exists() and not path.is_file():  # reading a pipe might wait for ever
             raise ForbiddenPathError(f"{text} is not a file")
         return path
 
@@ -263,5 +263,5 @@ class Root:
         return path
 
     def name(self, path: Path) -> str:
-        """Return how the page calls a path: relative to the root where it can be."""
+        """Return the name of a path on the page: relative to the root where possible."""
         return str(path.relative_to(self.directory) if path.is_relative_to(self.directory) else path)

@@ -1,8 +1,7 @@
-"""The server: what it serves under which path, its socket and address, its orderly end.
+"""The server: its routes, its socket and address, its orderly end.
 
-Of pictures the newest one is sent whenever the page has drawn the last: the server sends one binary frame and
-waits for a message, whatever it says, before it asks for the next. A window that draws slowly skips frames
-instead of showing old ones.
+The newest image is sent whenever the page has drawn the last one: the server sends one binary frame and waits
+for any message before it takes the next. A window that draws slowly skips frames instead of showing old ones.
 """
 
 from __future__ import annotations
@@ -64,9 +63,9 @@ class PortInUseError(VisualHfsmError):
 class Options:
     """How to serve: the `files` to open, the `port` (0 lets the system pick) and the names of the machine.
 
-    Opening, saving and listing are confined to `root`, apart from `files`. `hosts` are names beside those of
-    loopback under which a proxy shows the page. `journals` is where unsaved changes are kept, by default the
-    person's own directory of them.
+    Opening, saving and listing are confined to `root`, apart from `files`. `hosts` are names, beside those of
+    loopback, under which a reverse proxy serves the page. `journals` is where unsaved changes are kept, by
+    default the user's directory of journals.
     """
 
     make_services: MakeServices
@@ -115,11 +114,11 @@ class Server:
                 _logger.warning("%s has unsaved changes; they are offered when it is opened again", name)
 
     def stop(self) -> None:
-        """Let `serve` end in an orderly way; may be called from any thread."""
+        """Make `serve` end in an orderly way; may be called from any thread."""
         self._stopping.set()
 
     def close(self) -> None:
-        """Give the port back."""
+        """Release the port."""
         self._listener.close()
 
 
@@ -129,7 +128,7 @@ def serve(
     """Serve the editor until a signal comes, then exit.
 
     `report_address` gets the address with the token as soon as the page can be opened; `launch`, such as
-    `launch_browser`, gets one that is good for once. Raises VisualHfsmError when a file cannot be opened or
+    `launch_browser`, gets one that is accepted once. Raises VisualHfsmError when a file cannot be opened or
     the port is not free.
     """
     with stop_on_signals() as stop, contextlib.closing(Server(options, stop)) as server:
@@ -143,9 +142,9 @@ def serve(
 
 
 def launch_browser(address: str) -> None:
-    """Open the person's browser; a missing one is logged.
+    """Open the user's browser; a missing one is logged.
 
-    Without a display only browsers of text are found, which would take the terminal away.
+    Without a display only text browsers are found, which would occupy the terminal.
     """
     if sys.platform == "linux" and not any(os.environ.get(name) for name in _DISPLAYS):
         _logger.info("there is no display for a browser")
@@ -155,7 +154,7 @@ def launch_browser(address: str) -> None:
         if not webbrowser.open(address):
             _logger.warning("found no browser: open the printed address yourself")
 
-    # Some browsers run until they are left.
+    # Some browsers run until they are closed.
     threading.Thread(target=launch, name="launch of the browser", daemon=True).start()
 
 
@@ -168,7 +167,7 @@ def _config(app: ASGIApp, limits: Limits) -> uvicorn.Config:
         lifespan="off",
         limit_concurrency=limits.connections,
         log_config=None,
-        log_level="warning",  # what is less severe would hold the token and the cookie
+        log_level="warning",  # less severe messages would contain the token and the cookie
         loop="asyncio",
         proxy_headers=False,
         server_header=False,
@@ -201,7 +200,7 @@ def _listen(port: int) -> socket.socket:
 
 
 def make_app(workspace: Workspace, credentials: Credentials, hosts: Iterable[str] = ()) -> ASGIApp:
-    """Return the application of a workspace; everything in it stands behind the guard."""
+    """Return the application of a workspace; the guard protects everything in it."""
     assets = Assets()
     live = workspace.services.live
 
@@ -227,7 +226,7 @@ def make_app(workspace: Workspace, credentials: Credentials, hosts: Iterable[str
 
 
 async def _send_frames(websocket: WebSocket, open_frames: Callable[[], AsyncGenerator[bytes, None]]) -> None:
-    """Send frames until the window goes away or there are no more."""
+    """Send frames until the window is closed or there are no more."""
     await websocket.accept()
     drawn = asyncio.Event()
 

@@ -20,7 +20,7 @@ __all__ = ["Shown", "Tab", "Threads"]
 P = ParamSpec("P")
 R = TypeVar("R")
 
-_NAMES: Final = 100  # names of steps that are sent; more are there
+_NAMES: Final = 100  # names of steps that are sent; there may be more
 
 
 class Threads:
@@ -30,13 +30,13 @@ class Threads:
         self._pool = ThreadPoolExecutor(threads, thread_name_prefix="editor")
 
     def begin(self, work: Callable[[], R]) -> asyncio.Future[R]:
-        """Begin work in a free thread; it has an end even when its caller is cancelled."""
+        """Begin work in a free thread; it is completed even when its caller is cancelled."""
         future = asyncio.get_running_loop().run_in_executor(self._pool, work)
         future.add_done_callback(retrieve)
         return future
 
     async def do(self, work: Callable[[], R]) -> R:
-        """Do work in a free thread and return its result; it goes on when the caller is cancelled."""
+        """Do work in a free thread and return its result; it continues when the caller is cancelled."""
         return await asyncio.shield(self.begin(work))
 
     async def close(self) -> None:
@@ -56,7 +56,7 @@ class Shown(Source):
 
 
 class Tab:
-    """An editing session, which works in threads in the order of the requests, and what windows show of it.
+    """An editing session, which executes requests in order in threads, and what windows show of it.
 
     `changed` is called on the event loop whenever `shown` is new.
     """
@@ -97,7 +97,7 @@ class Tab:
         return await asyncio.shield(future)
 
     def _worked(self, _future: object) -> None:
-        """Show what work has changed. Called before its caller goes on, also when that was cancelled."""
+        """Show the changes of some work. Called before its caller continues, also when that was cancelled."""
         former, self.shown = self.shown, self._show()
         self._lock.release()
         if self.shown != former:

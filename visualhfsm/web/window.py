@@ -1,11 +1,11 @@
-"""One browser window: what waits to be sent to it, and what it was sent already.
+"""One browser window: what waits to be sent to it, and what was sent.
 
-Of documents only what changed is made and sent. Versions of a document share what did not change, so that two
-of them are compared quickly.
+Only the changes of documents are sent. Versions of a document share what did not change, so that two of them
+are compared quickly.
 
-Nothing grows here while a window is slow: of each thing only the newest value waits, and it is made when it
-can be sent. Answers wait in order; there are never more of them than requests under way. Output of components
-is kept line by line, and the oldest lines are dropped first.
+Nothing grows here while a window is slow: only the newest value of each thing waits, and it is encoded when
+it can be sent. Answers wait in order; there are never more of them than requests under way. Output of
+components is kept line by line, and the oldest lines are dropped first.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class Version(NamedTuple):
 
 
 class Window:
-    """Gets the changes of all tabs from the moment it is `greeted`. Used on the event loop only."""
+    """Gets the changes of all tabs after `greet`. Used on the event loop only."""
 
     def __init__(self, output_lines: int) -> None:
         self.greeted = False
@@ -113,7 +113,7 @@ class Window:
                 await send(message.decode())
 
     def _add_output(self, push: Output) -> None:
-        """Keep lines of output; those that are the whole replace those that wait."""
+        """Keep lines of output; a whole output replaces the lines that wait."""
         if push.whole:
             self._whole.add(push.tab)
             self._output.pop(push.tab, None)
@@ -126,7 +126,7 @@ class Window:
         self._dropped[push.tab] = self._dropped.get(push.tab, 0) + excess + push.dropped
 
     def _document(self, tab: Tab) -> DocumentPush:
-        # Made when it is sent: a window that is slow gets one patch over all that happened meanwhile.
+        # Created when it is sent: a slow window gets one patch with all changes in between.
         shown = tab.shown
         known = self._sent.get(tab.id)
         version = self._sent[tab.id] = Version(shown.document, shown.title)
@@ -212,7 +212,7 @@ def _items(old: tuple[Item, ...], new: tuple[Item, ...]) -> dict[str, Any] | Non
     if len(former) < len(old) or len(now) < len(new):
         return None
     found: dict[str, Any] = {}
-    # Most are the very same: comparing them costs nothing.
+    # Most are identical: comparing them costs nothing.
     changed = [each for each in new if (known := former.get(each.id)) is not each and known != each]
     if changed:
         found["changed"] = [view(each) for each in changed]

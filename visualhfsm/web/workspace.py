@@ -32,7 +32,7 @@ from .window import Window
 __all__ = ["Checking", "Limits", "MakeServices", "Services", "Workspace", "make_services"]
 
 _CLOSE_LIMIT: Final = 8.0  # s that a service may take to close
-_LONGEST_WAIT: Final = 10  # quiet periods after which a document that keeps changing is checked all the same
+_LONGEST_WAIT: Final = 10  # quiet periods after which a document that keeps changing is checked anyway
 _ANY_PORT: Final = Settings().listen
 
 _logger = logging.getLogger(__name__)
@@ -40,7 +40,7 @@ _logger = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Limits:
-    """Bounds that keep one client from exhausting the server; what is beyond is refused or waits."""
+    """Limits that keep one client from exhausting the server; requests beyond them are refused or wait."""
 
     message_bytes: int = 4 * 1024 * 1024
     """Largest message on the websocket; a larger one closes it."""
@@ -72,7 +72,7 @@ class Limits:
 
 @dataclass(frozen=True, slots=True)
 class Services:
-    """What the server works with beside the documents."""
+    """The services of the server beside the documents."""
 
     code_help: CodeHelper
     running: RunningComponents
@@ -80,13 +80,13 @@ class Services:
 
 
 MakeServices = Callable[[Publish], Services]
-"""Makes the services once the event loop runs; called on it."""
+"""Creates the services once the event loop runs; called on it."""
 
 
 def make_services(settings: Settings) -> MakeServices:
-    """Return what makes the services of a realm, given by the settings.
+    """Return a factory of the services of a realm, which the settings name.
 
-    The components that are started here connect to the editor, too: it finds them without any robot.
+    The components that are started here connect to the editor, too: it finds them without a robot.
     """
 
     def make(publish: Publish) -> Services:
@@ -102,9 +102,10 @@ def make_services(settings: Settings) -> MakeServices:
 
 
 class Workspace:
-    """The open documents and who looks at them. Used on one event loop, as an asynchronous context.
+    """The open documents and their windows. Used on one event loop, as an asynchronous context.
 
-    Every window gets what changes. Leaving it ends what runs, and keeps what is not saved for recovery.
+    Every window gets what changes. Leaving it ends running components, and keeps unsaved changes for
+    recovery.
     """
 
     services: Services
@@ -194,7 +195,7 @@ class Workspace:
         return tab
 
     def remove(self, tab: Tab) -> None:
-        """Show a tab no longer; its session is closed."""
+        """Remove a tab, whose session is closed."""
         del self._tabs[tab.id]
         self._checking.forget(tab)
         for window in self._windows:
@@ -206,7 +207,7 @@ class Workspace:
         return [tab.shown.title for tab in self._tabs.values() if tab.shown.is_unsaved]
 
     def keep_copied(self, text: str, states: int) -> None:
-        """Put a fragment with so many states into the clipboard."""
+        """Put a fragment with this many states into the clipboard."""
         self.clipboard, self._copied_states = text, states
         self.publish_state()
 
@@ -257,7 +258,7 @@ class Workspace:
             window.push(Output(tab=tab.id, lines=list(tab.output), whole=True))
 
     async def leave(self, window: Window) -> None:
-        """Forget a window; what nobody else follows is followed no longer."""
+        """Forget a window; components that no other window follows are detached."""
         self._windows.discard(window)
         for component in [name for name, followers in self._followers.items() if window in followers]:
             await self.unfollow(window, component)
@@ -272,7 +273,7 @@ class Workspace:
             raise
 
     async def open_recording(self, window: Window, recording: Path) -> object:
-        """Open a recording, which is closed when the window leaves or follows it no longer."""
+        """Open a recording, which is closed when the window leaves or detaches."""
         found = await self.services.live.recording(recording)
         self._followers.setdefault(found["component"], set()).add(window)
         return found
@@ -295,7 +296,7 @@ class Workspace:
     # ---------------------------------------------------------------------------------------- pushes
 
     def publish_state(self) -> None:
-        """Send all windows what is open, if that changed."""
+        """Send all windows the state of the workspace, if it changed."""
         state = self._state()
         if state != self._published:
             self._published = state
@@ -317,7 +318,7 @@ class Workspace:
             window.push(push)
 
     def _publish_from_anywhere(self, news: Components | Push) -> None:
-        with contextlib.suppress(RuntimeError):  # the loop is closed: nobody listens any more
+        with contextlib.suppress(RuntimeError):  # the loop is closed: there is no listener
             self._loop.call_soon_threadsafe(self._publish, news)
 
     def _publish(self, news: Components | Push) -> None:
@@ -369,7 +370,7 @@ class Workspace:
 
 
 async def _compare_with_file(tab: Tab) -> Outside | None:
-    """Return what is new about the file of a tab, which follows it unless it has unsaved changes."""
+    """Return the news of the file of a tab, which is reloaded unless it has unsaved changes."""
     path = tab.shown.path
     before = "same" if tab.outside is None else tab.outside.state
     if path is None:
@@ -385,7 +386,7 @@ async def _compare_with_file(tab: Tab) -> Outside | None:
         try:
             await tab.edit(DocumentSession.resolve, Choice.THEIRS)
             return Outside(tab=tab.id, state="reloaded")
-        except EditError as error:  # it is no document, or half written: look again
+        except EditError as error:  # it is not a document, or incomplete: try again
             now = Outside(tab=tab.id, state="changed", message=str(error))
     return None if now.state == before else now
 
@@ -446,7 +447,7 @@ class Checking:
         except EditError as error:
             _logger.warning("%s was not checked: %s", shown.title, error)
             return
-        except Exception:  # a fault of one check, which must not be the last one
+        except Exception:  # an internal error of one check must not end all checks
             _logger.exception("%s cannot be checked", shown.title)
             return
         self._report(tab, Problems(tab=tab.id, revision=shown.revision, items=items))

@@ -101,7 +101,7 @@ export async function save(tab = page.tab) {
   return saving((overwrite) => store.request("save", {tab, overwrite}), state.path, tab);
 }
 
-/** @param {string} [wanted] path to suggest instead of its own @returns {Promise<boolean>} */
+/** @param {string} [wanted] suggested path, by default the present one @returns {Promise<boolean>} */
 export async function saveAs(tab = page.tab, wanted = "") {
   const state = store.workspace.tabs.find((each) => each.tab === tab);
   const {path: former = "", title = ""} = state ?? {};

@@ -158,7 +158,7 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
     socket.addEventListener("close", (event) => this.#lose(event));
   }
 
-  /** What to tell the user while there is no connection. */
+  /** What users see while there is no connection. */
   get whyOffline() {
     return this.refused
       ? "The editor was restarted: open the address that it printed in its terminal. Then this page connects again, too."

@@ -338,7 +338,7 @@ const newState = (state) => new StateView(state);
 const newTransition = (transition) => new TransitionView(transition);
 
 /**
- * A box with more around it: a part of its own width and height on each side.
+ * A box that is larger on each side by a part of its width and height.
  *
  * @param {Box} box
  * @param {number} part

@@ -76,7 +76,7 @@ class RobotFacts {
   }
 
   /**
-   * Ask for what is missing of a robot that is there, now and then.
+   * Request the missing facts of a present robot from time to time.
    *
    * @param {() => Promise<Facts>} ask
    * @returns {Promise<boolean>} whether it came
@@ -199,7 +199,7 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
    */
   #attaching;
   #run = 0; // how many times the component was started
-  /** What was followed when the server went away. @type {{component: string, writable: boolean} | undefined} */
+  /** What was followed when the connection was lost. @type {{component: string, writable: boolean} | undefined} */
   #lost;
 
   constructor() {
