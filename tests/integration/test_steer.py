@@ -220,7 +220,7 @@ def test_an_event_is_sent(shell: Shell) -> None:
     ("value", "problem"),
     [
         ("{color: red}", "{color: red} is not JSON: .*char 1"),
-        ('"red', "is no JSON"),
+        ('"red', "is not JSON"),
         ("True", "write true, not True"),
     ],
 )

@@ -1,5 +1,5 @@
 /**
- * Everything that a person can do, once: buttons, menus, keys and the list of help all come from here.
+ * All actions of the user in one table, for buttons, menus, keys and help.
  *
  * @typedef {{id: string, label: string, icon: string, keys?: string[], run: (context: Context) => unknown,
  *   enabled?: (context: Context) => boolean, checked?: () => boolean, scope?: "canvas" | "typing", hint?: string,
@@ -276,10 +276,10 @@ export const actions = new Map(LIST.map((action) => [action.id, action]));
 /** An action by its id. @param {string} id */
 export const actionOf = (id) => required(actions.get(id), `action ${id}`);
 
-/** Whether an action makes sense now. @param {string} id @param {Context} context */
+/** Whether an action is possible now. @param {string} id @param {Context} context */
 export const isEnabled = (id, context) => actionOf(id).enabled?.(context) ?? true;
 
-/** Do it, if it makes sense now. @param {string} id @param {Context} context */
+/** Perform an action, if it is possible now. @param {string} id @param {Context} context */
 export function perform(id, context) {
   return isEnabled(id, context) ? actionOf(id).run(context) : undefined;
 }

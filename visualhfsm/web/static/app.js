@@ -1,5 +1,5 @@
 /**
- * The page: what stands where, and what is loaded when.
+ * The page: its layout, and when its parts are loaded.
  *
  * @import {HfsmCanvas} from "./canvas/canvas.js"
  * @import {Automaton, OpenDocument, Place, Target} from "./store.js"
@@ -79,7 +79,7 @@ export class HfsmApp extends PageElement {
     this.elements = new Map();
     /** The timeline below the canvas. @type {(Panel & {compact?: boolean}) | undefined} */
     this.strip = undefined;
-    /** The tabs that there were. @type {Set<number> | undefined} */
+    /** The tabs before the last change. @type {Set<number> | undefined} */
     this.knownTabs = undefined;
     /** Whether the output was opened for a run. */
     this.outputOpened = false;
@@ -390,7 +390,7 @@ export class HfsmApp extends PageElement {
     return element;
   }
 
-  /** What a component does, and where it is to pause, is drawn from the first time on that there is anything. */
+  /** Draw the state of a component and its breakpoints; loaded when there is something to draw. */
   #showOverlay() {
     this.overlay ??= import("./monitor/overlay.js").then(({showOn}) => showOn(this.canvas));
     return this.overlay;
@@ -400,7 +400,7 @@ export class HfsmApp extends PageElement {
     if (planned.has(page.tab)) this.#showOverlay();
   }
 
-  /** What is shown while a component is followed comes with the first one. */
+  /** Load what is shown while a component is followed, with the first one. */
   async #monitored() {
     this.requestUpdate();
     if (monitor.component && this.outputOpened) {
@@ -426,7 +426,7 @@ const highlighted = () => page.highlight?.get(page.automaton?.id ?? 0);
 /** @param {DragEvent} event */
 const holdsFiles = (event) => event.dataTransfer?.types.includes("Files") ?? false;
 
-/** Let files be dropped anywhere, and say so while they are dragged. @param {HTMLElement} element */
+/** Accept files that are dropped anywhere, and show that while they are dragged. @param {HTMLElement} element */
 function takeDrops(element) {
   const sign = document.createElement("div");
   sign.className = "drop-sign";
@@ -444,7 +444,7 @@ function takeDrops(element) {
     if (!holdsFiles(event)) return;
     event.preventDefault();
     sign.hidden = true;
-    const files = [...(event.dataTransfer?.files ?? [])]; // gone once others run
+    const files = [...(event.dataTransfer?.files ?? [])]; // removed once others run
     try {
       await (await import("./files.js")).openDropped(files);
     } catch (error) {
@@ -453,16 +453,16 @@ function takeDrops(element) {
   });
 }
 
-/* What a document imports is drawn, followed and read like everything else, and changed where it comes from. */
+/* Imported automata are drawn and followed like others, and edited in their own file. */
 
 /**
- * What is shown of the imports of each tab: for which imports it was asked, and what came.
+ * The shown imports of each tab: the imports that were requested, and the answer.
  *
  * @type {Map<number, {asked: string, content: import("./store.js").Automaton[]}>}
  */
 const imported = new Map();
 
-/** Ask for what the shown document imports, now and whenever that may be something else. */
+/** Request the imports of the shown document, now and whenever they may have changed. */
 function showImports() {
   store.addEventListener("document", ({detail}) => detail.tab === page.tab && lookAtImports(detail.tab));
   store.addEventListener("closed", ({detail}) => imported.delete(detail.tab));
@@ -477,7 +477,7 @@ async function lookAtImports(tab, again = false) {
   if (!document || (!asked && !known) || (known?.asked === asked && !again)) return;
   imported.set(tab, {asked, content: known?.content ?? []});
   const content = asked ? await store.request("imported", {tab}).catch(() => []) : [];
-  if (imported.get(tab)?.asked !== asked) return; // it is another one meanwhile
+  if (imported.get(tab)?.asked !== asked) return; // another one is shown by now
   imported.set(tab, {asked, content});
   store.showContent(tab, content);
 }

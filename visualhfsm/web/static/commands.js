@@ -1,7 +1,7 @@
 /**
- * Changes of the shown document. What each command means stands in visualhfsm/editing/commands/.
+ * Changes of the shown document. The commands are defined in visualhfsm/editing/commands/.
  *
- * Nothing is drawn before the server has changed the document; a refusal is shown to the person.
+ * Nothing is drawn before the server has changed the document; refusals are shown.
  *
  * @import {Answers, Automaton, Done, State} from "./store.js"
  */
@@ -11,7 +11,7 @@ import {page} from "./page.js";
 import {store} from "./store.js";
 
 /**
- * Send a request that a person asked for; shows why it was refused.
+ * Send a request of the user; shows why it was refused.
  *
  * @template {keyof Answers} Op
  * @param {Op} op
@@ -46,7 +46,7 @@ export const applyHere = (command, fields = {}) =>
 export const selected = () => ({states: [...page.states], transitions: [...page.transitions]});
 
 /**
- * Select what a command has brought into the shown automaton; returns the first id.
+ * Select what a command has added to the shown automaton; returns the first id.
  *
  * @param {"states" | "transitions"} kind
  * @param {Done | null | undefined} done
@@ -69,7 +69,7 @@ export function moveSelected(dx, dy) {
 }
 
 /**
- * Give a state or transition another name.
+ * Rename a state or transition.
  *
  * @param {"state" | "transition"} kind
  * @param {number} id
@@ -94,7 +94,7 @@ export async function step(op) {
 }
 
 /**
- * Paste, with the left upper corner at a point if one is given, and select what came.
+ * Paste, with the upper left corner at a point if one is given, and select the result.
  *
  * @param {{x: number, y: number}} [point]
  */
@@ -105,7 +105,7 @@ export async function paste(point) {
   page.dispatchEvent(new Event("focus-canvas"));
 }
 
-/** Move an automaton to a separate file, which a person chooses. @param {Automaton} automaton */
+/** Move an automaton to a separate file, which the user chooses. @param {Automaton} automaton */
 export async function extract(automaton) {
   const path = page.tabState?.path;
   if (!path) {
@@ -124,13 +124,13 @@ export async function extract(automaton) {
     notify(`Moved the sub-automaton to ${file}. It is imported from there.`);
 }
 
-/** Put the content of an imported automaton in its place. @param {Automaton} automaton */
+/** Copy the content of an imported automaton into the document. @param {Automaton} automaton */
 export async function inline(automaton) {
   if (await askTab("inline", {automaton: automaton.id}))
     notify(`Copied the content of ${automaton.imported?.file} into this document. The file is unchanged.`);
 }
 
-/** Show a sub-automaton of a state, made first when it has none. @param {State} state */
+/** Show a sub-automaton of a state; create it when there is none. @param {State} state */
 export async function openChild(state) {
   if (!state.children.length) {
     const father = page.shownAutomaton.id;

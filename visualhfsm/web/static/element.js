@@ -1,5 +1,5 @@
 /**
- * What the elements of the page have in common.
+ * The base of the elements of the page.
  *
  * @import {Context} from "./actions.js"
  * @import {HfsmApp} from "./app.js"
@@ -8,7 +8,7 @@
  */
 
 /**
- * An event of an element, as a template hears it.
+ * An event of an element, in a template.
  *
  * @template {Element} E
  * @typedef {Event & {target: E, currentTarget: E}} From
@@ -33,7 +33,7 @@ export class PageElement extends LitElement {
   /** @type {Context | undefined} */
   #context = undefined;
 
-  /** What actions are done with, once the element was shown. */
+  /** The context of actions, once the element was shown. */
   get context() {
     return required(this.#context, "page around this element");
   }
@@ -58,7 +58,7 @@ export class PageElement extends LitElement {
   }
 
   /**
-   * Do something at each event of an object for as long as the element is shown.
+   * Handle events of an object while the element is shown.
    *
    * @template M
    * @template {keyof M & string} K

@@ -1,4 +1,4 @@
-/** Open, save and close documents, and ask where a person must decide. */
+/** Open, save and close documents, and ask the user to decide where needed. */
 
 import {ask} from "./commands.js";
 import {chooseFile} from "./dialogs/files.js";
@@ -17,7 +17,7 @@ export function recentFiles() {
     const found = JSON.parse(localStorage.getItem(RECENT) ?? "[]");
     return Array.isArray(found) ? found.filter((each) => typeof each === "string") : [];
   } catch {
-    return []; // somebody else wrote there
+    return []; // another program wrote there
   }
 }
 
@@ -38,7 +38,7 @@ export async function openPath(path) {
 }
 
 /**
- * Show what was opened, and what of it means nothing here.
+ * Show what was opened, and what has no equivalent here.
  *
  * @param {import("./store.js").Opened} opened
  * @param {string} name
@@ -111,7 +111,7 @@ export async function saveAs(tab = page.tab, wanted = "") {
 }
 
 /**
- * Save, and ask when that would write over something.
+ * Save, and ask before overwriting something.
  *
  * @param {(overwrite: boolean) => Promise<{path: string}>} request
  * @param {string} path

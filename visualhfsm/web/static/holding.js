@@ -1,4 +1,4 @@
-/** Keys that are pressed while the panel or the field that is to take them is still loading. */
+/** Keys that are pressed before the panel or field for them has loaded. */
 
 const LIMIT = 10_000; // ms; a panel that takes longer does not come
 
@@ -28,7 +28,7 @@ export async function holdKeys(work) {
 }
 
 /**
- * Whether a key is held, so that it does nothing else; called for keys that nobody types into anything.
+ * Whether a key is held, so that it does nothing else; called for keys that are not typed into a field.
  *
  * @param {KeyboardEvent} event
  */

@@ -1,4 +1,4 @@
-/** Keys: which action each one does. The table itself stands with the actions. */
+/** Keys and their actions. The table itself is in actions.js. */
 
 import {actionOf, actions, perform} from "./actions.js";
 import {isHeld} from "./holding.js";
@@ -41,7 +41,7 @@ export function spoken(key) {
     .join("+");
 }
 
-/** Whether somebody types into something. @param {EventTarget} target */
+/** Whether a field has the focus. @param {EventTarget} target */
 function isTyping(target) {
   return (
     target instanceof HTMLElement &&

@@ -12,7 +12,7 @@ const GROUND = [
   ["selectAll", "layout", "layoutAll", "fit"],
   ["repairNumbers", "extract", "inline", "export", "compare", "up"],
 ];
-/** Actions that are left out where they make no sense. */
+/** Actions that are left out where they are not possible. */
 const RARE = new Set(["repairNumbers", "extract", "inline"]);
 
 /** @type {HTMLElement | undefined} */

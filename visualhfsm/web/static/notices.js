@@ -1,4 +1,4 @@
-/** Short messages at the edge of the page, which screen readers speak. */
+/** Short messages at the edge of the page, which screen readers announce. */
 
 const SHOWN = 6000; // ms
 const MOST = 4; // notices at a time, without errors
@@ -20,7 +20,7 @@ export function notify(text, kind = "info", link = undefined) {
     document.body.append(list);
   }
   const same = [...list.children].find(({firstChild}) => firstChild instanceof Text && firstChild.data === text);
-  if (same && kind === "error") return () => same.remove(); // it may come with each frame, and its button is to stay
+  if (same && kind === "error") return () => same.remove(); // it may come in each frame; its button must stay
   same?.remove(); // it is shown once
   const notice = document.createElement("div");
   notice.className = `notice ${kind}`;
@@ -50,7 +50,7 @@ export function notify(text, kind = "info", link = undefined) {
   return () => notice.remove();
 }
 
-/** What an error says. @param {unknown} error as it was caught */
+/** The message of an error. @param {unknown} error as it was caught */
 export const messageOf = (error) => (error instanceof Error ? error.message : String(error));
 
 /** Show why something could not be done. @param {unknown} error */

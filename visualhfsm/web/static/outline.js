@@ -1,11 +1,11 @@
 /**
- * How the automata of a document hang together, and the transitions of a state.
+ * The tree of the automata of a document, and the order of the transitions of a state.
  *
  * @import {Automaton, OpenDocument, State, Transition} from "./store.js"
  */
 
 /**
- * The automaton that no state owns, or the first of a document that is not sound.
+ * The automaton that no state owns, or the first of an invalid document.
  *
  * @param {OpenDocument} document
  * @returns {Automaton | undefined}
@@ -21,7 +21,7 @@ export function ownerOf(document, automaton) {
 }
 
 /**
- * What to call an automaton: as the state that owns it, the root as the component.
+ * The name of an automaton: that of the state that owns it, for the root that of the component.
  *
  * @param {OpenDocument} document
  * @param {Automaton} automaton
@@ -48,7 +48,7 @@ export function pathTo(document, automaton) {
 export const isImporting = (document, state) =>
   state.children.some((id) => Boolean(document.automata.get(id)?.imported));
 
-/** Automata that hang on nothing, in a document that is not sound. @param {OpenDocument} document */
+/** Automata that no state owns, in an invalid document. @param {OpenDocument} document */
 export function lostIn(document) {
   const owned = new Set();
   for (const {states} of document.automata.values())
@@ -58,7 +58,7 @@ export function lostIn(document) {
 }
 
 /**
- * Transitions in the order in which they are tried: by priority, then as in the document.
+ * Transitions in the order of evaluation: by priority, then as in the document.
  *
  * @param {Transition[]} transitions
  */

@@ -1,7 +1,7 @@
 /**
- * What the page itself decides: which tab and automaton are shown, and what is selected.
+ * The state of the page itself: the shown tab and automaton, and the selection.
  *
- * Tree, canvas and panels share it, so that a selection is seen everywhere. Nothing of it is in the document.
+ * Tree, canvas and panels share it. Nothing of it is in the document.
  */
 
 import {ownerOf, pathTo, rootOf, titleOf} from "./outline.js";
@@ -46,12 +46,12 @@ class Page extends /** @type {new () => Target<PageEvents>} */ (EventTarget) {
     return store.documents.get(this.tab);
   }
 
-  /** The shown document, for what is done only while there is one. */
+  /** The shown document, for actions that need one. */
   get shownDocument() {
     return required(this.document, "document");
   }
 
-  /** The shown automaton, for what is done only while there is one. */
+  /** The shown automaton, for actions that need one. */
   get shownAutomaton() {
     return required(this.automaton, "automaton");
   }
@@ -97,13 +97,13 @@ class Page extends /** @type {new () => Target<PageEvents>} */ (EventTarget) {
     return store.workspace.tabs.find((each) => each.tab === this.tab);
   }
 
-  /** What the component is called. */
+  /** The name of the component. */
   get component() {
     return this.tabState?.title.replace(/\.xml$/i, "") ?? "root";
   }
 
   /**
-   * What the shown automaton is called, or another one of the document.
+   * The name of the shown automaton, or of another one of the document.
    *
    * @param {import("./store.js").Automaton} [automaton]
    */
@@ -191,7 +191,7 @@ class Page extends /** @type {new () => Target<PageEvents>} */ (EventTarget) {
       this.showData(SECTIONS[part] ?? part, {...place, ...at});
   }
 
-  /** Forget what is no longer there, after the document has changed. */
+  /** Forget removed elements, after the document has changed. */
   prune() {
     const spot = this.#spot();
     const automaton = this.automaton;

@@ -40,7 +40,7 @@ export const problemOfAutomaton = (problems, automaton) => problemOf(problems, a
 export const sameProblem = (one, other) =>
   one === other || (one?.severity === other?.severity && one?.message === other?.message);
 
-/** How many problems of a severity there are. @param {Problem[]} problems @param {Problem["severity"]} severity */
+/** The number of problems of a severity. @param {Problem[]} problems @param {Problem["severity"]} severity */
 export const countOf = (problems, severity) => problems.filter((each) => each.severity === severity).length;
 
 /** @param {Problem[]} problems */

@@ -1,5 +1,5 @@
 /**
- * A value that has to be there.
+ * A value that must exist.
  *
  * @template T
  * @param {T | null | undefined} value

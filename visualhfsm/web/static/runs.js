@@ -1,5 +1,5 @@
 /**
- * The components that were started here: what became of that of each tab, and a message when one ends with an error.
+ * The components that were started here: their status by tab, and a message when one ends with an error.
  */
 
 import {notify} from "./notices.js";
@@ -15,7 +15,7 @@ const ALIVE = ["generating", "starting", "running", "stopping"];
 class Runs {
   /** @type {Map<number, Run>} */
   #runs = new Map();
-  /** What takes away the message that the component of a tab has ended. @type {Map<number, () => void>} */
+  /** Functions that remove the message that the component of a tab has ended. @type {Map<number, () => void>} */
   #notices = new Map();
 
   constructor() {
@@ -24,7 +24,7 @@ class Runs {
   }
 
   /**
-   * What was reported last of the component of a tab; undefined when it never ran.
+   * The last status of the component of a tab; undefined when it never ran.
    *
    * @returns {Run | undefined}
    * @param {number} tab
@@ -43,7 +43,7 @@ class Runs {
     return [...this.#runs.keys()].filter((tab) => this.isRunning(tab));
   }
 
-  /** Take away the message that the component of a tab has ended. @param {number} tab */
+  /** Remove the message that the component of a tab has ended. @param {number} tab */
   dismiss(tab) {
     this.#notices.get(tab)?.();
     this.#notices.delete(tab);
@@ -51,7 +51,7 @@ class Runs {
 
   /** @param {Run} run */
   #take(run) {
-    const former = this.of(run.tab)?.status; // undefined for what a new window learns
+    const former = this.of(run.tab)?.status; // undefined for the first status in a new window
     this.#runs.set(run.tab, run);
     if (run.status === "generating" && former !== "generating") outputLog.clear(run.tab);
     if (run.status === "ended" && run.exitCode && former && !["ended", "stopping"].includes(former)) this.#tellEnd(run);

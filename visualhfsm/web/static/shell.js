@@ -283,7 +283,7 @@ export function banner() {
   return html`${stoppedBanner()}${fileBanner()}`;
 }
 
-/** The robot takes no command until somebody who has looked at it lets it go on. */
+/** The robot refuses commands until the operator has looked at it and resets the stop. */
 function stoppedBanner() {
   const reason = store.workspace.robotStopped;
   if (!reason) return nothing;
@@ -342,14 +342,14 @@ function unsavedBanner() {
 const RESIZE_STEP = 24;
 const root = document.documentElement;
 /**
- * Sizes that are known already: to ask the style makes the browser work it out for the whole page.
+ * Known sizes: reading the style makes the browser compute it for the whole page.
  *
  * @type {Map<string, number>}
  */
 const sizes = new Map();
 window.addEventListener("resize", () => sizes.clear());
 
-/** Let the areas be as large as they were made in this browser. */
+/** Restore the sizes of the areas in this browser. */
 export function restoreSizes() {
   for (const variable of ["--left", "--side", "--bottom"]) {
     const size = Number(localStorage.getItem(`visualhfsm.size${variable}`));

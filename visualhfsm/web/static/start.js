@@ -1,4 +1,4 @@
-/** What a person sees first: behaviors to begin with, and files to open. */
+/** The start page: templates of behaviors, and files to open. */
 
 import {html, nothing, svg} from "lit";
 
@@ -20,7 +20,7 @@ const circle = (x, y, parent = false, initial = false) => {
 /** @param {string} path */
 const arcs = (path) => svg`<path d=${path} fill="none" stroke="var(--arc)" stroke-width="1.6"></path>`;
 
-/** The paper's three behaviors, and nothing. */
+/** The templates: the three behaviors of the paper, and an empty document. */
 const BEGINNINGS = [
   {
     template: "dance",

@@ -1,8 +1,8 @@
 /**
- * The connection to the server and what it has said: open documents, problems, what runs.
+ * The connection to the server and its state: open documents, problems, running components.
  *
- * The server is the truth. The page asks with `request`, and everything that changes comes back as a push, before
- * the answer to the request that changed it. The messages are those of visualhfsm/web/protocol.py.
+ * The server is the truth. The page sends requests, and every change arrives as a push, before the answer to the
+ * request that made it. The messages are those of visualhfsm/web/protocol.py.
  *
  * @typedef {{kind: "document" | "automaton" | "state" | "transition", automaton?: number, id?: number, part?: string,
  *   index?: number, name?: string, child?: number}} Place as in visualhfsm/editing/places.py
@@ -52,7 +52,7 @@
  */
 
 /**
- * What the server answers, by request.
+ * The answers of the server, by request.
  *
  * @typedef {{root?: string, templates?: {name: string, description: string}[]}} Greeting
  * @typedef {{name: string, revision: number, added: {automaton: number, states: number[], transitions: number[]}[]}}
@@ -78,7 +78,7 @@
  */
 
 /**
- * What hears an event that carries a detail.
+ * A listener for an event with a detail.
  *
  * @template D
  * @typedef {(event: CustomEvent<D>) => void} Listener
@@ -107,7 +107,7 @@
 
 const FIRST_RETRY = 250; // ms
 const LAST_RETRY = 5000;
-/** Requests that have nothing to do with what was typed before. */
+/** Requests that do not depend on what was typed before. */
 const ASIDE = new Set(["hello", "codeHelp", "interfaces", "listFiles"]);
 
 /** An answer of the server that says why something was not done. */
@@ -134,7 +134,7 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
   offlineSince = 0;
   /** Whether the server answers and does not know this page: it was restarted, and has new secrets. */
   refused = false;
-  /** What the server said of itself to `hello`. @type {Greeting} */
+  /** The answer of the server to `hello`. @type {Greeting} */
   greeting = {};
 
   /** @type {WebSocket | undefined} */
@@ -166,7 +166,7 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
   }
 
   /**
-   * Ask the server for something.
+   * Send a request to the server.
    *
    * @template {keyof Answers} Op
    * @param {Op} op
@@ -197,7 +197,7 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
   }
 
   /**
-   * Show what the imported automata of a document stand for.
+   * Show the content of the imported automata of a document.
    *
    * @param {Automaton[]} content each before those below it
    * @param {number} tab
@@ -358,7 +358,7 @@ function withContent({own, content}) {
 }
 
 /**
- * An automaton after a change; what did not change in it is the very same object as before.
+ * An automaton after a change; unchanged parts are the same objects as before.
  *
  * @param {Automaton | undefined} automaton
  * @param {Part} part

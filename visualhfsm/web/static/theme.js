@@ -1,4 +1,4 @@
-/** Light or dark: as the system has it, unless somebody chose. */
+/** Light or dark: as the system, unless the user has chosen. */
 
 const KEY = "visualhfsm.theme";
 const system = matchMedia("(prefers-color-scheme: dark)");

@@ -12,7 +12,7 @@ import {page} from "./page.js";
 const EXAMPLE = "dance_and_follow";
 const GAP = 12;
 
-/** What is shown, and what is said of it. @type {[selector: string, title: string, text: TemplateResult][]} */
+/** The elements of the tour, with their texts. @type {[selector: string, title: string, text: TemplateResult][]} */
 const STEPS = [
   [
     "hfsm-canvas",

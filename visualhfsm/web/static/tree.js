@@ -146,7 +146,7 @@ export class Tree extends PageElement {
     this.#markLive();
   }
 
-  /** Not by drawing all of it again: states may change many times a second. */
+  /** This does not draw everything again: states may change many times a second. */
   #markLive() {
     /** @type {NodeListOf<HTMLElement>} */
     const branches = this.querySelectorAll("[role=treeitem]");
@@ -298,8 +298,8 @@ function enter(row) {
 }
 
 /**
- * How grave the worst problem of a row is: of a state, and of the automaton that the row opens, such as one that is not
- * found where it is imported from.
+ * The severity of the worst problem of a row: of a state, and of the automaton that the row opens, such as an import
+ * that is not found.
  *
  * @param {Row} row
  */

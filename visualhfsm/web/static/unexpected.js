@@ -1,5 +1,5 @@
 /**
- * Errors that nothing else catches: they are shown, with what to do.
+ * Uncaught errors: they are shown, with what to do.
  *
  * This module runs before the others and needs only the notices, so that it also reports a page that cannot be loaded.
  */

@@ -1,5 +1,5 @@
 /**
- * What a person can do with what is drawn; part of the table of all actions.
+ * The actions on the drawing; part of the table of all actions.
  *
  * @import {Context} from "../actions.js"
  * @import {Automaton} from "../store.js"
@@ -19,13 +19,13 @@ const anyStates = (count = 1) => page.states.size >= count;
 const oneState = () => Boolean(page.state);
 const oneTransition = () => Boolean(page.transition);
 /**
- * Whether things of an automaton have the same number, in a document that is not sound.
+ * Whether elements of an automaton have the same number, in an invalid document.
  *
  * @param {Automaton} automaton
  */
 const sharesNumbers = ({states, transitions}) =>
   [states, transitions].some((all) => new Set(all.map(({id}) => id)).size < all.length);
-/** The automaton below the selected state if it has one alone, and without a selection the shown one. */
+/** The automaton below the selected state if there is exactly one; without a selection, the shown one. */
 const part = () =>
   page.state
     ? page.state.children.length === 1
@@ -39,7 +39,7 @@ const isImport = (automaton) => Boolean(automaton && page.shownDocument.own.get(
 const canExtract = () => Boolean(part()?.father) && !part()?.imported;
 const canInline = () => isImport(part());
 
-/** The selected state, and what `part` gives, for what is done only while there is one. */
+/** The selected state, and the result of `part`, for actions that need one. */
 const state = () => required(page.state, "selected state");
 const thePart = () => required(part(), "sub-automaton");
 

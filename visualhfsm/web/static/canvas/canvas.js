@@ -34,9 +34,9 @@ export class HfsmCanvas extends HTMLElement {
   sketch = make("g", {class: "sketch"});
   world = make("g", {class: "world"}, ...this.scene.layers, this.sketch);
   svg = make("svg", {role: "application", "aria-roledescription": "canvas", tabindex: "-1"}, this.world);
-  /** What is said beside the pointer. */
+  /** The text beside the pointer. */
   tip = make("title");
-  /** What is said to screen readers. */
+  /** The text for screen readers. */
   speech = division("for-readers");
   hint = division("hint");
   empty = division("empty");
@@ -56,7 +56,7 @@ export class HfsmCanvas extends HTMLElement {
   compares = false;
 
   #size = {width: 0, height: 0};
-  /** Of each automaton that was seen, where and how large. @type {Map<string, Point & {scale: number}>} */
+  /** The view of each automaton that was shown. @type {Map<string, Point & {scale: number}>} */
   #views = new Map();
   #shown = "";
   #unfitted = false;
@@ -84,7 +84,7 @@ export class HfsmCanvas extends HTMLElement {
     this.redraw();
   }
 
-  /** Draw what the document holds now. */
+  /** Draw the document as it is now. */
   redraw() {
     const automaton = page.automaton;
     const key = automaton ? `${page.tab}/${automaton.id}` : "";
@@ -132,7 +132,7 @@ export class HfsmCanvas extends HTMLElement {
     return page.automaton?.states.findLast((state) => distance(state, point) <= RADIUS + 6);
   }
 
-  /** Show everything; as soon as there is a place to show it in. */
+  /** Show everything, as soon as the canvas has a size. */
   fit() {
     this.#unfitted = !this.#size.width;
     if (this.#unfitted)
@@ -141,7 +141,7 @@ export class HfsmCanvas extends HTMLElement {
     this.#fitted = this.#view();
   }
 
-  /** Show the selected things, and everything without. */
+  /** Show the selection, or everything without one. */
   fitSelection() {
     const places = this.selectedKeys().flatMap((key) => this.scene.places.get(key) ?? []);
     if (!places.length) return this.fit();
@@ -180,7 +180,7 @@ export class HfsmCanvas extends HTMLElement {
     if (text) this.announce(text);
   }
 
-  /** Let screen readers say something. @param {string} text */
+  /** Announce a text to screen readers. @param {string} text */
   announce(text) {
     this.speech.textContent = text;
   }
@@ -192,14 +192,14 @@ export class HfsmCanvas extends HTMLElement {
     this.target?.classList.add("target");
   }
 
-  /** Let a name be typed where it stands. @param {"state" | "transition"} kind @param {number} id */
+  /** Start to edit a name in place. @param {"state" | "transition"} kind @param {number} id */
   beginRename(kind, id) {
     if (!this.readOnly) this.rename.begin(kind, id);
   }
 
   /**
-   * Add something to the shown automaton by a command, select it, and let its name be typed; what is typed until it is
-   * there is a part of the name.
+   * Add an element to the shown automaton by a command, select it, and edit its name; keys pressed meanwhile go into
+   * the name.
    *
    * @param {"state" | "transition"} kind
    * @returns {Promise<number | undefined>} its id
@@ -215,7 +215,7 @@ export class HfsmCanvas extends HTMLElement {
     });
   }
 
-  /** Let what is under way be, and say whether there was anything. */
+  /** Cancel the current gesture or tool; return whether there was one. */
   cancel() {
     const wasDragging = this.pointer.cancel();
     const wasDrawing = Boolean(this.tool);
@@ -293,7 +293,7 @@ export class HfsmCanvas extends HTMLElement {
     this.dispatchEvent(new Event("view"));
   }
 
-  /** What comes into view is made, once it is known how much that is. */
+  /** Create what comes into view, once the size of the canvas is known. */
   #look() {
     if (this.#size.width) this.scene.look(this.viewport.seen, this.viewport.scale);
   }
@@ -311,7 +311,7 @@ export class HfsmCanvas extends HTMLElement {
       this.fit();
     } else if (before.width && this.#size.width) {
       this.viewport.pan((this.#size.width - before.width) / 2, (this.#size.height - before.height) / 2);
-      if (whole && !contains(this.viewport.seen, this.scene.bounds())) this.fit(); // who saw everything still does
+      if (whole && !contains(this.viewport.seen, this.scene.bounds())) this.fit(); // what was fully visible stays so
       this.#reveal(); // a panel that opens for a state does not cover it
     }
   }

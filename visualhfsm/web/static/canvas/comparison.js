@@ -1,5 +1,5 @@
 /**
- * Show on the canvas what differs from another version: added, removed, changed and moved things.
+ * Show the differences from another version on the canvas: added, removed, changed and moved elements.
  *
  * @import {Automaton, Difference} from "../store.js"
  */
@@ -16,7 +16,7 @@ import {store} from "../store.js";
 /** @type {Record<string, number>} */
 const RANK = {added: 4, removed: 4, changed: 3, inside: 2, moved: 1};
 
-/** Ask with what to compare, and show it. @param {import("../actions.js").Context} context */
+/** Ask for the version to compare with, and show the differences. @param {import("../actions.js").Context} context */
 export async function compare({canvas}) {
   if (canvas.comparison) {
     canvas.comparison.end();
@@ -73,7 +73,7 @@ export class Comparison {
     this.canvas.redraw();
   }
 
-  /** An automaton with what is gone from it. @param {Automaton} automaton @returns {Automaton} */
+  /** An automaton with its removed elements. @param {Automaton} automaton @returns {Automaton} */
   merged(automaton) {
     const former = this.before.get(automaton.id);
     if (!former) return automaton;

@@ -1,5 +1,5 @@
 /**
- * Pictures of automata that stand for themselves: every style is written into the SVG.
+ * Self-contained pictures of automata: every style is written into the SVG.
  *
  * @import {Automaton} from "../store.js"
  */
@@ -133,7 +133,7 @@ export async function pngOf(automaton) {
   }
 }
 
-/** Let the browser save a file. @param {string} name @param {Blob} blob */
+/** Download a file. @param {string} name @param {Blob} blob */
 export function download(name, blob) {
   const link = document.createElement("a");
   link.href = URL.createObjectURL(blob);

@@ -1,5 +1,5 @@
 /**
- * Where arcs run. Everything is a pure function of points in pixels, y downwards.
+ * The geometry of arcs: pure functions of points in pixels, y downwards.
  *
  * @typedef {{x: number, y: number}} Point
  * @typedef {{path: string, head: string, middle: Point, normal: Point, first: Point, start?: Point, end?: Point, box:
@@ -167,7 +167,7 @@ function loop(center, handle) {
 }
 
 /**
- * A transition that lacks an end, in a document that is not sound.
+ * A transition that lacks an end, in an invalid document.
  *
  * @param {Point | undefined} from
  * @param {Point | undefined} to
@@ -262,7 +262,7 @@ export function bounds(states, arcs) {
 }
 
 /**
- * The nearest of some things in a direction: those straight ahead are preferred to those aside.
+ * The nearest element in a direction; elements straight ahead are preferred.
  *
  * @template {{x: number, y: number}} T
  * @param {T[]} things @param {T} from @param {[number, number]} direction

@@ -1,5 +1,5 @@
 /**
- * What the pointer does between pressing and letting go: pan, select in a box, move, bend, connect.
+ * Gestures of the pointer: pan, select in a box, move, bend, connect.
  *
  * Each gesture has `move(event)`, `end(event)` and `cancel()`; nothing of it is in the document before the end.
  *
@@ -14,7 +14,7 @@ import {required} from "../required.js";
 import {drawnArc} from "./geometry.js";
 import {make} from "./svg.js";
 
-const CLICK = 3; // pixels that a hand trembles
+const CLICK = 3; // pixels; less is a click
 
 export class Pan {
   /** @param {HfsmCanvas} canvas @param {PointerEvent} event */
@@ -149,7 +149,7 @@ export class Move {
     if (!this.began) this.click();
     if (!this.dx && !this.dy) return;
     await moveSelected(this.dx, this.dy);
-    this.canvas.redraw(); // also when it was refused: then things go back
+    this.canvas.redraw(); // also when it was refused, to move everything back
   }
 
   cancel() {
@@ -157,7 +157,7 @@ export class Move {
   }
 }
 
-/** Draw a transition from a state to where the pointer is let go; on the ground, a click there ends it, too. */
+/** Draw a transition from a state to where the pointer is released. */
 export class Link {
   /** @param {HfsmCanvas} canvas @param {number} origin */
   constructor(canvas, origin) {
@@ -179,7 +179,7 @@ export class Link {
     this.canvas.autoPan(event);
   }
 
-  /** Let it lead to a state, or to a point. @param {State | undefined} state @param {Point} point */
+  /** Set its end to a state, or to a point. @param {State | undefined} state @param {Point} point */
   lead(state, point) {
     this.destination = state?.id;
     const made = drawnArc(this.from, state ?? point, Boolean(state));

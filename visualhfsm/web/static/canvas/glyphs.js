@@ -1,6 +1,6 @@
-/** The small marks of the drawing, as paths around (0, 0), and their words. */
+/** The glyphs of the drawing, as paths around (0, 0), and their labels. */
 
-/** By what a transition fires. @type {Record<string, {path: string, word: string, filled: boolean}>} */
+/** The triggers of transitions. @type {Record<string, {path: string, word: string, filled: boolean}>} */
 export const TRIGGERS = {
   time: {path: "M0-5A5 5 0 1 1-.01-5M0-2.7V0L2 1.3", word: "after a time", filled: false},
   condition: {path: "M0-5L5 0L0 5L-5 0Z", word: "on a condition", filled: false},
@@ -9,7 +9,7 @@ export const TRIGGERS = {
 };
 export const UNKNOWN_TRIGGER = {path: "M-3-3L3 3M3-3L-3 3", word: "trigger unknown", filled: false};
 
-/** Which code a state has. */
+/** The kinds of code of a state. */
 export const CODES = {
   entry: {path: "M-4 0H1M-1.5-2.5L1 0L-1.5 2.5M3.5-3.5V3.5", word: "entry code"},
   code: {path: "M-1.5-3L-4.5 0L-1.5 3M1.5-3L4.5 0L1.5 3", word: "code"},
@@ -26,7 +26,7 @@ export const BADGES = {
   restart: {path: "M3.6-1.5A4 4 0 1 0 4 1M4-4.5V-1.2H.8", word: "restarts on entry"},
 };
 
-/** Seconds or milliseconds as a person would say them. @param {string} milliseconds */
+/** A time in seconds or milliseconds, for people. @param {string} milliseconds */
 export function spokenTime(milliseconds) {
   const value = Number(milliseconds);
   if (!milliseconds.trim() || !Number.isFinite(value)) return milliseconds.trim() || "no time";

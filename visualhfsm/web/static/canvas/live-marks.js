@@ -1,4 +1,4 @@
-/** Marks on states and transitions that say what a running component does. */
+/** Marks on states and transitions for the state of a running component. */
 
 import {RADIUS} from "./geometry.js";
 import {make, set} from "./svg.js";
@@ -66,7 +66,7 @@ function markBreakpoint(group, kind, x, y, r) {
 }
 
 /**
- * Have an element with a class among the children of a group, or not.
+ * Add a child with a class to a group, or remove it.
  *
  * @param {SVGElement} group
  * @param {string} name

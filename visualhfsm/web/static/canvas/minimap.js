@@ -1,6 +1,6 @@
 /**
- * A small picture of the whole automaton, with a frame around what is seen; a click goes there. Hidden while all is
- * seen.
+ * A small picture of the whole automaton, with a frame around the visible part; a click moves there. Hidden while
+ * everything is visible.
  */
 
 import {page} from "../page.js";
@@ -15,18 +15,18 @@ const NARROW = 420; // pixels of a canvas that has no room for it
 const SMALLEST = 1.8; // pixels of a state's radius, unless they would run into each other
 const MANY = 400; // states
 const RING = 1.5; // pixels around what is selected
-const PATIENCE = 250; // ms that a picture may be old while there is more to do
+const PATIENCE = 250; // ms after which the picture is drawn although there is more to do
 
 /** @param {() => void} action */
 const whenIdle = (action) =>
   window.requestIdleCallback ? window.requestIdleCallback(action, {timeout: PATIENCE}) : setTimeout(action, PATIENCE);
 
-/** The automaton is painted when nothing else is to be done, and kept as a picture; only the frame follows at once. */
+/** The automaton is painted when the page is idle, and kept as a picture; only the frame moves at once. */
 export class Minimap {
   #waiting = false;
   #queued = false;
-  #unpainted = true; // it shows nothing that is not seen beside it
-  /** What the map shows, and where a point of the drawing is on it. @type {import("./geometry.js").Box | undefined} */
+  #unpainted = true; // everything is visible without it
+  /** The part of the drawing on the map, and its scale. @type {import("./geometry.js").Box | undefined} */
   #box = undefined;
   #scale = 1;
   #x = 0;

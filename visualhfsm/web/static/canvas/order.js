@@ -1,4 +1,4 @@
-/** The order of focus in the drawing: one thing is reached by Tab, the others from there. */
+/** The order of focus in the drawing: Tab reaches one element, arrow keys the others. */
 
 import {page} from "../page.js";
 import {neighbor} from "./geometry.js";
@@ -32,7 +32,7 @@ export class Order {
     page.select(chosen);
   }
 
-  /** Let Tab reach what is selected, and keep the focus when what had it is gone. */
+  /** Make the selection reachable by Tab, and keep the focus when its element is removed. */
   keep() {
     const {canvas} = this;
     const {scene} = canvas;
@@ -57,7 +57,7 @@ export class Order {
     (canvas.scene.view(key || "s")?.group ?? canvas.svg).focus({preventScroll: true});
   }
 
-  /** Select the nearest thing in a direction. @param {[number, number]} direction */
+  /** Select the nearest element in a direction. @param {[number, number]} direction */
   goTo(direction) {
     const things = [...this.canvas.scene.places].map(([key, {x, y}]) => ({key, x, y}));
     const from = things.find(({key}) => key === this.#here);
@@ -65,7 +65,7 @@ export class Order {
     if (next) this.#focus(next.key);
   }
 
-  /** Select the next thing in the order of reading: each state, then the transitions out of it. @param {number} step */
+  /** Select the next element in reading order: each state, then the transitions out of it. @param {number} step */
   goOn(step) {
     const {states = [], transitions = []} = page.automaton ?? {};
     /** @type {Map<number, string[]>} */

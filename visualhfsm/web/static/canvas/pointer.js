@@ -1,7 +1,7 @@
 /**
- * What the pointer does on the canvas: begins gestures, uses tools, opens things, zooms, and shows tips and the menu.
+ * The pointer on the canvas: gestures, tools, opening, zooming, tips and the menu.
  *
- * A tool draws without holding a button: a new state or transition is placed with arrows and Enter, or with clicks.
+ * A tool works without holding a button: a new state or transition is placed with arrows and Enter, or with clicks.
  *
  * @import {State} from "../store.js"
  * @import {HfsmCanvas} from "./canvas.js"
@@ -30,7 +30,7 @@ const groupAt = (target) => (target instanceof Element ? target.closest("[data-k
 export class Pointer {
   /** @type {Gesture | undefined} */
   #gesture;
-  /** The pointer of the gesture; others are not heard. @type {number | undefined} */
+  /** The pointer of the gesture; others are ignored. @type {number | undefined} */
   #finger;
   /** What it was last pressed on. @type {EventTarget | null} */
   #pressed = null;
@@ -75,7 +75,7 @@ export class Pointer {
     return Boolean(this.#gesture) && event.pointerId !== this.#finger;
   }
 
-  /** Let what is dragged be where it was; returns whether there was anything. */
+  /** Cancel a drag; return whether there was one. */
   cancel() {
     const gesture = this.#gesture;
     gesture?.cancel();
@@ -154,7 +154,8 @@ export class Pointer {
   }
 
   /**
-   * What waits for the end of the gesture is done when the server has answered: until then, all stays where it was put.
+   * What waits for the end of the gesture is done after the answer of the server: until then, everything stays where it
+   * was dragged.
    */
   async #up() {
     const gesture = this.#gesture;
@@ -213,7 +214,7 @@ export class Pointer {
   }
 
   /**
-   * Only what the pointer is on has a tip, or screen readers would say everything twice.
+   * Only the element below the pointer has a tip; otherwise screen readers would say everything twice.
    *
    * @param {PointerEvent} event
    */
@@ -275,7 +276,7 @@ export class StateTool {
   }
 }
 
-/** Connect two states; begins at the selected one, if there is one. */
+/** Connect two states; starts at the selected one, if there is one. */
 export class TransitionTool {
   /** @param {HfsmCanvas} canvas */
   constructor(canvas) {
@@ -362,7 +363,7 @@ export class TransitionTool {
   }
 }
 
-/** A place near the middle of what is seen, where no state stands. @param {HfsmCanvas} canvas */
+/** A free place near the middle of the visible part. @param {HfsmCanvas} canvas */
 function freePlace(canvas) {
   const {left, top, right, bottom} = canvas.viewport.seen;
   const middle = {x: Math.round((left + right) / 2), y: Math.round((top + bottom) / 2)};

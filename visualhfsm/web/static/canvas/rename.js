@@ -1,4 +1,4 @@
-/** Type a name where it stands in the drawing. */
+/** Edit a name in place. */
 
 import {rename} from "../commands.js";
 import {page} from "../page.js";

@@ -1,8 +1,8 @@
 /**
  * The drawing of one automaton: keeps the elements of the page in step with the document.
  *
- * Elements live as long as what they show, and only what differs is touched, so that a command in a document of
- * hundreds of states is drawn at once. In a large automaton, names and handles are made when they come into view.
+ * Elements live as long as what they show, and only differences are drawn, so that a command in a document of hundreds
+ * of states is drawn at once. In a large automaton, names and handles are created when they come into view.
  */
 
 import {outgoing} from "../outline.js";
@@ -15,7 +15,7 @@ import {make} from "./svg.js";
 import {TransitionView} from "./transition-view.js";
 import {TINY, VERY_FAR} from "./viewport.js";
 
-const LARGE = 1000; // states and transitions, from which on what is not seen is not made
+const LARGE = 1000; // states and transitions; in larger automata only visible details are created
 
 /**
  * @import {Automaton, Problem, State, Transition} from "../store.js"
@@ -36,13 +36,13 @@ export class Scene {
     this.states = new Map();
     /** @type {Map<string, TransitionView>} */
     this.transitions = new Map();
-    /** Where everything stands at this moment, also while it is dragged. @type {Map<string, Point>} */
+    /** The present place of every element, also while it is dragged. @type {Map<string, Point>} */
     this.places = new Map();
     /** @type {Automaton | undefined} */
     this.automaton = undefined;
   }
 
-  /** Views without names and handles, as nobody has come near enough. @type {Set<StateView | TransitionView>} */
+  /** Views without names and handles, which were not close enough yet. @type {Set<StateView | TransitionView>} */
   #bare = new Set();
   #isLarge = false;
 
@@ -119,7 +119,7 @@ export class Scene {
   #moved = false;
 
   /**
-   * Show some things elsewhere for as long as they are dragged.
+   * Show elements elsewhere while they are dragged.
    *
    * @param {Map<string, Point>} moved
    * @param {{dx: number, dy: number, keys: Set<string>}} [carried] transitions that move with both their states as
@@ -156,7 +156,7 @@ export class Scene {
   #detailed = true; // whether labels and badges are seen; they are not placed before
 
   /**
-   * Make what is needed to see a part of the drawing.
+   * Create what is needed to show a part of the drawing.
    *
    * @param {Box} seen
    * @param {number} scale
@@ -168,7 +168,7 @@ export class Scene {
   }
 
   /**
-   * Finish what is seen, and then also what is near, so that moving a little finds nothing to do.
+   * Finish what is visible, and then what is near, so that small moves need nothing.
    *
    * @param {Box} seen
    */
@@ -289,7 +289,7 @@ export class Scene {
   }
 
   /**
-   * Return the view of each item with its key: known ones are kept, new ones made, and what is gone is removed.
+   * Return the view of each item with its key: known views are kept, new ones created, and old ones removed.
    *
    * @template {State | Transition} Item
    * @template {StateView | TransitionView} View
@@ -308,7 +308,7 @@ export class Scene {
     const fresh = document.createDocumentFragment();
     for (const item of items) {
       let key = `${prefix}${item.id}`;
-      while (wanted.has(key)) key += "'"; // two of one number in a document that is not sound
+      while (wanted.has(key)) key += "'"; // two with the same number, in an invalid document
       wanted.add(key);
       let view = views.get(key);
       if (!view) {

@@ -120,7 +120,7 @@ export class StateView {
     this.#drawDetails();
   }
 
-  /** Put it somewhere; returns whether it was elsewhere. @param {Point} point */
+  /** Move it; returns whether it was elsewhere. @param {Point} point */
   place({x, y}) {
     if (x === this.#x && y === this.#y) return false;
     [this.#x, this.#y] = [x, y];
@@ -220,7 +220,7 @@ const PARTS = /** @type {(keyof typeof CODES)[]} */ (Object.keys(CODES));
 const codesOf = (state) => PARTS.filter((part) => state[part].trim());
 
 /**
- * A small thing at a state's rim, at so many half turns, with a glyph, and with a bar for each of several.
+ * A badge at the rim of a state, at some half turns, with a glyph, and a bar for each if there are several.
  *
  * @param {string} kind
  * @param {number} halfTurns

@@ -1,4 +1,4 @@
-/** Make SVG quickly: templates are parsed once and cloned. */
+/** Create SVG quickly: templates are parsed once and cloned. */
 
 import {required} from "../required.js";
 

@@ -22,7 +22,7 @@ const blank = template(`
 const blankHandle = template(`
     <g class="handle"><circle class="grip" r="${HANDLE + 4}"/><circle class="knob" r="${HANDLE}"/><path class="glyph"/>
     <circle class="timer" r="${HANDLE + 2.5}" pathLength="1"/><circle class="mark" cx="7" cy="-7" r="4"/></g>`);
-/** The name stands apart: all names are above all arcs, and screen readers hear the label of the group. */
+/** The name is separate: all names are above all arcs, and screen readers read the label of the group. */
 const blankLabel = template(
   `<g class="label"><text class="rank"/><text><tspan class="title"/><tspan class="detail"/></text></g>`,
 );
@@ -40,7 +40,7 @@ export class TransitionView {
   arc = NOWHERE;
   /** Where the middle of its name is. @type {Point | undefined} */
   nameAt = undefined;
-  /** The same relative to the handle, so that it can come along when that is dragged. @type {Point | undefined} */
+  /** The same relative to the handle, so that it moves with the handle. @type {Point | undefined} */
   offset = undefined;
   width = 0;
   height = 0;
@@ -81,7 +81,7 @@ export class TransitionView {
   }
 
   /**
-   * Write what a transition is; does nothing when nothing that is drawn differs.
+   * Draw the labels of a transition; does nothing when nothing differs.
    *
    * @param {Transition} transition
    * @param {More} more

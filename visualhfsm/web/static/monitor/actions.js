@@ -1,4 +1,4 @@
-/** What a person can do with the component that is followed; part of the table of all actions. */
+/** The actions on the followed component; part of the table of all actions. */
 
 import {page} from "../page.js";
 import {notify} from "../notices.js";
@@ -17,7 +17,7 @@ const selected = () => page.state ?? page.transition;
 const breakable = () => Boolean(page.document && selected()) && (monitor.breakpoints.arePlanned(page.tab) || steers());
 const kind = () => (page.state ? "state" : "transition");
 
-/** What is selected, for what is done only with that. */
+/** The selected element, for actions that need one. */
 const theSelected = () => required(selected(), "selected state or transition");
 
 const dialogs = () => import("./dialogs.js");

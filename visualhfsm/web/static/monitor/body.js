@@ -1,4 +1,4 @@
-/** Where the links of the robot's body are: three.js groups, one in another as the links carry each other. */
+/** The links of the robot's body: nested three.js groups, as the links carry each other. */
 
 import {Group, Quaternion, Vector3} from "three";
 
@@ -52,7 +52,7 @@ export class Body {
     return required(this.links.get(name), `link ${name}`);
   }
 
-  /** Put the links where they are. @param {BodyState} state */
+  /** Place the links. @param {BodyState} state */
   pose({joints, tilt, torso}) {
     for (const {link, joint, axis} of this.joints) link.quaternion.setFromAxisAngle(axis, joints[joint] ?? 0);
     if (torso) {

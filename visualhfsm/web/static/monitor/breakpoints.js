@@ -39,7 +39,7 @@ export class Breakpoints {
   }
 
   /**
-   * Put one, with a condition or with "" for always, or take it away with undefined.
+   * Set one, with a condition or with "" for always, or remove it with undefined.
    *
    * @param {"state" | "transition"} kind
    * @param {number} tab
@@ -61,7 +61,7 @@ export class Breakpoints {
   async #replace(breakpoints) {
     const monitor = this.#monitor;
     if ((await monitor.steer("setBreakpoints", {breakpoints})) === undefined) return;
-    if (monitor.breakpoints !== this) return; // it follows another one meanwhile
+    if (monitor.breakpoints !== this) return; // it follows another one by now
     this.all = breakpoints;
     if (monitor.tab) planned.set(monitor.tab, breakpoints);
     this.#notify();
@@ -160,7 +160,7 @@ class Planned {
     return found?.all ?? [];
   }
 
-  /** A document that gets a file, or another one, takes them along. */
+  /** A document that is saved to a file, or to another one, keeps them. */
   #follow() {
     for (const [tab, known] of this.#tabs) {
       const key = keyOf(tab);

@@ -93,7 +93,7 @@ class Camera extends MonitorElement {
   constructor() {
     super();
     this.name = "";
-    /** Whether there are any; a recording holds none. */
+    /** Whether there are any; a recording has none. */
     this.images = false;
     /** @type {string | undefined} */
     this.problem = undefined;

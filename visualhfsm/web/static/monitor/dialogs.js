@@ -1,5 +1,5 @@
 /**
- * What is asked for while a component is steered.
+ * Dialogs for steering a component.
  *
  * @import {From} from "../element.js"
  */
@@ -20,7 +20,7 @@ const onEnter = (act) => (/** @type {KeyboardEvent} */ event) => {
   act();
 };
 
-/** Ask which event to send, and send it. */
+/** Ask for an event, and send it. */
 export async function askEvent() {
   /** @type {Set<string>} */
   const known = new Set();
@@ -67,7 +67,7 @@ export async function askEvent() {
 }
 
 /**
- * Ask when a breakpoint is to count.
+ * Ask for the condition of a breakpoint.
  *
  * @param {number} automaton
  * @param {"state" | "transition"} kind

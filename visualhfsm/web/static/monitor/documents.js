@@ -67,7 +67,7 @@ async function show(path, found) {
   if (!found.complete) notify("The recording is long: only its beginning was read.");
 }
 
-/** Show the document that a recording holds, unless it is open. @param {Recording} recording */
+/** Show the document in a recording, unless it is open. @param {Recording} recording */
 async function showDocument({document, structure}) {
   const shown = structure?.structure;
   if (monitor.tab) page.show(monitor.tab);

@@ -1,5 +1,5 @@
 /**
- * What the elements of the monitor have in common.
+ * The base of the elements of the monitor.
  *
  * @import {PropertyValues} from "lit"
  * @import {MonitorEvents} from "./monitor.js"

@@ -81,7 +81,7 @@ function grouped(errors) {
 }
 
 /**
- * Show the code that failed: its very line where that is known, else the code of the state.
+ * Show the code that failed: its line where that is known, else the code of the state.
  *
  * @param {import("./monitor.js").ErrorReport} error
  */

@@ -1,4 +1,4 @@
-/** Pictures from the server, the newest each time that the last one was drawn. */
+/** Images from the server: the newest, whenever the last one was drawn. */
 
 import {messageOf} from "../notices.js";
 

@@ -1,4 +1,4 @@
-/** The angles of the joints within their limits, and how the robot's server is. */
+/** The angles of the joints within their limits, and the health of the robot's server. */
 
 import {html, nothing} from "lit";
 

@@ -1,8 +1,8 @@
 /**
- * What the page knows of the component that it follows, and how it steers it.
+ * The followed component: its state, and steering it.
  *
- * One component, or one recording, is followed at a time. `snapshot` is what is shown: the newest moment, or one of
- * the past while somebody looks back.
+ * One component, or one recording, is followed at a time. `snapshot` is what is shown: the newest moment, or one of the
+ * past while looking back.
  *
  * The types are those of interfaces/hfsm.idl and of visualhfsm/monitoring/.
  *
@@ -58,7 +58,7 @@ export const STATUS = ["Running", "Paused", "Halted"];
 /** `TransitionKind` of interfaces/hfsm.idl. */
 export const ON_TIME = 1;
 
-const FACTS_AGAIN = 2000; // ms after which what is missing is asked for again
+const FACTS_AGAIN = 2000; // ms after which missing facts are requested again
 
 /** What does not change of a robot: the limits of its joints, and its cameras. */
 class RobotFacts {
@@ -114,12 +114,12 @@ class Structure {
     return this.transitions.get(`${automaton}/${id}`);
   }
 
-  /** What a state is called. @param {number} automaton @param {number} id */
+  /** The name of a state. @param {number} automaton @param {number} id */
   stateName(automaton, id) {
     return this.automaton(automaton)?.states.find((each) => each.id === id)?.name ?? `state ${id}`;
   }
 
-  /** Whether there is what a breakpoint stands at. @param {Breakpoint} breakpoint */
+  /** Whether the element of a breakpoint exists. @param {Breakpoint} breakpoint */
   has({automaton, state, transition}) {
     const found = this.automaton(automaton);
     return (
@@ -130,15 +130,15 @@ class Structure {
   }
 }
 
-/** What the component of a document without a file is called when its title can be no name of a module. */
+/** The name of the component of a document without a file whose title cannot be the name of a module. */
 const UNTITLED = "untitled";
 
-/** What a file is called without its directories and its extension. @param {string} path */
+/** The name of a file without its directories and its extension. @param {string} path */
 const stemOf = (path) => path.replace(/^.*\//, "").replace(/\.xml$/i, "");
-/** What the component of an open document is called when it runs. @param {import("../store.js").TabState} document */
+/** The name of the component of an open document when it runs. @param {import("../store.js").TabState} document */
 const componentOf = ({path, title}) => (path ? stemOf(path) : /^[A-Za-z_]\w*$/.test(title) ? title : UNTITLED);
 
-/** What the component of a tab is called; "" when it is not open. @param {number} tab */
+/** The name of the component of a tab; "" when it is not open. @param {number} tab */
 function componentOfTab(tab) {
   const found = store.workspace.tabs.find((each) => each.tab === tab);
   return found ? componentOf(found) : "";
@@ -174,10 +174,10 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
   /** A moment of the past that is looked at instead. @type {Snapshot | undefined} */
   looking = undefined;
   past = new Past();
-  /** Since when nothing is heard of it, s since 1970; 0 while it speaks. */
+  /** Since when it is silent, s since 1970; 0 while it sends. */
   since = 0;
   /**
-   * How it ended, when it was meant to or an error ended it.
+   * How it ended, as requested or after an error.
    *
    * @type {{at: number, message: string, exitCode?: number} | undefined}
    */
@@ -193,7 +193,7 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
   #tab = 0; // that it was started from
   #known = new Structure(undefined);
   /**
-   * What is to be followed, and what came of it before the answer.
+   * The component to follow, and its pushes before the answer.
    *
    * @type {{component: string, structure: LiveStructure | undefined} | undefined}
    */
@@ -228,12 +228,12 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
     return this.isLive && this.writable && !this.since && !this.ended && store.online;
   }
 
-  /** Whether it is not known what it does now: it is silent, and nobody knows of an end. */
+  /** Whether its state is unknown: it is silent, and no end was reported. */
   get isLost() {
     return Boolean(this.since) && !this.ended && !this.looking;
   }
 
-  /** Whether what is shown is over: it has ended, and nobody looks back. */
+  /** Whether what is shown is over: it has ended, and the present is shown. */
   get isOver() {
     return Boolean(this.ended) && !this.looking;
   }
@@ -281,13 +281,13 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
       this.writable = true;
       this.lookAt(undefined);
     } else if (this.since) {
-      this.detach(); // what is gone gives way at once
+      this.detach(); // a lost component gives way at once
     }
     this.#look();
   }
 
   /**
-   * Follow a component; one that was not started here is only watched until a person allows more.
+   * Follow a component; one that was not started here is only watched until the user allows more.
    *
    * @param {string} component
    */
@@ -304,7 +304,7 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
       return false;
     }
     if (this.#attaching !== asked) {
-      // another one was chosen meanwhile
+      // another one was chosen by now
       if (![this.component, this.#attaching?.component].includes(component))
         store.request("detach", {component}).catch(() => {}); // it is gone already
       return false;
@@ -381,7 +381,7 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
   }
 
   /**
-   * Ask something of the component, or have it do something.
+   * Send a control request to the component.
    *
    * @template {keyof Controls} Action
    * @param {Action} action
@@ -395,7 +395,7 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
   }
 
   /**
-   * The same for an action of a person, who sees when it is refused.
+   * The same for an action of the user, with refusals shown.
    *
    * @template {keyof Controls} Action
    * @param {Action} action
@@ -459,7 +459,7 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
       this.robot.complete(() => this.control("facts")).then((came) => came && this.#emit("structure"));
   }
 
-  /** What was started here has ended. @param {import("../store.js").Run} run */
+  /** A component that was started here has ended. @param {import("../store.js").Run} run */
   #ran({tab, message, exitCode}) {
     if (tab === this.#tab) this.#expected = "";
     if (this.component && !this.recording && this.isOf(this.component, tab))

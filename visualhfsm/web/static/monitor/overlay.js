@@ -1,5 +1,5 @@
 /**
- * Draws on the canvas what the followed component does.
+ * Draw the state of the followed component on the canvas.
  *
  * @import {Live} from "../canvas/live-marks.js"
  * @import {Breakpoint} from "./breakpoints.js"
@@ -10,7 +10,7 @@ import {page} from "../page.js";
 import {store} from "../store.js";
 import {monitor, ON_TIME} from "./monitor.js";
 
-/** How strongly the states left last still show, the latest first. */
+/** Opacity of the states that were left last, the latest first. */
 const TRAIL = [1, 0.7, 0.45, 0.25];
 const FADING = 15; // s of component time after which a state of the trail is not seen any more
 const FLASH = 1.2; // s
@@ -18,7 +18,7 @@ const FLASH = 1.2; // s
 const AFTERGLOW = 0.3;
 
 /**
- * What an automaton does, by the keys of its states and transitions.
+ * The state of an automaton, by the keys of its states and transitions.
  *
  * @param {number} id
  * @param {Snapshot} snapshot
@@ -63,7 +63,7 @@ function liveOf(id, {component}) {
 }
 
 /**
- * What an automaton shows whose component is not followed: where it is to pause.
+ * The marks of an automaton whose component is not followed: its breakpoints.
  *
  * @param {number} id
  * @param {Breakpoint[]} breakpoints
@@ -89,7 +89,7 @@ const breakpointsIn = (id, breakpoints) =>
     }));
 
 /**
- * Follows the page and the monitor for as long as the page lives.
+ * Follows the page and the monitor as long as the page is open.
  *
  * @param {import("../canvas/canvas.js").HfsmCanvas} canvas
  */

@@ -1,5 +1,5 @@
 /**
- * How the states changed, from the timeline that the server keeps and from what comes since.
+ * The changes of state, from the timeline of the server and from later snapshots.
  *
  * @import {ComponentNow, Timeline} from "./monitor.js"
  */

@@ -66,7 +66,7 @@ export class Plot {
     try {
       found = await monitor.control("series", {names, start, end, points: POINTS});
     } catch {
-      return undefined; // the component is gone; the next one begins a new plot
+      return undefined; // the component was lost; the next one begins a new plot
     }
     if (number !== this.#filling) return undefined;
     this.#past = monitor.past;
@@ -74,7 +74,7 @@ export class Plot {
     return this.draw();
   }
 
-  /** Take the newest values. @param {Map<string, number>} numbers */
+  /** Add the newest values. @param {Map<string, number>} numbers */
   append(numbers) {
     const time = monitor.newest?.component.time;
     if (time === undefined || !this.names.length) return;

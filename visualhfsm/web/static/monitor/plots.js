@@ -16,7 +16,7 @@ import {numbersOf} from "./values.js";
 const MOST_LINES = 8; // of a plot
 const MOST_NAMES = 1000; // of numbers to choose from; the server keeps no more
 
-/** What numbers are called that are of no automaton, by how their names begin. @type {Record<string, string>} */
+/** Labels of numbers that belong to no automaton, by the prefix of their names. @type {Record<string, string>} */
 const GROUPS = {
   joint: "Joints (rad)",
   self: "Parameters",

@@ -102,11 +102,11 @@ export class RobotScene {
   /** @type {Map<string, Mesh>} */
   #balls = new Map();
   #framed = 0; // balls that were in the picture when it was chosen
-  #turned = false; // whether somebody has chosen another view
+  #turned = false; // whether the user has chosen another view
   /** @type {number | undefined} */
   #frame = undefined;
 
-  /** Make the body and the balls. @param {Described} described */
+  /** Create the body and the balls. @param {Described} described */
   build(described) {
     this.#clear();
     /** @type {Map<string, MeshStandardMaterial>} */
@@ -152,7 +152,7 @@ export class RobotScene {
   }
 
   /**
-   * Put everything where it is; returns whether anything of the robot is known.
+   * Place everything; returns whether anything of the robot is known.
    *
    * @param {BodyState & {balls: Record<string, Triple>}} state
    */
@@ -171,7 +171,7 @@ export class RobotScene {
     return torso.visible;
   }
 
-  /** Go along with a robot that walks; the floor has no end. @param {Object3D} torso */
+  /** Follow a robot that walks; the floor has no end. @param {Object3D} torso */
   #follow(torso) {
     if (!torso.visible) return;
     const moved = new Vector3(torso.position.x, torso.position.y, 0).sub(this.at);
@@ -183,7 +183,7 @@ export class RobotScene {
     this.controls.update();
   }
 
-  /** As balls become known they come into the picture, unless somebody has chosen another view. */
+  /** Include balls in the view as they become known, unless the user has chosen another view. */
   #frameBalls() {
     const seen = [...this.#balls.values()].filter((ball) => ball.visible);
     if (this.#turned || seen.length <= this.#framed) return;

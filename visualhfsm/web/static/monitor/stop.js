@@ -1,9 +1,9 @@
-/** The operator's red button: it asks nothing, waits for nothing, and works in every mode. */
+/** The operator's stop button: it asks no question, does not wait, and works in every mode. */
 
 import {messageOf, notify} from "../notices.js";
 import {monitor} from "./monitor.js";
 
-/** Three keys at once, the largest among them: found blindly, and hit by nobody who types. */
+/** Three keys at once, among them the largest: easy to find, and not hit by accident while typing. */
 export const STOP_KEY = "Ctrl+Shift+Space";
 
 /** Stop the robot, whatever is shown, and the followed component. */

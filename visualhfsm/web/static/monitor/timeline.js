@@ -1,6 +1,6 @@
 /**
- * The run from its beginning to now, to look back through: below the canvas the shown automaton and those above it,
- * as a panel all of them with a list of what happened.
+ * The run from its beginning to now: below the canvas the shown automaton and those above it, as a panel all of them
+ * with a list of changes.
  *
  * @import {PropertyValues} from "lit"
  * @import {From} from "../element.js"
@@ -158,7 +158,7 @@ class Timeline extends MonitorElement {
     this.#draw();
   }
 
-  /** What is shown: the last minute, or another one while somebody looks back, or all. */
+  /** The shown time: the last minute, another one while looking back, or everything. */
   #range() {
     const {start, end} = monitor.past;
     const first = Number.isFinite(start) ? start : 0;

@@ -1,4 +1,4 @@
-/** Values as a monitor shows them, which is as Python does, and as it takes them, which is in JSON. */
+/** Values as a monitor shows them, in Python's notation, and as it accepts them, in JSON. */
 
 /** @type {Record<string, number>} */
 const TRUTHS = {True: 1, False: 0};
@@ -15,7 +15,7 @@ function numberIn(text) {
 }
 
 /**
- * The value that a person has written, in JSON or as Python's literals; undefined when it is none.
+ * The value of a text in JSON or in Python's notation; undefined when it is not a value.
  *
  * @param {string} text
  */

@@ -1,5 +1,5 @@
 /**
- * Variables of the automata and parameters of the component; while it is steered they can be set.
+ * Variables of the automata and parameters of the component; they can be set while it is steered.
  *
  * @import {From} from "../element.js"
  * @import {ParameterStructure} from "./monitor.js"

@@ -11,7 +11,7 @@ import {html, nothing, render} from "lit";
 import {page} from "../page.js";
 import {monitor} from "./monitor.js";
 
-const PATIENCE = 220; // ms that the pointer rests before anything is shown
+const PATIENCE = 220; // ms that the pointer must rest before an explanation is shown
 const AGAIN = 400; // ms after which an explanation is asked for again
 
 /** @type {HTMLElement | undefined} */
@@ -94,7 +94,7 @@ async function show(canvas, group, pinned) {
     try {
       explanation = await monitor.control("explain", {automaton: current.automaton});
     } catch {
-      break; // it is gone; the canvas says so
+      break; // it was lost; the canvas shows that
     }
     if (shown !== current) return;
     // It has left the state.

@@ -1,5 +1,5 @@
 /**
- * Help from the server for who types Python: completion, parameters of calls, what a name means, and marks.
+ * Help from the server while typing Python: completion, parameters of calls, explanations of names, and marks.
  *
  * @import {CompletionContext, Diagnostic, EditorState, Text, Tooltip} from "codemirror"
  * @import {Place, Problem} from "../store.js"
@@ -22,7 +22,7 @@ import {problemsAt} from "./places.js";
 const LINT_AFTER = 300; // ms without typing
 const LARGEST = 200_000; // characters; larger texts are edited without help
 
-/** Look again for what is wrong, though the code is the same. */
+/** Check again although the code is the same. */
 export const recheck = StateEffect.define();
 
 /**
@@ -51,7 +51,7 @@ class Help {
   }
 
   /**
-   * Ask about a position in the code; null when there is no answer: help is never worth an error message.
+   * Ask about a position in the code; null when there is no answer: missing help is not an error.
    *
    * @template {keyof Wanted} K
    * @param {K} wanted
@@ -87,7 +87,7 @@ class Help {
     const options = found.options.map(({info, boost = 0, ...option}) => ({
       ...option,
       boost,
-      // The server looks the documentation of the first ones up at once, that of others takes until they are chosen.
+      // The server sends documentation of the first options; that of others is requested when selected.
       info: () => (info ? explain([], info) : this.#explainOption(context.state, from, context.pos, option.label)),
     }));
     return {from, options, validFor: /^\w*$/};
@@ -102,7 +102,7 @@ class Help {
   }
 
   /**
-   * What is wrong: what the server says of the text as it stands, and what the checks have said of all of the document.
+   * Problems: those that the server finds in the present text, and those of the last check of the document.
    *
    * @param {EditorView} view @param {() => Known} problems
    */
@@ -111,7 +111,7 @@ class Help {
     if (this.#linted?.doc !== doc) this.#linted = {doc, found: await this.ask("lint", view.state)};
     const {found} = this.#linted;
     const {items, current} = problems();
-    // What was said of a former text is better than nothing, and worse than what is said of this one.
+    // Problems of a former text are better than none, and worse than those of this one.
     const known = current || !found ? problemsAt(items, this.place).filter((each) => each.line) : [];
     /** @type {Map<string, Problem>} */
     const marks = new Map();
@@ -119,7 +119,7 @@ class Help {
     return [...marks.values()].map((each) => asMark(doc, each)).sort((one, other) => one.from - other.from);
   }
 
-  /** What was said last of a text. @type {{doc: Text, found: Problem[] | null} | undefined} */
+  /** The last problems of a text. @type {{doc: Text, found: Problem[] | null} | undefined} */
   #linted = undefined;
 
   /** @param {EditorView} view @param {number} position */
@@ -138,7 +138,7 @@ class Help {
 }
 
 /**
- * Something wrong as CodeMirror marks it; line and column count from 1.
+ * A problem as a diagnostic of CodeMirror; line and column count from 1.
  *
  * @param {Text} doc
  * @param {Problem} problem
@@ -146,7 +146,7 @@ class Help {
  */
 function asMark(doc, {line = 1, column = 1, length = 0, severity, message}) {
   const at = doc.line(Math.min(Math.max(line, 1), doc.lines));
-  // What is missing at the end of a line is marked at what stands there.
+  // What is missing at the end of a line is marked at its last character.
   const from = Math.max(at.from, Math.min(at.from + Math.max(column - 1, 0), at.to - 1));
   const rest = doc.sliceString(from, at.to);
   const to = Math.min(at.to, from + Math.max(length, /^\w+/.exec(rest)?.[0].length ?? 1));
@@ -154,7 +154,7 @@ function asMark(doc, {line = 1, column = 1, length = 0, severity, message}) {
 }
 
 /**
- * An explanation as an element: lines of code and text below; nothing in it is taken for HTML.
+ * An explanation as an element: lines of code, and text below; nothing in it is read as HTML.
  *
  * @param {string[]} code
  * @param {string} text

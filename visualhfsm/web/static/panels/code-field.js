@@ -152,7 +152,7 @@ export class CodeField extends LitElement {
     this.#resolve();
   }
 
-  /** An editor that nobody sees would hear of everything in the page for ever. */
+  /** A hidden editor would keep listening to the page. */
   #unload() {
     if (!this.#editor) return;
     this.#cursor = this.#editor.cursor;

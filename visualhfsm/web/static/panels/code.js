@@ -1,5 +1,5 @@
 /**
- * What the selected state or transition does: its code, and all else that is known of it.
+ * The code and the other data of the selected state or transition.
  *
  * @import {At} from "../page.js"
  * @import {Place} from "../store.js"
@@ -27,7 +27,7 @@ class CodePanel extends PageElement {
   }
 
   /**
-   * Show a piece of code; set by the page when somebody wants to edit it.
+   * Show a piece of code; set by the page to edit it.
    *
    * @param {Place & At & {focus?: boolean}} place
    */

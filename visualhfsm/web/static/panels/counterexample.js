@@ -1,5 +1,5 @@
 /**
- * How a property is violated, played on the canvas step by step.
+ * A violation of a property, played on the canvas step by step.
  *
  * @import {Live} from "../canvas/live-marks.js"
  * @import {Counterexample, OpenDocument, Step} from "../store.js"
@@ -123,7 +123,7 @@ export function showStep(document, steps, index) {
   page.dispatchEvent(new Event("highlight"));
 }
 
-/** Mark nothing on the canvas any more. */
+/** Remove the marks from the canvas. */
 export function showNoStep() {
   if (!page.highlight) return;
   page.highlight = undefined;

@@ -48,7 +48,7 @@ class DataPanel extends PageElement {
   }
 
   /**
-   * Show a section; set by the page when somebody wants to see it, and followed by `place`.
+   * Show a section; set by the page, and followed by `place`.
    *
    * @param {string} section
    */
@@ -195,7 +195,7 @@ function automatonData({tab, document, automaton}) {
   ${isRoot || !document.own.has(automaton.id) ? "" : importSection(tab, automaton, place)}`;
 }
 
-/** How often that is, in words. @param {string} period */
+/** A period as a rate, in words. @param {string} period */
 function rate(period) {
   const milliseconds = Number(period.trim());
   if (!(milliseconds > 0)) return "";
@@ -263,7 +263,7 @@ const LANGUAGES = [
 ];
 
 /**
- * The data of the component: what it is for, what it uses, and what is to be proved of it.
+ * The data of the component: its description, interfaces, libraries, parameters, events and properties.
  *
  * @param {{tab: number, document: OpenDocument, known: InterfaceDescription[] | undefined, showProblems: () => void}}
  *   about

@@ -2,7 +2,7 @@
  * Texts that are being typed.
  *
  * What is typed is sent to the server after a short pause; the server makes one step for undo of what belongs
- * together. What changes elsewhere (undo, another window) is shown at once, but never takes away what is being typed.
+ * together. Changes from elsewhere (undo, another window) are shown at once, but never replace what is being typed.
  *
  * @import {Done} from "../store.js"
  */
@@ -23,7 +23,7 @@ export async function flushEdits() {
 // What was typed goes before saving, running, undo and other commands, so that it is part of what they work on.
 store.addEventListener("request", () => flushEdits());
 addEventListener("pagehide", () => flushEdits());
-// What was typed while the server was away is sent when it is back.
+// What was typed while the server was offline is sent after reconnecting.
 store.addEventListener("connection", () => store.online && flushEdits());
 
 export class Draft {

@@ -184,7 +184,7 @@ export class Editor {
     if (hadFocus) this.#view.focus();
   }
 
-  /** Show what became of the same piece; cursor and scrolling stay where they are. @param {string} text */
+  /** Show the same piece after a change; cursor and scrolling stay where they are. @param {string} text */
   replace(text) {
     const {state} = this.#view;
     const former = state.doc.toString();
@@ -192,14 +192,14 @@ export class Editor {
     if (change) this.#view.dispatch({changes: change, annotations: fromDocument.of(true)});
   }
 
-  /** Say differently what is edited, as when that was renamed. @param {string} label */
+  /** Change the label, as after renaming. @param {string} label */
   rename(label) {
     if (label === this.#label) return;
     this.#label = label;
     this.#view.dispatch({}); // attributes are looked at with each transaction
   }
 
-  /** Make the marks again: the checks have said something. */
+  /** Update the marks after a check. */
   recheck() {
     this.#view.dispatch({effects: recheck.of(null)});
   }
@@ -223,7 +223,7 @@ export class Editor {
       this.#view.dispatch({...state.replaceSelection(text), userEvent: "input.type", scrollIntoView: true});
   }
 
-  /** Let go of everything. */
+  /** Release everything. */
   destroy() {
     this.#view.destroy();
   }
@@ -241,7 +241,7 @@ export class Editor {
       doc: text,
       selection: {anchor: Math.min(cursor, text.length)},
       extensions: [
-        // One list of what can be undone for the whole document: the editor keeps none.
+        // The whole document has one undo list: the editor keeps none.
         Prec.highest(
           keymap.of([
             {key: "Mod-s", run: run(save), preventDefault: true},

@@ -22,7 +22,7 @@ class History extends PageElement {
     const {document} = page;
     if (!document) return html`<p class="empty">No document is open.</p>`;
     const {undo, redo} = document;
-    // The latest first: what would be done again, then the present, then what led to it.
+    // The latest first: steps to redo, then the present, then steps to undo.
     return html`<div class="list-panel">
       <ol class="rows history" aria-label="Steps, the latest first" @keydown=${moveAmongRows}>
         ${redo

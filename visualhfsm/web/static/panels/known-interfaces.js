@@ -12,7 +12,7 @@ let interfaces;
 /** @type {Promise<unknown> | undefined} */
 let loading;
 
-/** What is known, undefined before it is loaded. */
+/** The known interfaces, undefined before they are loaded. */
 export const known = () => interfaces;
 
 /** Ask the server once; interfaces that are not known are typed by hand. */
@@ -27,7 +27,7 @@ export function loadInterfaces() {
 /** Identities in the realm with the types of their interfaces. @type {Record<string, string[]>} */
 let identities = {};
 
-/** Ask what is served in the realm now; nothing is where nothing can be followed. */
+/** Ask for the servants of the realm; there are none where nothing can be followed. */
 export async function loadIdentities() {
   const asked = store.request("control", {component: "", action: "identities"});
   identities = /** @type {Record<string, string[]>} */ (await asked.catch(() => ({})));
@@ -51,7 +51,7 @@ export function interfaceNames(all = []) {
 }
 
 /**
- * What an entry's interface offers.
+ * The operations of an entry's interface.
  *
  * @param {{name: string, type: string}} entry
  * @param {InterfaceDescription[] | undefined} all

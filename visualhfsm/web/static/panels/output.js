@@ -1,4 +1,4 @@
-/** What the component of the shown tab writes; a line about a piece of code leads to it. */
+/** The output of the component of the shown tab; a line about a piece of code leads to it. */
 
 import {html} from "lit";
 import {PageElement} from "../element.js";
@@ -75,7 +75,7 @@ class Output extends PageElement {
   }
 
   /**
-   * Lines come by the hundreds a second: they are appended, never drawn again.
+   * Hundreds of lines may arrive per second: they are appended, never drawn again.
    *
    * @param {import("./output-log.js").Line[]} lines
    */
@@ -95,7 +95,7 @@ class Output extends PageElement {
   };
 
   /**
-   * Who scrolls back wants to read, and who scrolls to the end to follow.
+   * Scrolling back stops following, and scrolling to the end resumes it.
    *
    * @param {import("../element.js").From<HTMLElement>} event
    */

@@ -1,5 +1,5 @@
 /**
- * Places in a document: what a problem, a hit of a search or a field of a panel is about.
+ * Places in a document: of a problem, a search result or a field of a panel.
  *
  * @import {Automaton, OpenDocument, Place, Problem} from "../store.js"
  */

@@ -1,5 +1,5 @@
 /**
- * What the checks say of the shown document; each problem leads to its place.
+ * The problems of the shown document; each leads to its place.
  *
  * @import {OpenDocument, Place, Problem, Step} from "../store.js"
  * @typedef {{key: string, step: number}} Played the problem whose counterexample is played, and the step

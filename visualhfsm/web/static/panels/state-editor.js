@@ -1,5 +1,5 @@
 /**
- * A state in the panel beside the canvas: its name, its marks, its code and what it hands to its automata.
+ * A state in the panel beside the canvas: its name, its marks, its code and its arguments.
  *
  * @import {From} from "../element.js"
  * @import {Argument, Automaton, OpenDocument, Parameter, Place, State} from "../store.js"
@@ -108,7 +108,7 @@ export function stateEditor(about) {
 }
 
 /**
- * What was chosen and not answered yet: it stays chosen, whatever is drawn meanwhile.
+ * A choice without an answer yet: it stays chosen until then.
  *
  * @type {{key: string, final: boolean} | undefined}
  */
@@ -145,7 +145,7 @@ function history(place, state, readonly) {
 }
 
 /**
- * The inputs of the automata of a state, and what is handed to each.
+ * The inputs of the automata of a state, with their arguments.
  *
  * @param {OpenDocument} document
  * @param {State} state

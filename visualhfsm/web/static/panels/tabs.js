@@ -1,5 +1,5 @@
 /**
- * Tabs inside a panel, as the pattern of the WAI has them.
+ * Tabs inside a panel, after the pattern of the WAI.
  *
  * @import {From} from "../element.js"
  * @import {Problem} from "../store.js"

@@ -1,5 +1,5 @@
 /**
- * A short text in a panel with its label, and what the checks say of it.
+ * A short text in a panel with its label and its problems.
  *
  * @import {From} from "../element.js"
  * @import {Done, Place, Problem} from "../store.js"
@@ -14,8 +14,8 @@ import {isVerdict} from "./verdicts.js";
 let count = 0;
 
 /**
- * `kind` is `text`, `number`, `area`, or `select` with `options` of [value, label]. `suggestions` are offered and not
- * demanded. `send(tab, text)` does something else with the text than the command for its place.
+ * `kind` is `text`, `number`, `area`, or `select` with `options` of [value, label]. `suggestions` are optional.
+ * `send(tab, text)` replaces the command for its place.
  */
 export class TextField extends LitElement {
   static properties = {

@@ -1,5 +1,5 @@
 /**
- * A transition in the panel beside the canvas: by what it fires, its guard, its priority and its code.
+ * A transition in the panel beside the canvas: its trigger, guard, priority and code.
  *
  * @import {From} from "../element.js"
  * @import {Automaton, OpenDocument, Place, Transition} from "../store.js"

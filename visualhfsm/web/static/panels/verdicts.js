@@ -1,4 +1,4 @@
-/** What the model checker says of the properties of a document. */
+/** The verdicts of the model checker on the properties of a document. */
 
 import {placeOf} from "./places.js";
 
@@ -15,7 +15,7 @@ const BY_CODE = {
   E613: {kind: "invalid", words: "Not understood."},
 };
 
-/** Whether a problem says what became of a property that is understood. @param {Problem} problem */
+/** Whether a problem is the verdict on a valid property. @param {Problem} problem */
 export const isVerdict = ({code}) => code === "E610" || code === "W611";
 
 /**
