@@ -57,7 +57,7 @@ class StepView(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_d
 
 
 class CounterexampleView(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_defaults=True):
-    """The steps until a property is violated; from the index `repeats` on they may go on for ever."""
+    """The steps until a property is violated; from the index `repeats` on they may go on forever."""
 
     steps: tuple[StepView, ...]
     repeats: int | None = None

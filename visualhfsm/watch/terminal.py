@@ -53,7 +53,7 @@ _BORDERS = 2
 
 @dataclass(frozen=True, slots=True)
 class WatchOptions:
-    """Options of watching: `seconds`, 0 for ever, and `wait`, the limit until the component appears."""
+    """Options of watching: `seconds`, 0 forever, and `wait`, the limit until the component appears."""
 
     component: str
     seconds: float = 0.0

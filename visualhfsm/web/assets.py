@@ -1,7 +1,7 @@
 """The page's files, and how long the browser may cache them.
 
 All paths begin with `/static/<version>/`, where the version is a digest of all files: the browser may cache
-files for ever and still never shows an old one. The page itself, `index.html`, names the version.
+files forever and still never shows an old one. The page itself, `index.html`, names the version.
 """
 
 from __future__ import annotations

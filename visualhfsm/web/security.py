@@ -251,7 +251,7 @@ class Root:
         path = self.resolve(text)
         if path.suffix.lower() not in suffixes:
             raise ForbiddenPathError(f"{text}: the name of the file must end in {' or '.join(suffixes)}")
-        if path.exists() and not path.is_file():  # reading a pipe might wait for ever
+        if path.exists() and not path.is_file():  # reading a pipe might wait forever
             raise ForbiddenPathError(f"{text} is not a file")
         return path
 
