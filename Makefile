@@ -8,12 +8,13 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 PIP := PIP_CONSTRAINT=$(CURDIR)/constraints.txt PIP_DISABLE_PIP_VERSION_CHECK=1 $(BIN)/python -m pip
+PYTHONS ?= python3.11 python3.12 python3.13
 SECONDS ?=
 # Compiled before the tests: where PYTHONDONTWRITEBYTECODE is set, as in many containers, each of the
 # hundreds of processes that they start would compile it again, which takes a third of their time.
 PACKAGES := $(patsubst %/__init__.py,%,$(wildcard */__init__.py))
 
-.PHONY: help demo check test types quick-tests all-tests cover-page docs release lint lint-page format coverage bench bench-transport oracle mutation codegen constraints vendor packages system browser clean
+.PHONY: help demo check test types quick-tests all-tests cover-page docs release lint lint-page format coverage test-all bench bench-transport oracle mutation codegen constraints vendor packages system browser clean
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
@@ -42,6 +43,15 @@ coverage: $(VENV)/dev.stamp packages ## Run every test and report what it covers
 	@if command -v npm >/dev/null; then $(MAKE) --no-print-directory cover-page; \
 	else echo "Node.js is not installed: the coverage of the page is not reported"; fi
 	@! test -e coverage/failed || { echo "tests failed: the figures say less than they could"; exit 1; }
+
+test-all: ## Run every test on each Python of PYTHONS that is installed, and name those that are not
+	@skipped=; failed=; for python in $(PYTHONS); do \
+		if ! $$python -c pass 2>/dev/null; then skipped="$$skipped $$python"; continue; fi; \
+		echo "$$python:"; \
+		$(MAKE) --no-print-directory PYTHON=$$python VENV=$(VENV)/$$python packages $(VENV)/$$python/dev.stamp all-tests \
+		|| failed="$$failed $$python"; \
+	done; \
+	echo "skipped, as not installed:$${skipped:- none}; failed:$${failed:- none}"; test -z "$$failed"
 
 cover-page: tests/page/node_modules/.stamp
 	@npm run --silent --prefix tests/page coverage

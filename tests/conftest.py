@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import os
 import signal
+import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -39,6 +40,14 @@ DECISIVE = frozenset(
     }
 )
 """Environment variables that change the tested code."""
+
+
+def pytest_sessionfinish() -> None:
+    """Save what `make coverage` has measured: pytest-xdist kills a worker that takes long to end."""
+    coverage = sys.modules.get("coverage")
+    measured = coverage.Coverage.current() if coverage else None
+    if measured is not None:
+        measured.save()
 
 
 @pytest.fixture(scope="session", autouse=True)

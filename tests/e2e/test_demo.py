@@ -10,7 +10,7 @@ from pathlib import Path
 import psutil
 import pytest
 
-from tests.support.limits import LIMIT
+from tests.support.limits import END_LIMIT, RUN_LIMIT
 from tests.support.processes import REPOSITORY, ComponentProcess, free_endpoint, module
 
 pytestmark = [pytest.mark.slow, pytest.mark.gl]
@@ -34,14 +34,14 @@ def demo(tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[ComponentPr
 
 def components(demo: ComponentProcess) -> list[psutil.Process]:
     """Return the processes of the demo once all of them run."""
-    demo.wait_for(r"images/s", LIMIT)
+    demo.wait_for(r"images/s", RUN_LIMIT)
     running = list(psutil.Process(demo.process.pid).children(recursive=True))
     assert len(running) == 5
     return running
 
 
 def assert_gone(processes: list[psutil.Process]) -> None:
-    _, alive = psutil.wait_procs(processes, timeout=LIMIT)
+    _, alive = psutil.wait_procs(processes, timeout=END_LIMIT)
     assert [
         " ".join(process.cmdline()) for process in alive if process.status() != psutil.STATUS_ZOMBIE
     ] == []
@@ -51,7 +51,7 @@ def assert_gone(processes: list[psutil.Process]) -> None:
 def test_the_demo_ends_by_itself_with_a_summary_and_a_report(demo: ComponentProcess, tmp_path: Path) -> None:
     running = components(demo)
 
-    assert demo.wait(LIMIT) == 0, demo.output
+    assert demo.wait(RUN_LIMIT) == 0, demo.output
     assert_gone(running)
     assert re.search(r"watched +\d+\.\d s", demo.output)
     assert re.search(r"ball in the middle third +\d", demo.output)
@@ -64,10 +64,10 @@ def test_the_demo_ends_by_itself_with_a_summary_and_a_report(demo: ComponentProc
 
 def test_ctrl_c_ends_every_process_of_the_demo(demo: ComponentProcess) -> None:
     running = components(demo)
-    demo.wait_for("dance > ")
+    demo.wait_for("dance > ", RUN_LIMIT)
     demo.process.send_signal(signal.SIGINT)
 
-    assert demo.wait(LIMIT) == 130, demo.output
+    assert demo.wait(END_LIMIT) == 130, demo.output
     assert_gone(running)
     assert re.search(r" 1\d\.\d\d s +followBall → dance", demo.output)
     assert "Traceback" not in demo.output
@@ -78,7 +78,7 @@ def test_the_death_of_a_component_ends_the_demo_and_is_reported(demo: ComponentP
     robot = next(process for process in running if "naoserver_sim" in process.cmdline())
     robot.kill()
 
-    assert demo.wait(LIMIT) == 1, demo.output
+    assert demo.wait(RUN_LIMIT) == 1, demo.output
     assert_gone(running)
     assert re.search(r"naoserver was terminated by SIGKILL after \d+\.\d s\. The last lines of ", demo.output)
 

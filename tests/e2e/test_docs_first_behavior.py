@@ -12,7 +12,7 @@ import pytest
 from playwright.sync_api import Browser, expect
 
 from tests.support.browser import EditorPage
-from tests.support.limits import LIMIT
+from tests.support.limits import RUN_LIMIT
 from tests.support.pages import DOCS, blocks_of
 from tests.support.panels import add
 from tests.support.screenshots import picture
@@ -58,7 +58,7 @@ def test_the_first_behavior_is_drawn_run_broken_fixed_and_tested(shown: EditorPa
         cwd=tmp_path,
         capture_output=True,
         text=True,
-        timeout=LIMIT,
+        timeout=RUN_LIMIT,
         check=False,
     )
     assert "1 passed" in done.stdout, done.stdout

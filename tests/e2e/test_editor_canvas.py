@@ -12,7 +12,7 @@ from codegen.diagnostics import Diagnostics
 from codegen.hfsm import read_document
 from tests.support.browser import EditorPage, editor_page, saved
 from tests.support.editor import Editor, editor
-from tests.support.limits import LIMIT
+from tests.support.limits import FOREVER
 from visualhfsm.sessions import session
 
 BEHAVIORS = Path(__file__).parents[2] / "behaviors"
@@ -212,7 +212,7 @@ def test_all_is_drawn_with_the_keyboard_alone(shown: EditorPage, root: Path) -> 
 
 
 def test_arrows_move_what_is_selected_as_one_step(shown: EditorPage, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(session, "MERGE_WITHIN", LIMIT)
+    monkeypatch.setattr(session, "MERGE_WITHIN", FOREVER)
     shown.state("dance").focus()
     before = shown.middle_of("dance")
     for _ in range(3):

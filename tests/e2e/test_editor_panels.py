@@ -12,7 +12,7 @@ from playwright.sync_api import Browser, Route, WebSocketRoute, expect
 
 from tests.support.browser import EditorPage, editor_page, saved
 from tests.support.editor import Editor, editor, services
-from tests.support.limits import LIMIT
+from tests.support.limits import FOREVER, PAGE_LIMIT, START_LIMIT
 from tests.support.panels import DOCUMENT, add, choose, edit, panel_violations, undo_names
 from visualhfsm.code_help.service import CodeHelper
 from visualhfsm.sessions import session
@@ -82,7 +82,7 @@ def test_what_is_typed_over_colored_code_replaces_it(shown: EditorPage) -> None:
 
 
 def test_a_burst_of_typing_is_one_named_step(shown: EditorPage, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(session, "MERGE_WITHIN", LIMIT)
+    monkeypatch.setattr(session, "MERGE_WITHIN", FOREVER)
     code = edit(shown, "wait")
     for word in ("\nspeed = 1", "\nspeed = 2", "\nspeed = 3"):
         shown.type(word)
@@ -170,7 +170,7 @@ def test_keys_pressed_before_a_new_state_is_there_go_on_after_its_name(shown: Ed
     shown.type("turn")
     shown.press("Enter", "Shift+Enter")
     shown.type("sei = 1\n")
-    deadline = time.monotonic() + LIMIT
+    deadline = time.monotonic() + PAGE_LIMIT
     while not any('"re"' in answer for answer in answers):
         assert time.monotonic() < deadline, answers
         shown.page.wait_for_timeout(20)
@@ -219,7 +219,9 @@ def test_an_error_is_marked_as_it_is_typed_and_no_longer_when_it_is_fixed(shown:
 def test_completion_knows_the_document_and_the_interfaces(browser: Browser, path: Path) -> None:
     path.write_text(DOCUMENT.replace("</VisualHFSM>", CAMERA + "</VisualHFSM>"))
     with (
-        editor(path.parent, path, make_services=lambda _: services(code_help=CodeHelper(LIMIT))) as running,
+        editor(
+            path.parent, path, make_services=lambda _: services(code_help=CodeHelper(START_LIMIT))
+        ) as running,
         editor_page(browser, running) as shown,
     ):
         shown.state("wait").wait_for()

@@ -11,7 +11,7 @@ from playwright.sync_api import Browser, expect
 
 from tests.support.browser import IN_EACH_BROWSER, EditorPage, editor_page
 from tests.support.editor import Editor, editor, services
-from tests.support.limits import CALL_LIMIT, LIMIT
+from tests.support.limits import CALL_LIMIT, FOREVER
 from tests.support.panels import DOCUMENT, edit, panel_violations, undo_names
 from tests.support.processes import free_endpoint
 from visualhfsm.running import RunningComponents
@@ -123,7 +123,7 @@ def test_search_follows_what_is_typed(shown: EditorPage) -> None:
 def test_a_click_in_the_history_goes_back_to_that_point(
     shown: EditorPage, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(session, "MERGE_WITHIN", LIMIT)
+    monkeypatch.setattr(session, "MERGE_WITHIN", FOREVER)
     edit(shown, "wait")
     shown.type("\nspeed = 1")
     shown.page.get_by_role("checkbox", name="Final").check()

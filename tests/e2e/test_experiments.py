@@ -13,7 +13,7 @@ import pytest
 from interfaces.hfsm import HfsmMonitorPrx
 from interfaces.jderobot import CameraPrx, ImageData
 from interfaces.nao import HealthPrx
-from tests.support.limits import LIMIT
+from tests.support.limits import EVENT_LIMIT, START_LIMIT
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from zenoh_ice import Communicator, Sample, initialize
 
@@ -55,14 +55,14 @@ def test_follow_ball_keeps_the_green_ball_in_the_middle_of_the_image(stack: Exit
     ):
         stack.enter_context(ComponentProcess(command))
     monitor = HfsmMonitorPrx.uncheckedCast(communicator.stringToProxy("Hfsm.follow_ball"))
-    started = monitor.getSnapshot.wait(timeout=LIMIT)
+    started = monitor.getSnapshot.wait(timeout=START_LIMIT)
     camera = CameraPrx.checkedCast(communicator.stringToProxy("Camera"))
 
     # Of fifty images in a row nine of ten; on a busy machine it may take a while until it keeps up for so long.
     centered: deque[bool] = deque(maxlen=50)
     sample: Sample[ImageData] | None = None
     while len(centered) < 50 or sum(centered) < 45:
-        sample = camera.getImageData.wait(after=sample, timeout=LIMIT)
+        sample = camera.getImageData.wait(after=sample, timeout=START_LIMIT)
         assert sample.time < started.time + 100, "it loses the ball"
         if sample.time > started.time + 3:
             centered.append(is_centered(sample.value))
@@ -81,7 +81,7 @@ def test_dance_and_follow_changes_by_the_timeline_of_the_paper_and_keeps_its_bal
     monitor = HfsmMonitorPrx.uncheckedCast(communicator.stringToProxy("Hfsm.dance_and_follow"))
     health = HealthPrx.uncheckedCast(communicator.stringToProxy("Health"))
 
-    snapshot = monitor.getSnapshot.wait(timeout=LIMIT)
+    snapshot = monitor.getSnapshot.wait(timeout=START_LIMIT)
     structure = monitor.getStructure()
     names = {(a.id, s.id): s.name for a in structure.automata for s in a.states}
     root, follow, dance = (
@@ -97,7 +97,7 @@ def test_dance_and_follow_changes_by_the_timeline_of_the_paper_and_keeps_its_bal
                 changes.append(entry)
         report = health.getHealth.latest()
         tilt = max(tilt, report.value.torsoTilt if report else 0.0)
-        snapshot = monitor.getSnapshot.wait(after=snapshot, timeout=LIMIT)
+        snapshot = monitor.getSnapshot.wait(after=snapshot, timeout=EVENT_LIMIT)
 
     assert [name for name, _ in entered[root]] == ["followBall", "dance", "followBall", "dance", "followBall"]
     assert [at for _, at in entered[root]] == pytest.approx([0, 10, 20, 30, 40], abs=2.0)

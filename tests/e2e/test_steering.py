@@ -13,7 +13,7 @@ import pytest
 from interfaces.hfsm import ComponentSnapshot, HfsmMonitorPrx
 from tests.integration.test_hfsm_monitor import until
 from tests.support.documents import generate
-from tests.support.limits import LIMIT
+from tests.support.limits import START_LIMIT
 from tests.support.processes import REPOSITORY, ComponentProcess, free_endpoint, module
 from zenoh_ice import initialize
 
@@ -41,7 +41,7 @@ def test_dance_and_follow_goes_on_in_its_edited_document(stack: ExitStack, tmp_p
     component = stack.enter_context(ComponentProcess(command, {"PYTHONPATH": str(REPOSITORY)}))
     communicator = stack.enter_context(initialize(connect=[endpoint], clock="wall"))
     monitor = HfsmMonitorPrx.uncheckedCast(communicator.stringToProxy("Hfsm.dance_and_follow"))
-    monitor.getSnapshot.wait(timeout=LIMIT)
+    monitor.getSnapshot.wait(timeout=START_LIMIT)
 
     def steer(*arguments: str, code: int = 0) -> str:
         with ComponentProcess(module("visualhfsm", *arguments, "--connect", endpoint)) as process:

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from interfaces.jderobot import Pose3DEncodersPrx
-from tests.support.limits import LIMIT
+from tests.support.limits import END_LIMIT, RUN_LIMIT
 from tests.support.processes import ComponentProcess, announced, module
 from zenoh_ice import initialize
 
@@ -22,7 +22,7 @@ def serve(endpoint: str) -> ComponentProcess:
 def test_without_a_server_it_says_where_it_looked_and_how_to_start_one(endpoint: str) -> None:
     command = module("ballmover", "green", "--connect", endpoint, "--timeout", "1")
     with ComponentProcess(command) as mover:
-        assert mover.wait(LIMIT) == 1
+        assert mover.wait(RUN_LIMIT) == 1
         assert mover.output.count("\n") == 1
         assert endpoint in mover.output
         assert "naoserver-sim" in mover.output
@@ -44,7 +44,7 @@ def test_a_killed_server_is_reported_and_the_ball_goes_on_when_it_is_back(
             with serve(endpoint) as second:
                 second.wait_for("ready")
                 mover.wait_for("the ball is back")
-                assert mover.wait(LIMIT) == 0
+                assert mover.wait(RUN_LIMIT) == 0
                 with initialize(connect=[endpoint]) as communicator:
                     encoders = Pose3DEncodersPrx.checkedCast(communicator.stringToProxy("BallGreenEncoders"))
                     data = encoders.getPose3DEncodersData()
@@ -73,7 +73,7 @@ def test_the_end_does_not_wait_for_a_server_that_is_away(endpoint: str) -> None:
             server.process.kill()
             mover.wait_for("lost the ball")
             mover.process.send_signal(signal.SIGINT)
-            assert mover.wait(LIMIT) == 130
+            assert mover.wait(END_LIMIT) == 130
             assert "Traceback" not in mover.output
 
 
@@ -85,5 +85,5 @@ def test_a_signal_in_the_middle_of_the_start_is_a_clean_end(endpoint: str) -> No
                 mover.wait_for("starting")
                 time.sleep(delay)
                 mover.process.send_signal(signal.SIGINT)
-                assert mover.wait(LIMIT) == 130
+                assert mover.wait(END_LIMIT) == 130
                 assert "Traceback" not in mover.output

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from interfaces.nao import PoseHeadPrx
-from tests.support.limits import LIMIT
+from tests.support.limits import END_LIMIT, EVENT_LIMIT, MOVE_LIMIT, RUN_LIMIT, START_LIMIT
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from zenoh_ice import initialize
 
@@ -25,7 +25,7 @@ def test_without_a_server_a_client_names_the_endpoint_and_how_to_start_one(comma
     endpoint = free_endpoint()
 
     with ComponentProcess([*command, "--connect", endpoint, "--timeout", "1"]) as client:
-        code = client.wait(LIMIT)
+        code = client.wait(RUN_LIMIT)
 
         assert code == 1
         assert endpoint in client.output
@@ -38,7 +38,7 @@ def test_a_port_in_use_is_named(free_robot_endpoint: str) -> None:
         first.wait_for("ready")
 
         with ComponentProcess(module("naoserver_sim", "--listen", free_robot_endpoint)) as second:
-            assert second.wait(LIMIT) == 1
+            assert second.wait(RUN_LIMIT) == 1
             assert free_robot_endpoint in second.output
             assert "in use" in second.output
             assert "Traceback" not in second.output
@@ -51,7 +51,7 @@ def test_ctrl_c_in_the_middle_of_start_up_is_clean(loaded: str, free_robot_endpo
         server.wait_for(rf"\| +{re.escape(loaded)}$")  # what it loads is printed line by line
         server.process.send_signal(signal.SIGINT)
 
-        assert server.wait(LIMIT) in (
+        assert server.wait(RUN_LIMIT) in (
             130,
             -signal.SIGINT,
         )  # the signal itself while nothing needs cleaning up
@@ -83,7 +83,7 @@ def test_ctrl_c_while_a_command_loads_is_clean(command: list[str], package: str,
         process.wait_for("loading")
         process.process.send_signal(signal.SIGINT)
 
-        assert process.wait(LIMIT) == 130
+        assert process.wait(END_LIMIT) == 130
         assert "Traceback" not in process.output
 
 
@@ -103,7 +103,7 @@ def test_ctrl_c_while_a_command_loads_is_clean(command: list[str], package: str,
 )
 def test_a_number_that_is_none_is_wrong_usage(command: list[str], number: str) -> None:
     with ComponentProcess([*command, number]) as process:
-        assert process.wait(LIMIT) == 2
+        assert process.wait(RUN_LIMIT) == 2
         assert "Invalid value" in process.output
 
 
@@ -115,7 +115,7 @@ def test_a_behavior_without_images_halts_with_the_package_to_install(free_robot_
         behavior = module("behaviors.follow_ball", "--connect", free_robot_endpoint)
 
         with ComponentProcess(behavior) as follower:
-            assert follower.wait(LIMIT) == 1
+            assert follower.wait(RUN_LIMIT) == 1
             follower.wait_for("HardwareFailedException: .*libegl1")
 
 
@@ -141,11 +141,11 @@ def test_a_behavior_goes_on_when_a_killed_server_is_back(free_robot_endpoint: st
 
 def wait_until_turning(head: PoseHeadPrx) -> None:
     """Wait until the head turns, or has turned, towards the ball that nobody moves."""
-    pose = head.getPose.wait(timeout=LIMIT)
-    deadline = time.monotonic() + LIMIT
+    pose = head.getPose.wait(timeout=START_LIMIT)
+    deadline = time.monotonic() + MOVE_LIMIT
     while abs(pose.value.pan) < 0.05:
         assert time.monotonic() < deadline, "the head does not turn"
-        pose = head.getPose.wait(after=pose, timeout=LIMIT)
+        pose = head.getPose.wait(after=pose, timeout=EVENT_LIMIT)
 
 
 @pytest.fixture

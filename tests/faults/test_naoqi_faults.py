@@ -13,7 +13,7 @@ from interfaces.nao import HealthPrx, JointsPrx, PoseHeadPrx, Severity
 from naoserver_naoqi.libqi import connect
 from naoserver_naoqi.link import RobotAddress, call
 from naoserver_naoqi.robot import NaoqiRobot
-from tests.support.limits import LIMIT
+from tests.support.limits import CALL_LIMIT
 from tests.support.naoqi import connect_patiently
 from tests.support.processes import ComponentProcess, module
 from tests.support.robot_server import eventually, served_to_client, wait_for
@@ -47,7 +47,7 @@ def reported(robot):
 
 
 def faults(address, operation, *arguments):
-    with closing(connect(address, LIMIT)) as link:
+    with closing(connect(address, CALL_LIMIT)) as link:
         call(link, f"Faults.{operation}", *arguments)
 
 

@@ -10,7 +10,7 @@ from interfaces.jderobot import CameraPrx, HardwareFailedException
 from interfaces.nao import ClockPrx, HealthPrx, JointsPrx, PoseHeadPrx
 from naoserver.fake import FakeRobot
 from naoserver.options import SafetyOptions, ServerOptions
-from tests.support.limits import LIMIT
+from tests.support.limits import END_LIMIT, EVENT_LIMIT, FOREVER
 from tests.support.processes import ComponentProcess, module
 from tests.support.robot_server import eventually, served_to_client, wait_for
 from zenoh_ice import MarshalException, UnknownException
@@ -62,7 +62,7 @@ def nao():
 @pytest.fixture
 def patient():
     """A robot that does not mind when a velocity is not renewed: a busy machine may not get to it."""
-    options = ServerOptions(safety=SafetyOptions(velocity_timeout=LIMIT))
+    options = ServerOptions(safety=SafetyOptions(velocity_timeout=FOREVER))
     with served_to_client(FakeRobot(), options) as nao:
         yield nao
 
@@ -123,17 +123,17 @@ def test_one_behaviors_death_does_not_stop_what_another_drives(patient):
         renewing = threading.Thread(target=renew)
         renewing.start()
         try:
-            assert taken_over.wait(LIMIT)
+            assert taken_over.wait(EVENT_LIMIT)
             wait_for(head.getPose, is_driven)
             first.process.kill()
             first.wait()
-            sample = head.getPose.wait(timeout=LIMIT)
+            sample = head.getPose.wait(timeout=EVENT_LIMIT)
             for _ in range(25):  # half a second
-                sample = head.getPose.wait(after=sample, timeout=LIMIT)
+                sample = head.getPose.wait(after=sample, timeout=EVENT_LIMIT)
                 assert is_driven(sample.value)
         finally:
             done.set()
-            renewing.join(LIMIT)
+            renewing.join(EVENT_LIMIT)
 
 
 def test_a_client_that_ends_orderly_stops_what_it_drove_too(nao):
@@ -193,7 +193,7 @@ def test_ctrl_c_ends_the_fake_server_cleanly():
     with ComponentProcess(module("naoserver.fake", "--listen", "tcp/127.0.0.1:0")) as server:
         server.wait_for("ready")
         server.process.send_signal(signal.SIGINT)
-        assert server.wait(LIMIT) == 130
+        assert server.wait(END_LIMIT) == 130
         assert "Traceback" not in server.output
 
 

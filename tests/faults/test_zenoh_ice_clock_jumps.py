@@ -13,7 +13,7 @@ from interfaces.nao import Clock, ClockReading
 from tests.conftest import Pair
 from tests.support.calculator import CalculatorPrx, Reading
 from tests.support.calculator_servant import CalculatorI
-from tests.support.limits import LIMIT
+from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER
 from tests.support.waiting import listened, until
 from zenoh_ice import Communicator, Current
 
@@ -40,9 +40,9 @@ def test_a_sample_ages_whatever_becomes_of_the_date(pair: Pair, date: Date, jump
     pair.adapter.add(servant, "Calculator")
     calculator = CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
     calculator.getReading.latest()
-    assert listened(servant.getReadingPublisher, LIMIT)
+    assert listened(servant.getReadingPublisher, EVENT_LIMIT)
     servant.getReadingPublisher.publish(Reading(1, []))
-    sample = calculator.getReading.wait(timeout=LIMIT)
+    sample = calculator.getReading.wait(timeout=EVENT_LIMIT)
     before = sample.age
     date.set_by = jump
     assert before <= sample.age < HOUR
@@ -56,13 +56,13 @@ def test_calls_that_wait_are_executed_whatever_becomes_of_the_date(
     servant = CalculatorI()
     pair.adapter.add(servant, "Calculator")
     calculator = CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
-    busy = calculator.sleep.begin(LIMIT)
-    assert servant.entered.wait(LIMIT)
+    busy = calculator.sleep.begin(FOREVER)
+    assert servant.entered.wait(EVENT_LIMIT)
     waiting = calculator.count.begin()
     date.set_by = jump
     servant.leave.set()
-    busy.result(LIMIT)
-    assert waiting.result(LIMIT) == 1
+    busy.result(CALL_LIMIT)
+    assert waiting.result(EVENT_LIMIT) == 1
 
 
 class ClockI(Clock):
@@ -81,7 +81,7 @@ def test_a_jump_of_the_robots_time_wakes_sleepers(
     adapter.add(servant, "Clock")
     adapter.activate()
     clock = make_communicator(connect=[endpoint], clock="sim").clock
-    assert listened(servant.getTimePublisher, LIMIT)
+    assert listened(servant.getTimePublisher, EVENT_LIMIT)
     awake = threading.Event()
 
     def sleep() -> None:
@@ -98,7 +98,7 @@ def test_a_jump_of_the_robots_time_wakes_sleepers(
         return awake.wait(0.01)
 
     until(woken)
-    sleeper.join(LIMIT)
+    sleeper.join(EVENT_LIMIT)
     assert clock.now() == time_after
 
 
@@ -110,7 +110,7 @@ def test_the_robots_time_goes_on_while_nothing_is_heard_of_it(
     adapter.add(servant, "Clock")
     adapter.activate()
     clock = make_communicator(connect=[endpoint], clock="sim").clock
-    assert listened(servant.getTimePublisher, LIMIT)
+    assert listened(servant.getTimePublisher, EVENT_LIMIT)
     servant.getTimePublisher.publish(ClockReading(200.0, 50.0, True))
     until(lambda: clock.rate == 50.0)
     until(lambda: clock.now() > 260.0)  # more than a second of silence

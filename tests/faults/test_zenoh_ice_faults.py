@@ -18,7 +18,7 @@ import zenoh
 from tests.conftest import Pair
 from tests.support.calculator import CalculatorPrx, Reading
 from tests.support.calculator_servant import CalculatorI, drains
-from tests.support.limits import AT_ONCE, CALL_LIMIT, LIMIT
+from tests.support.limits import CALL_LIMIT, END_LIMIT, EVENT_LIMIT, FOREVER, LONGEST_CALL, RUN_LIMIT
 from tests.support.memory_files import mapped, shared_maps
 from tests.support.processes import REPOSITORY, ComponentProcess, free_endpoint, module
 from tests.support.relay import Relay
@@ -73,7 +73,7 @@ class TestNoServer:
         with pytest.raises(ConnectFailedException):
             calculator.add(1.0, 2.0)
         with pytest.raises(ConnectFailedException):
-            calculator.add.begin(1.0, 2.0).result(LIMIT)
+            calculator.add.begin(1.0, 2.0).result(CALL_LIMIT)
         with pytest.raises(ConnectFailedException):
             calculator.getReading.wait(timeout=0.1)
 
@@ -88,11 +88,11 @@ class TestNoServer:
         adapter = make_communicator(listen=[endpoint]).createObjectAdapter("Late")
         adapter.add(CalculatorI(), "Calculator")
         adapter.activate()
-        looking.join(LIMIT)
+        looking.join(EVENT_LIMIT)
         assert found[0].add(1.0, 2.0) == 3.0
 
     def test_destroy_ends_the_search(self, endpoint: str, make_communicator: MakeCommunicator) -> None:
-        client = make_communicator(connect=[endpoint], timeout=LIMIT)
+        client = make_communicator(connect=[endpoint], timeout=LONGEST_CALL)
         outcome: list[BaseException] = []
 
         def look() -> None:
@@ -105,8 +105,8 @@ class TestNoServer:
         looking.start()
         started = time.monotonic()
         client.destroy()
-        looking.join(LIMIT)
-        assert time.monotonic() - started < AT_ONCE
+        looking.join(EVENT_LIMIT)
+        assert time.monotonic() - started < EVENT_LIMIT
         assert isinstance(outcome[0], CommunicatorDestroyedException)
 
 
@@ -114,17 +114,17 @@ class TestServerKilled:
     def test_calls_streams_and_futures_report_it_at_once(
         self, endpoint: str, server: ComponentProcess, make_communicator: MakeCommunicator
     ) -> None:
-        client = make_communicator(connect=[endpoint], timeout=LIMIT)
+        client = make_communicator(connect=[endpoint], timeout=LONGEST_CALL)
         calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
-        sample = calculator.getReading.wait(timeout=LIMIT)
-        call = calculator.sleep.begin(LIMIT)
+        sample = calculator.getReading.wait(timeout=EVENT_LIMIT)
+        call = calculator.sleep.begin(FOREVER)
         outcome: list[BaseException] = []
 
         def follow() -> None:
             current: Sample[Reading] | None = sample
             try:
                 while True:
-                    current = calculator.getReading.wait(after=current, timeout=LIMIT)
+                    current = calculator.getReading.wait(after=current, timeout=EVENT_LIMIT)
             except SystemException as error:
                 outcome.append(error)
 
@@ -133,11 +133,11 @@ class TestServerKilled:
         started = time.monotonic()
         server.process.kill()
         with pytest.raises(ConnectionLostException):
-            call.result(LIMIT)
+            call.result(CALL_LIMIT)
         with pytest.raises(ConnectionLostException, match="is offline"):
             calculator.count()
-        follower.join(LIMIT)
-        assert time.monotonic() - started < AT_ONCE
+        follower.join(EVENT_LIMIT)
+        assert time.monotonic() - started < EVENT_LIMIT
         assert isinstance(outcome[0], ConnectionLostException)
 
     def test_proxies_and_streams_survive_the_restart_and_nothing_is_replayed(
@@ -164,21 +164,23 @@ class TestServerKilled:
             call_until_it_works(calculator)
             assert calculator.count() == 1  # none of those that failed was executed later
             until(lambda: len(seen) > before)
-            assert calculator.getReading.wait(timeout=LIMIT).value.count == seen[-1] or len(seen) > before
+            assert (
+                calculator.getReading.wait(timeout=EVENT_LIMIT).value.count == seen[-1] or len(seen) > before
+            )
         subscription.close()
 
     def test_idempotent_call_is_sent_once_more_and_no_other(
         self, endpoint: str, make_communicator: MakeCommunicator
     ) -> None:
         """The first server dies in the middle of the calls; the second is there at once."""
-        client = make_communicator(connect=[endpoint], timeout=LIMIT)
+        client = make_communicator(connect=[endpoint], timeout=LONGEST_CALL)
         adapter_of_next = make_communicator(connect=[endpoint]).createObjectAdapter("Next")
         with ComponentProcess(module(SERVER, "--listen", endpoint)) as first:
             first.wait_for("^ready")
             calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
             calculator.add(1.0, 2.0)
             calculator.count()
-            calculator.sleep.begin(LIMIT)  # both calls wait behind this one
+            calculator.sleep.begin(FOREVER)  # both calls wait behind this one
             outcomes: dict[str, object] = {}
 
             def call(name: str, function: Callable[[], object]) -> None:
@@ -200,7 +202,7 @@ class TestServerKilled:
             adapter_of_next.add(servant, "Calculator")
             adapter_of_next.activate()
             for thread in threads:
-                thread.join(LIMIT)
+                thread.join(EVENT_LIMIT)
         assert outcomes["idempotent"] == 3.0
         assert isinstance(outcomes["other"], ConnectionLostException)
         assert servant.counted == 0
@@ -208,7 +210,7 @@ class TestServerKilled:
     def test_calls_while_the_server_is_away_fail_at_once(
         self, endpoint: str, server: ComponentProcess, make_communicator: MakeCommunicator
     ) -> None:
-        client = make_communicator(connect=[endpoint], timeout=LIMIT)
+        client = make_communicator(connect=[endpoint], timeout=LONGEST_CALL)
         calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
         calculator.add(1.0, 2.0)
         server.process.kill()
@@ -217,7 +219,7 @@ class TestServerKilled:
         for _ in range(10):
             with pytest.raises(ConnectionLostException):
                 calculator.add(1.0, 2.0)
-        assert time.monotonic() - started < AT_ONCE
+        assert time.monotonic() - started < EVENT_LIMIT
 
 
 class TestServerFrozen:
@@ -231,9 +233,9 @@ class TestServerFrozen:
             started = time.monotonic()
             with pytest.raises((TimeoutException, ConnectionLostException)):
                 calculator.ice_invocationTimeout(500).count()
-            assert time.monotonic() - started < AT_ONCE
+            assert time.monotonic() - started < EVENT_LIMIT
             with pytest.raises(ConnectionLostException):  # noqa: PT012
-                while time.monotonic() - started < LIMIT:
+                while time.monotonic() - started < CALL_LIMIT:
                     try:
                         calculator.ice_invocationTimeout(500).count()
                     except TimeoutException:
@@ -257,7 +259,7 @@ class TestServerFrozen:
         client = make_communicator(connect=[endpoint], shared_memory=False, timeout=4.0)
         calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
         data = bytes(8 << 20)
-        assert calculator.ice_invocationTimeout(LIMIT * 1000).echo(data) == data
+        assert calculator.ice_invocationTimeout(CALL_LIMIT * 1000).echo(data) == data
         server.freeze()
         try:
             with pytest.raises(outcome):
@@ -282,7 +284,7 @@ class TestServerFrozen:
 
 
 class TestLinkThatStandsStill:
-    @pytest.mark.parametrize(("limit", "still"), [(LIMIT, 1.3), (CALL_LIMIT, 0.4)])
+    @pytest.mark.parametrize(("limit", "still"), [(FOREVER, 1.3), (CALL_LIMIT, 0.4)])
     def test_large_call_is_not_lost(
         self, pair: Pair, make_communicator: MakeCommunicator, limit: float, still: float
     ) -> None:
@@ -308,7 +310,7 @@ class TestLinkThatStandsStill:
         pair.adapter.add(CalculatorI(), "Calculator")
         with Relay(pair.endpoint) as relay:
             client = make_communicator(
-                connect=[relay.endpoint], shared_memory=False, lease=CALL_LIMIT, timeout=LIMIT
+                connect=[relay.endpoint], shared_memory=False, lease=CALL_LIMIT, timeout=LONGEST_CALL
             )
             calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
             data = bytes(8 << 20)
@@ -317,8 +319,8 @@ class TestLinkThatStandsStill:
             resume = threading.Timer(0.4, relay.resume)
             resume.start()
             large, small = calculator.echo.begin(data), calculator.add.begin(1.0, 2.0)
-            assert large.result(LIMIT) == data
-            assert small.result(LIMIT) == 3.0
+            assert large.result(CALL_LIMIT) == data
+            assert small.result(CALL_LIMIT) == 3.0
             resume.join()
             client.destroy()
 
@@ -329,7 +331,7 @@ class TestLinkThatStandsStill:
         pair.adapter.add(CalculatorI(), "Calculator")
         with Relay(pair.endpoint) as relay:
             client = make_communicator(
-                connect=[relay.endpoint], shared_memory=False, lease=CALL_LIMIT, timeout=LIMIT
+                connect=[relay.endpoint], shared_memory=False, lease=CALL_LIMIT, timeout=LONGEST_CALL
             )
             calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
             hurried = calculator.ice_invocationTimeout(500)
@@ -337,11 +339,11 @@ class TestLinkThatStandsStill:
             started = time.monotonic()
             large = hurried.echo.begin(bytes(8 << 20))
             with pytest.raises(TimeoutException):
-                large.result(LIMIT)
+                large.result(CALL_LIMIT)
             for call in [hurried.count.begin() for _ in range(1100)]:
                 with pytest.raises(TimeoutException):
-                    call.result(LIMIT)
-            assert time.monotonic() - started < AT_ONCE
+                    call.result(CALL_LIMIT)
+            assert time.monotonic() - started < EVENT_LIMIT
             relay.resume()
             call_until_it_works(calculator)
             client.destroy()
@@ -412,7 +414,7 @@ class TestClients:
             server.process.kill()  # the direct link does not need the server
             until(lambda: "Calculator" not in monitor.identities())
             assert proxy.add(1.0, 2.0) == 3.0
-            assert proxy.getReading.wait(timeout=LIMIT)
+            assert proxy.getReading.wait(timeout=EVENT_LIMIT)
 
 
 class TestEndpoints:
@@ -473,7 +475,7 @@ def run_script(script: str, *arguments: str) -> subprocess.CompletedProcess[str]
     return subprocess.run(
         [sys.executable, "-W", "ignore", "-c", textwrap.dedent(script), *arguments],
         cwd=REPOSITORY,
-        timeout=LIMIT,
+        timeout=RUN_LIMIT,
         capture_output=True,
         text=True,
     )
@@ -520,7 +522,7 @@ class TestEndOfTheProgram:
     def test_interrupt_ends_a_waiting_server(self, server: ComponentProcess) -> None:
         server.process.send_signal(signal.SIGINT)
         server.wait_for("^interrupted")
-        assert server.wait(LIMIT) == 0
+        assert server.wait(END_LIMIT) == 0
 
     def test_interrupt_ends_a_waiting_call(self, server: ComponentProcess, endpoint: str) -> None:
         result = run_script(
@@ -672,7 +674,7 @@ def test_destroy_in_the_middle_of_everything(
     for thread in threads:
         thread.start()
     for proxy in proxies:
-        proxy.getReading.wait(timeout=LIMIT)
+        proxy.getReading.wait(timeout=EVENT_LIMIT)
     match order:
         case "both at once" | "twice":
             targets = [server, client] * (2 if order == "twice" else 1)
@@ -680,7 +682,7 @@ def test_destroy_in_the_middle_of_everything(
             for destroyer in destroyers:
                 destroyer.start()
             for destroyer in destroyers:
-                destroyer.join(LIMIT)
+                destroyer.join(EVENT_LIMIT)
                 assert not destroyer.is_alive()
         case "server first":
             server.destroy()
@@ -690,11 +692,11 @@ def test_destroy_in_the_middle_of_everything(
             server.destroy()
         case "from a callback":
             proxies[-1].getReading.subscribe(lambda _: client.destroy())
-            assert client.waitForShutdown(LIMIT)
+            assert client.waitForShutdown(EVENT_LIMIT)
             server.destroy()
     stop.set()
     for thread in threads:
-        thread.join(LIMIT)
+        thread.join(EVENT_LIMIT)
         assert not thread.is_alive()
     assert not surprises
 
@@ -706,8 +708,8 @@ def test_servants_that_never_return_hold_up_the_end_for_a_second_together(
     servants = [CalculatorI() for _ in range(4)]
     for number, servant in enumerate(servants):
         pair.adapter.add(servant, f"Stuck{number}")
-        CalculatorPrx.checkedCast(pair.client.stringToProxy(f"Stuck{number}")).sleep.begin(LIMIT)
-        assert servant.entered.wait(LIMIT)
+        CalculatorPrx.checkedCast(pair.client.stringToProxy(f"Stuck{number}")).sleep.begin(FOREVER)
+        assert servant.entered.wait(EVENT_LIMIT)
     pair.server.shutdown()
     assert len(waited) == len(servants)
     assert sum(waited) <= 1.0

@@ -20,7 +20,7 @@ from tests.support.calculator import CALCULATOR, CalculatorError, CalculatorPrx,
 from tests.support.calculator_servant import CalculatorI
 from tests.support.gripper import GRIPPER, GripperI, GripperPrx
 from tests.support.hostile_bytes import BOMBS, HostileBytes
-from tests.support.limits import AT_ONCE, LIMIT
+from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER
 from tests.support.memory_files import NEAR, shared_memory
 from tests.support.stranger import Stranger, stranger
 from tests.support.waiting import until
@@ -247,13 +247,13 @@ class TestCallIds:
         servant = Later()
         pair.adapter.add(servant, "Gripper")
         assert GripperPrx.checkedCast(pair.client.stringToProxy("Gripper")).positions() == []
-        about = encode_call_attachment(GRIPPER.fingerprint, 1, "abc", LIMIT)
+        about = encode_call_attachment(GRIPPER.fingerprint, 1, "abc", FOREVER)
         call = ("nao/Gripper/close", msgpack.packb({"force": 1.0}), about)
         # The queue is emptied in between: that of waiting calls is another bound.
         asked = []
         for _ in range(1024):
             asked.append(intruder.begin_to_ask(*call))
-            assert servant.begun.acquire(timeout=LIMIT)
+            assert servant.begun.acquire(timeout=EVENT_LIMIT)
         refused = [error_of(intruder.begin_to_ask(*call).recv()) for _ in range(3)]
         assert {type(error) for error in refused} == {BusyException}
         for future in servant.futures[:1024]:
@@ -277,17 +277,17 @@ class TestCallIds:
         gripper = GripperPrx.checkedCast(client.stringToProxy("Gripper"))
         calls = [gripper.close.begin(1.0) for _ in range(2)]  # of 16 bytes each
         for _ in calls:
-            assert servant.begun.acquire(timeout=LIMIT)
+            assert servant.begun.acquire(timeout=EVENT_LIMIT)
         with pytest.raises(BusyException, match="2 calls are not answered yet"):
             gripper.close(1.0)
         servant.futures[0].set_result(1.0)
-        wait(calls, LIMIT, "FIRST_COMPLETED")
+        wait(calls, EVENT_LIMIT, "FIRST_COMPLETED")
         calls.append(gripper.close.begin(1.0))
-        assert servant.begun.acquire(timeout=LIMIT)
+        assert servant.begun.acquire(timeout=EVENT_LIMIT)
         for future in servant.futures[1:]:
             future.set_result(2.0)
         for call in calls:
-            call.result(LIMIT)
+            call.result(CALL_LIMIT)
 
 
 class TestClient:
@@ -317,7 +317,7 @@ class TestClient:
         with intruder.impersonating(TARGET, CALCULATOR.type_id, CALCULATOR.fingerprint, answer):
             calculator = CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
             # Of a call without an answer the reason is looked for.
-            calculator = calculator.ice_invocationTimeout(AT_ONCE * 1000)
+            calculator = calculator.ice_invocationTimeout(CALL_LIMIT * 1000)
             for number in range(INPUTS):
                 try:
                     match number % 4:
@@ -328,7 +328,7 @@ class TestClient:
                         case 2:
                             assert isinstance(calculator.getReading(), Reading)
                         case _:
-                            assert isinstance(calculator.add.begin(1.0, 2.0).result(LIMIT), float)
+                            assert isinstance(calculator.add.begin(1.0, 2.0).result(CALL_LIMIT), float)
                 except ZenohIceError as error:
                     if not isinstance(error, UserException):
                         check_error(error)
@@ -349,7 +349,7 @@ class TestClient:
             kept: list[Any] = []  # what a program may keep: errors have the frames that they came through
             for _ in range(3):
                 kept.append(calculator.add.begin(1.0, 2.0))
-                kept.append(kept[-1].exception(LIMIT))
+                kept.append(kept[-1].exception(EVENT_LIMIT))
                 with pytest.raises(MarshalException) as caught:
                     calculator.add(1.0, 2.0)
                 kept.append(caught)
@@ -394,7 +394,7 @@ class TestClient:
                 case _:
                     publisher.put(payload, attachment=attachment)
             try:
-                sample = calculator.getReading.wait(sample, timeout=LIMIT)
+                sample = calculator.getReading.wait(sample, timeout=EVENT_LIMIT)
             except MarshalException as error:
                 check_error(error)
                 errors += 1
@@ -407,7 +407,7 @@ class TestClient:
         assert errors > INPUTS / 20
         sound = RESULTS[2]
         publisher.put(sound)
-        assert calculator.getReading.wait(sample, timeout=LIMIT).value == Reading(1, [1.5])
+        assert calculator.getReading.wait(sample, timeout=EVENT_LIMIT).value == Reading(1, [1.5])
 
     def test_tokens_of_any_kind_leave_the_servants_that_are_there(
         self, pair: Pair, servant: CalculatorI, intruder: Stranger
@@ -423,7 +423,7 @@ class TestClient:
                 except zenoh.ZError:
                     continue
                 tokens.append(intruder.session.liveliness().declare_token(expression))
-        deadline = time.monotonic() + LIMIT
+        deadline = time.monotonic() + EVENT_LIMIT
         while f"I{INPUTS - 1}" not in pair.client.identities():
             assert time.monotonic() < deadline
             time.sleep(0.005)

@@ -12,7 +12,7 @@ import pytest
 from tests.conftest import Pair
 from tests.support.calculator import NEWER_CALCULATOR, CalculatorPrx, NewerCalculatorPrx, Reading
 from tests.support.calculator_servant import CalculatorI
-from tests.support.limits import CALL_LIMIT, LIMIT
+from tests.support.limits import CALL_LIMIT, EVENT_LIMIT
 from tests.support.processes import free_endpoint
 from tests.support.waiting import listened, until
 from zenoh_ice import Communicator, Current, InterfaceMismatchException, Object, Publisher, generated
@@ -156,7 +156,7 @@ def test_a_server_that_comes_back_with_another_version_is_refused_by_calls_and_s
     calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
     received: list[int] = []
     calculator.getReading.subscribe(lambda sample: received.append(sample.value.count))
-    assert listened(older.getReadingPublisher, LIMIT)
+    assert listened(older.getReadingPublisher, EVENT_LIMIT)
     older.getReadingPublisher.publish(Reading(7, []))
     until(lambda: received)
     sample = calculator.getReading.latest()
@@ -169,7 +169,7 @@ def test_a_server_that_comes_back_with_another_version_is_refused_by_calls_and_s
         calculator.add(1.5, 2.0)
     with pytest.raises(InterfaceMismatchException):
         CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
-    assert listened(newer.publisher, LIMIT)
+    assert listened(newer.publisher, EVENT_LIMIT)
 
     def is_reported() -> bool:
         newer.publisher.publish(NewerReading(8))
@@ -178,5 +178,5 @@ def test_a_server_that_comes_back_with_another_version_is_refused_by_calls_and_s
     until(is_reported)  # by the subscription, in the log
     newer.publisher.publish(NewerReading(8))
     with pytest.raises(InterfaceMismatchException, match="the servant's ::test::Calculator from"):
-        calculator.getReading.wait(after=sample, timeout=LIMIT)
+        calculator.getReading.wait(after=sample, timeout=EVENT_LIMIT)
     assert set(received) == {7}

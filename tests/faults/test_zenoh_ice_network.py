@@ -13,7 +13,7 @@ import pytest
 
 from tests.support.calculator import CalculatorPrx, Reading
 from tests.support.calculator_servant import CalculatorI
-from tests.support.limits import CALL_LIMIT, LIMIT
+from tests.support.limits import CALL_LIMIT, END_LIMIT, EVENT_LIMIT, FOREVER, LONGEST_CALL
 from tests.support.processes import ComponentProcess, module
 from tests.support.relay import Relay
 from tests.support.waiting import call_until_it_works, links, listened, until
@@ -64,15 +64,15 @@ def line(
 
 def patient(calculator: CalculatorPrx) -> CalculatorPrx:
     """Return a proxy whose calls end for another reason than their limit."""
-    return calculator.ice_invocationTimeout(LIMIT * 1000)
+    return calculator.ice_invocationTimeout(FOREVER * 1000)
 
 
 def test_a_cut_is_reported_at_once_and_calls_go_on_after_it(line: Line) -> None:
-    pending = patient(line.calculator).sleep.begin(LIMIT)
-    assert line.servant.entered.wait(LIMIT)
+    pending = patient(line.calculator).sleep.begin(FOREVER)
+    assert line.servant.entered.wait(EVENT_LIMIT)
     line.relay.cut()
     with pytest.raises(ConnectionLostException, match="is offline"):
-        pending.result(LIMIT)
+        pending.result(CALL_LIMIT)
     with pytest.raises(ConnectionLostException, match="calls continue when it is back"):
         patient(line.calculator).count()
     line.servant.leave.set()
@@ -84,12 +84,12 @@ def test_a_cut_is_reported_at_once_and_calls_go_on_after_it(line: Line) -> None:
 def test_a_stream_goes_on_after_a_cut(line: Line) -> None:
     publisher = line.servant.getReadingPublisher
     assert line.calculator.getReading.latest() is None
-    assert listened(publisher, LIMIT)
+    assert listened(publisher, EVENT_LIMIT)
     publisher.publish(Reading(1, []))
-    sample = line.calculator.getReading.wait(timeout=LIMIT)
+    sample = line.calculator.getReading.wait(timeout=EVENT_LIMIT)
     line.relay.cut()
     with pytest.raises(ConnectionLostException):  # noqa: PT012
-        for _ in range(round(LIMIT / 0.1)):
+        for _ in range(round(CALL_LIMIT / 0.1)):
             with suppress(
                 TimeoutException
             ):  # before the loss is noticed; after it, it waits for the next server
@@ -129,10 +129,10 @@ def test_a_slow_line_delays_calls_and_only_those_that_may_not_take_so_long_fail(
 def test_a_sample_that_came_over_a_slow_line_is_as_old_as_it_is(line: Line) -> None:
     publisher = line.servant.getReadingPublisher
     line.calculator.getReading.latest()
-    assert listened(publisher, LIMIT)
+    assert listened(publisher, EVENT_LIMIT)
     line.relay.delay(0.1)
     publisher.publish(Reading(1, []))
-    assert line.calculator.getReading.wait(timeout=LIMIT).age >= 0.1
+    assert line.calculator.getReading.wait(timeout=EVENT_LIMIT).age >= 0.1
 
 
 @pytest.mark.parametrize("line", [2.0], indirect=True)
@@ -184,7 +184,7 @@ class TestRouter:
         calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
         until(lambda: server.client_id in links(client))
         router.process.kill()
-        router.process.wait(LIMIT)
+        router.process.wait(END_LIMIT)
         assert calculator.add(1.0, 2.0) == 3.0
         late = make_communicator(connect=[endpoint])
         proxy = late.stringToProxy("Calculator").ice_invocationTimeout(200)
@@ -202,11 +202,11 @@ class TestRouter:
         )
         servant = self.serve(server)
         calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
-        pending = patient(calculator).sleep.begin(LIMIT)
-        assert servant.entered.wait(LIMIT)
+        pending = patient(calculator).sleep.begin(FOREVER)
+        assert servant.entered.wait(EVENT_LIMIT)
         router.process.kill()
         with pytest.raises(ConnectionLostException):
-            pending.result(LIMIT)
+            pending.result(CALL_LIMIT)
         with pytest.raises(ConnectionLostException):
             calculator.count()
         servant.leave.set()
@@ -217,14 +217,15 @@ class TestRouter:
 def test_silent_connections_keep_no_new_client_out(
     endpoint: str, make_communicator: MakeCommunicator
 ) -> None:
-    server = make_communicator(listen=[endpoint], lease=LIMIT)  # for as long it waits for each of them
+    server = make_communicator(listen=[endpoint], lease=LONGEST_CALL)  # for as long it waits for each of them
     adapter = server.createObjectAdapter("Test")
     adapter.add(CalculatorI(), "Calculator")
     adapter.activate()
     host, _, port = endpoint.partition("/")[2].rpartition(":")
     with ExitStack() as connections:
         silent = [
-            connections.enter_context(socket.create_connection((host, int(port)), LIMIT)) for _ in range(200)
+            connections.enter_context(socket.create_connection((host, int(port)), EVENT_LIMIT))
+            for _ in range(200)
         ]
         client = make_communicator(connect=[endpoint], listen=[])
         calculator = CalculatorPrx.uncheckedCast(client.stringToProxy("Calculator"))

@@ -17,7 +17,7 @@ from tests.conftest import Pair
 from tests.support.calculator import CALCULATOR, CalculatorPrx
 from tests.support.calculator_servant import CalculatorI
 from tests.support.image_servant import ImageI, image
-from tests.support.limits import CALL_LIMIT, LIMIT
+from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER, LONGEST_CALL
 from tests.support.memory_files import shared_maps
 from tests.support.processes import ComponentProcess, module
 from tests.support.stranger import stranger
@@ -40,19 +40,19 @@ def test_too_many_calls_are_refused_and_take_no_memory(
 ) -> None:
     with ComponentProcess(module(SERVER, "--listen", endpoint)) as server:
         server.wait_for("^ready")
-        client = make_communicator(connect=[endpoint], timeout=LIMIT, lease=CALL_LIMIT)
+        client = make_communicator(connect=[endpoint], timeout=LONGEST_CALL, lease=CALL_LIMIT)
         calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
         data = bytes(MEGABYTE)
         assert calculator.echo(data) == data
         before = own_memory(server)
-        calculator.sleep.begin(LIMIT)
+        calculator.sleep.begin(FOREVER)
         calls = [calculator.echo.begin(data) for _ in range(300)]
         for call in calls[WAITING:]:  # of which none waits
             with pytest.raises(BusyException, match="not executed"):
-                call.result(LIMIT)
+                call.result(CALL_LIMIT)
         assert own_memory(server) - before < 150 * MEGABYTE  # of 300: those that wait, and what is on its way
         server.process.kill()
-        wait(calls, LIMIT)
+        wait(calls, CALL_LIMIT)
 
 
 def own_memory(process: ComponentProcess) -> int:
@@ -67,8 +67,8 @@ def test_oneway_calls_beyond_the_queue_are_dropped_and_counted(
     servant = CalculatorI()
     pair.adapter.add(servant, "Calculator")
     calculator = CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
-    busy = calculator.sleep.begin(LIMIT)
-    assert servant.entered.wait(LIMIT)
+    busy = calculator.sleep.begin(FOREVER)
+    assert servant.entered.wait(EVENT_LIMIT)
     oneway = CalculatorPrx.uncheckedCast(calculator.ice_oneway())
     for _ in range(1100):
         oneway.sleep(0.0)
@@ -80,7 +80,7 @@ def test_oneway_calls_beyond_the_queue_are_dropped_and_counted(
     until(lambda: status()[1] >= 1100 - 1024 - 1)
     until(lambda: "oneway calls of Calculator were dropped" in caplog.text)
     servant.leave.set()
-    busy.result(LIMIT)
+    busy.result(CALL_LIMIT)
     until(lambda: sum(status()) == 1101)  # each was executed, or counted as dropped
 
 
@@ -113,7 +113,7 @@ class TestSharedMemory:
     def test_what_finds_no_room_travels_over_the_network(
         self, pair: Pair, monkeypatch: pytest.MonkeyPatch
     ) -> None:
-        monkeypatch.setattr(shared_memory, "LENT_FOR", LIMIT)
+        monkeypatch.setattr(shared_memory, "LENT_FOR", FOREVER)
         pair.adapter.add(CalculatorI(), "Calculator")
         calculator = CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
         data, numbers = bytes(MEGABYTE), itertools.count(1)
@@ -156,11 +156,11 @@ class TestSharedMemory:
         def callback(sample: Sample[ImageData]) -> None:
             received.append((sample.value.timeStamp.seconds, sample.lost))
             entered.set()
-            assert leave.wait(LIMIT)
+            assert leave.wait(FOREVER)
 
         with images.subscribe(callback, queue=100):
             publish(image(2))
-            assert entered.wait(LIMIT)
+            assert entered.wait(EVENT_LIMIT)
             for number in range(3, 23):
                 publish(image(number))
                 until(partial(came, number))  # a stream may drop what a busy machine does not take in time

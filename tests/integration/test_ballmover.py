@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from interfaces.jderobot import Pose3DEncodersData, Pose3DEncodersPrx
-from tests.support.limits import LIMIT
+from tests.support.limits import END_LIMIT, EVENT_LIMIT, RUN_LIMIT
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from zenoh_ice import initialize
 
@@ -25,7 +25,7 @@ def robot() -> Iterator[str]:
         yield endpoint
 
 
-def run(*arguments: str, limit: float = LIMIT) -> subprocess.CompletedProcess[str]:
+def run(*arguments: str, limit: float = RUN_LIMIT) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
         module("ballmover", *arguments), capture_output=True, text=True, timeout=limit, check=False
     )
@@ -92,12 +92,12 @@ def test_a_signal_ends_it_cleanly_and_stops_the_ball(
             mover.wait_for("waypoint 2 of 2")
             moving = next(s for s in encoders.getPose3DEncodersData.samples() if place(s.value)[1] < 0.39)
             mover.process.send_signal(number)
-            assert mover.wait(LIMIT) == code
+            assert mover.wait(END_LIMIT) == code
             assert "Traceback" not in mover.output
             stopped = encoders.getPose3DEncodersData()
             # It was stopped where it was, not just left on its way to the last setpoint.
             assert -0.35 < place(stopped)[1] <= place(moving.value)[1]
-            later = encoders.getPose3DEncodersData.wait(timeout=LIMIT)
+            later = encoders.getPose3DEncodersData.wait(timeout=EVENT_LIMIT)
             assert place(later.value) == pytest.approx(place(stopped), abs=0.01)
 
 

@@ -17,7 +17,7 @@ from codegen.diagnostics import Diagnostics
 from codegen.hfsm import parse_document
 from codegen.hfsm.document import Text
 from tests.support.documents import document, state, sub, transition
-from tests.support.limits import LIMIT
+from tests.support.limits import END_LIMIT, EVENT_LIMIT, RUN_LIMIT, START_LIMIT
 from visualhfsm.code_help.service import CodeHelper
 from visualhfsm.editing.places import Place
 from visualhfsm.errors import VisualHfsmError
@@ -93,15 +93,15 @@ def typing() -> Iterator[Type]:
     with asyncio.Runner() as runner, ThreadPoolExecutor(2) as threads:
         runner.get_loop().set_default_executor(threads)
         together = threading.Barrier(2)  # both threads start now, not during some test
-        list(threads.map(lambda _: together.wait(LIMIT), range(2)))
-        helper = CodeHelper(LIMIT)
+        list(threads.map(lambda _: together.wait(EVENT_LIMIT), range(2)))
+        helper = CodeHelper(START_LIMIT)
 
         async def warm() -> None:
             person = Typing(helper)
             await asyncio.gather(person.labels(WALK, "self.|"), person.problems(WALK, ""))
 
         runner.run(warm())
-        yield lambda go: runner.run(asyncio.wait_for(go(Typing(helper)), LIMIT))
+        yield lambda go: runner.run(asyncio.wait_for(go(Typing(helper)), RUN_LIMIT))
         runner.run(helper.close())
 
 
@@ -109,13 +109,13 @@ def alone(go: Callable[[Typing], Awaitable[None]], path: Path | None = None) -> 
     """Run a coroutine function with a user who types, and with separate processes."""
 
     async def run() -> None:
-        helper = CodeHelper(LIMIT)
+        helper = CodeHelper(START_LIMIT)
         try:
             await go(Typing(helper, path))
         finally:
             await helper.close()
 
-    asyncio.run(asyncio.wait_for(run(), LIMIT))
+    asyncio.run(asyncio.wait_for(run(), RUN_LIMIT))
 
 
 def test_what_the_document_gives_stands_first(typing: Type) -> None:
@@ -308,7 +308,7 @@ def test_code_that_takes_too_long_is_given_up_and_the_next_is_helped() -> None:
         person.helper._patience = 0.05
         with pytest.raises(VisualHfsmError, match="too long"):
             await person.labels(WALK, "value = [1, 2, 3]\n" * 8000 + "value.|")
-        person.helper._patience = LIMIT
+        person.helper._patience = START_LIMIT
         assert "Head" in await person.labels(WALK, "self.|")
 
     alone(go)
@@ -320,7 +320,7 @@ def test_a_process_that_dies_is_restarted() -> None:
         await person.labels(WALK, "self.|")
         (child,) = set(psutil.Process().children()) - before
         child.kill()
-        psutil.wait_procs([child], LIMIT)
+        psutil.wait_procs([child], END_LIMIT)
         assert "Head" in await person.labels(WALK, "self.|")
 
     alone(go)
@@ -342,7 +342,7 @@ def test_a_question_that_is_out_of_date_ends_at_once(typing: Type) -> None:
             return asyncio.create_task(person.helper.ask("lint", person.source, WALK, "steps += 1\n" * 2000))
 
         asked = [ask() for _ in range(8)]
-        ended, _ = await asyncio.wait(asked[1:-1], timeout=LIMIT, return_when=asyncio.ALL_COMPLETED)
+        ended, _ = await asyncio.wait(asked[1:-1], timeout=START_LIMIT, return_when=asyncio.ALL_COMPLETED)
         assert {task.result() for task in ended} == {None}, "what was not looked at is not without faults"
         assert not asked[0].done()
         asked[-1].cancel()  # one that waits gives up

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from tests.support.codegen_command import ROOT, codegen, files_in
-from tests.support.limits import LIMIT
+from tests.support.limits import END_LIMIT, RUN_LIMIT
 from tests.support.processes import ComponentProcess
 
 LAMP = "module home { struct Light { float power; }; interface Lamp { Light get(); }; };\n"
@@ -45,7 +45,7 @@ def test_a_package_goes_beside_its_files_and_can_be_imported(home: Path) -> None
         env={**os.environ, "PYTHONPATH": f"{home}{os.pathsep}{ROOT}"},
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=RUN_LIMIT,
         check=False,
     )
     assert ran.stdout == "Light(power=1.5) lightOf\n", ran.stderr
@@ -235,7 +235,7 @@ def test_help_imports_nothing_heavy(home: Path) -> None:
         env={**os.environ, "PYTHONPATH": str(ROOT)},
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=RUN_LIMIT,
         check=False,
     )
     assert done.stdout == "[]\n", done.stderr
@@ -251,7 +251,7 @@ def test_a_package_with_a_name(home: Path) -> None:
         env=environment,
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=RUN_LIMIT,
         check=False,
     )
     assert ran.stdout == "my.api.home.lamp\n", ran.stderr
@@ -288,7 +288,7 @@ def test_watching_generates_at_every_change_and_ends_at_ctrl_c(home: Path) -> No
         (home / "light.idl").write_text(LAMP)
         watching.wait_for(r"wrote .*light\.py")
         watching.process.send_signal(2)
-        assert watching.wait(LIMIT) == 130
+        assert watching.wait(END_LIMIT) == 130
         assert "Traceback" not in watching.output
 
 

@@ -11,7 +11,7 @@ import pytest
 
 from tests.support.codegen_command import ROOT, codegen
 from tests.support.documents import document, state, sub, transition
-from tests.support.limits import LIMIT
+from tests.support.limits import END_LIMIT, RUN_LIMIT
 from tests.support.processes import ComponentProcess
 from tests.support.running import eventually
 
@@ -86,7 +86,7 @@ def test_watching_looks_at_imported_files_and_extensions(home: Path) -> None:
         (home / "main_ext.py").write_text("class MainExtension:\n    settled = True\n")
         eventually(lambda: "MainExtension" in (home / "main.py").read_text())
         watching.process.send_signal(2)
-        assert watching.wait(LIMIT) == 130
+        assert watching.wait(END_LIMIT) == 130
 
 
 def test_the_component_lists_its_parameters_and_checks_them(home: Path) -> None:
@@ -96,7 +96,7 @@ def test_the_component_lists_its_parameters_and_checks_them(home: Path) -> None:
         environment = {"PYTHONPATH": str(ROOT), "COLUMNS": "140", "NO_COLOR": "1"}
         command = [sys.executable, str(home / "main.py"), *arguments]
         return subprocess.run(
-            command, env=environment, capture_output=True, text=True, timeout=60, check=False
+            command, env=environment, capture_output=True, text=True, timeout=RUN_LIMIT, check=False
         )
 
     shown = call("--help").stdout

@@ -12,6 +12,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from tests.support.codegen_command import ROOT, files_in
+from tests.support.limits import RUN_LIMIT
 from visualhfsm.command import app
 
 OLD = """<VisualStates>
@@ -146,7 +147,7 @@ def test_the_command_runs_on_its_own_and_says_what_went_wrong_in_one_line(folder
     command = [sys.executable, "-m", "visualhfsm", "convert", "old.xml", "file/new.xml"]
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     done = subprocess.run(
-        command, cwd=folder, env=environment, capture_output=True, text=True, timeout=60, check=False
+        command, cwd=folder, env=environment, capture_output=True, text=True, timeout=RUN_LIMIT, check=False
     )
     assert done.returncode == 1
     assert "file/new.xml: cannot be written: Not a directory" in done.stderr.splitlines()[-1]
@@ -164,7 +165,7 @@ def test_an_output_without_room_is_reported_in_one_line(folder: Path) -> None:
             stdout=full,
             stderr=subprocess.PIPE,
             text=True,
-            timeout=60,
+            timeout=RUN_LIMIT,
             check=False,
         )
     assert done.returncode == 1

@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from tests.support.codegen_command import ROOT
+from tests.support.limits import RUN_LIMIT
 from tests.support.pages import DOCS, blocks_of
 from tests.support.processes import ComponentProcess, free_endpoint
 
@@ -58,7 +59,7 @@ def test_the_page_works_as_it_stands(tmp_path: Path, page: str, count: int) -> N
                     stdout=subprocess.PIPE,
                     stderr=subprocess.STDOUT,
                     text=True,
-                    timeout=60,
+                    timeout=RUN_LIMIT,
                     check=False,
                 )
                 assert matches(expected, done.stdout), f"{command}\n{done.stdout}"

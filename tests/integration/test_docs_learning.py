@@ -9,7 +9,7 @@ import sys
 import pytest
 
 from naoserver_sim.learning import ENVIRONMENTS
-from tests.support.limits import LIMIT
+from tests.support.limits import RUN_LIMIT
 from tests.support.pages import DOCS, blocks_of
 from tests.support.processes import REPOSITORY
 
@@ -25,7 +25,7 @@ def run(*arguments: str) -> str:
         env={**os.environ, "PYTHONPATH": str(REPOSITORY)},
         capture_output=True,
         text=True,
-        timeout=LIMIT,
+        timeout=RUN_LIMIT,
         check=False,
     )
     assert done.returncode == 0, done.stderr

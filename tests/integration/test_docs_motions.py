@@ -11,7 +11,7 @@ import pytest
 
 from naoserver.fake import FakeRobot
 from naoserver.motions.keyframes import MotionError, parse_motion
-from tests.support.limits import LIMIT
+from tests.support.limits import RUN_LIMIT
 from tests.support.motion_rig import MOTIONS
 from tests.support.pages import DOCS
 from tests.support.robot_server import served
@@ -30,7 +30,7 @@ def test_the_program_does_what_the_page_says():
             env={**os.environ, "VISUALHFSM_REALM": robot.realm, "VISUALHFSM_CONNECT": robot.endpoint},
             capture_output=True,
             text=True,
-            timeout=LIMIT,
+            timeout=RUN_LIMIT,
             check=False,
         )
     assert (done.stdout, done.returncode) == (blocks("text")[0], 0), done.stderr

@@ -9,7 +9,7 @@ import sys
 import pytest
 
 from naoserver.fake import FakeRobot
-from tests.support.limits import LIMIT
+from tests.support.limits import RUN_LIMIT
 from tests.support.pages import DOCS, blocks_of
 from tests.support.robot_server import served
 from tests.support.robots_page import PAGE, robots_page
@@ -31,7 +31,7 @@ def test_the_example_of_a_page_does_what_the_page_says(page: str) -> None:
             env={**os.environ, "VISUALHFSM_REALM": robot.realm, "VISUALHFSM_CONNECT": robot.endpoint},
             capture_output=True,
             text=True,
-            timeout=LIMIT,
+            timeout=RUN_LIMIT,
             check=False,
         )
     assert (done.stdout, done.returncode) == (output.text, 0), done.stderr

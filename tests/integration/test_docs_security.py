@@ -11,7 +11,7 @@ from pathlib import Path
 
 from naoserver.fake import FakeRobot
 from naoserver.server import serve
-from tests.support.limits import LIMIT
+from tests.support.limits import RUN_LIMIT
 from tests.support.pages import DOCS
 from tests.support.processes import REPOSITORY, ComponentProcess, free_endpoint
 from zenoh_ice import initialize
@@ -34,7 +34,7 @@ def module(words: list[str]) -> list[str]:
 
 def run(command: list[str]) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
-        module(command), cwd=REPOSITORY, capture_output=True, text=True, timeout=LIMIT, check=False
+        module(command), cwd=REPOSITORY, capture_output=True, text=True, timeout=RUN_LIMIT, check=False
     )
 
 

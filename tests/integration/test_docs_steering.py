@@ -14,7 +14,7 @@ import pytest
 from interfaces.hfsm import HfsmMonitorPrx
 from tests.integration.test_docs_interfaces import ENDPOINT, commands, matches
 from tests.support.codegen_command import ROOT
-from tests.support.limits import LIMIT
+from tests.support.limits import RUN_LIMIT, START_LIMIT
 from tests.support.pages import DOCS, blocks_of
 from tests.support.processes import ComponentProcess, free_endpoint
 from zenoh_ice import initialize
@@ -45,7 +45,7 @@ def test_the_page_works_as_it_stands(tmp_path: Path) -> None:
                     stack.enter_context(component)
                     communicator = stack.enter_context(initialize(connect=[endpoint], clock="wall"))
                     proxy = communicator.stringToProxy("Hfsm.patrol")
-                    HfsmMonitorPrx.uncheckedCast(proxy).getSnapshot.wait(timeout=LIMIT)
+                    HfsmMonitorPrx.uncheckedCast(proxy).getSnapshot.wait(timeout=START_LIMIT)
                     continue
                 done = subprocess.run(
                     command,
@@ -55,7 +55,7 @@ def test_the_page_works_as_it_stands(tmp_path: Path) -> None:
                     stdout=subprocess.PIPE,
                     stderr=subprocess.STDOUT,
                     text=True,
-                    timeout=60,
+                    timeout=RUN_LIMIT,
                     check=False,
                 )
                 assert matches(expected, done.stdout), f"{command}\n{done.stdout}"

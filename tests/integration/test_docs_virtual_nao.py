@@ -17,7 +17,7 @@ from naoserver_qi.motion import ALMotion
 from naoserver_qi.postures import ALBehaviorManager, ALRobotPosture
 from naoserver_qi.speech import ALTextToSpeech
 from naoserver_qi.video import ALVideoDevice
-from tests.support.limits import LIMIT
+from tests.support.limits import RUN_LIMIT
 from tests.support.pages import DOCS, blocks_of
 from tests.support.processes import ComponentProcess, module
 
@@ -54,7 +54,7 @@ def test_the_program_says_what_the_page_says(tmp_path):
             cwd=tmp_path,
             capture_output=True,
             text=True,
-            timeout=LIMIT,
+            timeout=RUN_LIMIT,
             check=False,
         )
     assert result.returncode == 0, result.stderr

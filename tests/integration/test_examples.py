@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.limits import LIMIT
+from tests.support.limits import END_LIMIT, RUN_LIMIT
 from tests.support.processes import REPOSITORY, ComponentProcess, free_endpoint, module
 
 
@@ -34,7 +34,7 @@ def run(environment: dict[str, str], directory: Path, *arguments: str) -> str:
         cwd=directory,
         capture_output=True,
         text=True,
-        timeout=LIMIT,
+        timeout=RUN_LIMIT,
         check=False,
     )
     assert result.returncode == 0, result.stderr
@@ -62,7 +62,7 @@ def test_watch_joints(environment: dict[str, str]) -> None:
         watching.wait_for(r"\d+\.\d\d s  LKneePitch \+0\.7\d\d rad  HeadYaw")
         watching.wait_for("HeadYaw")
         watching.process.send_signal(2)
-        assert watching.wait(LIMIT) == 130
+        assert watching.wait(END_LIMIT) == 130
         assert "Traceback" not in watching.output
 
 

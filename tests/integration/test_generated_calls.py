@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 from tests.conftest import Pair
-from tests.support.limits import LIMIT
+from tests.support.limits import EVENT_LIMIT
 from tests.support.slice_compiler import imported
 from tests.support.waiting import listened
 from zenoh_ice import InterfaceMismatchException, MarshalException
@@ -132,7 +132,7 @@ def test_classes_arrive_as_what_they_are(api: Any, camera: Any) -> None:
     assert camera.echo(tree) == (tree, tree, tree)
     assert camera.echo(None) == (None, None, api.Empty())
     assert camera.root(leaf) == leaf
-    assert camera.echo.begin(leaf).result(LIMIT)[0] == leaf
+    assert camera.echo.begin(leaf).result(EVENT_LIMIT)[0] == leaf
 
 
 def test_a_value_that_holds_itself_is_refused(api: Any, camera: Any) -> None:
@@ -153,7 +153,7 @@ def test_optional_parameters_and_results_may_be_absent(api: Any, camera: Any) ->
 @pytest.mark.parametrize("how", ["value", "future", "coroutine"])
 def test_servants_answer_now_or_later(camera: Any, how: str) -> None:
     assert camera.improve(how, "light") == f"{how} of light"
-    assert camera.improve.begin(how, "sound").result(LIMIT) == f"{how} of sound"
+    assert camera.improve.begin(how, "sound").result(EVENT_LIMIT) == f"{how} of sound"
 
 
 def test_exceptions_carry_anything(api: Any, camera: Any) -> None:
@@ -192,9 +192,9 @@ def test_default_values_are_those_of_constructors(api: Any, camera: Any) -> None
 def test_streams_bring_proxies_and_classes(api: Any, camera: Any, servant: Any) -> None:
     views = api.Views(camera, None, api.Leaf("leaf", [], None, last=""), api.Defaults(h=2))
     assert camera.getViews.latest() is None
-    assert listened(servant.getViewsPublisher, 5.0)
+    assert listened(servant.getViewsPublisher, EVENT_LIMIT)
     servant.getViewsPublisher.publish(views)
-    arrived = camera.getViews.wait(timeout=LIMIT).value
+    arrived = camera.getViews.wait(timeout=EVENT_LIMIT).value
     assert arrived == views
     assert arrived.camera.ice_getCommunicator() is camera.ice_getCommunicator()
 
@@ -265,13 +265,13 @@ def test_operations_can_have_names_that_python_keeps_for_itself(tmp_path: Path, 
 
         pair.adapter.add(servant := NamesI(), "Names")
         names = api.NamesPrx.checkedCast(pair.client.stringToProxy("Names"))
-        assert names._lambda(5, 2) == names._lambda.begin(5, 2).result(LIMIT) == 3
+        assert names._lambda(5, 2) == names._lambda.begin(5, 2).result(EVENT_LIMIT) == 3
         names._checkedCast()
         assert names._from() == 7
         names._from.latest()
-        assert listened(servant.fromPublisher, 5.0)
+        assert listened(servant.fromPublisher, EVENT_LIMIT)
         servant.fromPublisher.publish(8)
-        assert names._from.wait(timeout=LIMIT).value == 8
+        assert names._from.wait(timeout=EVENT_LIMIT).value == 8
 
 
 def test_generated_packages_describe_what_they_define(api: Any) -> None:

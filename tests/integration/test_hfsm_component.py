@@ -12,7 +12,7 @@ import pytest
 from interfaces.hfsm import ComponentStatus, HfsmMonitorPrx
 from interfaces.nao import PoseHeadPrx
 from tests.support.documents import compile_to, document, state, sub, transition
-from tests.support.limits import LIMIT
+from tests.support.limits import END_LIMIT, RUN_LIMIT, START_LIMIT
 from tests.support.processes import ComponentProcess, module
 from tests.support.robot_server import eventually
 from zenoh_ice import initialize
@@ -40,7 +40,7 @@ def start(file: Path, endpoint: str, *arguments: str) -> ComponentProcess:
 
 def test_without_a_server_it_says_where_it_looked_and_how_to_start_one(tmp_path: Path, endpoint: str) -> None:
     with start(turning(tmp_path), endpoint, "--timeout", "1") as component:
-        assert component.wait(LIMIT) == 1
+        assert component.wait(RUN_LIMIT) == 1
         assert component.output.count("\n") == 1
         assert endpoint in component.output
         assert "naoserver-sim" in component.output
@@ -50,7 +50,7 @@ def test_it_runs_for_the_time_given_and_stops_the_robot(tmp_path: Path, endpoint
     with serve(endpoint) as server:
         server.wait_for("ready")
         with start(turning(tmp_path), endpoint, "--seconds", "1") as component:
-            assert component.wait(LIMIT) == 0
+            assert component.wait(RUN_LIMIT) == 0
             assert "turning" in component.output
         with initialize(connect=[endpoint], clock="wall") as communicator:
             pose = PoseHeadPrx.checkedCast(communicator.stringToProxy("Head")).getPose()
@@ -64,7 +64,7 @@ def test_a_servant_that_is_not_there_is_named(tmp_path: Path, endpoint: str) -> 
     with serve(endpoint) as server:
         server.wait_for("ready")
         with start(file, endpoint) as component:
-            assert component.wait(LIMIT) == 1
+            assert component.wait(RUN_LIMIT) == 1
             assert "the component cannot start: self.tail:" in component.output
             assert "Traceback" not in component.output
 
@@ -72,7 +72,7 @@ def test_a_servant_that_is_not_there_is_named(tmp_path: Path, endpoint: str) -> 
 def test_a_library_that_is_not_installed_is_reported_in_one_line(tmp_path: Path, endpoint: str) -> None:
     text = document(sub(1, 0, state(1, "a", initial=True)), libraries=("no_such_thing",))
     with start(compile_to(tmp_path, text, "seer"), endpoint) as component:
-        assert component.wait(LIMIT) == 1
+        assert component.wait(RUN_LIMIT) == 1
         assert component.output.startswith(
             "seer.py: error: seer.xml:9: the library no_such_thing is not installed: "
         )
@@ -99,7 +99,7 @@ def test_a_realm_without_servants_is_reported_once(tmp_path: Path, endpoint: str
     with serve(endpoint) as server:
         server.wait_for("ready")
         with start(file, endpoint, "--realm", "elsewhere") as component:
-            assert component.wait(LIMIT) == 1
+            assert component.wait(RUN_LIMIT) == 1
             assert component.output.count("no servants: is --realm right?") == 1
             assert "Traceback" not in component.output
 
@@ -113,7 +113,7 @@ def test_a_signal_stops_the_robot_and_ends_it(
         with start(turning(tmp_path), endpoint) as component:
             component.wait_for("turning")
             component.process.send_signal(number)
-            assert component.wait(LIMIT) == code
+            assert component.wait(END_LIMIT) == code
             assert "Traceback" not in component.output
             with initialize(connect=[endpoint], clock="wall") as communicator:
                 head = PoseHeadPrx.checkedCast(communicator.stringToProxy("Head"))
@@ -124,7 +124,7 @@ def test_an_error_in_user_code_ends_it_with_the_documents_line(tmp_path: Path, e
     with serve(endpoint) as server:
         server.wait_for("ready")
         with start(turning(tmp_path, "self.head.setSpeed(0.2, 0.0)\nself.nothing()"), endpoint) as component:
-            assert component.wait(LIMIT) == 1
+            assert component.wait(RUN_LIMIT) == 1
             assert "AttributeError" in component.output
             assert "(turner.xml:4)" in component.output
 
@@ -141,7 +141,7 @@ def test_stay_halted_keeps_the_monitor_after_an_error(tmp_path: Path, endpoint: 
             assert snapshot.status is ComponentStatus.Halted
             assert snapshot.errors[0].message == "ZeroDivisionError: division by zero"
             component.process.send_signal(signal.SIGINT)
-            assert component.wait(LIMIT) == 130
+            assert component.wait(END_LIMIT) == 130
 
 
 def test_on_error_continue_goes_on(tmp_path: Path, endpoint: str) -> None:
@@ -186,7 +186,7 @@ def test_a_component_without_proxies_needs_no_server(tmp_path: Path, endpoint: s
         )
     )
     with start(compile_to(tmp_path, text, "alone"), endpoint) as component:
-        assert component.wait(LIMIT) == 0
+        assert component.wait(RUN_LIMIT) == 0
 
 
 def test_it_begins_in_the_given_state(tmp_path: Path, endpoint: str) -> None:
@@ -199,10 +199,10 @@ def test_it_begins_in_the_given_state(tmp_path: Path, endpoint: str) -> None:
     root = sub(1, 0, state(1, "here", "print('here', flush=True)", initial=True), state(2, "there", child=2))
     file = compile_to(tmp_path, document(root, below), "jumper")
     with start(file, endpoint, "--begin-at", "2.2", "--seconds", "1") as component:
-        assert component.wait(LIMIT) == 0
+        assert component.wait(RUN_LIMIT) == 0
     assert set(component.output.split("\n")) == {"in b", ""}
     with start(file, endpoint, "--begin-at", "2.7") as component:
-        assert component.wait(LIMIT) == 1
+        assert component.wait(RUN_LIMIT) == 1
     assert "automaton 2 has no state 7" in component.output
 
 
@@ -212,7 +212,7 @@ def test_it_pauses_at_a_breakpoint_that_was_set_before_its_first_cycle(tmp_path:
     with initialize(connect=[], listen=[endpoint], clock="wall") as communicator:
         with start(file, endpoint, "--breakpoint", "1.1:count == 7"):
             monitor = HfsmMonitorPrx.uncheckedCast(communicator.stringToProxy("Hfsm.waiter"))
-            for sample in monitor.getSnapshot.samples(timeout=LIMIT):
+            for sample in monitor.getSnapshot.samples(timeout=START_LIMIT):
                 if sample.value.stoppedAt:
                     break
         assert sample.value.status is ComponentStatus.Paused
@@ -223,13 +223,13 @@ def test_it_pauses_at_a_breakpoint_that_was_set_before_its_first_cycle(tmp_path:
         ("1", "AUTOMATON.STATE"),
     ):
         with start(file, endpoint, "--breakpoint", wrong) as component:
-            assert component.wait(LIMIT) in (1, 2)
+            assert component.wait(RUN_LIMIT) in (1, 2)
             assert reported in component.output
 
 
 def test_help_shows_the_description_and_examples(tmp_path: Path, endpoint: str) -> None:
     with start(turning(tmp_path), endpoint, "--help") as component:
-        assert component.wait(LIMIT) == 0
+        assert component.wait(RUN_LIMIT) == 0
         assert "The component turner." in component.output
         assert "--on-error" in component.output
         assert "python turner.py --seconds 60" in component.output

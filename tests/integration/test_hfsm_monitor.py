@@ -26,12 +26,12 @@ from interfaces.hfsm import (
 )
 from tests.conftest import Pair
 from tests.support.automata import component
-from tests.support.limits import LIMIT
+from tests.support.limits import EVENT_LIMIT
 from zenoh_ice import WallClock
 
 
 def eventually(condition: Callable[[], bool]) -> None:
-    deadline = time.monotonic() + LIMIT
+    deadline = time.monotonic() + EVENT_LIMIT
     while not condition():
         assert time.monotonic() < deadline, "it did not come true in time"
         time.sleep(0.01)
@@ -39,8 +39,8 @@ def eventually(condition: Callable[[], bool]) -> None:
 
 def until(proxy: HfsmMonitorPrx, condition: Callable[[ComponentSnapshot], bool]) -> ComponentSnapshot:
     """Return the first snapshot of the stream that meets a condition."""
-    deadline = time.monotonic() + LIMIT
-    for sample in proxy.getSnapshot.samples(timeout=LIMIT):
+    deadline = time.monotonic() + EVENT_LIMIT
+    for sample in proxy.getSnapshot.samples(timeout=EVENT_LIMIT):
         if condition(sample.value):
             return sample.value
         assert time.monotonic() < deadline, sample.value
@@ -125,7 +125,7 @@ def test_snapshots_report_states_timers_guards_variables_and_cycles(pair: Pair) 
     (timer,) = child.timers
     assert 3000 < timer.remaining < 3600
     assert int(child.variables["count"]) >= 3
-    assert child.lastCycle <= child.longestCycle < LIMIT
+    assert child.lastCycle <= child.longestCycle < EVENT_LIMIT
     assert snapshot.errors == []
 
 
@@ -174,7 +174,7 @@ def test_pause_step_and_resume(pair: Pair) -> None:
 def test_stop_ends_the_component(pair: Pair) -> None:
     with monitored(pair, tree()) as (runtime, proxy):
         proxy.stop()
-        assert runtime.ended.wait(LIMIT)
+        assert runtime.ended.wait(EVENT_LIMIT)
         assert until(proxy, lambda snapshot: True).status is ComponentStatus.Halted
 
 

@@ -30,7 +30,7 @@ from interfaces.nao import HeadLimits, HeadPose, PoseHead
 from tests.conftest import Pair
 from tests.integration.test_hfsm_monitor import eventually, until
 from tests.support.documents import compile_to, document, load, state, sub, transition
-from tests.support.limits import LIMIT
+from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER, RUN_LIMIT
 from zenoh_ice import Current, WallClock
 
 HEAD = (
@@ -114,7 +114,7 @@ def test_the_new_document_goes_on_in_the_state_with_the_variables(pair: Pair, ve
         version.write(walker(seconds=7200.0, step=1_000_000))
         report = proxy.reload()
         assert (report.generation, report.notKept) == (1, [])
-        assert 0.0 < report.held < LIMIT
+        assert 0.0 < report.held < EVENT_LIMIT
         after = until(proxy, lambda snapshot: snapshot.generation == 1 and count(snapshot) > 1_000_000)
         root, child = after.automata
         assert (root.state, child.state, child.ghost) == (2, 1, False)
@@ -266,7 +266,7 @@ def test_automata_that_make_no_sense_change_nothing(
 
 def test_a_cycle_that_does_not_end_refuses_the_reload(pair: Pair, version: Version) -> None:
     version.write(
-        walker(functions="def wait(self):\n    self.waiting = True\n    self.release.wait(60)\n").replace(
+        walker(functions="def wait(self):\n    self.waiting = True\n    self.release.wait(240)\n").replace(
             "count += 1<", "count += 1; self.wait()<"
         )
     )
@@ -345,9 +345,9 @@ def test_two_reloads_at_once_are_one_reload_and_one_refusal(pair: Pair, version:
     with running(pair, version) as (_, proxy):
         gate.unlink()
         futures = [proxy.reload.begin(), proxy.reload.begin()]
-        wait(futures, LIMIT, FIRST_COMPLETED)  # the one that is refused
+        wait(futures, EVENT_LIMIT, FIRST_COMPLETED)  # the one that is refused
         gate.touch()
-        outcomes = [future.exception(LIMIT) for future in futures]
+        outcomes = [future.exception(CALL_LIMIT) for future in futures]
         assert sorted(str(type(outcome).__name__) for outcome in outcomes) == ["NoneType", "ReloadRefused"]
         assert proxy.getSnapshot().generation == 1
 
@@ -355,7 +355,7 @@ def test_two_reloads_at_once_are_one_reload_and_one_refusal(pair: Pair, version:
 def test_a_component_that_has_ended_is_not_reloaded(pair: Pair, version: Version) -> None:
     with running(pair, version) as (runtime, proxy):
         proxy.stop()
-        assert runtime.ended.wait(LIMIT)
+        assert runtime.ended.wait(EVENT_LIMIT)
         with pytest.raises(ReloadRefused, match="does not run"):
             proxy.reload()
 
@@ -429,7 +429,7 @@ def crowd(automata: int, step: int) -> str:
 def test_whatever_is_asked_while_it_is_reloaded_it_goes_on(
     pair: Pair, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("hfsm_runtime.cycle.HAND_OVER", LIMIT)
+    monkeypatch.setattr("hfsm_runtime.cycle.HAND_OVER", FOREVER)
     version = Version(tmp_path)
     version.write(crowd(6, 1))
     texts = []
@@ -477,7 +477,7 @@ def test_whatever_is_asked_while_it_is_reloaded_it_goes_on(
         )
         with ThreadPoolExecutor(len(groups)) as pool:
             for future in [pool.submit(ask, *group) for group in groups]:
-                future.result(4 * LIMIT)
+                future.result(RUN_LIMIT)
         version.file.write_text(texts[-1], encoding="utf-8")
         assert proxy.reload().generation == runtime.reloads > 5
         cycles = [automaton.cycles for automaton in proxy.getSnapshot().automata]

@@ -32,7 +32,7 @@ from interfaces.hfsm import Breakpoint
 from interfaces.jderobot import CommandRefusedException, ImageProviderPrx
 from interfaces.nao import HeadLimits, HeadPose, PoseHead, PoseHeadPrx
 from tests.support.image_servant import ImageI, image
-from tests.support.limits import LIMIT
+from tests.support.limits import CALL_LIMIT, EVENT_LIMIT
 from tests.support.notebook import Notebook, NotebookPrx
 from tests.support.robot_server import eventually
 from tests.support.waiting import listened
@@ -274,7 +274,7 @@ def test_streams_bring_the_same_samples_with_the_same_ages(tmp_path: Path, world
     publisher = world[1].getPosePublisher
     with running(Streams, world, path) as (_, clock):
         clock.sleep(0.1)
-        assert listened(publisher, LIMIT)
+        assert listened(publisher, EVENT_LIMIT)
         for step in range(30):
             if step % 3 == 0:
                 publisher.publish(world[1].pose(), time=float(step))
@@ -297,7 +297,7 @@ def test_asynchronous_results_arrive_in_the_same_cycle(tmp_path: Path, world: Wo
                 found.append(self.pending.result())
                 self.pending = None
             elif count % 3 == 0:
-                found.append(self.pending.result(LIMIT).pan)
+                found.append(self.pending.result(CALL_LIMIT).pan)
             return found
 
         def note(self, _future: Future[HeadPose]) -> None:
@@ -325,7 +325,7 @@ def test_callbacks_of_streams_are_called_with_the_same_samples(tmp_path: Path, w
     publisher = world[1].getPosePublisher
     with running(Callbacks, world, path) as (_, clock):
         clock.sleep(0.1)
-        assert listened(publisher, LIMIT)
+        assert listened(publisher, EVENT_LIMIT)
         for step in range(20):
             publisher.publish(world[1].pose(), time=float(step))
             clock.sleep(0.1)
@@ -642,7 +642,7 @@ def test_images_come_back_where_they_are_recorded(
     adapter.add(camera, "Camera")
     path = tmp_path / "run.mcap"
     with running(Looks, world, path, with_images=with_images) as (runtime, clock):
-        assert listened(camera.getImageDataPublisher, LIMIT)
+        assert listened(camera.getImageDataPublisher, EVENT_LIMIT)
         for number in range(10):
             camera.getImageDataPublisher.publish(image(number, bytes([number]) * size))
             clock.sleep(0.1)
@@ -677,7 +677,7 @@ def test_loops_over_a_stream_see_the_same_samples(tmp_path: Path, world: World) 
     path = tmp_path / "run.mcap"
     publisher = world[1].getPosePublisher
     with running(Loops, world, path) as (runtime, clock):
-        assert listened(publisher, LIMIT)
+        assert listened(publisher, EVENT_LIMIT)
         for _ in range(40):
             publisher.publish(world[1].pose())
             clock.sleep(random.SystemRandom().choice([0.02, 0.1, 0.3]))
@@ -733,7 +733,7 @@ def test_a_sample_that_does_not_fit_does_not_fit_in_the_replay(tmp_path: Path, w
     operation = PoseHeadPrx.ice_interface.all_operations["getPose"]
     with running(Bad, world, path) as (_, clock):
         outlet = world[0].transport.publish(Target("nao", "Head"), operation)
-        assert listened(world[1].getPosePublisher, LIMIT)
+        assert listened(world[1].getPosePublisher, EVENT_LIMIT)
         fingerprint = PoseHeadPrx.ice_interface.fingerprint
         for number in range(10):
             payload = b"\x81\xa3bad\xc3" if number % 2 else b"\xc1"

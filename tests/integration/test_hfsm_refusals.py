@@ -11,6 +11,7 @@ from interfaces.hfsm import ComponentStatus, HfsmMonitorPrx
 from interfaces.nao import PoseHeadPrx, SafetyPrx
 from naoserver.fake import FakeRobot
 from tests.integration.test_hfsm_component import start, turning
+from tests.support.limits import START_LIMIT
 from tests.support.processes import ComponentProcess, module
 from tests.support.robot_server import eventually, served_to_client
 from zenoh_ice import initialize
@@ -54,7 +55,7 @@ def test_a_behavior_goes_on_after_the_reset_of_an_emergency_stop(tmp_path: Path,
                 "the robot is stopped: a hand in the way.*pauses until commands are accepted again"
             )
             monitor = HfsmMonitorPrx.checkedCast(communicator.stringToProxy("Hfsm.turner"))
-            first, later = monitor.getSnapshot(), monitor.getSnapshot.wait(timeout=10.0).value
+            first, later = monitor.getSnapshot(), monitor.getSnapshot.wait(timeout=START_LIMIT).value
             assert first.status is later.status is ComponentStatus.Paused
             assert first.refusal.startswith("turner/turn: CommandRefusedException: the robot is stopped")
             assert later.time == first.time

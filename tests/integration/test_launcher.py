@@ -12,7 +12,7 @@ from pathlib import Path
 import psutil
 import pytest
 
-from tests.support.limits import LIMIT
+from tests.support.limits import END_LIMIT, RUN_LIMIT, START_LIMIT
 from tests.support.processes import free_endpoint
 from tests.support.terminal import read_until
 
@@ -84,7 +84,7 @@ class Bench:
         return self.launcher
 
     def run(self, *options: str) -> tuple[int, str]:
-        output, _ = self.start(*options).communicate(timeout=LIMIT)
+        output, _ = self.start(*options).communicate(timeout=RUN_LIMIT)
         assert self.launcher is not None
         return self.launcher.returncode, output
 
@@ -104,9 +104,9 @@ class Bench:
 
 
 def wait(condition, what: str) -> None:
-    deadline = time.monotonic() + LIMIT
+    deadline = time.monotonic() + START_LIMIT
     while not condition():
-        assert time.monotonic() < deadline, f"waited {LIMIT} s for {what}"
+        assert time.monotonic() < deadline, f"waited {START_LIMIT} s for {what}"
         time.sleep(0.02)
 
 
@@ -124,7 +124,7 @@ def bench(tmp_path):
     if bench.launcher is not None:
         if bench.launcher.poll() is None:
             bench.launcher.kill()
-            bench.launcher.wait(LIMIT)
+            bench.launcher.wait(END_LIMIT)
         if bench.launcher.stdout is not None:
             bench.launcher.stdout.close()
     for path in tmp_path.glob("*.pid"):
@@ -157,7 +157,7 @@ def test_output_goes_to_a_log_with_the_time_of_each_line(bench):
     bench.run()
     lines = bench.text("logs/talker.log").splitlines()
     assert [line.split()[1] for line in lines[:2]] == ["one", "two"]
-    assert all(float(line.split()[0]) < LIMIT for line in lines[:2])
+    assert all(float(line.split()[0]) < START_LIMIT for line in lines[:2])
 
 
 def test_the_death_of_one_process_ends_all_and_shows_its_last_words(bench):
@@ -199,7 +199,7 @@ def test_a_signal_ends_everything_in_reverse_order(bench, number):
     launcher = bench.start()
     bench.wait_for("first.pid", "second.pid", "third.pid")
     launcher.send_signal(number)
-    assert launcher.wait(LIMIT) == 128 + number
+    assert launcher.wait(END_LIMIT) == 128 + number
     assert bench.text("ended").splitlines() == ["third SIGINT", "second SIGINT", "first SIGINT"]
     assert bench.alive() == []
 
@@ -210,7 +210,7 @@ def test_nohup_is_respected(bench):
     bench.wait_for("first.pid")
     launcher.send_signal(signal.SIGHUP)
     launcher.send_signal(signal.SIGTERM)
-    assert launcher.wait(LIMIT) == 128 + signal.SIGTERM
+    assert launcher.wait(END_LIMIT) == 128 + signal.SIGTERM
     assert bench.text("ended") == "first SIGINT\n"
 
 
@@ -220,7 +220,7 @@ def test_a_signal_while_the_stack_is_starting_leaves_nothing_behind(bench):
     launcher = bench.start()
     bench.wait_for("first.pid")
     launcher.send_signal(signal.SIGINT)
-    assert launcher.wait(LIMIT) == 130
+    assert launcher.wait(END_LIMIT) == 130
     assert bench.alive() == []
     assert not bench.path("second.pid").exists()
 
@@ -230,7 +230,7 @@ def test_who_ignores_signals_is_killed_with_its_children(bench):
     launcher = bench.start()
     bench.wait_for("deaf.pid", "child.pid")
     launcher.send_signal(signal.SIGINT)
-    assert launcher.wait(LIMIT) == 130
+    assert launcher.wait(END_LIMIT) == 130
     assert bench.alive() == []
 
 
@@ -242,7 +242,7 @@ def test_a_second_signal_does_not_wait_for_the_deaf(bench):
     wait(bench.path("asked").exists, "the deaf to be asked")
     assert launcher.poll() is None
     launcher.send_signal(signal.SIGINT)
-    assert launcher.wait(LIMIT) == 130
+    assert launcher.wait(END_LIMIT) == 130
     assert bench.alive() == []
 
 
@@ -273,7 +273,7 @@ def test_ctrl_c_reaches_the_foreground_process_alone_and_the_terminal_comes_back
         bench.wait_for("server.pid", "view.pid")
         wait(lambda: os.tcgetpgrp(main) == int(bench.text("view.pid")), "the view to own the terminal")
         os.write(main, b"\x03")
-        assert launcher.wait(LIMIT) == 130
+        assert launcher.wait(END_LIMIT) == 130
         read_until(main, "summary")
         assert bench.text("ended").splitlines() == ["view SIGINT", "server SIGINT"]
         assert bench.alive() == []
@@ -289,7 +289,7 @@ def test_a_killed_foreground_process_leaves_a_usable_terminal_and_is_reported(be
         launcher = bench.start(terminal=terminal)
         bench.wait_for("view.pid")
         os.kill(int(bench.text("view.pid")), signal.SIGKILL)
-        assert launcher.wait(LIMIT) == 128 + signal.SIGKILL
+        assert launcher.wait(END_LIMIT) == 128 + signal.SIGKILL
         output = read_until(main, "view was terminated by SIGKILL")
         assert "\x1b[?1049l\x1b[?25h" in output  # out of the full screen, with a cursor
     finally:
@@ -309,7 +309,7 @@ def test_an_early_ctrl_c_is_no_traceback():
     finally:
         signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
     tether.send_signal(signal.SIGINT)
-    _, errors = tether.communicate(timeout=LIMIT)
+    _, errors = tether.communicate(timeout=RUN_LIMIT)
     assert tether.returncode == -signal.SIGINT
     assert errors == b""
 
@@ -322,7 +322,7 @@ def test_closing_the_terminal_ends_everything(bench):
     os.close(terminal)
     bench.wait_for("server.pid", "view.pid")
     os.close(main)
-    assert launcher.wait(LIMIT) in (128 + signal.SIGHUP, 1)
+    assert launcher.wait(END_LIMIT) in (128 + signal.SIGHUP, 1)
     assert bench.alive() == []
 
 
@@ -349,7 +349,7 @@ def test_a_wrong_stack_file_is_one_line_on_stderr(tmp_path):
     path = tmp_path / "stack.toml"
     path.write_text("[[process]]\n")
     done = subprocess.run(
-        [sys.executable, "-m", "deploy", str(path)], capture_output=True, text=True, timeout=LIMIT
+        [sys.executable, "-m", "deploy", str(path)], capture_output=True, text=True, timeout=RUN_LIMIT
     )
     assert done.returncode == 1
     assert done.stderr == f"deploy: error: {path}:1: process[0]: name is missing\n"
@@ -376,4 +376,4 @@ def test_a_log_that_cannot_be_written_does_not_hold_its_process_up(bench):
     launcher = bench.start()
     bench.wait_for("talker.py.up")
     launcher.send_signal(signal.SIGINT)
-    assert launcher.wait(LIMIT) == 130
+    assert launcher.wait(END_LIMIT) == 130

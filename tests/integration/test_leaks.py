@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.limits import LIMIT
+from tests.support.limits import FOREVER, RUN_LIMIT
 from tests.support.processes import REPOSITORY
 
 CONFTEST = """
@@ -73,7 +73,7 @@ def errors(tmp_path: Path) -> Run:
             env=os.environ | {"PYTHONPATH": str(REPOSITORY), "COLUMNS": "1000"},
             capture_output=True,
             text=True,
-            timeout=LIMIT,
+            timeout=RUN_LIMIT,
             check=False,
         )
         assert re.search(rf"^{tests.count('def test_')} passed", done.stdout, re.MULTILINE), done.stdout
@@ -139,7 +139,7 @@ def starting(shared):
 def test_shared_starts(shared, starting):
     run_on(shared, lambda: (starting(), start_process(), start_communicator()))
 """,
-        limit=LIMIT,
+        limit=FOREVER,
     )
 
 

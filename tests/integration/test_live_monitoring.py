@@ -29,7 +29,7 @@ from tests.conftest import Pair
 from tests.support.calculator_servant import CalculatorI
 from tests.support.component import MonitorStub, dance_and_follow, snapshot
 from tests.support.documents import compile_to, document, load, state, sub, transition
-from tests.support.limits import CALL_LIMIT, LIMIT
+from tests.support.limits import CALL_LIMIT, RUN_LIMIT
 from tests.support.pushes import Pushes
 from tests.support.robot_server import ServedRobot, eventually, served
 from visualhfsm.errors import VisualHfsmError
@@ -132,7 +132,7 @@ async def page(robot: ServedRobot) -> AsyncIterator[Page]:
 
 def on_page(robot: ServedRobot, go: Callable[[Page], Awaitable[None]]) -> None:
     async def run() -> None:
-        async with asyncio.timeout(LIMIT), page(robot) as opened:
+        async with asyncio.timeout(RUN_LIMIT), page(robot) as opened:
             await go(opened)
 
     asyncio.run(run())

@@ -16,7 +16,7 @@ from mcap.records import Chunk
 from mcap.stream_reader import StreamReader
 
 from tests.support.documents import compile_to, document, state, sub, transition
-from tests.support.limits import CALL_LIMIT, LIMIT
+from tests.support.limits import CALL_LIMIT, RUN_LIMIT
 from tests.support.processes import free_endpoint
 from tests.support.pushes import Pushes
 from visualhfsm.child import child_environment
@@ -45,7 +45,7 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     component, path = compile_to(folder, DOCUMENT, "walker"), folder / "run.mcap"
     command = [sys.executable, str(component), "--record", str(path), "--seconds", "2", "--clock", "wall"]
     environment = child_environment() | {"VISUALHFSM_CONNECT": free_endpoint()}
-    subprocess.run(command, env=environment, timeout=LIMIT, check=True, capture_output=True)
+    subprocess.run(command, env=environment, timeout=RUN_LIMIT, check=True, capture_output=True)
     return path
 
 
@@ -163,4 +163,4 @@ def test_the_page_opens_one_and_asks_for_its_past(file: Path, tmp_path: Path) ->
         finally:
             await service.close()
 
-    asyncio.run(asyncio.wait_for(go(), LIMIT))
+    asyncio.run(asyncio.wait_for(go(), RUN_LIMIT))

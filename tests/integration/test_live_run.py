@@ -12,7 +12,7 @@ import pytest
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import read_document
 from tests.support.documents import document, state, sub, transition
-from tests.support.limits import CALL_LIMIT, LIMIT
+from tests.support.limits import CALL_LIMIT, RUN_LIMIT
 from tests.support.processes import free_endpoint
 from tests.support.pushes import Pushes
 from visualhfsm.editing.commands.states import SetStateCode
@@ -62,7 +62,7 @@ async def opened(go: Callable[[Page], object]) -> None:
     settings = Settings(realm="test-live-run", connect=(free_endpoint(),), clock="wall", timeout=CALL_LIMIT)
     services = make_services(settings)(pushes)
     try:
-        async with asyncio.timeout(LIMIT):
+        async with asyncio.timeout(RUN_LIMIT):
             await go(Page(services, pushes))  # type: ignore[misc]
     finally:
         for service in (services.running, services.live, services.code_help):

@@ -24,7 +24,7 @@ from deploy.nao.completion import complete_call, complete_camera, complete_serva
 from deploy.nao.doctor import Finding, Level, check_network
 from naoserver.fake import FakeRobot
 from tests.support.gripper import GripperI
-from tests.support.limits import LIMIT
+from tests.support.limits import END_LIMIT, RUN_LIMIT
 from tests.support.nao_command import at, nao
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.robot_server import ServedRobot, served
@@ -385,7 +385,7 @@ def test_bash_completes_also_after_an_endpoint(robot: ServedRobot) -> None:
         env={**os.environ, "VISUALHFSM_CONNECT": "", **line, "_NAO_COMPLETE": "complete_bash"},
         capture_output=True,
         text=True,
-        timeout=LIMIT,
+        timeout=RUN_LIMIT,
         check=False,
     )
     assert (done.stdout.split(), done.stderr) == (["Head.setPose", "Head.setSpeed"], "")
@@ -395,7 +395,7 @@ def test_watching_ends_quietly_at_ctrl_c_and_when_nobody_reads(robot: ServedRobo
     with ComponentProcess(nao_process("watch", "Head", "--json")) as watching:
         watching.wait_for('"sequence"')
         watching.process.send_signal(signal.SIGINT)
-        assert watching.process.wait(LIMIT) == 130
+        assert watching.process.wait(END_LIMIT) == 130
         assert "Traceback" not in watching.output
     with subprocess.Popen(
         nao_process("watch", "Head", "--json"), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
@@ -404,5 +404,5 @@ def test_watching_ends_quietly_at_ctrl_c_and_when_nobody_reads(robot: ServedRobo
         assert process.stderr is not None
         process.stdout.readline()
         process.stdout.close()
-        assert process.wait(LIMIT) != 0
+        assert process.wait(END_LIMIT) != 0
         assert process.stderr.read() == ""

@@ -12,7 +12,7 @@ import pytest
 
 from interfaces.nao import SafetyPrx
 from naoserver.fake import FakeRobot
-from tests.support.limits import LIMIT
+from tests.support.limits import END_LIMIT
 from tests.support.nao_command import at, nao
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.relay import Relay
@@ -63,7 +63,7 @@ def ready(endpoint: str, realm: str, *options: str) -> Iterator[Terminal]:
     finally:
         if process.poll() is None:
             process.kill()
-        process.wait(LIMIT)
+        process.wait(END_LIMIT)
         os.close(main)
 
 
@@ -91,7 +91,7 @@ def test_a_key_stops_the_robot(robot: RobotClient, key: bytes, leaves: bool) -> 
         assert robot.proxy(SafetyPrx, "Safety").getSafetyState().reason == "hands off"
         if not leaves:
             terminal.press(b"q")
-        assert terminal.process.wait(LIMIT) == 0
+        assert terminal.process.wait(END_LIMIT) == 0
 
 
 @pytest.mark.parametrize("end", ["q", "SIGTERM"])
@@ -103,7 +103,7 @@ def test_who_leaves_stops_nothing(robot: RobotClient, end: str) -> None:
             terminal.press(b"q")
         else:
             terminal.process.send_signal(signal.SIGTERM)
-        assert terminal.process.wait(LIMIT) == (0 if end == "q" else 128 + signal.SIGTERM)
+        assert terminal.process.wait(END_LIMIT) == (0 if end == "q" else 128 + signal.SIGTERM)
     assert not is_stopped(robot)
 
 
@@ -130,7 +130,7 @@ def test_who_leaves_after_a_stop_that_failed_is_informed(robot: RobotClient) -> 
         terminal.shows("NOT STOPPED: ")
         terminal.press(b"\x03")
         terminal.shows("the robot was NOT stopped: the robot is unreachable")
-        assert terminal.process.wait(LIMIT) == 1
+        assert terminal.process.wait(END_LIMIT) == 1
 
 
 def test_it_waits_for_a_robot_that_starts_later() -> None:
@@ -157,11 +157,11 @@ def test_the_terminal_is_left_as_it_was(robot: RobotClient) -> None:
         before = read_until(main, READY)
         os.write(main, b"q")
         after = read_until(main, "\nend")
-        assert process.wait(LIMIT) == 0
+        assert process.wait(END_LIMIT) == 0
     finally:
         if process.poll() is None:
             process.kill()
-            process.wait(LIMIT)
+            process.wait(END_LIMIT)
         os.close(main)
     modes = [set(text[text.index("speed") : text.rindex("echok")].split()) for text in (before, after)]
     assert modes[0] == modes[1]

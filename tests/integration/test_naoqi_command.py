@@ -17,7 +17,7 @@ from interfaces.nao import PoseHeadPrx
 from naoserver_naoqi.command import parse_address
 from naoserver_naoqi.libqi import connect
 from naoserver_naoqi.link import RobotAddress, call
-from tests.support.limits import LIMIT
+from tests.support.limits import CALL_LIMIT, RUN_LIMIT
 from tests.support.processes import REPOSITORY, ComponentProcess, announced, free_endpoint, module
 from tests.support.robot_server import wait_for
 from zenoh_ice import initialize
@@ -33,7 +33,7 @@ def url():
 
 @pytest.fixture
 def link(url):
-    with closing(connect(RobotAddress.parse(url), 5.0)) as link:
+    with closing(connect(RobotAddress.parse(url), CALL_LIMIT)) as link:
         yield link
 
 
@@ -54,7 +54,7 @@ def run(*options):
         capture_output=True,
         text=True,
         cwd=REPOSITORY,
-        timeout=LIMIT,
+        timeout=RUN_LIMIT,
         check=False,
     )
 
@@ -123,7 +123,7 @@ def test_it_names_what_is_not_installed(tmp_path):
         text=True,
         cwd=REPOSITORY,
         env={**os.environ, "PYTHONPATH": str(tmp_path)},
-        timeout=LIMIT,
+        timeout=RUN_LIMIT,
         check=False,
     )
     assert done.returncode == 1
@@ -135,7 +135,13 @@ def test_the_password_may_come_from_the_environment():
     environment = os.environ | {"NAOQI_PASSWORD": "secret"}
     command = module("naoserver_naoqi", "--robot", "tcps://127.0.0.1:1", "--listen", free_endpoint())
     refused = subprocess.run(
-        command, capture_output=True, text=True, cwd=REPOSITORY, timeout=LIMIT, check=False, env=environment
+        command,
+        capture_output=True,
+        text=True,
+        cwd=REPOSITORY,
+        timeout=RUN_LIMIT,
+        check=False,
+        env=environment,
     )
     assert "cannot connect to tcps://127.0.0.1:1" in refused.stderr
     assert "password" not in refused.stderr

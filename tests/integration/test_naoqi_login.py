@@ -14,7 +14,7 @@ pytest.importorskip("qi", reason="a real robot needs libqi: pip install 'visualh
 
 from naoserver_naoqi.libqi import connect
 from naoserver_naoqi.link import LinkLost, RobotAddress, call
-from tests.support.limits import LIMIT
+from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, RUN_LIMIT
 from tests.support.processes import ComponentProcess, module
 
 pytestmark = pytest.mark.skipif(shutil.which("openssl") is None, reason="openssl makes the certificate")
@@ -33,7 +33,7 @@ def certificate(tmp_path_factory):
         [*command.split(), "-keyout", key, "-out", certificate],
         check=True,
         capture_output=True,
-        timeout=LIMIT,
+        timeout=RUN_LIMIT,
     )
     context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
     context.load_cert_chain(certificate, key)
@@ -60,7 +60,7 @@ def unwrapped(context, port):
             ending.set()
             with suppress(OSError):
                 door.shutdown(socket.SHUT_RDWR)
-            relay.join(LIMIT)
+            relay.join(EVENT_LIMIT)
 
 
 def pass_on(door, context, port, ending):
@@ -80,11 +80,11 @@ def pass_on(door, context, port, ending):
 
 
 def test_calls_go_over_tls_with_a_login(certificate, port):
-    with unwrapped(certificate, port) as address, closing(connect(address, LIMIT)) as link:
+    with unwrapped(certificate, port) as address, closing(connect(address, CALL_LIMIT)) as link:
         assert len(call(link, "ALMotion.getAngles", "Body", True)) == 26
         call(link, "ALMotion.setAngles", "HeadYaw", 0.2, 1.0)
 
 
 def test_a_robot_that_wants_tls_is_not_reached_without(certificate, port):
     with unwrapped(certificate, port) as address, pytest.raises(LinkLost, match="cannot connect"):
-        connect(RobotAddress.parse(f"tcp://{address.host}:{address.port}"), 5.0)
+        connect(RobotAddress.parse(f"tcp://{address.host}:{address.port}"), CALL_LIMIT)

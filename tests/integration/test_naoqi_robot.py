@@ -14,7 +14,7 @@ from naoserver.capabilities import WalkVelocity
 from naoserver_naoqi.libqi import connect
 from naoserver_naoqi.link import NAME, CallFailed, CallTimeout, LinkLost, RobotAddress, call
 from naoserver_naoqi.robot import NaoqiRobot
-from tests.support.limits import LIMIT
+from tests.support.limits import CALL_LIMIT
 from tests.support.naoqi import connect_patiently
 from tests.support.processes import ComponentProcess, module
 from tests.support.robot_server import eventually
@@ -31,7 +31,7 @@ def address():
 
 @pytest.fixture
 def link(address):
-    with closing(connect(address, LIMIT)) as link:
+    with closing(connect(address, CALL_LIMIT)) as link:
         yield link
         call(link, "Faults.clear")
 
@@ -157,7 +157,7 @@ def test_a_call_that_takes_too_long_is_given_up(link):
 
 
 def test_a_link_that_was_closed_says_so(address):
-    link = connect(address, LIMIT)
+    link = connect(address, CALL_LIMIT)
     link.close()
     link.close()
     assert link.lost.is_set()

@@ -8,7 +8,7 @@ from interfaces.jderobot import InvalidValueException
 from interfaces.nao import LedColor, LedsPrx, SpeechPrx
 from naoserver.expression import START
 from naoserver.fake import FakeRobot
-from tests.support.limits import LIMIT
+from tests.support.limits import EVENT_LIMIT
 from tests.support.robot_server import served_to_client, wait_for
 
 RED = LedColor(red=1.0, green=0.0, blue=0.0)
@@ -71,7 +71,7 @@ def test_a_listener_that_comes_late_gets_what_does_not_change(nao, leds):
     leds.setLed("Chest", RED, 0.0)
     with nao.client() as first, nao.client() as second:
         for client in (first, second):
-            sample = client.proxy(LedsPrx, "Leds").getLeds.wait(timeout=LIMIT)
+            sample = client.proxy(LedsPrx, "Leds").getLeds.wait(timeout=EVENT_LIMIT)
             assert sample.value.colors["Chest"] == RED
 
 

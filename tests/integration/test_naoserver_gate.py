@@ -8,8 +8,9 @@ import pytest
 from interfaces.jderobot import CommandRefusedException, InvalidValueException, MotorsPrx, Pose3DMotorsPrx
 from interfaces.nao import ActionStatus, JointsPrx, MotionsPrx, PoseHeadPrx, PosturesPrx, SafetyPrx
 from naoserver.fake import FakeRobot
+from naoserver.gate import LONGEST_LEASE
 from naoserver.options import SafetyOptions, ServerOptions
-from tests.support.limits import LIMIT
+from tests.support.limits import EVENT_LIMIT, FOREVER
 from tests.support.robot_server import eventually, served_to_client, wait_for
 from tests.support.stranger import stranger
 from zenoh_ice._presence import client_token
@@ -130,7 +131,7 @@ def test_a_lease_ends_with_its_holder(nao):
 
 @pytest.mark.parametrize("same", [False, True], ids=["another token", "the very same token"])
 def test_who_declares_and_ends_tokens_of_another_client_ends_neither_its_lease_nor_its_walk(same):
-    patient = ServerOptions(safety=SafetyOptions(velocity_timeout=LIMIT))
+    patient = ServerOptions(safety=SafetyOptions(velocity_timeout=FOREVER))
     with served_to_client(FakeRobot(), patient) as nao, stranger(nao.endpoint) as intruder:
         lost: SimpleQueue[str] = SimpleQueue()
         walk = nao.proxy(MotorsPrx, "Motors")
@@ -144,7 +145,7 @@ def test_who_declares_and_ends_tokens_of_another_client_ends_neither_its_lease_n
             ]:
                 with intruder.declared(client_token(nao.realm, client, token)):
                     pass
-            assert lost.get(timeout=LIMIT) == intruder.id
+            assert lost.get(timeout=EVENT_LIMIT) == intruder.id
         assert nao.proxy(SafetyPrx, "Safety").getSafetyState().holder == "Ann"
         assert walk.getV() == pytest.approx(0.2)
         walk.setV(0.1)  # it is still Ann's
@@ -162,7 +163,7 @@ def test_the_stream_reports_each_change(nao):
     safety.emergencyStop("enough")
     wait_for(safety.getSafetyState, lambda state: state.stopped and state.reason == "enough")
     safety.resetEmergencyStop()
-    safety.acquireLease("Ann", LIMIT)
+    safety.acquireLease("Ann", LONGEST_LEASE)
     wait_for(safety.getSafetyState, lambda state: state.holder == "Ann" and state.remaining > 0.0)
     safety.releaseLease()
     wait_for(safety.getSafetyState, lambda state: not state.holder)

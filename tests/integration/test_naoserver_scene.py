@@ -7,7 +7,7 @@ from interfaces.nao import GroundTruthPrx, Quaternion, ScenePrx, TouchPrx, Vecto
 from naoserver.fake import FakeRobot
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world
-from tests.support.limits import LIMIT
+from tests.support.limits import EVENT_LIMIT
 from tests.support.robot_server import eventually, served_to_client
 from zenoh_ice import ObjectNotExistException
 
@@ -44,8 +44,8 @@ def test_what_is_placed_is_where_the_truth_has_it(scene, truth):
 
 
 def test_ground_truth_is_streamed(truth):
-    sample = truth.getGroundTruth.wait(timeout=LIMIT)
-    later = truth.getGroundTruth.wait(after=sample, timeout=LIMIT)
+    sample = truth.getGroundTruth.wait(timeout=EVENT_LIMIT)
+    later = truth.getGroundTruth.wait(after=sample, timeout=EVENT_LIMIT)
     assert later.value.time > sample.value.time
     assert isinstance(later.value.torso.orientation, Quaternion)
 

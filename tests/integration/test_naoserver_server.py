@@ -12,7 +12,7 @@ from naoserver.errors import RobotError
 from naoserver.fake import FakeRobot
 from naoserver.options import CameraOptions, ServerOptions
 from naoserver.server import serve
-from tests.support.limits import LIMIT
+from tests.support.limits import EVENT_LIMIT, START_LIMIT
 from tests.support.robot_server import eventually, served_to_client, wait_for
 from zenoh_ice import ZenohIceError, initialize
 
@@ -33,7 +33,7 @@ class CountingRobot(FakeRobot):
 
     def wait_taken(self, count):
         with self.took:
-            assert self.took.wait_for(lambda: len(self.taken) >= count, LIMIT), self.taken
+            assert self.took.wait_for(lambda: len(self.taken) >= count, EVENT_LIMIT), self.taken
 
 
 @pytest.fixture
@@ -81,7 +81,7 @@ def test_a_new_size_is_not_served_from_the_old_image(robot, nao):
 def test_the_stream_ends_with_its_last_listener(robot, nao):
     camera = nao.proxy(CameraPrx, "Camera")
     with nao.client() as listener:
-        listener.proxy(CameraPrx, "Camera").getImageData.wait(timeout=LIMIT)
+        listener.proxy(CameraPrx, "Camera").getImageData.wait(timeout=START_LIMIT)
         assert camera.getCameraDescription().streamingUri == f"{nao.realm}/Camera/getImageData"
         assert nao.proxy(HealthPrx, "Health").getHealth().cameraRates["Camera"] > 0.0
     eventually(lambda: camera.getCameraDescription().streamingUri == "")

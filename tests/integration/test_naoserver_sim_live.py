@@ -10,7 +10,7 @@ import pytest
 
 from naoserver.errors import HardwareFailure
 from naoserver_sim.robot import SimulatedRobot
-from tests.support.limits import LIMIT
+from tests.support.limits import EVENT_LIMIT, MOVE_LIMIT
 from zenoh_ice import VirtualClock
 
 pytestmark = pytest.mark.sim
@@ -19,7 +19,7 @@ FOCAL = 160 / math.tan(math.radians(56.3 / 2))
 """Focal length of the head's cameras at 320 x 240 in pixels."""
 
 
-def wait_until(condition, limit=LIMIT):
+def wait_until(condition, limit=MOVE_LIMIT):
     deadline = time.monotonic() + limit
     while not condition():
         assert time.monotonic() < deadline, "it did not happen"
@@ -180,7 +180,7 @@ class TestCameras:
         for thread in threads:
             thread.start()
         for thread in threads:
-            thread.join(LIMIT)
+            thread.join(EVENT_LIMIT)
         for camera in ("Camera", "CameraBottom"):
             times = [frame.time for frame in frames[camera]]
             assert times == sorted(times)

@@ -7,7 +7,7 @@ import pytest
 
 from interfaces.jderobot import CameraPrx, HardwareFailedException, Pose3DEncodersPrx
 from interfaces.nao import ClockPrx, PoseHeadPrx
-from tests.support.limits import LIMIT
+from tests.support.limits import END_LIMIT, START_LIMIT
 from tests.support.processes import ComponentProcess, announced, free_endpoint, module
 from tests.support.robot_server import wait_for
 from zenoh_ice import initialize
@@ -39,7 +39,7 @@ def test_head_turns_and_balls_hang_in_the_air(endpoint):
         with initialize(connect=[endpoint], listen=["tcp/127.0.0.1:0"]) as communicator:
             head = PoseHeadPrx.checkedCast(communicator.stringToProxy("Head"))
             head.setPose(0.5, 0.1, 0.5)
-            for sample in head.getPose.samples(timeout=LIMIT):
+            for sample in head.getPose.samples(timeout=START_LIMIT):
                 if abs(sample.value.pan - 0.5) < 0.02:
                     break
             ball = Pose3DEncodersPrx.checkedCast(communicator.stringToProxy("BallGreenEncoders"))
@@ -52,7 +52,7 @@ def test_camera_streams_the_size_of_the_option(endpoint):
         process.wait_for("^ready")
         with initialize(connect=[endpoint], listen=["tcp/127.0.0.1:0"]) as communicator:
             camera = CameraPrx.checkedCast(communicator.stringToProxy("Camera"))
-            image = camera.getImageData.wait(timeout=LIMIT).value
+            image = camera.getImageData.wait(timeout=START_LIMIT).value
             assert (image.description.width, image.description.height) == (640, 480)
             assert len(image.pixelData) == 640 * 480 * 3
 
@@ -111,5 +111,5 @@ def test_a_signal_in_the_middle_of_the_start_leaves_nothing_behind(endpoint, sig
         process.wait_for("starting")
         time.sleep(delay)  # however far it has come by then, it ends quietly
         process.process.send_signal(signal_number)
-        assert process.wait(LIMIT) in {128 + signal_number, -signal_number}, process.output
+        assert process.wait(END_LIMIT) in {128 + signal_number, -signal_number}, process.output
         assert "naoserver_sim" not in process.output

@@ -5,7 +5,7 @@ import signal
 import pytest
 
 from interfaces.nao import GroundTruthPrx
-from tests.support.limits import LIMIT
+from tests.support.limits import START_LIMIT
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from zenoh_ice import initialize
 
@@ -21,7 +21,7 @@ def test_robots_live_in_realms_of_their_own_and_end_together():
         for realm in ("nao", "nao2"):
             with initialize(realm=realm, connect=[endpoint], listen=["tcp/127.0.0.1:0"]) as communicator:
                 truth = GroundTruthPrx.uncheckedCast(communicator.stringToProxy("GroundTruth"))
-                assert "Ball" in truth.getGroundTruth.wait(timeout=LIMIT).value.objects
+                assert "Ball" in truth.getGroundTruth.wait(timeout=START_LIMIT).value.objects
         process.process.send_signal(signal.SIGINT)
         assert process.wait() == 130
 

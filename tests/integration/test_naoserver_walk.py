@@ -9,10 +9,10 @@ from interfaces.nao import HealthPrx, JointsPrx
 from naoserver.fake import FakeRobot
 from naoserver.fake.robot import LIMITS
 from naoserver.options import SafetyOptions, ServerOptions
-from tests.support.limits import LIMIT
+from tests.support.limits import FOREVER
 from tests.support.robot_server import eventually, served_to_client, wait_for
 
-PATIENT = ServerOptions(safety=SafetyOptions(velocity_timeout=LIMIT))
+PATIENT = ServerOptions(safety=SafetyOptions(velocity_timeout=FOREVER))
 """For tests in which a velocity is to last."""
 
 

@@ -13,13 +13,13 @@ pytest.importorskip("qi")
 
 import qi
 
-from tests.support.limits import LIMIT
+from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER, RUN_LIMIT
 from tests.support.naoqi import connected, eventually_near
 from tests.support.processes import REPOSITORY, ComponentProcess, module
 
 HEAD_YAW = "Device/SubDeviceList/HeadYaw/Position/Sensor/Value"
 ANYWHERE = "tcp://127.0.0.1:0"
-MILLISECONDS = int(LIMIT * 1000)
+MILLISECONDS = int(CALL_LIMIT * 1000)
 
 
 def server(*options):
@@ -94,7 +94,7 @@ def test_a_posture(session):
 
 
 def test_a_call_can_be_cancelled(motion):
-    future = motion.angleInterpolation("HeadYaw", 1.0, LIMIT, True, _async=True)
+    future = motion.angleInterpolation("HeadYaw", 1.0, FOREVER, True, _async=True)
     eventually_near(lambda: len(motion.getTaskList()), 1, 0)
     future.cancel()
     assert future.wait(MILLISECONDS) != qi.FutureState.Running
@@ -204,7 +204,7 @@ def test_keys_that_are_not_there(session):
 
 
 def test_calls_that_are_late(session, motion):
-    session.service("Faults").slow("ALMotion::getAngles", LIMIT)
+    session.service("Faults").slow("ALMotion::getAngles", FOREVER)
     future = motion.getAngles("HeadYaw", True, _async=True)
     assert motion.getBodyNames("Head") == ["HeadYaw", "HeadPitch"]
     assert future.isRunning()
@@ -224,7 +224,7 @@ def test_connections_that_break(session, motion, url):
     gone = threading.Event()
     session.disconnected.connect(lambda _reason: gone.set())
     session.service("Faults").disconnect(0.2)
-    assert gone.wait(LIMIT)
+    assert gone.wait(EVENT_LIMIT)
     with pytest.raises(RuntimeError):
         angle(motion)
 
@@ -247,7 +247,7 @@ def test_it_ends_cleanly_at_ctrl_c_while_it_is_used():
         with connected(process.wait_for(r"^ready: (\S+)")[1]) as session:
             services = {service["name"] for service in session.services()}
             assert "Faults" not in services
-            call = session.service("ALMotion").angleInterpolation("HeadYaw", 1.0, LIMIT, True, _async=True)
+            call = session.service("ALMotion").angleInterpolation("HeadYaw", 1.0, FOREVER, True, _async=True)
             process.process.send_signal(signal.SIGINT)
             assert process.wait() == 130
             assert call.wait(MILLISECONDS) != qi.FutureState.Running
@@ -271,7 +271,7 @@ def test_without_qi_it_names_what_to_install():
         cwd=REPOSITORY,
         capture_output=True,
         text=True,
-        timeout=LIMIT,
+        timeout=RUN_LIMIT,
         check=False,
     )
     assert result.returncode == 1

@@ -21,7 +21,7 @@ from mcap.writer import MCAP0_MAGIC, CompressionType, Writer
 
 from hfsm_runtime.replay.script import Recording
 from tests.support.documents import compile_to, document, state, sub, transition
-from tests.support.limits import LIMIT
+from tests.support.limits import END_LIMIT, RUN_LIMIT, START_LIMIT
 from tests.support.processes import REPOSITORY, ComponentProcess, module
 
 SECONDS = 2.0  # of the recording
@@ -51,7 +51,7 @@ def replay(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
         cwd=REPOSITORY,
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=RUN_LIMIT,
         check=False,
     )
 
@@ -72,7 +72,7 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
     with ComponentProcess(module("naoserver.fake", "--listen", endpoint)) as server:
         server.wait_for("ready")
         with run(file, endpoint, "--record", str(path), "--seconds", str(SECONDS)) as component:
-            assert component.wait(LIMIT) == 0, component.output
+            assert component.wait(RUN_LIMIT) == 0, component.output
     return path
 
 
@@ -172,12 +172,12 @@ def test_a_killed_component_leaves_a_recording_that_is_replayed_as_far_as_it_goe
     with ComponentProcess(module("naoserver.fake", "--listen", endpoint)) as server:
         server.wait_for("ready")
         with run(file, endpoint, "--record", str(path)) as component:
-            deadline = time.monotonic() + LIMIT
+            deadline = time.monotonic() + START_LIMIT
             while not path.exists() or path.stat().st_size < 12_000:
                 assert time.monotonic() < deadline
                 time.sleep(0.05)
             component.process.kill()
-            component.process.wait(LIMIT)
+            component.process.wait(END_LIMIT)
     done = replay(path)
     assert done.returncode == 0, done.stderr
     assert "the recording was cut off" in done.stdout
@@ -190,12 +190,12 @@ def test_ctrl_c_leaves_a_whole_recording(tmp_path: Path, endpoint: str) -> None:
     with ComponentProcess(module("naoserver.fake", "--listen", endpoint)) as server:
         server.wait_for("ready")
         with run(file, endpoint, "--record", str(path)) as component:
-            deadline = time.monotonic() + LIMIT
+            deadline = time.monotonic() + START_LIMIT
             while not path.exists() or path.stat().st_size < 12_000:
                 assert time.monotonic() < deadline
                 time.sleep(0.05)
             component.process.send_signal(signal.SIGINT)
-            assert component.wait(LIMIT) == 130
+            assert component.wait(END_LIMIT) == 130
     with path.open("rb") as read:
         summary = make_reader(read).get_summary()
         assert summary is not None
@@ -212,7 +212,7 @@ def test_ctrl_c_ends_the_process_that_replays(recorded: Path, tmp_path: Path) ->
         children = psutil.Process(process.process.pid).children(recursive=True)
         assert children
         process.process.send_signal(signal.SIGINT)
-        assert process.wait(LIMIT) == 130
+        assert process.wait(END_LIMIT) == 130
     assert not any(child.is_running() and child.status() != psutil.STATUS_ZOMBIE for child in children)
 
 

@@ -9,6 +9,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+from tests.support.limits import RUN_LIMIT
 from tests.support.pages import DOCS
 from tests.support.processes import REPOSITORY, ComponentProcess, module
 
@@ -32,7 +33,7 @@ def test_every_command_of_the_page_works(tmp_path: Path, endpoint: str) -> None:
             command = command.replace("python -m", f"{shlex.quote(sys.executable)} -P -m")
             done = subprocess.run(
                 command, shell=True, cwd=tmp_path, env=environment, capture_output=True, text=True,
-                timeout=60, check=False,
+                timeout=RUN_LIMIT, check=False,
             )  # fmt: skip
             assert done.returncode in (0, 3), f"{command}\n{done.stdout}{done.stderr}"
             codes.append(done.returncode)

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 import pytest
 
 from interfaces.nao import Clock, ClockReading
-from tests.support.limits import LIMIT
+from tests.support.limits import EVENT_LIMIT
 from zenoh_ice import (
     CommunicatorDestroyedException,
     ConnectFailedException,
@@ -60,7 +60,7 @@ def serving(servant: ClockI, endpoint: str) -> Iterator[None]:
             thread.join()
 
 
-def wait_until(condition: Callable[[], bool], limit: float = LIMIT) -> None:
+def wait_until(condition: Callable[[], bool], limit: float = EVENT_LIMIT) -> None:
     deadline = time.monotonic() + limit
     while not condition():
         assert time.monotonic() < deadline
@@ -134,7 +134,7 @@ def test_it_goes_on_while_the_robot_is_away_and_follows_the_next_one(endpoint: s
         sleeper = threading.Thread(target=sleep, daemon=True)
         sleeper.start()
         with serving(ClockI(0.0, 1.0), endpoint):
-            assert ended.wait(LIMIT)
+            assert ended.wait(EVENT_LIMIT)
             assert clock.now() < 50.0
         sleeper.join()
 
@@ -153,6 +153,6 @@ def test_destroying_the_communicator_ends_sleeps(endpoint: str) -> None:
             clock = communicator.clock
             sleeper = threading.Thread(target=sleep, daemon=True)
             sleeper.start()
-        sleeper.join(LIMIT)
+        sleeper.join(EVENT_LIMIT)
         assert not sleeper.is_alive()
     assert len(errors) == 1

@@ -18,7 +18,7 @@ from interfaces.nao import ClockPrx, HealthPrx, JointsPrx, PoseHeadPrx
 from naoserver.body import H25
 from naoserver.servants.hinge import HINGES
 from tests.support.conformance import ROBOTS
-from tests.support.limits import LIMIT
+from tests.support.limits import EVENT_LIMIT, START_LIMIT
 from tests.support.robot_server import wait_for
 from zenoh_ice import MarshalException
 
@@ -66,8 +66,8 @@ def test_it_has_the_joints_of_an_h25(body):
 
 
 def test_its_state_has_a_value_for_each_joint_and_moves_on_in_time(body):
-    first = body.getJointState.wait(timeout=LIMIT)
-    second = body.getJointState.wait(after=first, timeout=LIMIT)
+    first = body.getJointState.wait(timeout=EVENT_LIMIT)
+    second = body.getJointState.wait(after=first, timeout=EVENT_LIMIT)
     assert second.value.time > first.value.time
     assert second.time == second.value.time
     state = body.getJointState()
@@ -200,7 +200,7 @@ def test_the_head_turns_at_a_speed_while_it_is_renewed_and_then_stops(nao, head)
         wait_for(head.getPose, lambda pose: pose.pan > 0.35 and abs(pose.panSpeed - 0.4) < 0.15)
     finally:
         done.set()
-        renewing.join(LIMIT)
+        renewing.join(EVENT_LIMIT)
     wait_for(head.getPose, lambda pose: abs(pose.panSpeed) < 0.02)
     assert nao.proxy(HealthPrx, "Health").getHealth().velocityTimeouts > timeouts
 
@@ -265,7 +265,7 @@ def test_images_are_timed_by_the_robots_clock(nao, camera):
 def test_images_of_the_stream_are_a_period_apart(camera):
     assert camera.getImageFormat()[0] == "RGB8"
     times = []
-    for sample in camera.getImageData.samples(timeout=LIMIT):
+    for sample in camera.getImageData.samples(timeout=START_LIMIT):
         assert sample.value.description.format == "RGB8"
         times.append(sample.time)
         if len(times) == 8:
@@ -312,15 +312,15 @@ def test_an_unknown_pixel_format_is_refused_with_those_there_are(camera):
 
 def test_the_clock_streams_a_time_that_goes_on(nao):
     clock = nao.proxy(ClockPrx, "Clock")
-    first = clock.getTime.wait(timeout=LIMIT)
-    second = clock.getTime.wait(after=first, timeout=LIMIT)
+    first = clock.getTime.wait(timeout=EVENT_LIMIT)
+    second = clock.getTime.wait(after=first, timeout=EVENT_LIMIT)
     assert second.value.time > first.value.time
     assert second.value.rate > 0.0
     assert second.value.simulated == nao.robot.clock.simulated
 
 
 def test_health_reports_that_it_stands(nao):
-    report = nao.proxy(HealthPrx, "Health").getHealth.wait(timeout=LIMIT).value
+    report = nao.proxy(HealthPrx, "Health").getHealth.wait(timeout=EVENT_LIMIT).value
     assert not report.fallen
     assert report.torsoTilt < 0.2
     assert report.cameraRates.keys() >= {"Camera", "CameraBottom"}

@@ -36,7 +36,7 @@ from naoserver.body import H25
 from naoserver.motions.postures import POSTURES
 from naoserver.servants.hinge import HINGES
 from tests.support.conformance import PATIENT, ROBOTS
-from tests.support.limits import LIMIT
+from tests.support.limits import EVENT_LIMIT, MOVE_LIMIT
 from tests.support.robot_server import eventually, wait_for
 from zenoh_ice import ObjectNotExistException
 
@@ -126,7 +126,7 @@ def test_it_walks_as_fast_as_commanded_and_straight(walking):
     seen: deque[tuple[float, float]] = deque()
     """When it was where, over the last 0.1 m."""
     assert motors.setV(SPEED) == 0
-    for sample in encoders.getEncodersData.samples(timeout=LIMIT):
+    for sample in encoders.getEncodersData.samples(timeout=EVENT_LIMIT):
         time, x = sample.time, sample.value.robotx - start.robotx
         while len(seen) > 1 and x - seen[1][1] > 0.1:
             seen.popleft()
@@ -134,7 +134,7 @@ def test_it_walks_as_fast_as_commanded_and_straight(walking):
         begin, near = seen[0]
         if x - near > 0.1 and (x - near) / (time - begin) == pytest.approx(SPEED, rel=SPEED_TOLERANCE):
             break
-        assert x < LIMIT * SPEED, "it does not walk at this speed"
+        assert x < MOVE_LIMIT * SPEED, "it does not walk at this speed"
     assert motors.setV(0.0) == 0
     after = encoders.getEncodersData()
     assert abs(after.roboty - start.roboty) < 0.05
@@ -192,8 +192,8 @@ def test_a_walk_that_is_not_renewed_stops_by_itself_and_that_is_counted(nao):
 
 def test_the_inertial_unit_feels_a_robot_that_stands(nao):
     unit = nao.proxy(InertialUnitPrx, "InertialUnit")
-    first = unit.getInertialReading.wait(timeout=LIMIT)
-    second = unit.getInertialReading.wait(after=first, timeout=LIMIT)
+    first = unit.getInertialReading.wait(timeout=EVENT_LIMIT)
+    second = unit.getInertialReading.wait(after=first, timeout=EVENT_LIMIT)
     assert second.value.time > first.value.time
 
     def at_rest(reading):
@@ -229,7 +229,7 @@ def test_the_sonar_reports_distances_within_its_limits_or_none(nao):
     limits = sonar.getSonarLimits()
     assert 0.0 < limits.nearest < limits.farthest < 10.0
     assert math.radians(20) < limits.cone < math.radians(90)
-    reading = sonar.getSonarReading.wait(timeout=LIMIT).value
+    reading = sonar.getSonarReading.wait(timeout=EVENT_LIMIT).value
     for distance in (reading.left, reading.right):
         assert distance == math.inf or limits.nearest <= distance <= limits.farthest
 
@@ -241,7 +241,7 @@ def test_nothing_touches_it_and_the_sensors_have_names(nao):
 
 
 def test_the_battery_is_reported(nao):
-    reading = nao.proxy(BatteryPrx, "Battery").getBatteryReading.wait(timeout=LIMIT).value
+    reading = nao.proxy(BatteryPrx, "Battery").getBatteryReading.wait(timeout=EVENT_LIMIT).value
     assert 0.0 <= reading.charge <= 1.0
     assert -20.0 < reading.current < 20.0
     assert 0.0 < reading.temperature < 60.0
@@ -439,7 +439,7 @@ def test_streams_go_on_in_time(nao):
         (InertialUnitPrx, "InertialUnit", "getInertialReading"),
     ):
         times = []
-        for sample in getattr(nao.proxy(interface, identity), operation).samples(timeout=LIMIT):
+        for sample in getattr(nao.proxy(interface, identity), operation).samples(timeout=EVENT_LIMIT):
             times.append(sample.time)
             if len(set(times)) == 3:
                 break

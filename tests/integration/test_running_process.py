@@ -12,7 +12,7 @@ from pathlib import Path
 import psutil
 import pytest
 
-from tests.support.limits import LIMIT
+from tests.support.limits import END_LIMIT, RUN_LIMIT
 from tests.support.processes import REPOSITORY
 from tests.support.running import eventually
 from visualhfsm.child import ChildProcess, Lines
@@ -32,7 +32,7 @@ class Output:
         self.changed.set()
 
     async def wait_for(self, text: str) -> None:
-        async with asyncio.timeout(LIMIT):
+        async with asyncio.timeout(RUN_LIMIT):
             while not any(text in line for _, line in self.lines):
                 self.changed.clear()
                 await self.changed.wait()
@@ -49,7 +49,7 @@ def test_both_streams_are_reported_line_by_line_with_the_exit_code() -> None:
         output = Output()
         code = "import sys; print('one'); print('two'); sys.stderr.write('bad\\nrest'); sys.exit(3)"
         child = await started(code, output)
-        assert await asyncio.wait_for(child.wait(), LIMIT) == 3
+        assert await asyncio.wait_for(child.wait(), RUN_LIMIT) == 3
         assert [line for line in output.lines if line[0] == "out"] == [("out", "one"), ("out", "two")]
         assert [line for line in output.lines if line[0] == "err"] == [("err", "bad"), ("err", "rest")]
 
@@ -60,7 +60,7 @@ def test_a_flood_is_bounded_and_counted() -> None:
     async def go() -> None:
         output = Output()
         child = await started("for number in range(200_000): print(number)", output)
-        assert await asyncio.wait_for(child.wait(), LIMIT) == 0
+        assert await asyncio.wait_for(child.wait(), RUN_LIMIT) == 0
         assert len(output.lines) + output.dropped == 200_000
         assert output.dropped > 0
         assert output.lines[-1] == ("out", "199999")
@@ -72,7 +72,7 @@ def test_a_line_without_end_is_cut_into_pieces() -> None:
     async def go() -> None:
         output = Output()
         child = await started("import sys; sys.stdout.write('x' * 10_000)", output)
-        await asyncio.wait_for(child.wait(), LIMIT)
+        await asyncio.wait_for(child.wait(), RUN_LIMIT)
         assert [len(line) for _, line in output.lines] == [4000, 4000, 2000]
 
     asyncio.run(go())
@@ -96,7 +96,7 @@ def test_stopping_rises_in_force(ignored: str, expected: int) -> None:
         output = Output()
         child = await started(IGNORES.format(ignored), output)
         await output.wait_for("up")
-        await child.stop((0.3, 0.3) if ignored else (LIMIT, LIMIT))
+        await child.stop((0.3, 0.3) if ignored else (END_LIMIT, END_LIMIT))
         assert await child.wait() == expected
 
     asyncio.run(go())
@@ -111,7 +111,7 @@ def test_what_a_child_leaves_behind_ends_with_it() -> None:
             "print('pid', other.pid)"
         )
         child = await started(code, output)
-        assert await asyncio.wait_for(child.wait(), LIMIT) == 0
+        assert await asyncio.wait_for(child.wait(), RUN_LIMIT) == 0
         return int(output.lines[0][1].split()[1])
 
     pid = asyncio.run(go())
@@ -142,7 +142,7 @@ def test_a_child_ends_with_a_server_that_is_killed() -> None:
         pid = int(server.stdout.readline())
         child = psutil.Process(pid)
         server.kill()
-        server.wait(LIMIT)
+        server.wait(END_LIMIT)
         eventually(lambda: not child.is_running() or child.status() == psutil.STATUS_ZOMBIE)
 
 
@@ -151,7 +151,7 @@ def test_a_command_that_does_not_exist_is_reported(tmp_path: Path) -> None:
         output = Output()
         child = ChildProcess(output)
         await child.start([str(tmp_path / "missing")], os.environ)
-        assert await asyncio.wait_for(child.wait(), LIMIT) == 127
+        assert await asyncio.wait_for(child.wait(), RUN_LIMIT) == 127
         assert "cannot run" in output.lines[0][1]
 
     asyncio.run(go())

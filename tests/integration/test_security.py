@@ -15,7 +15,7 @@ import pytest
 from interfaces.jderobot import ImageProviderPrx
 from interfaces.nao import HeadLimits, HeadPose, PoseHead, PoseHeadPrx
 from tests.support.image_servant import ImageI, image
-from tests.support.limits import LIMIT
+from tests.support.limits import EVENT_LIMIT, START_LIMIT
 from tests.support.processes import free_endpoint
 from tests.support.security import Keys, routing
 from tests.support.stranger import session_of
@@ -125,7 +125,7 @@ def test_the_robot_learns_at_once_of_a_user_who_is_gone(keys: Keys, router: None
         operator = open_with(keys.settings("operator"))
         proxy(operator).setPose(0.0, 0.0, 0.5)
         operator.destroy()
-        assert lost.get(timeout=LIMIT) == operator.client_id
+        assert lost.get(timeout=EVENT_LIMIT) == operator.client_id
 
 
 @pytest.mark.parametrize("same", [False, True], ids=["another token", "the very same token"])
@@ -144,18 +144,18 @@ def test_a_user_who_declares_and_ends_tokens_of_another_does_not_end_that_one(
             for _ in range(5):
                 session_of(student).liveliness().declare_token(forged).undeclare()
             student.destroy()
-            assert lost.get(timeout=LIMIT) == student.client_id
+            assert lost.get(timeout=EVENT_LIMIT) == student.client_id
             proxy(operator).setPose(0.0, 0.0, 0.5)
             operator.destroy()
-            assert lost.get(timeout=LIMIT) == operator.client_id
+            assert lost.get(timeout=EVENT_LIMIT) == operator.client_id
 
 
 def test_a_student_reads_streams(keys: Keys, head: HeadI, open_with: Open) -> None:
     student = proxy(open_with(keys.settings("student")))
     assert student.getPose.latest() is None  # from now on it listens
-    assert listened(head.getPosePublisher, LIMIT)
+    assert listened(head.getPosePublisher, EVENT_LIMIT)
     head.getPosePublisher.publish(pose(0.5), time=1.0)
-    assert student.getPose.wait(timeout=LIMIT).value.pan == 0.5
+    assert student.getPose.wait(timeout=EVENT_LIMIT).value.pan == 0.5
 
 
 def test_the_tokens_of_a_student_reach_nobody(keys: Keys, router: None, open_with: Open) -> None:
@@ -168,7 +168,7 @@ def test_the_tokens_of_a_student_reach_nobody(keys: Keys, router: None, open_wit
         session_of(student).liveliness().declare_token(f"@client/nao/{operator.client_id}/-").undeclare()
         student.destroy()
         operator.destroy()
-        assert lost.get(timeout=LIMIT) == operator.client_id
+        assert lost.get(timeout=EVENT_LIMIT) == operator.client_id
         assert lost.empty()
 
 
@@ -184,7 +184,7 @@ def test_who_holds_no_token_gets_images_over_the_network(keys: Keys, router: Non
     with session_of(student).declare_subscriber(
         "nao/Camera/getImageData", lambda sample: sizes.append(len(sample.payload))
     ):
-        assert listened(servant.getImageDataPublisher, LIMIT)
+        assert listened(servant.getImageDataPublisher, EVENT_LIMIT)
         numbers = itertools.count()
 
         def received() -> int:
@@ -221,7 +221,7 @@ def test_oneway_calls_are_granted_as_others_are(keys: Keys, head: HeadI, open_wi
     proxy(student).ice_oneway().stop()
     proxy(student).getPose()  # whatever was sent before it has arrived
     proxy(operator).ice_oneway().stop()
-    assert head.stopped.get(timeout=LIMIT) == operator.client_id
+    assert head.stopped.get(timeout=EVENT_LIMIT) == operator.client_id
     assert head.stopped.empty()
 
 
@@ -255,12 +255,12 @@ def test_a_sample_that_the_robot_did_not_publish_reaches_nobody(
 ) -> None:
     student, forger = proxy(open_with(keys.settings("student"))), open_with(keys.settings("student"))
     student.getPose.latest()
-    assert listened(head.getPosePublisher, LIMIT)
+    assert listened(head.getPosePublisher, EVENT_LIMIT)
     session_of(forger).put("nao/Head/getPose", b"forged")
     # What is sent after it on the same way and is answered has overtaken nothing.
     assert proxy(forger).getPose().pan == 0.25
     head.getPosePublisher.publish(pose(0.5), time=1.0)
-    sample = student.getPose.wait(timeout=LIMIT)
+    sample = student.getPose.wait(timeout=EVENT_LIMIT)
     assert (sample.value.pan, sample.sequence) == (0.5, 1)
 
 
@@ -396,7 +396,7 @@ def test_calls_go_on_after_the_router_was_started_again(keys: Keys, open_with: O
     with pytest.raises((ConnectionLostException, TimeoutException)):
         student.ice_invocationTimeout(300).getPose()
     with routing(keys.settings("router")):
-        deadline = time.monotonic() + LIMIT
+        deadline = time.monotonic() + START_LIMIT
         while True:
             try:
                 assert student.ice_invocationTimeout(300).getPose().pan == 0.25

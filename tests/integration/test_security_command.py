@@ -14,7 +14,7 @@ from cryptography import x509
 from deploy.router import DEFAULTS, serve
 from deploy.security.command import app
 from deploy.security.folder import SecurityFilesError, hosts_of
-from tests.support.limits import LIMIT
+from tests.support.limits import CALL_LIMIT, START_LIMIT
 from tests.support.security import Keys
 from tests.support.stranger import session_of
 from zenoh_ice import initialize
@@ -166,8 +166,8 @@ def test_zenohd_does_the_same_with_its_own_file(tmp_path: Path) -> None:
         initialize(keys.settings("student")) as student,
         session_of(robot).declare_queryable("nao/Head/*", answer),
     ):
-        deadline = time.monotonic() + LIMIT  # for word of the queryable
-        while not (replies := list(session_of(student).get("nao/Head/getPose", timeout=LIMIT))):
+        deadline = time.monotonic() + START_LIMIT  # for word of the queryable
+        while not (replies := list(session_of(student).get("nao/Head/getPose", timeout=CALL_LIMIT))):
             assert time.monotonic() < deadline
         assert len(replies) == 1
-        assert list(session_of(student).get("nao/Head/setPose", timeout=LIMIT)) == []
+        assert list(session_of(student).get("nao/Head/setPose", timeout=CALL_LIMIT)) == []

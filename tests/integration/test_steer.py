@@ -19,7 +19,7 @@ from interfaces.hfsm import ComponentStatus
 from tests.conftest import Pair
 from tests.integration.test_hfsm_monitor import eventually
 from tests.support.documents import compile_to, document, load, state, sub, transition
-from tests.support.limits import LIMIT
+from tests.support.limits import EVENT_LIMIT
 from tests.support.processes import ComponentProcess, module
 from visualhfsm.command import app
 from visualhfsm.errors import VisualHfsmError
@@ -120,7 +120,7 @@ def test_a_pause_names_a_cycle_that_still_runs(pair: Pair, tmp_path: Path) -> No
         runtime.start()
         try:
             shell = Shell(pair.endpoint, runtime, tmp_path / "stuck.xml")
-            assert component.entered.wait(10)
+            assert component.entered.wait(EVENT_LIMIT)
             result = shell.result("pause", "stuck")
             assert "stuck paused at" in result.stdout
             assert result.stderr == (
@@ -310,7 +310,7 @@ def test_the_document_is_found_where_it_is_expected(
 
 def test_stop_ends_the_component(shell: Shell) -> None:
     assert shell("stop", "walker") == "walker ends\n"
-    assert shell.runtime.ended.wait(LIMIT)
+    assert shell.runtime.ended.wait(EVENT_LIMIT)
 
 
 @pytest.mark.parametrize(

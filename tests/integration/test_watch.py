@@ -18,7 +18,7 @@ from msgspec.structs import replace
 from interfaces.hfsm import ComponentSnapshot, ComponentStructure
 from naoserver.fake import FakeRobot
 from tests.support.component import MonitorStub, dance_and_follow, snapshot
-from tests.support.limits import LIMIT
+from tests.support.limits import END_LIMIT, RUN_LIMIT, START_LIMIT
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.robot_server import ServedRobot, eventually, served
 from tests.support.stranger import session_of
@@ -81,7 +81,7 @@ def watch(robot: ServedRobot, *arguments: str) -> list[str]:
 
 def run(command: list[str]) -> tuple[int, str]:
     with ComponentProcess(command) as process:
-        return process.wait(LIMIT), process.output
+        return process.wait(RUN_LIMIT), process.output
 
 
 def test_a_component_is_reported_line_by_line_and_summed_up(robot: ServedRobot) -> None:
@@ -194,7 +194,7 @@ def test_a_lost_server_is_reported_and_found_again(tmp_path: Path) -> None:
         seen = len(watcher.output)
         second = stack.enter_context(ComponentProcess(server))
         second.wait_for("ready")
-        deadline = time.monotonic() + LIMIT
+        deadline = time.monotonic() + START_LIMIT
         while "images/s" not in watcher.output[seen:]:
             assert time.monotonic() < deadline, watcher.output
             time.sleep(0.05)
@@ -213,11 +213,11 @@ def test_ctrl_c_in_a_terminal_leaves_the_screen_and_sums_up(robot: ServedRobot) 
             assert "● followBall" in output
             os.write(main, b"\x03")
             output += read_until(main, "changes of state")
-            assert watcher.wait(LIMIT) == 130
+            assert watcher.wait(END_LIMIT) == 130
         finally:
             if watcher.poll() is None:
                 watcher.kill()
-                watcher.wait(LIMIT)
+                watcher.wait(END_LIMIT)
             os.close(main)
     entered, left = output.index("\x1b[?1049h"), output.index("\x1b[?1049l")
     assert entered < left < output.index("changes of state")
@@ -230,7 +230,7 @@ def test_sigterm_ends_the_command(robot: ServedRobot) -> None:
     ):
         watcher.wait_for("followBall")
         watcher.process.send_signal(signal.SIGTERM)
-        assert watcher.wait(LIMIT) == 143
+        assert watcher.wait(END_LIMIT) == 143
         assert "Traceback" not in watcher.output
 
 
@@ -245,7 +245,7 @@ def listening(robot: ServedRobot) -> Iterator[Telemetry]:
 
 def wait_until(telemetry: Telemetry, condition: object) -> None:
     assert callable(condition)
-    deadline = time.monotonic() + LIMIT
+    deadline = time.monotonic() + START_LIMIT
     while not condition(telemetry.update()):
         assert time.monotonic() < deadline
         time.sleep(0.02)

@@ -19,7 +19,7 @@ from websockets.sync.client import connect
 from websockets.typing import Origin
 
 from tests.support.editor import DOCUMENT, Window
-from tests.support.limits import LIMIT
+from tests.support.limits import END_LIMIT, PAGE_LIMIT, START_LIMIT
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from visualhfsm.command import app
 from visualhfsm.web.server import launch_browser
@@ -49,7 +49,7 @@ def test_a_signal_ends_everything_in_an_orderly_way(
         address = process.wait_for(ADDRESS)
         cookies = CookieJar()
         urllib.request.build_opener(urllib.request.HTTPCookieProcessor(cookies)).open(
-            address[0], timeout=LIMIT
+            address[0], timeout=PAGE_LIMIT
         ).close()
         (cookie,) = cookies
         port = int(address[1])
@@ -67,7 +67,7 @@ def test_a_signal_ends_everything_in_an_orderly_way(
             assert children  # the one that checks
             process.process.send_signal(number)
             assert process.wait() == code
-        _, left = psutil.wait_procs(children, LIMIT)
+        _, left = psutil.wait_procs(children, END_LIMIT)
         assert not [child for child in left if child.status() != psutil.STATUS_ZOMBIE]
         assert re.search("WARNING .*robot has unsaved changes", process.output)
         assert "Traceback" not in process.output
@@ -147,7 +147,7 @@ def test_a_document_that_cannot_be_opened_is_reported(tmp_path: Path) -> None:
 
 def content(file: Path) -> str:
     """Return what a file holds once it is there."""
-    until = time.monotonic() + LIMIT
+    until = time.monotonic() + START_LIMIT
     while not (file.exists() and file.read_text()):
         assert time.monotonic() < until, "the browser was not opened"
         time.sleep(0.01)

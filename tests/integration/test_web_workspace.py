@@ -15,7 +15,7 @@ from websockets.exceptions import ConnectionClosed
 
 from tests.support.editor import DOCUMENT, Editor, NoService, Refused, Window, editor
 from tests.support.editor import services as make_services
-from tests.support.limits import LIMIT
+from tests.support.limits import EVENT_LIMIT, FOREVER
 from tests.support.robot_server import eventually
 from visualhfsm.editing.places import Place
 from visualhfsm.errors import VisualHfsmError
@@ -323,7 +323,7 @@ def test_so_many_questions_at_a_time_and_no_more(root: Path) -> None:
 
     class SlowHelp(NoService):
         async def interfaces(self) -> object:
-            return await asyncio.to_thread(gate.wait, LIMIT)
+            return await asyncio.to_thread(gate.wait, FOREVER)
 
     limits = Limits(concurrent_operations=2)
     with (
@@ -343,12 +343,12 @@ def test_nothing_that_is_under_way_keeps_a_run_or_a_stop_out(root: Path) -> None
 
     class SlowHelp(NoService):
         async def interfaces(self) -> object:
-            return await asyncio.to_thread(gate.wait, LIMIT)
+            return await asyncio.to_thread(gate.wait, FOREVER)
 
     class Steered(NoService):
         async def control(self, component: str, action: str, arguments: Mapping[str, Any]) -> object:
             if action == "explain":
-                await asyncio.to_thread(gate.wait, LIMIT)
+                await asyncio.to_thread(gate.wait, FOREVER)
             return action
 
     limits = Limits(concurrent_operations=1)
@@ -548,18 +548,18 @@ def test_code_help_gets_the_document_as_it_is(served: Editor) -> None:
 
 def test_a_picture_is_sent_when_the_last_one_was_drawn(served: Editor) -> None:
     with served.socket("/camera/top") as socket:
-        assert socket.recv(LIMIT) == b"0"
+        assert socket.recv(EVENT_LIMIT) == b"0"
         with pytest.raises(TimeoutError):
             socket.recv(0.1)
         for index in range(1, 5):
             socket.send("drawn")
-            assert socket.recv(LIMIT) == b"%d" % index
+            assert socket.recv(EVENT_LIMIT) == b"%d" % index
 
 
 def test_a_camera_that_is_not_there_is_reported(served: Editor) -> None:
     with served.socket("/camera/side") as socket:
         with pytest.raises(ConnectionClosed):
-            socket.recv(LIMIT)
+            socket.recv(EVENT_LIMIT)
         assert socket.close_code == 4404
         assert socket.close_reason == "there is no camera side"
 

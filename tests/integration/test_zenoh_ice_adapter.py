@@ -10,7 +10,7 @@ import pytest
 
 from tests.conftest import Pair
 from tests.support.gripper import GripperI, GripperPrx
-from tests.support.limits import AT_ONCE, LIMIT
+from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER
 from tests.support.waiting import until
 from zenoh_ice import (
     AlreadyRegisteredException,
@@ -73,11 +73,11 @@ class TestIdentities:
         ]
         for thread in threads:
             thread.start()
-        assert servant.entered.acquire(timeout=LIMIT)
+        assert servant.entered.acquire(timeout=EVENT_LIMIT)
         assert not servant.entered.acquire(timeout=0.2)
         servant.leave.set()
         for thread in threads:
-            thread.join(LIMIT)
+            thread.join(EVENT_LIMIT)
         assert servant.moved == [1.0, 1.0]
 
     def test_servant_may_call_itself_under_another_name(self, pair: Pair) -> None:
@@ -111,16 +111,16 @@ class TestLife:
         servant = GripperI()
         servant.leave.clear()
         pair.adapter.add(servant, "Gripper")
-        proxy = gripper(caller, "Gripper").ice_invocationTimeout(LIMIT * 1000)
+        proxy = gripper(caller, "Gripper").ice_invocationTimeout(FOREVER * 1000)
         with ThreadPoolExecutor(2) as threads:
             first = threads.submit(proxy.move, 1.0)
-            assert servant.entered.acquire(timeout=LIMIT)
+            assert servant.entered.acquire(timeout=EVENT_LIMIT)
             second = threads.submit(proxy.move, 2.0)
             until(lambda: waiting(pair, "Gripper") == 1)
             pair.adapter.removeAll(["Gripper"])
-            assert isinstance(second.exception(AT_ONCE), ObjectNotExistException)
+            assert isinstance(second.exception(EVENT_LIMIT), ObjectNotExistException)
             servant.leave.set()
-            assert first.exception(LIMIT) is None
+            assert first.exception(EVENT_LIMIT) is None
         assert servant.moved == [1.0]
 
     def test_servant_that_removes_itself_hangs_nobody(self, pair: Pair) -> None:
@@ -132,14 +132,14 @@ class TestLife:
         servant = Leaving()
         servant.leave.clear()
         pair.adapter.add(servant, "Gripper")
-        proxy = gripper(pair.client, "Gripper").ice_invocationTimeout(LIMIT * 1000)
+        proxy = gripper(pair.client, "Gripper").ice_invocationTimeout(FOREVER * 1000)
         first = proxy.move.begin(1.0)
-        assert servant.entered.acquire(timeout=LIMIT)
+        assert servant.entered.acquire(timeout=EVENT_LIMIT)
         second = proxy.move.begin(2.0)
         until(lambda: waiting(pair, "Gripper") == 1)
         servant.leave.set()
-        assert first.exception(LIMIT) is None
-        assert isinstance(second.exception(AT_ONCE), ObjectNotExistException)
+        assert first.exception(EVENT_LIMIT) is None
+        assert isinstance(second.exception(EVENT_LIMIT), ObjectNotExistException)
 
     def test_adapter_can_be_deactivated_and_activated_again(self, pair: Pair, caller: Communicator) -> None:
         pair.adapter.add(GripperI("own"), "Ball")
@@ -156,12 +156,12 @@ class TestLife:
         slow = GripperI()
         slow.leave.clear()
         pair.adapter.add(slow, "Ball")
-        busy = gripper(pair.client, "Ball").ice_invocationTimeout(LIMIT * 1000).move.begin(1.0)
-        assert slow.entered.acquire(timeout=LIMIT)
+        busy = gripper(pair.client, "Ball").ice_invocationTimeout(FOREVER * 1000).move.begin(1.0)
+        assert slow.entered.acquire(timeout=EVENT_LIMIT)
         pair.adapter.deactivate()
         assert "a call of Ball@nao still runs" in caplog.text
         slow.leave.set()
-        assert busy.exception(LIMIT) is None
+        assert busy.exception(CALL_LIMIT) is None
         assert slow.moved == [1.0]
 
 

@@ -26,7 +26,7 @@ from tests.support.calculator import (
 )
 from tests.support.calculator_servant import CalculatorI, drains
 from tests.support.gripper import GripperI, GripperPrx
-from tests.support.limits import AT_ONCE, LIMIT
+from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER
 from tests.support.stranger import session_of
 from zenoh_ice import (
     BusyException,
@@ -96,11 +96,11 @@ class TestValues:
         assert calculator.add(numpy.float64(1.0), numpy.float32(2.0)) == 3.0
 
     def test_future_has_the_result(self, calculator: ScientificPrx) -> None:
-        assert calculator.add.begin(1.0, 2.0).result(LIMIT) == 3.0
+        assert calculator.add.begin(1.0, 2.0).result(CALL_LIMIT) == 3.0
 
     def test_first_call_of_a_proxy_may_be_asynchronous(self, pair: Pair, servant: CalculatorI) -> None:
         proxy = CalculatorPrx.uncheckedCast(pair.client.stringToProxy("Calculator"))
-        assert proxy.add.begin(1.0, 2.0).result(LIMIT) == 3.0
+        assert proxy.add.begin(1.0, 2.0).result(CALL_LIMIT) == 3.0
 
     def test_servant_knows_the_caller(self, calculator: ScientificPrx) -> None:
         assert calculator.who() == calculator.ice_getCommunicator().client_id
@@ -165,7 +165,7 @@ class TestExceptions:
 
     def test_future_has_the_exception(self, calculator: ScientificPrx) -> None:
         with pytest.raises(DivisionByZero):
-            calculator.divide.begin(1.0, 0.0).result(LIMIT)
+            calculator.divide.begin(1.0, 0.0).result(EVENT_LIMIT)
 
     def test_missing_operation_is_named(self, calculator: ScientificPrx) -> None:
         class _Nothing(Struct):
@@ -258,7 +258,7 @@ class TestHostileTokens:
         for client in ("\x1b[2J", "c0ffee"):
             with session_of(pair.client).liveliness().declare_token(client_token("nao", client)):
                 session_of(pair.client).liveliness().get(client_token("nao", client))
-        assert reported.wait(LIMIT)
+        assert reported.wait(EVENT_LIMIT)
         assert lost == ["c0ffee"]
 
 
@@ -274,7 +274,7 @@ class TestHostileRequests:
         self, session: zenoh.Session, operation: str, payload: bytes, attachment: bytes | None = None
     ) -> Exception:
         (reply,) = session.get(
-            f"nao/Calculator/{operation}", payload=payload, attachment=attachment, timeout=LIMIT
+            f"nao/Calculator/{operation}", payload=payload, attachment=attachment, timeout=CALL_LIMIT
         )
         assert reply.err is not None
         assert str(reply.err.encoding) == ERROR_ENCODING
@@ -313,7 +313,7 @@ class TestHostileRequests:
             assert isinstance(self._ask(session, name, b"\x80"), OperationNotExistException)
 
     def test_call_addressed_to_many_is_refused(self, session: zenoh.Session, servant: CalculatorI) -> None:
-        (reply,) = session.get("nao/*/count", payload=b"\x80", timeout=LIMIT)
+        (reply,) = session.get("nao/*/count", payload=b"\x80", timeout=CALL_LIMIT)
         assert reply.err is not None
         assert servant.counted == 0
 
@@ -352,8 +352,8 @@ class TestPresence:
         for name, servant in servants.items():
             pair.adapter.add(servant, name)
         for name, servant in servants.items():
-            CalculatorPrx.checkedCast(pair.client.stringToProxy(name)).sleep.begin(LIMIT)
-            assert servant.entered.wait(LIMIT)
+            CalculatorPrx.checkedCast(pair.client.stringToProxy(name)).sleep.begin(FOREVER)
+            assert servant.entered.wait(EVENT_LIMIT)
         assert pair.adapter.removeAll([*names, "Absent"] if named else None) == servants
         assert len(waited) == len(servants)
         assert sum(waited) <= 1.0
@@ -390,7 +390,7 @@ class TestPresence:
         with pytest.raises(InterfaceMismatchException) as caught:
             proxy.add(1.0, 2.0)
         with pytest.raises(InterfaceMismatchException) as caught_async:
-            proxy.add.begin(1.0, 2.0).result(LIMIT)
+            proxy.add.begin(1.0, 2.0).result(CALL_LIMIT)
         for error in (caught.value, caught_async.value):
             assert "the proxy has `::test::Calculator::add(int a, double b): double` where" in error.member
             assert error.member in str(error)
@@ -421,39 +421,39 @@ class TestTime:
     def test_slow_call_ends_with_a_timeout(self, calculator: ScientificPrx, servant: CalculatorI) -> None:
         hurried = calculator.ice_invocationTimeout(200)
         with pytest.raises(TimeoutException, match=r"Calculator.sleep did not answer within 0.2 s"):
-            hurried.sleep(LIMIT)
+            hurried.sleep(FOREVER)
         servant.leave.set()
 
     def test_future_ends_with_a_timeout(self, calculator: ScientificPrx, servant: CalculatorI) -> None:
         with pytest.raises(TimeoutException):
-            calculator.ice_invocationTimeout(200).sleep.begin(LIMIT).result(LIMIT)
+            calculator.ice_invocationTimeout(200).sleep.begin(FOREVER).result(EVENT_LIMIT)
         servant.leave.set()
 
     def test_call_whose_caller_gave_up_is_not_executed(
         self, remote: ScientificPrx, servant: CalculatorI
     ) -> None:
-        busy = remote.sleep.begin(LIMIT)
-        assert servant.entered.wait(LIMIT)
+        busy = remote.sleep.begin(FOREVER)
+        assert servant.entered.wait(EVENT_LIMIT)
         with pytest.raises(TimeoutException):
             remote.ice_invocationTimeout(100).count()
         servant.leave.set()
-        busy.result(LIMIT)
+        busy.result(CALL_LIMIT)
         assert remote.count() == 1
 
     def test_slow_servant_delays_no_other(
         self, pair: Pair, remote: ScientificPrx, servant: CalculatorI
     ) -> None:
         pair.adapter.add(CalculatorI(), "Quick")
-        busy = remote.sleep.begin(LIMIT)
-        assert servant.entered.wait(LIMIT)
+        busy = remote.sleep.begin(FOREVER)
+        assert servant.entered.wait(EVENT_LIMIT)
         quick = CalculatorPrx.checkedCast(pair.client.stringToProxy("Quick"))
         assert quick.add(1.0, 2.0) == 3.0
         assert not busy.done()
         servant.leave.set()
-        busy.result(LIMIT)
+        busy.result(CALL_LIMIT)
 
     def test_calls_of_a_servant_run_one_at_a_time(self, remote: ScientificPrx, servant: CalculatorI) -> None:
-        wait([remote.sleep.begin(0.02) for _ in range(10)], LIMIT)
+        wait([remote.sleep.begin(0.02) for _ in range(10)], EVENT_LIMIT)
         assert servant.most_running == 1
 
     @pytest.mark.parametrize("oneway", [False, True])
@@ -470,7 +470,7 @@ class TestTime:
                     (gripper.ice_oneway() if oneway else gripper).move.begin(float(number))
                     for number in range(burst, burst + 50)
                 ]
-                assert [call.result(LIMIT) for call in calls] == [None] * 50
+                assert [call.result(CALL_LIMIT) for call in calls] == [None] * 50
                 gripper.who()
         finally:
             sys.setswitchinterval(switch_interval)
@@ -481,27 +481,27 @@ class TestTime:
         servant.ice_concurrent = True
         pair.adapter.add(servant, "Concurrent")
         proxy = CalculatorPrx.checkedCast(pair.client.stringToProxy("Concurrent"))
-        calls = [proxy.sleep.begin(LIMIT) for _ in range(2)]
-        deadline = time.monotonic() + LIMIT
+        calls = [proxy.sleep.begin(FOREVER) for _ in range(2)]
+        deadline = time.monotonic() + EVENT_LIMIT
         while servant.most_running < 2 and time.monotonic() < deadline:
             time.sleep(0.005)
         servant.leave.set()
-        wait(calls, LIMIT)
+        wait(calls, EVENT_LIMIT)
         assert servant.most_running == 2
 
     def test_overload_is_reported_and_not_executed(self, remote: ScientificPrx, servant: CalculatorI) -> None:
-        busy = remote.sleep.begin(LIMIT)
-        assert servant.entered.wait(LIMIT)
+        busy = remote.sleep.begin(FOREVER)
+        assert servant.entered.wait(EVENT_LIMIT)
         calls = [remote.count.begin() for _ in range(80)]
         for call in calls[64:]:
             with pytest.raises(
                 BusyException, match="64 calls are already waiting; this one was not executed"
             ):
-                call.result(LIMIT)
+                call.result(CALL_LIMIT)
         assert not any(call.done() for call in calls[:64])
         servant.leave.set()
-        busy.result(LIMIT)
-        assert [call.result(LIMIT) for call in calls[:64]] == list(range(1, 65))
+        busy.result(CALL_LIMIT)
+        assert [call.result(CALL_LIMIT) for call in calls[:64]] == list(range(1, 65))
 
     def test_servant_may_call_itself(self, pair: Pair) -> None:
         class Nested(CalculatorI):
@@ -551,7 +551,7 @@ class TestThreads:
             done.set()
 
         future.add_done_callback(note)
-        assert done.wait(LIMIT)
+        assert done.wait(EVENT_LIMIT)
         assert names[0].startswith("zenoh_ice nao")
         assert names[1].startswith("zenoh_ice nao") or names[1] == "MainThread"  # if it was done already
 
@@ -564,7 +564,7 @@ class TestThreads:
             done.set()
 
         remote.add.begin(1.0, 2.0).add_done_callback(again)
-        assert done.wait(LIMIT)
+        assert done.wait(EVENT_LIMIT)
         assert results == [4.0]
 
 
@@ -572,13 +572,13 @@ class TestLife:
     def test_destroy_ends_a_call_that_waits(
         self, pair: Pair, remote: ScientificPrx, servant: CalculatorI
     ) -> None:
-        call = remote.sleep.begin(LIMIT)
-        assert servant.entered.wait(LIMIT)
+        call = remote.sleep.begin(FOREVER)
+        assert servant.entered.wait(EVENT_LIMIT)
         started = time.monotonic()
         pair.client.destroy()
         with pytest.raises(CommunicatorDestroyedException):
-            call.result(LIMIT)
-        assert time.monotonic() - started < AT_ONCE
+            call.result(CALL_LIMIT)
+        assert time.monotonic() - started < EVENT_LIMIT
         servant.leave.set()
 
     def test_destroyed_communicator_refuses(self, pair: Pair, remote: ScientificPrx) -> None:
@@ -601,8 +601,8 @@ class TestLife:
 
         pair.adapter.add(Last(), "Last")
         call = CalculatorPrx.checkedCast(pair.client.stringToProxy("Last")).count.begin()
-        assert pair.server.waitForShutdown(5)
-        assert call.exception(5) is not None  # the way back was closed
+        assert pair.server.waitForShutdown(EVENT_LIMIT)
+        assert call.exception(CALL_LIMIT) is not None  # the way back was closed
 
     def test_shutdown_withdraws_servants_and_keeps_proxies(self, pair: Pair, servant: CalculatorI) -> None:
         other = pair.client.createObjectAdapter("Other")

@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from tests.support.limits import LIMIT
+from tests.support.limits import RUN_LIMIT
 
 FORKED = """
 import multiprocessing, sys
@@ -56,7 +56,7 @@ if __name__ == "__main__":
 def test_a_forked_child_is_refused_a_communicator_and_pointed_to_spawn(communicator: str) -> None:
     """A communicator that was destroyed before has left threads of Zenoh's that a fork does not have."""
     command = [sys.executable, "-c", FORKED, communicator]
-    ended = subprocess.run(command, capture_output=True, text=True, timeout=LIMIT, check=False)
+    ended = subprocess.run(command, capture_output=True, text=True, timeout=RUN_LIMIT, check=False)
     call, opened, code = ended.stdout.splitlines()
     assert "was destroyed" in call
     assert 'multiprocessing.get_context("spawn")' in opened
@@ -67,6 +67,6 @@ def test_a_spawned_child_has_a_communicator_of_its_own(tmp_path) -> None:
     script = tmp_path / "spawned.py"
     script.write_text(SPAWNED)
     ended = subprocess.run(
-        [sys.executable, str(script)], capture_output=True, text=True, timeout=LIMIT, check=False
+        [sys.executable, str(script)], capture_output=True, text=True, timeout=RUN_LIMIT, check=False
     )
     assert (ended.stdout, ended.stderr) == ("nao\n0\n", "")

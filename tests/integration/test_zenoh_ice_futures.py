@@ -11,7 +11,7 @@ import pytest
 from tests.conftest import Pair
 from tests.support.calculator import CalculatorPrx, DivisionByZero
 from tests.support.calculator_servant import CalculatorI
-from tests.support.limits import AT_ONCE, LIMIT
+from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER
 from tests.support.waiting import until
 from zenoh_ice import CommunicatorDestroyedException, TimeoutException
 
@@ -46,38 +46,38 @@ class TestWaiting:
     def test_short_wait_raises_and_a_longer_one_has_the_result(
         self, calculator: CalculatorPrx, servant: CalculatorI
     ) -> None:
-        future = calculator.sleep.begin(LIMIT)
+        future = calculator.sleep.begin(FOREVER)
         with pytest.raises(TimeoutError):
             future.result(0.01)
         with pytest.raises(TimeoutError):
             future.exception(0.01)
         assert not future.done()
         servant.leave.set()
-        assert future.result(LIMIT) is None
+        assert future.result(CALL_LIMIT) is None
 
     def test_several_threads_have_the_same_result(
         self, calculator: CalculatorPrx, servant: CalculatorI
     ) -> None:
-        future = calculator.sleep.begin(LIMIT)
+        future = calculator.sleep.begin(FOREVER)
         results: list[object] = []
         threads = [
             threading.Thread(target=lambda wait: results.append(future.result(wait)), args=(limit,))
-            for limit in (None, None, LIMIT, AT_ONCE)
+            for limit in (None, None, EVENT_LIMIT, FOREVER)
         ]
         for thread in threads:
             thread.start()
-        assert servant.entered.wait(LIMIT)
+        assert servant.entered.wait(EVENT_LIMIT)
         servant.leave.set()
         for thread in threads:
-            thread.join(LIMIT)
+            thread.join(EVENT_LIMIT)
         assert results == [None] * 4
 
     def test_several_futures_can_be_waited_for(self, calculator: CalculatorPrx) -> None:
         futures = [calculator.add.begin(float(number), 0.0) for number in range(20)]
-        done, missing = wait(futures, LIMIT)
+        done, missing = wait(futures, EVENT_LIMIT)
         assert (len(done), len(missing)) == (20, 0)
         more = [calculator.add.begin(float(number), 0.0) for number in range(20)]
-        assert sorted(future.result() for future in as_completed(more, LIMIT)) == sorted(
+        assert sorted(future.result() for future in as_completed(more, EVENT_LIMIT)) == sorted(
             map(float, range(20))
         )
 
@@ -89,14 +89,14 @@ class TestWaiting:
         pair.adapter.add(quick, "Quick")
         proxies = [CalculatorPrx.checkedCast(pair.client.stringToProxy(name)) for name in ("Slow", "Quick")]
         ended: list[object] = []
-        sleeping = [proxies[0].sleep.begin(LIMIT) for _ in range(12)]
+        sleeping = [proxies[0].sleep.begin(FOREVER) for _ in range(12)]
         for future in sleeping:
             future.add_done_callback(ended.append)
         results = [proxies[1].add.begin(float(number), 0.0) for number in range(30)]
-        assert not wait(results, AT_ONCE).not_done
+        assert not wait(results, EVENT_LIMIT).not_done
         assert ended == []
         slow.leave.set()
-        assert not wait(sleeping, LIMIT).not_done
+        assert not wait(sleeping, EVENT_LIMIT).not_done
 
     def test_exception_is_that_of_the_call(self, calculator: CalculatorPrx) -> None:
         future = calculator.divide.begin(1.0, 0.0)
@@ -104,11 +104,11 @@ class TestWaiting:
         with pytest.raises(DivisionByZero):
             future.result()
 
-    @pytest.mark.parametrize("limit", [None, LIMIT])
+    @pytest.mark.parametrize("limit", [None, FOREVER])
     def test_limit_of_the_call_ends_it(
         self, calculator: CalculatorPrx, servant: CalculatorI, limit: float | None
     ) -> None:
-        future = calculator.ice_invocationTimeout(100).sleep.begin(LIMIT)
+        future = calculator.ice_invocationTimeout(100).sleep.begin(FOREVER)
         with pytest.raises(TimeoutException):
             future.result(limit)
         servant.leave.set()
@@ -123,8 +123,8 @@ class TestWaiting:
 
 class TestCancelling:
     def test_wait_ends_at_once(self, calculator: CalculatorPrx, servant: CalculatorI) -> None:
-        future = calculator.sleep.begin(LIMIT)
-        assert servant.entered.wait(LIMIT)
+        future = calculator.sleep.begin(FOREVER)
+        assert servant.entered.wait(EVENT_LIMIT)
         ended = threading.Event()
 
         def look() -> None:
@@ -137,12 +137,12 @@ class TestCancelling:
         reported = threading.Event()
         future.add_done_callback(lambda _: reported.set())
         assert future.cancel()
-        assert ended.wait(AT_ONCE)
-        assert reported.wait(AT_ONCE)
+        assert ended.wait(EVENT_LIMIT)
+        assert reported.wait(EVENT_LIMIT)
         assert future.cancelled()
         assert future.cancel()
-        assert not wait([future], LIMIT).not_done
-        waiting.join(LIMIT)
+        assert not wait([future], EVENT_LIMIT).not_done
+        waiting.join(EVENT_LIMIT)
         servant.leave.set()
 
     def test_known_outcome_cannot_be_cancelled(self, calculator: CalculatorPrx) -> None:
@@ -157,7 +157,7 @@ class TestCancelling:
         future = proxy.add.begin(1.0, 2.0)
         assert future.cancel()
         with pytest.raises(CancelledError):
-            future.result(AT_ONCE)
+            future.result(CALL_LIMIT)
 
 
 class TestAsyncio:
@@ -182,7 +182,7 @@ class TestAsyncio:
         futures: list[Future[None]] = []
 
         async def call() -> None:
-            futures.append(calculator.sleep.begin(LIMIT))
+            futures.append(calculator.sleep.begin(FOREVER))
             await asyncio.wait_for(asyncio.wrap_future(futures[0]), 0.05)
 
         with pytest.raises(TimeoutError):
@@ -197,8 +197,8 @@ class TestTheEnd:
         self, pair: Pair, servant: CalculatorI, watched: bool
     ) -> None:
         proxy = CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
-        futures = [proxy.sleep.begin(LIMIT) for _ in range(8)]
-        assert servant.entered.wait(LIMIT)
+        futures = [proxy.sleep.begin(FOREVER) for _ in range(8)]
+        assert servant.entered.wait(EVENT_LIMIT)
         reported = threading.Semaphore(0)
         if watched:
             for future in futures:
@@ -206,9 +206,9 @@ class TestTheEnd:
         pair.client.destroy()
         for future in futures:
             with pytest.raises(CommunicatorDestroyedException):
-                future.result(AT_ONCE)
+                future.result(CALL_LIMIT)
             if watched:
-                assert reported.acquire(timeout=AT_ONCE)
+                assert reported.acquire(timeout=EVENT_LIMIT)
         servant.leave.set()
 
     def test_call_that_nobody_waits_for_has_its_outcome(self, calculator: CalculatorPrx) -> None:
@@ -219,8 +219,8 @@ class TestTheEnd:
     def test_calls_that_wait_cost_no_threads(self, calculator: CalculatorPrx, servant: CalculatorI) -> None:
         calculator.add(1.0, 2.0)
         before = threading.active_count()
-        futures = [calculator.sleep.begin(LIMIT) for _ in range(50)]
-        assert servant.entered.wait(LIMIT)
+        futures = [calculator.sleep.begin(FOREVER) for _ in range(50)]
+        assert servant.entered.wait(EVENT_LIMIT)
         assert threading.active_count() <= before + 4
         servant.leave.set()
-        assert not wait(futures, LIMIT).not_done
+        assert not wait(futures, EVENT_LIMIT).not_done

@@ -17,7 +17,7 @@ import zenoh
 
 from tests.conftest import Pair
 from tests.support.gripper import GripperI, GripperPrx
-from tests.support.limits import LIMIT
+from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER
 from tests.support.stranger import session_of
 from tests.support.waiting import until
 from zenoh_ice import (
@@ -47,7 +47,7 @@ def servant(pair: Pair) -> GripperI:
 numbers = itertools.count(1000)
 
 
-def attachment(number: int | None = None, fingerprint: str = FINGERPRINT, timeout: float = LIMIT) -> bytes:
+def attachment(number: int | None = None, fingerprint: str = FINGERPRINT, timeout: float = FOREVER) -> bytes:
     return encode_call_attachment(fingerprint, next(numbers) if number is None else number, "c0ffee", timeout)
 
 
@@ -63,7 +63,7 @@ def send(pair: Pair, position: object, key: str = "nao/Gripper/move", about: byt
         payload=msgspec.msgpack.encode({"position": position}),
         attachment=attachment(timeout=0.0) if about is None else about,
         congestion_control=zenoh.CongestionControl.BLOCK,
-        timeout=LIMIT,
+        timeout=CALL_LIMIT,
     )
 
 
@@ -73,7 +73,7 @@ def ask(pair: Pair, number: int, operation: str, **arguments: object) -> zenoh.R
         f"nao/Gripper/{operation}",
         payload=msgspec.msgpack.encode(arguments),
         attachment=attachment(number),
-        timeout=LIMIT,
+        timeout=CALL_LIMIT,
     )
     return reply
 
@@ -93,14 +93,14 @@ class TestOneway:
     def test_twoway_and_oneway_calls_run_one_at_a_time(self, pair: Pair, servant: GripperI) -> None:
         servant.leave.clear()
         send(pair, 1.0)
-        assert servant.entered.acquire(timeout=LIMIT)
+        assert servant.entered.acquire(timeout=EVENT_LIMIT)
         call = threading.Thread(
             target=GripperPrx.checkedCast(pair.client.stringToProxy("Gripper")).move, args=(2.0,)
         )
         call.start()
         assert not servant.entered.acquire(timeout=0.2)
         servant.leave.set()
-        call.join(LIMIT)
+        call.join(EVENT_LIMIT)
         assert servant.moved == [1.0, 2.0]
 
     @pytest.mark.parametrize(
@@ -163,7 +163,7 @@ class TestOneway:
         pair = Pair(endpoint, server, client, adapter)
         GripperPrx.checkedCast(client.stringToProxy("Gripper"))
         send(pair, 1.0)
-        assert servant.entered.acquire(timeout=LIMIT)
+        assert servant.entered.acquire(timeout=EVENT_LIMIT)
         for _ in range(4):
             send(pair, bytes(400_000))
         until(lambda: status(pair).refused == 2)
@@ -175,7 +175,7 @@ class TestOneway:
         servant.leave.clear()
         for position in range(10):
             send(pair, float(position))
-        assert servant.entered.acquire(timeout=LIMIT)
+        assert servant.entered.acquire(timeout=EVENT_LIMIT)
         threading.Timer(0.1, servant.leave.set).start()
         pair.adapter.removeAll(["Gripper"])
         assert servant.moved == list(range(len(servant.moved)))
@@ -189,7 +189,7 @@ class TestProcessStatus:
         assert reported.servants.keys() == {"Gripper@nao"}
         assert reported.servants["Gripper@nao"].type_id == "::test::Gripper"
         assert reported.zenoh
-        assert 0 <= time.time() - reported.since < LIMIT
+        assert 0 <= time.time() - reported.since < EVENT_LIMIT
 
     def test_calls_are_counted(self, pair: Pair, servant: GripperI) -> None:
         for _ in range(3):
@@ -204,13 +204,13 @@ class TestProcessStatus:
         servant.leave.clear()
         proxy = GripperPrx.checkedCast(pair.client.stringToProxy("Gripper"))
         calls = [proxy.move.begin(float(number)) for number in range(80)]
-        assert servant.entered.acquire(timeout=LIMIT)
+        assert servant.entered.acquire(timeout=EVENT_LIMIT)
         until(lambda: status(pair).refused == 15)  # one runs, 64 wait
         busy = status(pair)
         assert (busy.running, busy.waiting, busy.calls) == (1, 64, 1)
         servant.leave.set()
-        assert [type(call.exception(LIMIT)) for call in calls[65:]] == [BusyException] * 15
-        assert [call.result(LIMIT) for call in calls[:65]] == [None] * 65
+        assert [type(call.exception(CALL_LIMIT)) for call in calls[65:]] == [BusyException] * 15
+        assert [call.result(CALL_LIMIT) for call in calls[:65]] == [None] * 65
         until(lambda: status(pair).running == 0)
         assert (status(pair).waiting, status(pair).calls) == (0, 65)
 
@@ -260,13 +260,13 @@ def test_collocated_calls_beyond_those_that_may_wait_are_refused(pair: Pair, ser
     until(lambda: len(refused) == 5)  # one runs, 64 wait
     servant.leave.set()
     for thread in threads:
-        thread.join(LIMIT)
+        thread.join(EVENT_LIMIT)
     assert len(servant.moved) == 65
 
 
 def _ask_until_answered(pair: Pair) -> None:
     """Ask until the queryable, of which word may be on the way, was reached."""
-    deadline = time.monotonic() + LIMIT
+    deadline = time.monotonic() + EVENT_LIMIT
     while time.monotonic() < deadline:
         with suppress(ConnectionLostException):
             pair.client.processStatus("c0ffee")
@@ -297,7 +297,7 @@ class TestServersThatFail:
             with pytest.raises(UnknownException, match="RuntimeError: out of order"):
                 gripper.who()
             with pytest.raises(UnknownException, match="RuntimeError: out of order"):
-                gripper.close.begin(1.0).result(LIMIT)
+                gripper.close.begin(1.0).result(EVENT_LIMIT)
         assert "internal error" in caplog.text
 
     def test_error_while_a_call_is_executed_costs_the_servant_no_turn(
@@ -307,12 +307,12 @@ class TestServersThatFail:
         servant.leave.clear()
         gripper = GripperPrx.checkedCast(pair.client.stringToProxy("Gripper"))
         calls = [gripper.move.begin(float(number)) for number in range(3)]
-        assert servant.entered.acquire(timeout=LIMIT)
+        assert servant.entered.acquire(timeout=EVENT_LIMIT)
         until(lambda: status(pair).waiting == 2)
         with monkeypatch.context() as patch:
             patch.setattr("zenoh_ice.servant.Current", None)  # of the two that wait
             servant.leave.set()
-            assert [type(call.exception(LIMIT)) for call in calls] == [
+            assert [type(call.exception(CALL_LIMIT)) for call in calls] == [
                 type(None),
                 UnknownException,
                 UnknownException,

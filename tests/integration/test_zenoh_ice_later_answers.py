@@ -13,7 +13,7 @@ import pytest
 
 from tests.conftest import Pair
 from tests.support.gripper import GripperI, GripperPrx, Slipped
-from tests.support.limits import AT_ONCE, LIMIT
+from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER
 from zenoh_ice import (
     BusyException,
     Communicator,
@@ -53,7 +53,7 @@ class Coroutine(GripperI):
         self.threads.add(threading.current_thread().name)
         self.begun.release()
         try:
-            await asyncio.sleep(LIMIT if force > 100 else 0.0)
+            await asyncio.sleep(FOREVER if force > 100 else 0.0)
         finally:
             self.cleaned_up.set()
         if force < 0:
@@ -88,11 +88,11 @@ class TestFutures:
         proxy = serve(pair, servant, caller)
         calls = [proxy.close.begin(1.0) for _ in range(2)]
         for _ in calls:
-            assert servant.begun.acquire(timeout=LIMIT)
+            assert servant.begun.acquire(timeout=EVENT_LIMIT)
         assert proxy.who() == ":Gripper"
         servant.futures[1].set_result(1.0)
         servant.futures[0].set_exception(Slipped(3.0))
-        outcomes = [call.exception(LIMIT) or call.result() for call in calls]
+        outcomes = [call.exception(CALL_LIMIT) or call.result() for call in calls]
         assert sorted(map(type, outcomes), key=str) == sorted([float, Slipped], key=str)
 
     def test_future_that_is_done_answers_at_once(self, pair: Pair, caller: Communicator) -> None:
@@ -107,20 +107,20 @@ class TestFutures:
     def test_cancelled_future_is_reported(self, pair: Pair, caller: Communicator) -> None:
         servant = Later()
         call = serve(pair, servant, caller).close.begin(1.0)
-        assert servant.begun.acquire(timeout=LIMIT)
+        assert servant.begun.acquire(timeout=EVENT_LIMIT)
         servant.futures[0].cancel()
         with pytest.raises(
             ConnectionLostException, match=r"Gripper\.close: its server dropped it without an answer"
         ):
-            call.result(LIMIT)
+            call.result(CALL_LIMIT)
 
     def test_result_that_does_not_fit_is_reported(self, pair: Pair, caller: Communicator) -> None:
         servant = Later()
         call = serve(pair, servant, caller).close.begin(1.0)
-        assert servant.begun.acquire(timeout=LIMIT)
+        assert servant.begun.acquire(timeout=EVENT_LIMIT)
         servant.futures[0].set_result("strong")  # type: ignore[arg-type]
         with pytest.raises(MarshalException):
-            call.result(LIMIT)
+            call.result(CALL_LIMIT)
 
     def test_too_many_that_are_not_answered_are_refused(
         self, pair: Pair, caller: Communicator, monkeypatch: pytest.MonkeyPatch
@@ -130,37 +130,37 @@ class TestFutures:
         proxy = serve(pair, servant, caller)
         calls = [proxy.close.begin(1.0) for _ in range(3)]
         for _ in calls:
-            assert servant.begun.acquire(timeout=LIMIT)
+            assert servant.begun.acquire(timeout=EVENT_LIMIT)
         with pytest.raises(BusyException, match="3 calls are not answered yet"):
             proxy.close(1.0)
         servant.futures[0].set_result(1.0)
-        wait(calls, LIMIT, "FIRST_COMPLETED")
+        wait(calls, EVENT_LIMIT, "FIRST_COMPLETED")
         again = proxy.close.begin(2.0)
-        assert servant.begun.acquire(timeout=LIMIT)
+        assert servant.begun.acquire(timeout=EVENT_LIMIT)
         for future in servant.futures[1:]:
             future.set_result(2.0)
-        assert again.result(LIMIT) == 2.0
+        assert again.result(EVENT_LIMIT) == 2.0
 
     def test_removing_the_servant_waits_for_its_answers(self, pair: Pair) -> None:
         servant = Later()
         call = serve(pair, servant, pair.client).close.begin(1.0)
-        assert servant.begun.acquire(timeout=LIMIT)
+        assert servant.begun.acquire(timeout=EVENT_LIMIT)
         threading.Timer(0.2, servant.futures[0].set_result, (5.0,)).start()
         pair.adapter.removeAll(["Gripper"])
         assert servant.futures[0].done()
-        assert call.result(LIMIT) == 5.0
+        assert call.result(CALL_LIMIT) == 5.0
 
     def test_answers_after_the_removal_still_arrive(self, pair: Pair) -> None:
         servant = Later()
         gripper = serve(pair, servant, pair.client)
         calls = [gripper.close.begin(1.0) for _ in range(2)]
         for _ in calls:
-            assert servant.begun.acquire(timeout=LIMIT)
+            assert servant.begun.acquire(timeout=EVENT_LIMIT)
         pair.adapter.removeAll(["Gripper"])
         for call, future in zip(calls, servant.futures, strict=True):
             assert not call.done()
             future.set_result(5.0)
-            assert call.result(LIMIT) == 5.0
+            assert call.result(CALL_LIMIT) == 5.0
 
 
 class TestCoroutines:
@@ -196,7 +196,7 @@ class TestCoroutines:
 
         proxy = serve(pair, Meeting(), caller)
         calls = [proxy.close.begin(float(number)) for number in range(5)]
-        assert [call.result(LIMIT) for call in calls] == [0.0, 1.0, 2.0, 3.0, 4.0]
+        assert [call.result(CALL_LIMIT) for call in calls] == [0.0, 1.0, 2.0, 3.0, 4.0]
 
     def test_coroutine_may_await_other_calls(self, pair: Pair) -> None:
         class Delegating(GripperI):
@@ -210,13 +210,13 @@ class TestCoroutines:
     def test_the_end_of_the_communicator_cancels_it(self, pair: Pair) -> None:
         servant = Coroutine()
         call = serve(pair, servant, pair.client).close.begin(1000.0)
-        assert servant.begun.acquire(timeout=LIMIT)
+        assert servant.begun.acquire(timeout=EVENT_LIMIT)
         started = time.monotonic()
         pair.server.destroy()
-        assert time.monotonic() - started < AT_ONCE
+        assert time.monotonic() - started < EVENT_LIMIT
         assert servant.cleaned_up.is_set()
         with pytest.raises(ConnectionLostException):
-            call.result(LIMIT)
+            call.result(CALL_LIMIT)
 
     def test_coroutine_that_exits_ends_no_others(self, pair: Pair, caller: Communicator) -> None:
         class Exiting(GripperI):

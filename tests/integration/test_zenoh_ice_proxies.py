@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tests.conftest import Pair
-from tests.support.limits import LIMIT
+from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER
 from tests.support.notebook import Notebook, NotebookPrx
 from tests.support.stranger import session_of
 from zenoh_ice import (
@@ -44,7 +44,7 @@ def remove(pair: Pair) -> None:
     """Withdraw the notebook, and wait until the client has heard of it."""
     pair.adapter.removeAll(["Notebook"])
     notebook = Target("nao", "Notebook")
-    assert pair.client.presence.wait_until_gone(notebook, LIMIT, pair.server.client_id)
+    assert pair.client.presence.wait_until_gone(notebook, EVENT_LIMIT, pair.server.client_id)
 
 
 class TestTexts:
@@ -111,7 +111,7 @@ class TestOneway:
         self, proxy: NotebookPrx, notebook: Notebook
     ) -> None:
         future = proxy.ice_oneway().note.begin("sent")
-        assert future.result(LIMIT) is None
+        assert future.result(CALL_LIMIT) is None
         assert notebook.wait_for(1) == ["sent"]
 
     def test_what_has_an_answer_cannot_be_called_oneway(self, proxy: NotebookPrx) -> None:
@@ -130,7 +130,7 @@ class TestOneway:
         with pytest.raises(ObjectNotExistException):
             oneway.note("lost")
         with pytest.raises(ObjectNotExistException):
-            remote.ice_oneway().note.begin("lost").result(LIMIT)
+            remote.ice_oneway().note.begin("lost").result(EVENT_LIMIT)
 
     def test_wrong_argument_is_reported(self, remote: NotebookPrx) -> None:
         with pytest.raises(MarshalException):
@@ -168,7 +168,7 @@ def test_calls_with_many_limits_leave_few_queriers(pair: Pair, notebook: Noteboo
     """Each limit has a querier while somebody has a proxy with it, and not forever."""
     proxy = NotebookPrx.checkedCast(pair.client.stringToProxy("Notebook"))
     for number in range(400):
-        proxy.ice_invocationTimeout(LIMIT * 1000 + number).about()
+        proxy.ice_invocationTimeout(FOREVER * 1000 + number).about()
     transport = pair.client.transport
     assert isinstance(transport, ZenohTransport)
     assert transport.caller.cache_info().currsize <= 256

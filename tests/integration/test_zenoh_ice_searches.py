@@ -12,7 +12,7 @@ import pytest
 from tests.conftest import Pair
 from tests.support.calculator import CalculatorPrx
 from tests.support.calculator_servant import CalculatorI
-from tests.support.limits import AT_ONCE, CALL_LIMIT, LIMIT
+from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER
 from tests.support.notebook import Notebook, NotebookPrx
 from tests.support.processes import free_endpoint
 from tests.support.running import eventually
@@ -53,11 +53,11 @@ def test_calls_of_an_absent_servant_hold_up_no_others(make_communicator: Callabl
     adapter.add(Notebook("here"), "Local")
     adapter.activate()
     absent = NotebookPrx.uncheckedCast(communicator.stringToProxy("Absent"))
-    futures = [absent.ice_invocationTimeout(1000 * LIMIT).note.begin("lost") for _ in range(40)]
+    futures = [absent.ice_invocationTimeout(1000 * FOREVER).note.begin("lost") for _ in range(40)]
     assert NotebookPrx.uncheckedCast(communicator.stringToProxy("Local")).about()["servant"] == "here"
     assert not any(future.done() for future in futures)
     communicator.destroy()
-    assert {type(future.exception(AT_ONCE)) for future in futures} == {CommunicatorDestroyedException}
+    assert {type(future.exception(CALL_LIMIT)) for future in futures} == {CommunicatorDestroyedException}
 
 
 def test_calls_made_before_the_servant_came_arrive_in_their_order(
@@ -74,7 +74,7 @@ def test_calls_made_before_the_servant_came_arrive_in_their_order(
     adapter.activate()
     while len(futures) < 60:  # while the first are being sent
         futures.append(proxy.note.begin(str(len(futures))))
-    assert [future.result(LIMIT) for future in futures] == [None] * len(futures)
+    assert [future.result(CALL_LIMIT) for future in futures] == [None] * len(futures)
     assert notebook.wait_for(len(futures)) == [str(number) for number in range(len(futures))]
 
 
@@ -84,7 +84,7 @@ def test_a_call_that_waits_does_not_overtake_those_begun_before_it(pair: Pair) -
         futures = [proxy.note.begin(str(number)) for number in range(40)]
         notebook = Notebook()
         pair.adapter.add(notebook, f"Late{turn}")
-        futures[0].result(LIMIT)
+        futures[0].result(EVENT_LIMIT)
         proxy.note("last")
         assert notebook.wait_for(41)[-1] == "last"
 
@@ -101,7 +101,7 @@ def test_call_that_was_cancelled_before_it_was_sent_is_not(
     adapter = server.createObjectAdapter("Late")
     adapter.add(CalculatorI(), "Late")
     adapter.activate()
-    assert wanted.result(LIMIT) == 1
+    assert wanted.result(EVENT_LIMIT) == 1
 
 
 def test_first_call_and_its_search_end_within_one_limit(
@@ -118,14 +118,14 @@ def test_first_call_and_its_search_end_within_one_limit(
         def sleep(self, seconds: float, current: Current) -> None:
             limits.append(current.timeout)
 
-    future = proxy.sleep.begin(LIMIT)
+    future = proxy.sleep.begin(FOREVER)
     threading.Event().wait(0.06 * limit)  # more than what is left out of account
     server = make_communicator(listen=[endpoint], connect=[])
     adapter = server.createObjectAdapter("Late")
     adapter.add(Slow(), "Late")
     adapter.activate()
-    assert future.result(LIMIT) is None
-    proxy.sleep(LIMIT)
+    assert future.result(CALL_LIMIT) is None
+    proxy.sleep(FOREVER)
     first, second = limits
     assert first <= 0.94 * limit
     assert second == limit
@@ -134,9 +134,9 @@ def test_first_call_and_its_search_end_within_one_limit(
 def test_short_limit_does_not_wait_for_a_long_one(make_communicator: Callable[..., Communicator]) -> None:
     communicator = make_communicator(connect=[free_endpoint()])
     absent = NotebookPrx.uncheckedCast(communicator.stringToProxy("Absent"))
-    patient = absent.ice_invocationTimeout(1000 * LIMIT).note.begin("lost")
+    patient = absent.ice_invocationTimeout(1000 * FOREVER).note.begin("lost")
     hurried = absent.ice_invocationTimeout(50)
-    assert isinstance(hurried.note.begin("lost").exception(AT_ONCE), ConnectFailedException)
+    assert isinstance(hurried.note.begin("lost").exception(EVENT_LIMIT), ConnectFailedException)
     with pytest.raises(ConnectFailedException):
         hurried.who()
     assert not patient.done()

@@ -14,7 +14,7 @@ from interfaces.jderobot import ImageData, ImageProviderPrx
 from tests.conftest import Pair
 from tests.support.calculator import CalculatorPrx
 from tests.support.image_servant import ImageI, image
-from tests.support.limits import CALL_LIMIT, LIMIT
+from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, RUN_LIMIT
 from tests.support.memory_files import open_memory_files, shared_maps
 from tests.support.processes import ComponentProcess, module
 from tests.support.stranger import session_of
@@ -47,7 +47,7 @@ class Wire:
     def __init__(self, client: Communicator, servant: ImageI) -> None:
         self._servant = servant
         self._subscriber: Any = session_of(client).declare_subscriber(WIRE_KEY, RingChannel(1))
-        assert listened(servant.getImageDataPublisher, LIMIT)
+        assert listened(servant.getImageDataPublisher, EVENT_LIMIT)
 
     def shares(self) -> bool:
         """Publish images until one comes, and return whether it went through shared memory."""
@@ -68,7 +68,7 @@ def test_answers_travel_through_shared_memory(pair: Pair, servant: ImageI) -> No
     for _ in range(100):  # more than there is room for at once
         assert proxy.getImageData("GRAY8") == image()
     calls = [proxy.getImageData.begin("GRAY8") for _ in range(30)]
-    assert all(call.result(LIMIT) == image() for call in calls)
+    assert all(call.result(CALL_LIMIT) == image() for call in calls)
 
 
 def test_samples_travel_through_shared_memory(pair: Pair, servant: ImageI) -> None:
@@ -81,7 +81,7 @@ def test_samples_travel_through_shared_memory(pair: Pair, servant: ImageI) -> No
         for number in range(200):
             servant.getImageDataPublisher.publish(image(number))
             assert wire.shares()
-        until(lambda: image() == proxy.getImageData.wait(None, LIMIT).value)
+        until(lambda: image() == proxy.getImageData.wait(None, EVENT_LIMIT).value)
         until(lambda: len(images) >= 8)
     assert all(each == image(each.timeStamp.seconds) for each in images)  # none torn
 
@@ -185,10 +185,10 @@ def test_answer_of_a_server_that_ends_then_is_received(pair: Pair) -> None:
     while begun.acquire(blocking=False):
         pass
     answer = proxy.getImageData.begin("GRAY8")
-    assert begun.acquire(timeout=LIMIT)
+    assert begun.acquire(timeout=EVENT_LIMIT)
     pair.adapter.removeAll(["Camera"])  # waits for the calls that run
     pair.server.destroy()
-    assert answer.result(LIMIT) == image()
+    assert answer.result(CALL_LIMIT) == image()
 
 
 def test_a_client_that_may_not_read_memory_after_all_gets_the_next_over_the_network(
@@ -235,7 +235,7 @@ def test_images_that_come_faster_than_they_are_read_are_not_torn(
 ) -> None:
     with ComponentProcess([sys.executable, "-c", PUBLISHER, endpoint]) as publisher:
         publisher.wait_for("^ready")
-        client = make_communicator(connect=[endpoint], lease=CALL_LIMIT, timeout=LIMIT)
+        client = make_communicator(connect=[endpoint], lease=CALL_LIMIT)
         until(lambda: bool(client.identities()))
         whole: list[bool] = []
 
@@ -245,7 +245,7 @@ def test_images_that_come_faster_than_they_are_read_are_not_torn(
 
         with camera(client).getImageData.subscribe(look, queue=30) as reader:
             # On a busy machine it may take a while until the reader is the slower one.
-            until(lambda: len(whole) >= 300 and shared_maps() == 1 and reader.lost > 0)
+            until(lambda: len(whole) >= 300 and shared_maps() == 1 and reader.lost > 0, RUN_LIMIT)
         assert all(whole)
         publisher.process.kill()
 
@@ -253,7 +253,7 @@ def test_images_that_come_faster_than_they_are_read_are_not_torn(
 def test_killed_servers_leave_nothing_in_their_clients(
     endpoint: str, make_communicator: Callable[..., Communicator]
 ) -> None:
-    client = make_communicator(connect=[endpoint], lease=CALL_LIMIT, timeout=LIMIT)
+    client = make_communicator(connect=[endpoint], lease=CALL_LIMIT)
     proxy = CalculatorPrx.uncheckedCast(client.stringToProxy("Calculator"))
     for _ in range(3):
         with ComponentProcess(module("tests.support.calculator_server", "--listen", endpoint)) as server:

@@ -16,7 +16,7 @@ import pytest
 from tests.conftest import Pair
 from tests.support.calculator import CalculatorPrx, Reading
 from tests.support.calculator_servant import CalculatorI
-from tests.support.limits import LIMIT
+from tests.support.limits import EVENT_LIMIT, FOREVER
 from tests.support.waiting import listened, until
 from zenoh_ice import (
     CommunicatorDestroyedException,
@@ -52,7 +52,7 @@ class Collector:
         with self._changed:
             self.samples.append(sample)
             self._changed.notify_all()
-        self.free.wait(LIMIT)
+        self.free.wait(FOREVER)
 
     @property
     def counts(self) -> list[int]:
@@ -60,7 +60,7 @@ class Collector:
 
     def wait(self, happened: Callable[[], bool]) -> None:
         with self._changed:
-            assert self._changed.wait_for(happened, LIMIT)
+            assert self._changed.wait_for(happened, EVENT_LIMIT)
 
     def wait_for(self, count: int) -> None:
         self.wait(partial(self._has, count))
@@ -81,7 +81,7 @@ class TestQueue:
         collector = Collector()
         collector.free.clear()
         with calculator.getReading.subscribe(collector) as subscription:
-            assert listened(servant.getReadingPublisher, LIMIT)
+            assert listened(servant.getReadingPublisher, EVENT_LIMIT)
             publish(servant, 0)
             collector.wait_for(0)
             calculator.getReading.latest()  # listens from now on
@@ -98,7 +98,7 @@ class TestQueue:
         collector = Collector()
         collector.free.clear()
         with calculator.getReading.subscribe(collector, queue=10) as subscription:
-            assert listened(servant.getReadingPublisher, LIMIT)
+            assert listened(servant.getReadingPublisher, EVENT_LIMIT)
             publish(servant, 0)
             collector.wait_for(0)
             calculator.getReading.latest()  # listens from now on
@@ -115,7 +115,7 @@ class TestQueue:
     ) -> None:
         collector = Collector()
         with calculator.getReading.subscribe(collector) as subscription:
-            assert listened(servant.getReadingPublisher, LIMIT)
+            assert listened(servant.getReadingPublisher, EVENT_LIMIT)
             publish(servant, 1)
             collector.wait_for(1)
             pair.adapter.removeAll(["Calculator"])
@@ -123,7 +123,7 @@ class TestQueue:
             for count in range(2, 5):  # nobody listens: these are not sent
                 publish(again, count)
             pair.adapter.add(again, "Calculator")
-            assert listened(again.getReadingPublisher, LIMIT)
+            assert listened(again.getReadingPublisher, EVENT_LIMIT)
             publish(again, 5)
             collector.wait_for(5)
             assert subscription.lost == 0
@@ -137,14 +137,14 @@ def test_threads_that_publish_at_once_lose_nothing(calculator: CalculatorPrx, se
         for first in (0, 500, 1000, 1500)
     ]
     with calculator.getReading.subscribe(collector, queue=10_000) as subscription:
-        assert listened(publisher, LIMIT)
+        assert listened(publisher, EVENT_LIMIT)
         switch_interval = sys.getswitchinterval()
         sys.setswitchinterval(1e-5)
         try:
             for thread in threads:
                 thread.start()
             for thread in threads:
-                thread.join(LIMIT)
+                thread.join(EVENT_LIMIT)
         finally:
             sys.setswitchinterval(switch_interval)
         collector.wait(lambda: len(collector.samples) == 2000)
@@ -163,7 +163,7 @@ class TestRate:
     ) -> None:
         collector = Collector()
         with calculator.getReading.subscribe(collector, rate=20.0):
-            assert listened(servant.getReadingPublisher, LIMIT)
+            assert listened(servant.getReadingPublisher, EVENT_LIMIT)
             began = time.monotonic()
             publish(servant, 0)
             collector.wait_for(0)
@@ -176,7 +176,7 @@ class TestRate:
     def test_loop_gets_no_more_than_its_rate(self, calculator: CalculatorPrx, servant: CalculatorI) -> None:
         with publishing(servant):
             began = time.monotonic()
-            samples = calculator.getReading.samples(LIMIT, rate=50.0)
+            samples = calculator.getReading.samples(EVENT_LIMIT, rate=50.0)
             for _ in range(10):
                 next(samples)
             assert time.monotonic() - began >= 9 / 50.0
@@ -209,7 +209,7 @@ class publishing:
 
     def __exit__(self, *_: object) -> None:
         self._ended.set()
-        self._thread.join(LIMIT)
+        self._thread.join(EVENT_LIMIT)
 
     def _run(self) -> None:
         count = 0
@@ -237,7 +237,7 @@ class TestAsyncio:
 
     def test_other_tasks_go_on(self, calculator: CalculatorPrx, servant: CalculatorI) -> None:
         async def wait_for(calculator: CalculatorPrx) -> int:
-            async for sample in calculator.getReading.samples(LIMIT):
+            async for sample in calculator.getReading.samples(EVENT_LIMIT):
                 return sample.value.count
             raise AssertionError
 
@@ -246,7 +246,7 @@ class TestAsyncio:
             while not servant.getReadingPublisher.listening:
                 await asyncio.sleep(0.001)
             with publishing(servant):
-                return await asyncio.wait_for(asyncio.gather(*waiting), LIMIT)
+                return await asyncio.wait_for(asyncio.gather(*waiting), EVENT_LIMIT)
 
         assert len(asyncio.run(both())) == 2
 
@@ -254,7 +254,7 @@ class TestAsyncio:
         async def read() -> float:
             began = time.monotonic()
             count = 0
-            async for _ in calculator.getReading.samples(LIMIT, rate=50.0):
+            async for _ in calculator.getReading.samples(EVENT_LIMIT, rate=50.0):
                 count += 1
                 if count == 10:
                     break
@@ -276,7 +276,7 @@ class TestAsyncio:
         calculator = CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
 
         async def destroyed() -> None:
-            waiting = asyncio.create_task(first(calculator, LIMIT))
+            waiting = asyncio.create_task(first(calculator, FOREVER))
             while not servant.getReadingPublisher.listening:
                 await asyncio.sleep(0.001)
             await asyncio.to_thread(pair.client.destroy)
@@ -289,7 +289,7 @@ class TestAsyncio:
         self, calculator: CalculatorPrx, servant: CalculatorI
     ) -> None:
         with publishing(servant):
-            asyncio.run(first(calculator, LIMIT))
+            asyncio.run(first(calculator, EVENT_LIMIT))
         until(lambda: not servant.getReadingPublisher.listening)
 
 

@@ -17,7 +17,7 @@ import pytest
 from tests.conftest import Pair
 from tests.support.calculator import CalculatorPrx, Reading
 from tests.support.calculator_servant import CalculatorI
-from tests.support.limits import AT_ONCE, LIMIT
+from tests.support.limits import EVENT_LIMIT, FOREVER
 from tests.support.stranger import session_of
 from tests.support.waiting import listened, until
 from zenoh_ice import (
@@ -47,12 +47,12 @@ def calculator(request: pytest.FixtureRequest, pair: Pair, servant: CalculatorI)
 def listen(calculator: CalculatorPrx, servant: CalculatorI) -> None:
     """Subscribe and wait until the servant knows."""
     assert calculator.getReading.latest() is None
-    assert listened(servant.getReadingPublisher, LIMIT)
+    assert listened(servant.getReadingPublisher, EVENT_LIMIT)
 
 
 def latest(calculator: CalculatorPrx, count: int) -> Sample[Reading]:
     """Wait for a sample by `latest` alone."""
-    deadline = time.monotonic() + LIMIT
+    deadline = time.monotonic() + EVENT_LIMIT
     while time.monotonic() < deadline:
         sample = calculator.getReading.latest()
         if sample is not None and sample.value.count == count:
@@ -102,17 +102,17 @@ def test_wait_without_after_takes_what_is_there(calculator: CalculatorPrx, serva
     listen(calculator, servant)
     servant.getReadingPublisher.publish(Reading(1, []))
     sample = latest(calculator, 1)
-    assert calculator.getReading.wait(timeout=LIMIT) is sample
+    assert calculator.getReading.wait(timeout=EVENT_LIMIT) is sample
 
 
 def test_wait_after_a_sample_takes_a_newer_one(calculator: CalculatorPrx, servant: CalculatorI) -> None:
     listen(calculator, servant)
     servant.getReadingPublisher.publish(Reading(1, []))
-    first = calculator.getReading.wait(timeout=LIMIT)
+    first = calculator.getReading.wait(timeout=EVENT_LIMIT)
     with pytest.raises(TimeoutException, match=r"no new sample of Calculator.getReading within 0.05 s"):
         calculator.getReading.wait(after=first, timeout=0.05)
     servant.getReadingPublisher.publish(Reading(2, []))
-    assert calculator.getReading.wait(after=first, timeout=LIMIT).value.count == 2
+    assert calculator.getReading.wait(after=first, timeout=EVENT_LIMIT).value.count == 2
     assert calculator.getReading.latest().value.count == 2  # type: ignore[union-attr]
 
 
@@ -123,13 +123,13 @@ def test_wait_after_a_sample_of_a_subscription_takes_a_newer_one(
     seen: SimpleQueue[Sample[Reading]] = SimpleQueue()
     with calculator.getReading.subscribe(seen.put):
         servant.getReadingPublisher.publish(Reading(1, []))
-        first = seen.get(timeout=LIMIT)
+        first = seen.get(timeout=EVENT_LIMIT)
         with pytest.raises(TimeoutException):
             calculator.getReading.wait(after=first, timeout=0.05)
         servant.getReadingPublisher.publish(Reading(2, []))
-        assert calculator.getReading.wait(after=first, timeout=LIMIT).value.count == 2
+        assert calculator.getReading.wait(after=first, timeout=EVENT_LIMIT).value.count == 2
         with pytest.raises(TimeoutException):
-            calculator.getReading.wait(after=seen.get(timeout=LIMIT), timeout=0.05)
+            calculator.getReading.wait(after=seen.get(timeout=EVENT_LIMIT), timeout=0.05)
 
 
 @pytest.mark.parametrize("timeout", [-1.0, math.nan])
@@ -145,12 +145,12 @@ def test_wait_may_be_without_an_end(calculator: CalculatorPrx, servant: Calculat
     publishing = threading.Timer(0.05, servant.getReadingPublisher.publish, [Reading(1, [])])
     publishing.start()
     assert calculator.getReading.wait(timeout=math.inf).value.count == 1
-    publishing.join(LIMIT)
+    publishing.join(EVENT_LIMIT)
 
 
 def test_samples_yields_the_newest_to_a_slow_reader(calculator: CalculatorPrx, servant: CalculatorI) -> None:
     listen(calculator, servant)
-    samples = calculator.getReading.samples(timeout=LIMIT)
+    samples = calculator.getReading.samples(timeout=EVENT_LIMIT)
     servant.getReadingPublisher.publish(Reading(0, []))
     assert next(samples).value.count == 0
     for count in range(1, 500):
@@ -177,11 +177,11 @@ def test_callback_runs_until_closed_and_survives_its_own_failure(
             raise RuntimeError("the callback's own fault")
 
     with caplog.at_level(logging.ERROR, "zenoh_ice"), calculator.getReading.subscribe(callback):
-        assert listened(servant.getReadingPublisher, LIMIT)
+        assert listened(servant.getReadingPublisher, EVENT_LIMIT)
         for count in (1, 2):
             servant.getReadingPublisher.publish(Reading(count, []))
             with arrived:
-                assert arrived.wait_for(partial(seen.__contains__, count), LIMIT)
+                assert arrived.wait_for(partial(seen.__contains__, count), EVENT_LIMIT)
     assert "the callback's own fault" in caplog.text
     assert names == {"stream nao/Calculator/getReading"}
     servant.getReadingPublisher.publish(Reading(3, []))
@@ -201,9 +201,9 @@ def test_callback_may_close_its_subscription_and_call(
         done.set()
 
     followed = calculator.getReading.subscribe(callback)
-    assert listened(servant.getReadingPublisher, LIMIT)
+    assert listened(servant.getReadingPublisher, EVENT_LIMIT)
     servant.getReadingPublisher.publish(Reading(1, []))
-    assert done.wait(LIMIT)
+    assert done.wait(EVENT_LIMIT)
     assert sums == [3.0]
 
 
@@ -212,13 +212,13 @@ def test_slow_callback_delays_no_call(calculator: CalculatorPrx, servant: Calcul
 
     def callback(_: Sample[Reading]) -> None:
         entered.set()
-        leave.wait(LIMIT)
+        leave.wait(FOREVER)
 
     with calculator.getReading.subscribe(callback):
-        assert listened(servant.getReadingPublisher, LIMIT)
+        assert listened(servant.getReadingPublisher, EVENT_LIMIT)
         for count in range(600):  # more than any queue between holds
             servant.getReadingPublisher.publish(Reading(count, []))
-        assert entered.wait(LIMIT)
+        assert entered.wait(EVENT_LIMIT)
         assert calculator.add(1.0, 2.0) == 3.0
         assert not leave.is_set()
         leave.set()
@@ -248,18 +248,18 @@ def test_servant_stops_publishing_after_the_last_subscription(
     publisher = servant.getReadingPublisher
     seen = threading.Event()
     first, last = (calculator.getReading.subscribe(lambda _: seen.set()) for _ in range(2))
-    assert listened(publisher, LIMIT)
+    assert listened(publisher, EVENT_LIMIT)
     first.close()
     first.close()  # counts once
     publisher.publish(Reading(1, []))
-    assert seen.wait(LIMIT)
+    assert seen.wait(EVENT_LIMIT)
     last.close()
     wait_until_unheard(servant)
     seen.clear()
     with calculator.getReading.subscribe(lambda _: seen.set()):
-        assert listened(publisher, LIMIT)
+        assert listened(publisher, EVENT_LIMIT)
         publisher.publish(Reading(2, []))
-        assert seen.wait(LIMIT)
+        assert seen.wait(EVENT_LIMIT)
     wait_until_unheard(servant)
 
 
@@ -272,11 +272,11 @@ def test_stream_that_nobody_asks_for_is_let_go_and_comes_back(
         listen(calculator, servant)  # nothing stale is left of the last time
         publish_until_heard(calculator, servant, count)
         wait_until_unheard(servant)
-        waiter = threading.Thread(target=calculator.getReading.wait, kwargs={"timeout": LIMIT})
+        waiter = threading.Thread(target=calculator.getReading.wait, kwargs={"timeout": FOREVER})
         waiter.start()
-        assert listened(publisher, LIMIT)
+        assert listened(publisher, EVENT_LIMIT)
         publisher.publish(Reading(count + 1, []))
-        waiter.join(LIMIT)
+        waiter.join(EVENT_LIMIT)
         assert not waiter.is_alive()
         wait_until_unheard(servant)
 
@@ -301,7 +301,7 @@ def test_stream_is_shared_by_proxies_that_are_made_again(pair: Pair, servant: Ca
         return CalculatorPrx.uncheckedCast(pair.client.stringToProxy("Calculator"))
 
     assert fresh().getReading.latest() is None
-    assert listened(servant.getReadingPublisher, LIMIT)
+    assert listened(servant.getReadingPublisher, EVENT_LIMIT)
     servant.getReadingPublisher.publish(Reading(1, []))
     until(lambda: fresh().getReading.latest() is not None)
 
@@ -314,13 +314,13 @@ def test_stream_that_somebody_waits_for_is_not_let_go(
         calculator.getReading.wait(timeout=0.3)
     seen = threading.Event()
     with calculator.getReading.subscribe(lambda _: seen.set()):
-        assert listened(servant.getReadingPublisher, LIMIT)
+        assert listened(servant.getReadingPublisher, EVENT_LIMIT)
         assert calculator.getReading.latest() is None
         with pytest.raises(TimeoutException):
             calculator.getReading.wait(timeout=0.3)
         assert servant.getReadingPublisher.listening
         servant.getReadingPublisher.publish(Reading(1, []))
-        assert seen.wait(LIMIT)
+        assert seen.wait(EVENT_LIMIT)
 
 
 def test_who_waits_long_gets_the_sample_that_comes_at_last(
@@ -328,12 +328,12 @@ def test_who_waits_long_gets_the_sample_that_comes_at_last(
 ) -> None:
     monkeypatch.setattr(streams, "LINGER", 0.02)
     got: list[Sample[Reading]] = []
-    waiter = threading.Thread(target=lambda: got.append(calculator.getReading.wait(timeout=LIMIT)))
+    waiter = threading.Thread(target=lambda: got.append(calculator.getReading.wait(timeout=FOREVER)))
     waiter.start()
-    assert listened(servant.getReadingPublisher, LIMIT)
+    assert listened(servant.getReadingPublisher, EVENT_LIMIT)
     waiter.join(0.3)
     servant.getReadingPublisher.publish(Reading(1, []))
-    waiter.join(LIMIT)
+    waiter.join(EVENT_LIMIT)
     assert [sample.value.count for sample in got] == [1]
 
 
@@ -341,12 +341,14 @@ def test_who_waits_long_gets_the_sample_that_comes_at_last(
 def test_subscription_closes_at_once_when_no_sample_arrives(
     pair: Pair, servant: CalculatorI, identity: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(streams, "_JOIN_LIMIT", LIMIT)
-    prx = CalculatorPrx.uncheckedCast(pair.client.stringToProxy(identity)).ice_invocationTimeout(LIMIT * 1000)
+    monkeypatch.setattr(streams, "_JOIN_LIMIT", FOREVER)
+    prx = CalculatorPrx.uncheckedCast(pair.client.stringToProxy(identity)).ice_invocationTimeout(
+        FOREVER * 1000
+    )
     with prx.getReading.subscribe(lambda _: None) as followed:
         started = time.monotonic()
         followed.close()
-        assert time.monotonic() - started < AT_ONCE
+        assert time.monotonic() - started < EVENT_LIMIT
 
 
 def test_callback_is_called_again_whatever_it_raises(calculator: CalculatorPrx, servant: CalculatorI) -> None:
@@ -360,11 +362,11 @@ def test_callback_is_called_again_whatever_it_raises(calculator: CalculatorPrx, 
         raise SystemExit
 
     with calculator.getReading.subscribe(callback):
-        assert listened(servant.getReadingPublisher, LIMIT)
+        assert listened(servant.getReadingPublisher, EVENT_LIMIT)
         for count in (1, 2):
             servant.getReadingPublisher.publish(Reading(count, []))
             with arrived:
-                assert arrived.wait_for(partial(seen.__contains__, count), LIMIT)
+                assert arrived.wait_for(partial(seen.__contains__, count), EVENT_LIMIT)
 
 
 def test_publisher_may_be_had_before_the_servant_is_served(pair: Pair) -> None:
@@ -413,14 +415,14 @@ def test_subscription_logs_bad_samples_once_until_a_good_one(
             arrived.notify_all()
 
     with caplog.at_level(logging.WARNING, "zenoh_ice"), calculator.getReading.subscribe(callback):
-        assert listened(servant.getReadingPublisher, LIMIT)
+        assert listened(servant.getReadingPublisher, EVENT_LIMIT)
         for count in (1, 2):
             for _ in range(20):
                 session_of(pair.server).put("nao/Calculator/getReading", bad)
                 time.sleep(0.005)  # so that not all but the newest are skipped
             servant.getReadingPublisher.publish(Reading(count, []))
             with arrived:
-                assert arrived.wait_for(partial(seen.__contains__, count), LIMIT)
+                assert arrived.wait_for(partial(seen.__contains__, count), EVENT_LIMIT)
     assert len(caplog.records) == 2
     assert "sample of Calculator.getReading" in caplog.text
 
@@ -461,9 +463,9 @@ def test_subscription_waits_for_an_absent_servant_in_silence(
         assert _switches(thread) - before < 25  # it sleeps: asking every 20 ms would take more
         servant = CalculatorI()
         pair.adapter.add(servant, "Calculator")
-        assert listened(servant.getReadingPublisher, LIMIT)
+        assert listened(servant.getReadingPublisher, EVENT_LIMIT)
         servant.getReadingPublisher.publish(Reading(1, []))
-        assert seen.wait(LIMIT)
+        assert seen.wait(EVENT_LIMIT)
     assert not caplog.records
 
 
@@ -472,9 +474,9 @@ def test_stream_may_be_followed_before_its_servant_is_there(pair: Pair) -> None:
     assert early.getReading.latest() is None
     servant = CalculatorI()
     pair.adapter.add(servant, "Calculator")
-    assert listened(servant.getReadingPublisher, LIMIT)
+    assert listened(servant.getReadingPublisher, EVENT_LIMIT)
     servant.getReadingPublisher.publish(Reading(1, []))
-    assert early.getReading.wait(timeout=LIMIT).value.count == 1
+    assert early.getReading.wait(timeout=EVENT_LIMIT).value.count == 1
 
 
 def test_destroy_ends_a_wait(pair: Pair, servant: CalculatorI) -> None:
@@ -483,15 +485,15 @@ def test_destroy_ends_a_wait(pair: Pair, servant: CalculatorI) -> None:
 
     def wait() -> None:
         try:
-            calculator.getReading.wait(timeout=LIMIT)
+            calculator.getReading.wait(timeout=FOREVER)
         except CommunicatorDestroyedException as error:
             outcome.append(error)
 
     waiter = threading.Thread(target=wait)
     waiter.start()
-    assert listened(servant.getReadingPublisher, LIMIT)
+    assert listened(servant.getReadingPublisher, EVENT_LIMIT)
     pair.client.destroy()
-    waiter.join(LIMIT)
+    waiter.join(EVENT_LIMIT)
     assert len(outcome) == 1
 
 
@@ -502,18 +504,18 @@ def test_destroy_ends_the_rest_between_the_samples_of_a_slow_loop(pair: Pair, se
 
     def follow() -> None:
         try:
-            for _ in calculator.getReading.samples(LIMIT, rate=0.001):
+            for _ in calculator.getReading.samples(FOREVER, rate=0.001):
                 first.set()
         except CommunicatorDestroyedException as error:
             outcome.append(error)
 
     follower = threading.Thread(target=follow)
     follower.start()
-    assert listened(servant.getReadingPublisher, LIMIT)
+    assert listened(servant.getReadingPublisher, EVENT_LIMIT)
     servant.getReadingPublisher.publish(Reading(1, []))
-    assert first.wait(LIMIT)
+    assert first.wait(EVENT_LIMIT)
     pair.client.destroy()
-    follower.join(LIMIT)
+    follower.join(EVENT_LIMIT)
     assert len(outcome) == 1
 
 

@@ -18,7 +18,7 @@ from codegen.diagnostics import Diagnostics
 from codegen.hfsm import read_document
 from codegen.hfsm.document import Document
 from tests.support.editor import Editor
-from tests.support.limits import LIMIT
+from tests.support.limits import PAGE_LIMIT, START_LIMIT
 from tests.support.page_coverage import recorded
 
 __all__ = [
@@ -51,7 +51,7 @@ FLAGS: Final = (
 )
 AXE: Final = Path(__file__).parent / "vendor" / "axe.min.js"
 
-expect.set_options(timeout=LIMIT * 1000)
+expect.set_options(timeout=PAGE_LIMIT * 1000)
 
 # On a busy machine a message could be gone before it is looked for.
 KEEP_NOTICES: Final = """
@@ -75,7 +75,7 @@ def launch_chromium(playwright: Playwright) -> Browser:
     path = chromium_path()
     if path is None:
         pytest.skip(NO_CHROMIUM)
-    return playwright.chromium.launch(executable_path=path, args=FLAGS, timeout=LIMIT * 1000)
+    return playwright.chromium.launch(executable_path=path, args=FLAGS, timeout=START_LIMIT * 1000)
 
 
 def launch_firefox(playwright: Playwright) -> Browser:
@@ -87,7 +87,7 @@ def launch_firefox(playwright: Playwright) -> Browser:
     path = firefox_path()
     if path is None:
         pytest.skip(NO_FIREFOX)
-    return playwright.firefox.launch(executable_path=path, channel="moz-firefox", timeout=LIMIT * 1000)
+    return playwright.firefox.launch(executable_path=path, channel="moz-firefox", timeout=START_LIMIT * 1000)
 
 
 LAUNCH: Final = {"chromium": launch_chromium, "firefox": launch_firefox}
@@ -156,7 +156,7 @@ class EditorPage:
         self.mishaps: list[str] = []
         page.on("pageerror", lambda error: self.mishaps.append(str(error)))
         page.on("console", lambda message: self._note(message.type, message.text))
-        page.set_default_timeout(LIMIT * 1000)
+        page.set_default_timeout(PAGE_LIMIT * 1000)
         page.add_init_script(KEEP_NOTICES)
         page.goto(f"http://{editor.host}/?token={editor.server.credentials.token}")
 
@@ -212,7 +212,7 @@ class EditorPage:
     def expect_at(self, what: str | Locator, place: tuple[float, float], within: float = 1.5) -> None:
         """Wait until the middle of an element, or of the state with a name, is at a position in the window."""
         found = what if isinstance(what, Locator) else self.state(what).locator(".body")
-        deadline = time.monotonic() + LIMIT
+        deadline = time.monotonic() + PAGE_LIMIT
         while (seen := self.middle(found)) != pytest.approx(place, abs=within):
             assert time.monotonic() < deadline, f"{seen}, not {place}"
             self.page.wait_for_timeout(20)

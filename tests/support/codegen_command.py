@@ -7,6 +7,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+from tests.support.limits import RUN_LIMIT
+
 ROOT = Path(__file__).parents[2]
 
 
@@ -21,7 +23,7 @@ def codegen(
         env={**os.environ, "PYTHONPATH": str(ROOT), "COLUMNS": "120", **(environment or {})},
         input=input,
         capture_output=True,
-        timeout=60,
+        timeout=RUN_LIMIT,
         check=False,
     )
     return subprocess.CompletedProcess(command, done.returncode, done.stdout.decode(), done.stderr.decode())

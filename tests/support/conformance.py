@@ -11,7 +11,7 @@ import pytest
 from naoserver.fake import FakeRobot
 from naoserver.options import SafetyOptions, ServerOptions
 from naoserver.server import serve
-from tests.support.limits import LIMIT
+from tests.support.limits import FOREVER
 from tests.support.processes import free_endpoint
 from tests.support.robot_server import RobotClient, served_to_client
 from zenoh_ice import initialize
@@ -21,7 +21,7 @@ __all__ = ["PATIENT", "ROBOTS", "Served"]
 Served = Callable[[ServerOptions | None], AbstractContextManager[RobotClient]]
 """Serves a robot with some options, or with the defaults."""
 
-PATIENT: Final = ServerOptions(safety=SafetyOptions(velocity_timeout=LIMIT))
+PATIENT: Final = ServerOptions(safety=SafetyOptions(velocity_timeout=FOREVER))
 """For tests in which a velocity must last."""
 
 

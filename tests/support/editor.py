@@ -17,7 +17,7 @@ from typing import Any, Self
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Origin
 
-from tests.support.limits import LIMIT
+from tests.support.limits import END_LIMIT, PAGE_LIMIT, START_LIMIT
 from visualhfsm.errors import VisualHfsmError
 from visualhfsm.services import Publish
 from visualhfsm.web.server import Options, Server
@@ -116,9 +116,9 @@ class Editor:
 
     def __enter__(self) -> Self:
         self._thread.start()
-        assert self._started.wait(LIMIT)
+        assert self._started.wait(START_LIMIT)
         if self._failure is not None:
-            self._thread.join(LIMIT)
+            self._thread.join(END_LIMIT)
             raise self._failure
         return self
 
@@ -126,7 +126,7 @@ class Editor:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.server.stop()
-        self._thread.join(LIMIT)
+        self._thread.join(END_LIMIT)
         assert not self._thread.is_alive(), "the server does not end"
         if self._failure is not None and error is None:
             raise self._failure
@@ -135,7 +135,7 @@ class Editor:
         self, path: str, headers: dict[str, str] | None = None, method: str = "GET"
     ) -> tuple[int, dict[str, str], bytes]:
         """Return status, headers and content of the server's answer; `headers` replace the usual ones."""
-        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=LIMIT)
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=PAGE_LIMIT)
         with contextlib.closing(connection):
             connection.putrequest(method, path, skip_host=True, skip_accept_encoding=True)
             for name, value in {"Host": self.host, **(headers or {})}.items():
@@ -161,22 +161,22 @@ class Editor:
             origin=Origin(f"http://{self.host}" if origin is None else origin),
             additional_headers={"Cookie": self.cookie()} if headers is None else headers,
             max_size=None,
-            close_timeout=LIMIT,
-            open_timeout=LIMIT,
+            close_timeout=PAGE_LIMIT,
+            open_timeout=PAGE_LIMIT,
             proxy=None,
         ) as socket:
             yield socket
 
     def upgrade(self, path: str, headers: dict[str, str]) -> int:
         """Return the status with which the server answers a handshake with these headers and no others."""
-        with socket.create_connection(("127.0.0.1", self.port), LIMIT) as client:
+        with socket.create_connection(("127.0.0.1", self.port), PAGE_LIMIT) as client:
             client.sendall(_handshake(path, headers))
             return int(client.recv(64).split(b" ")[1])
 
     @contextlib.contextmanager
     def deaf_window(self) -> Iterator[None]:
         """Open a window that says hello and reads nothing from then on."""
-        with socket.create_connection(("127.0.0.1", self.port), LIMIT) as client:
+        with socket.create_connection(("127.0.0.1", self.port), PAGE_LIMIT) as client:
             client.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
             client.sendall(
                 _handshake(
@@ -231,7 +231,7 @@ class Window:
 
     def wait_for(self, wanted: Callable[[dict[str, Any]], bool]) -> dict[str, Any]:
         """Take in messages until one is wanted."""
-        until = time.monotonic() + LIMIT
+        until = time.monotonic() + PAGE_LIMIT
         while True:
             message: dict[str, Any] = json.loads(self.socket.recv(max(0.0, until - time.monotonic())))
             self._take_in(message)

@@ -16,7 +16,7 @@ import psutil
 import pytest
 import zenoh
 
-from tests.support.limits import LIMIT
+from tests.support.limits import END_LIMIT
 
 __all__ = ["Leaks", "watched_leaks"]
 
@@ -71,7 +71,7 @@ class Leaks:
         self._sessions.append(Opened(session, self.origin()))
 
     @contextmanager
-    def check(self, scope: str, limit: float = LIMIT) -> Iterator[None]:
+    def check(self, scope: str, limit: float = END_LIMIT) -> Iterator[None]:
         """Fail if something that was started within the block has not ended `limit` s after it."""
         before = self._running()
         yield

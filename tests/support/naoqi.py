@@ -13,7 +13,7 @@ import qi
 from naoserver.libqi import start_libqi
 from naoserver_naoqi.libqi import connect
 from naoserver_naoqi.link import Link, Reply, RobotAddress
-from tests.support.limits import CALL_LIMIT, LIMIT
+from tests.support.limits import CALL_LIMIT, MOVE_LIMIT
 
 __all__ = ["connect_patiently", "connected", "eventually_near"]
 
@@ -32,7 +32,7 @@ def connected(url: str) -> Iterator[Any]:
 
 def eventually_near(measure: Callable[[], float], value: float, tolerance: float) -> None:
     """Wait until a measurement is near a value; raise AssertionError after the limit."""
-    deadline = time.monotonic() + LIMIT
+    deadline = time.monotonic() + MOVE_LIMIT
     while abs((measured := measure()) - value) > tolerance:
         assert time.monotonic() < deadline, f"it is {measured}, not {value}"
         time.sleep(0.01)
@@ -40,7 +40,7 @@ def eventually_near(measure: Callable[[], float], value: float, tolerance: float
 
 def connect_patiently(address: RobotAddress) -> Link:
     """Connect to a robot that may answer slowly on a busy machine without being reported as lost."""
-    return _PatientLink(connect(address, LIMIT))
+    return _PatientLink(connect(address, CALL_LIMIT))
 
 
 class _PatientLink:

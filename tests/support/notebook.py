@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import threading
 
-from tests.support.limits import LIMIT
+from tests.support.limits import EVENT_LIMIT
 from zenoh_ice import generated as ice
 from zenoh_ice.generated import Current
 
@@ -59,5 +59,5 @@ class Notebook(ice.Object, proxy=NotebookPrx):
     def wait_for(self, count: int) -> list[str]:
         """Wait for a number of notes, and return them."""
         with self._changed:
-            self._changed.wait_for(lambda: len(self._notes) >= count, LIMIT)
+            self._changed.wait_for(lambda: len(self._notes) >= count, EVENT_LIMIT)
             return list(self._notes)

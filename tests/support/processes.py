@@ -15,7 +15,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from tests.support.limits import LIMIT
+from tests.support.limits import END_LIMIT, EVENT_LIMIT, RUN_LIMIT, START_LIMIT
 
 __all__ = ["ComponentProcess", "announced", "free_endpoint", "module"]
 
@@ -86,20 +86,20 @@ class ComponentProcess:
         if self.process.poll() is None:
             self.process.send_signal(signal.SIGINT)
         try:
-            self.process.wait(LIMIT)
+            self.process.wait(END_LIMIT)
         except subprocess.TimeoutExpired:
             self.process.kill()
-            self.process.wait(LIMIT)
+            self.process.wait(END_LIMIT)
             raise AssertionError(f"{self.command} did not end at SIGINT:\n{self.output}") from None
         finally:
-            self._reader.join(LIMIT)
+            self._reader.join(EVENT_LIMIT)
             assert self.process.stdout is not None
             self.process.stdout.close()
 
     def freeze(self) -> None:
         """Stop all threads of the process with SIGSTOP; SIGCONT continues it."""
         self.process.send_signal(signal.SIGSTOP)
-        deadline = time.monotonic() + LIMIT
+        deadline = time.monotonic() + EVENT_LIMIT
         tasks = Path(f"/proc/{self.process.pid}/task")
         while not all(_state(task) == "T" for task in tasks.iterdir()):
             assert time.monotonic() < deadline, f"{self.command} does not stop"
@@ -111,7 +111,7 @@ class ComponentProcess:
         with self._changed:
             return "".join(self._lines)
 
-    def wait_for(self, pattern: str, limit: float = LIMIT) -> re.Match[str]:
+    def wait_for(self, pattern: str, limit: float = START_LIMIT) -> re.Match[str]:
         """Wait until a line of the output matches; raises AssertionError with the output otherwise."""
         expression = re.compile(pattern)
         deadline = time.monotonic() + limit
@@ -129,10 +129,10 @@ class ComponentProcess:
                     raise AssertionError(f"{self.command} {state}; no {pattern!r} in\n{''.join(self._lines)}")
                 self._changed.wait(min(left, 0.1))
 
-    def wait(self, limit: float = LIMIT) -> int:
+    def wait(self, limit: float = RUN_LIMIT) -> int:
         """Wait for the end of the process; return its exit code."""
         code = self.process.wait(limit)
-        self._reader.join(LIMIT)
+        self._reader.join(EVENT_LIMIT)
         return code
 
     def _read(self) -> None:

@@ -6,7 +6,7 @@ import asyncio
 from collections.abc import Callable
 from typing import TypeVar
 
-from tests.support.limits import LIMIT
+from tests.support.limits import START_LIMIT
 
 __all__ = ["Pushes"]
 
@@ -33,7 +33,7 @@ class Pushes:
 
     async def until(self, find: Callable[[], T | None]) -> T:
         """Wait until a function finds something in the pushes, and return it."""
-        async with asyncio.timeout(LIMIT):
+        async with asyncio.timeout(START_LIMIT):
             while not (found := find()):
                 self._changed.clear()
                 await self._changed.wait()

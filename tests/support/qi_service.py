@@ -13,7 +13,7 @@ from naoserver_qi.access import Access, Walking
 from naoserver_qi.calls import Call
 from naoserver_qi.motion import ALMotion
 from naoserver_qi.postures import ALRobotPosture
-from tests.support.limits import LIMIT
+from tests.support.limits import EVENT_LIMIT
 from tests.support.stepped_clock import SteppedClock
 from zenoh_ice import VirtualClock
 
@@ -39,7 +39,7 @@ class LongCall:
 
     def join(self) -> None:
         """Wait for its end in wall time."""
-        self._thread.join(LIMIT)
+        self._thread.join(EVENT_LIMIT)
         assert self.ended, "the call goes on"
 
     def _run(self, operation: Callable[..., Any], arguments: tuple[object, ...]) -> None:
@@ -53,7 +53,7 @@ class Rig:
     """A fake robot in virtual time behind its guards, and ALMotion over them."""
 
     def __init__(self) -> None:
-        self.clock = SteppedClock(limit=LIMIT)
+        self.clock = SteppedClock(limit=EVENT_LIMIT)
         self.robot = FakeRobot(self.clock)
         self.assembly = Assembly(self.robot, ServerOptions(), VirtualClock())
         self.access = Access(self.robot, self.assembly)

@@ -11,7 +11,7 @@ from contextlib import suppress
 from types import TracebackType
 from typing import Any, Self
 
-from tests.support.limits import LIMIT
+from tests.support.limits import EVENT_LIMIT
 
 __all__ = ["Relay"]
 
@@ -72,11 +72,11 @@ class Relay:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self._door.shutdown(socket.SHUT_RDWR)
-        self._threads[0].join(LIMIT)
+        self._threads[0].join(EVENT_LIMIT)
         self.cut()
         self._flowing.set()
         for thread in self._threads:
-            thread.join(LIMIT)
+            thread.join(EVENT_LIMIT)
         for end in (self._door, *self._sockets):
             end.close()
 

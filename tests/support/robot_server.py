@@ -13,7 +13,7 @@ from naoserver.assembly import Assembly
 from naoserver.options import ServerOptions
 from naoserver.robot import Robot
 from naoserver.server import serve
-from tests.support.limits import LIMIT
+from tests.support.limits import MOVE_LIMIT
 from tests.support.processes import free_endpoint
 from zenoh_ice import Communicator, ObjectPrx, initialize
 from zenoh_ice.proxy import StreamedCall
@@ -86,7 +86,7 @@ def served_to_client(robot: Robot, options: ServerOptions | None = None) -> Iter
         yield client
 
 
-def eventually(condition: Callable[[], bool], limit: float = LIMIT) -> None:
+def eventually(condition: Callable[[], bool], limit: float = MOVE_LIMIT) -> None:
     """Wait until a condition holds; raise AssertionError after `limit` s."""
     deadline = time.monotonic() + limit
     while not condition():
@@ -96,9 +96,9 @@ def eventually(condition: Callable[[], bool], limit: float = LIMIT) -> None:
 
 def wait_for(stream: StreamedCall[..., V], condition: Callable[[V], bool]) -> V:
     """Return the first value of a stream that meets a condition; raise AssertionError after the limit."""
-    deadline = time.monotonic() + LIMIT
+    deadline = time.monotonic() + MOVE_LIMIT
     value: V | None = None
-    for sample in stream.samples(timeout=LIMIT):
+    for sample in stream.samples(timeout=MOVE_LIMIT):
         value = sample.value
         if condition(value):
             return value

@@ -10,7 +10,7 @@ from hfsm_runtime import Automaton, Component
 from hfsm_runtime.errors import OnError
 from hfsm_runtime.runtime import Runtime
 from tests.support.automata import component
-from tests.support.limits import LIMIT
+from tests.support.limits import EVENT_LIMIT
 from zenoh_ice import WallClock
 
 __all__ = ["eventually", "running"]
@@ -31,7 +31,7 @@ def running(
 
 def eventually(condition: Callable[[], bool]) -> None:
     """Wait until a condition is true."""
-    deadline = time.monotonic() + LIMIT
+    deadline = time.monotonic() + EVENT_LIMIT
     while not condition():
         assert time.monotonic() < deadline, "it did not come true in time"
         time.sleep(0.005)

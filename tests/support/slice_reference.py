@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 
+from tests.support.limits import RUN_LIMIT
+
 AVAILABLE = find_spec("IcePy") is not None
 
 # Compiles each file of a list in a separate process, forked from one that has loaded the compiler: starting
@@ -62,7 +64,9 @@ def reference_verdicts(
     directory.mkdir(parents=True, exist_ok=True)
     request = json.dumps([[str(path.resolve()) for path in paths], list(options), str(directory)])
     command = [sys.executable, "-c", _WORKER]
-    worker = subprocess.run(command, input=request, text=True, check=True, capture_output=True, timeout=100)
+    worker = subprocess.run(
+        command, input=request, text=True, check=True, capture_output=True, timeout=RUN_LIMIT
+    )
     return [_verdict(status, output) for status, output in json.loads(worker.stdout)]
 
 

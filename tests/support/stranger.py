@@ -10,7 +10,7 @@ from typing import Any
 
 import zenoh
 
-from tests.support.limits import CALL_LIMIT, LIMIT
+from tests.support.limits import CALL_LIMIT, EVENT_LIMIT
 from zenoh_ice import Communicator
 from zenoh_ice._presence import servant_token
 from zenoh_ice._zenoh.transport import ZenohTransport
@@ -73,7 +73,7 @@ class Stranger:
             lambda status: changed.set() if status.matching else None
         )
         if not publisher.matching_status.matching:  # type: ignore[attr-defined]
-            assert changed.wait(LIMIT)
+            assert changed.wait(EVENT_LIMIT)
         listener.undeclare()
 
 

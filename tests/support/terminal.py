@@ -6,7 +6,7 @@ import os
 import select
 import time
 
-from tests.support.limits import LIMIT
+from tests.support.limits import START_LIMIT
 
 __all__ = ["read_until"]
 
@@ -14,7 +14,7 @@ __all__ = ["read_until"]
 def read_until(terminal: int, text: str, before: str = "") -> str:
     """Read the further output of a terminal until a text appears."""
     output = before.encode()
-    deadline = time.monotonic() + LIMIT
+    deadline = time.monotonic() + START_LIMIT
     while text.encode() not in output:
         ready, _, _ = select.select([terminal], [], [], max(0.0, deadline - time.monotonic()))
         assert ready, output.decode(errors="replace")

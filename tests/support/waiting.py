@@ -7,14 +7,14 @@ from collections.abc import Callable
 from typing import Any
 
 from tests.support.calculator import CalculatorPrx
-from tests.support.limits import LIMIT
+from tests.support.limits import EVENT_LIMIT, START_LIMIT
 from zenoh_ice import Communicator, Publisher, SystemException
 from zenoh_ice._zenoh.transport import ZenohTransport
 
 __all__ = ["call_until_it_works", "links", "listened", "until"]
 
 
-def until(condition: Callable[[], object], limit: float = LIMIT) -> None:
+def until(condition: Callable[[], object], limit: float = EVENT_LIMIT) -> None:
     """Poll until a condition holds."""
     deadline = time.monotonic() + limit
     while not condition():
@@ -37,7 +37,7 @@ def call_until_it_works(calculator: CalculatorPrx) -> None:
         except SystemException:
             return False
 
-    until(works)
+    until(works, START_LIMIT)
 
 
 def links(communicator: Communicator) -> set[str]:

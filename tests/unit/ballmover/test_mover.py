@@ -15,7 +15,7 @@ from ballmover.exceptions import NotArrivedException
 from ballmover.mover import PERIOD, Mover
 from ballmover.route import Route, Stop
 from ballmover.waypoints import Waypoint
-from tests.support.limits import LIMIT
+from tests.support.limits import EVENT_LIMIT
 from tests.support.stepped_clock import SteppedClock
 from zenoh_ice.exceptions import ConnectionLostException
 
@@ -132,7 +132,7 @@ class Run:
         if not self.thread.ident:
             self.start()
         self.clock.advance(seconds)
-        self.thread.join(LIMIT)
+        self.thread.join(EVENT_LIMIT)
         assert not self.thread.is_alive()
         if self.error is not None:
             raise self.error
@@ -209,13 +209,13 @@ def test_a_loop_of_one_waypoint_stays_there() -> None:
     run.ball.present = False
 
     def come_back() -> None:
-        assert run.log.lost_event.wait(LIMIT)
+        assert run.log.lost_event.wait(EVENT_LIMIT)
         run.ball.present = True
 
     helper = threading.Thread(target=come_back, daemon=True)
     helper.start()
     run.end()
-    helper.join(LIMIT)
+    helper.join(EVENT_LIMIT)
     assert run.log.names[:3] == ["depart 1.0", "arrive a", "lost"]
 
 
@@ -242,7 +242,7 @@ def test_a_lost_server_is_reported_and_the_ball_goes_on_when_it_is_back() -> Non
     run.ball.present = False
 
     def restart() -> None:  # with the ball at home, as after a restart of the simulator
-        assert run.log.lost_event.wait(LIMIT)
+        assert run.log.lost_event.wait(EVENT_LIMIT)
         run.ball.here = run.ball.target = HOME
         run.ball.present = True
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.limits import RUN_LIMIT
 from tests.support.places import ROOT
 
 FEW = ("again", "searched_and_found", "whose_turn", "turns_of_ten", "ten_positions")
@@ -22,7 +23,7 @@ def test_the_behaviors_are_covered_whole() -> None:
         sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-k", " or ".join(FEW), *map(str, TESTS),
         "--hfsm-cov=behaviors", "--hfsm-cov-fail-under=100",
     ]  # fmt: skip
-    run = subprocess.run(tests, cwd=ROOT, capture_output=True, text=True, timeout=60, check=False)
+    run = subprocess.run(tests, cwd=ROOT, capture_output=True, text=True, timeout=RUN_LIMIT, check=False)
     assert run.returncode == 0, run.stdout + run.stderr
     assert re.findall(r"^(\S+\.xml|total) .* (\d+) %$", run.stdout, re.MULTILINE) == [
         ("behaviors/dance.xml", "100"),

@@ -11,6 +11,7 @@ import pytest
 
 from codegen.hfsm.checks.component import STANDARD_OPTIONS
 from tests.support.codegen_command import ROOT, codegen
+from tests.support.limits import RUN_LIMIT
 from tests.support.pages import DOCS, blocks_of
 
 PAGE = (DOCS / "reference/components.md").read_text("utf-8")
@@ -27,7 +28,7 @@ def test_the_example_is_generated_and_its_test_passes(tmp_path: Path) -> None:
         env={"PYTHONPATH": f"{ROOT}:{tmp_path}"},
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=RUN_LIMIT,
         check=False,
     )
     assert done.returncode == 0, done.stdout

@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.limits import RUN_LIMIT
+
 HEADER = """
 import sys, time, typer
 from pathlib import Path
@@ -27,7 +29,7 @@ def script(body: str) -> list[str]:
 
 def finish(process: subprocess.Popen[str]) -> tuple[int, str, str]:
     try:
-        out, err = process.communicate(timeout=60)
+        out, err = process.communicate(timeout=RUN_LIMIT)
     finally:
         process.kill()
     return process.returncode, out, err
@@ -93,11 +95,11 @@ def command() -> None:
 def test_a_full_disk_and_a_closed_output_are_no_crash() -> None:
     code = shlex.join(script(WRITES))
     full = subprocess.run(
-        ["sh", "-c", f"{code} > /dev/full"], capture_output=True, text=True, timeout=60, check=False
+        ["sh", "-c", f"{code} > /dev/full"], capture_output=True, text=True, timeout=RUN_LIMIT, check=False
     )
     assert (full.returncode, full.stderr) == (1, "-c: error: cannot write: No space left on device\n")
     closed = subprocess.run(
-        ["sh", "-c", f"{code} >&-"], capture_output=True, text=True, timeout=60, check=False
+        ["sh", "-c", f"{code} >&-"], capture_output=True, text=True, timeout=RUN_LIMIT, check=False
     )
     assert (closed.returncode, closed.stderr) == (0, "")
 
@@ -122,7 +124,11 @@ def test_help_loads_nothing_heavy() -> None:
     sys.exit(", ".join(sorted(heavy)) or 0)
     """
     result = subprocess.run(
-        [sys.executable, "-c", textwrap.dedent(body)], capture_output=True, text=True, timeout=60, check=False
+        [sys.executable, "-c", textwrap.dedent(body)],
+        capture_output=True,
+        text=True,
+        timeout=RUN_LIMIT,
+        check=False,
     )
     assert result.stderr == ""
     assert result.returncode == 0

@@ -23,7 +23,7 @@ from interfaces.jderobot import (
 )
 from interfaces.nao import HeadPose, PoseHeadPrx
 from naoserver.fake import FakeRobot
-from tests.support.limits import LIMIT
+from tests.support.limits import EVENT_LIMIT
 from tests.support.robot_server import served_to_client
 from tests.support.stepped_clock import SteppedClock
 from zenoh_ice import (
@@ -82,7 +82,7 @@ def test_calls_come_to_the_same_as_over_the_wire(behavior: MakeBehavior) -> None
     b = behavior(Nothing, robot="fake")
     assert isinstance(b.component, Nothing)
     over_the_wire = Nothing()
-    with served_to_client(FakeRobot(SteppedClock(limit=LIMIT))) as client:
+    with served_to_client(FakeRobot(SteppedClock(limit=EVENT_LIMIT))) as client:
         vars(over_the_wire)["Head"] = client.proxy(PoseHeadPrx, "Head")
         vars(over_the_wire)["Camera"] = client.proxy(CameraPrx, "Camera")
         vars(over_the_wire)["Shoulder"] = client.proxy(Pose3DMotorsPrx, "RightShoulderMotors")

@@ -31,7 +31,7 @@ from interfaces.jderobot import ImageDescription
 from tests.support.automata import after, automaton, component, when
 from tests.support.documents import compile_to, document, state, sub
 from tests.support.examples import examples
-from tests.support.limits import LIMIT
+from tests.support.limits import EVENT_LIMIT, FOREVER
 from tests.support.running import eventually
 from tests.support.stepped_clock import SteppedClock
 from zenoh_ice.clock import WallClock
@@ -208,7 +208,7 @@ def test_a_chunk_ends_at_least_each_second(tmp_path: Path) -> None:
     writer = RecordingWriter(path, STATE, {}, 1000)
     try:
         writer.put(Entry("/readings", 1001, Reading("", "now", 1)))
-        deadline = time.monotonic() + LIMIT
+        deadline = time.monotonic() + EVENT_LIMIT
         while True:
             recorded = Recording(path)
             if records := list(recorded):
@@ -256,7 +256,7 @@ def test_messages_that_unpack_to_more_than_memory_has_are_refused(
 
 def test_the_lock_keeps_two_threads_apart() -> None:
     overlaps: list[tuple[str, str]] = []
-    lock = CodeLock(lambda *who: overlaps.append(who), patience=LIMIT)
+    lock = CodeLock(lambda *who: overlaps.append(who), patience=FOREVER)
     inside: list[str] = []
     most: list[int] = []
 
@@ -273,19 +273,19 @@ def test_the_lock_keeps_two_threads_apart() -> None:
     for thread in threads:
         thread.start()
     for thread in threads:
-        thread.join(LIMIT)
+        thread.join(EVENT_LIMIT)
     assert max(most) == 1
     assert overlaps == []
 
 
 def test_others_get_the_lock_while_its_holder_waits() -> None:
-    lock = CodeLock(lambda *_: pytest.fail("nobody took it away"), patience=LIMIT)
+    lock = CodeLock(lambda *_: pytest.fail("nobody took it away"), patience=FOREVER)
     with lock.held("a"):
         with lock.released():
             assert lock.context is None
             other = threading.Thread(target=acquire_and_release, args=(lock, "b"))
             other.start()
-            other.join(LIMIT)
+            other.join(EVENT_LIMIT)
             assert not other.is_alive()
         assert lock.context == "a"
 
@@ -296,7 +296,7 @@ def test_a_thread_that_blocks_loses_the_lock_and_that_is_reported() -> None:
     with lock.held("a"):
         other = threading.Thread(target=acquire_and_release, args=(lock, "b"))
         other.start()
-        other.join(LIMIT)
+        other.join(EVENT_LIMIT)
     assert overlaps == [("b", "a")]
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from hfsm_runtime.threads import Alarm
 from hfsm_runtime.timeline import Timeline, delay_in_slot
-from tests.support.limits import LIMIT
+from tests.support.limits import EVENT_LIMIT
 from zenoh_ice import WallClock
 
 
@@ -32,8 +32,8 @@ def test_events_are_set_when_their_time_has_come(alarm: Alarm, timeline: Timelin
     alarm.set_at(due + 3600 * 10**9, far)
     alarm.set_at(due, near)
     alarm.set_at(0, past)
-    assert past.wait(LIMIT)
-    assert near.wait(LIMIT)
+    assert past.wait(EVENT_LIMIT)
+    assert near.wait(EVENT_LIMIT)
     assert timeline.now() >= due
     assert not far.is_set()
 
@@ -42,7 +42,7 @@ def test_an_earlier_time_that_comes_later_is_not_kept_waiting(alarm: Alarm, time
     late, early = threading.Event(), threading.Event()
     alarm.set_at(timeline.now() + 3600 * 10**9, late)
     alarm.set_at(timeline.now() + 1_000_000, early)
-    assert early.wait(LIMIT)
+    assert early.wait(EVENT_LIMIT)
 
 
 def test_an_alarm_that_was_stopped_has_no_thread(timeline: Timeline) -> None:

@@ -12,14 +12,14 @@ import pytest
 
 from hfsm_runtime import Automaton, Component, State
 from tests.support.automata import Code, after, automaton, when
-from tests.support.limits import LIMIT
+from tests.support.limits import EVENT_LIMIT, FOREVER
 from tests.support.running import eventually, running
 
 
 @pytest.fixture(autouse=True)
 def patience(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let a cycle end, even on a busy machine, before it is reported as an error."""
-    monkeypatch.setattr("hfsm_runtime.cycle.HAND_OVER", LIMIT)
+    monkeypatch.setattr("hfsm_runtime.cycle.HAND_OVER", FOREVER)
 
 
 def test_sub_automata_never_run_side_by_side_and_the_new_state_waits_for_the_old() -> None:
@@ -77,7 +77,7 @@ def test_sub_automata_never_run_side_by_side_and_the_new_state_waits_for_the_old
 def slow_hand_over(order: list[str], release: threading.Event) -> Automaton:
     def slow() -> None:
         order.append("child begins")
-        release.wait(LIMIT)
+        release.wait(FOREVER)
         order.append("child ends")
 
     child = automaton(2, "child", [State(id=1, name="x", code=slow)])
@@ -130,7 +130,7 @@ def test_a_cycle_that_became_a_ghosts_fires_no_transition_and_runs_no_further_co
 
     def guard() -> bool:
         asked.set()
-        left.wait(LIMIT)
+        left.wait(FOREVER)
         return True
 
     child = automaton(
@@ -214,7 +214,7 @@ def test_the_exit_code_of_children_that_restart_waits_for_their_running_cycles()
 
     def blocks() -> None:
         order.append("first begins")
-        release.wait(LIMIT)
+        release.wait(FOREVER)
         order.append("first ends")
 
     first = automaton(
@@ -248,7 +248,7 @@ def test_a_cycle_that_outlives_the_hand_over_changes_nothing_in_an_automaton_tha
     def blocks() -> None:
         if not leaving.is_set():
             leaving.set()
-            release.wait(LIMIT)
+            release.wait(FOREVER)
 
     child = automaton(
         2,
@@ -261,7 +261,7 @@ def test_a_cycle_that_outlives_the_hand_over_changes_nothing_in_an_automaton_tha
     changes = [when(leaving.is_set, 1, 2), after(0.02, 2, 1)]
     with running(automaton(1, "root", states, changes, period=60)) as runtime:
         late = runtime.tree.runs[1]
-        assert leaving.wait(LIMIT)
+        assert leaving.wait(EVENT_LIMIT)
         runtime.pause()
         runtime.step(1)  # to b, and the child is late
         assert (next(runtime.tree.root.paths()), late.in_cycle) == ("b", True)
@@ -275,7 +275,7 @@ def test_a_cycle_that_outlives_the_hand_over_changes_nothing_in_an_automaton_tha
 def test_an_automaton_that_blocks_delays_no_other() -> None:
     release = threading.Event()
     free = automaton(2, "free", [State(id=1, name="x")], period=0.01)
-    stuck = automaton(3, "stuck", [State(id=1, name="x", code=lambda: release.wait(LIMIT))], period=0.01)
+    stuck = automaton(3, "stuck", [State(id=1, name="x", code=lambda: release.wait(FOREVER))], period=0.01)
     with running(
         automaton(1, "root", [State(id=1, name="a", children=(stuck, free))], period=0.01)
     ) as runtime:

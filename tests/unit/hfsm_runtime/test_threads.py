@@ -16,7 +16,7 @@ from hfsm_runtime.timeline import Timeline
 from interfaces.hfsm import ComponentStatus
 from tests.support.automata import after, automaton, finished, on, when
 from tests.support.documents import load
-from tests.support.limits import AT_ONCE, LIMIT
+from tests.support.limits import EVENT_LIMIT, FOREVER
 from tests.support.places import DATA
 from tests.support.running import eventually, running
 from zenoh_ice import WallClock
@@ -42,7 +42,7 @@ def test_automata_that_wake_later_in_their_slots_keep_the_times_of_the_slots() -
         State(id=2, name="b", final=True),
     ]
     with running(automaton(1, "root", states, [finished(1, 2)], period=0.02)) as runtime:
-        assert runtime.ended.wait(LIMIT)
+        assert runtime.ended.wait(EVENT_LIMIT)
     entered = [run.entered for run in runtime.tree.runs]
     assert all(time is not None and time > 0 and time % 20_000_000 == 0 for time in entered)
 
@@ -113,7 +113,7 @@ def test_a_component_that_is_to_end_makes_no_further_step() -> None:
     ran = threading.Event()
     root = automaton(1, "root", [State(id=1, name="a", initial=True, code=ran.set)])
     with running(root) as runtime:
-        assert ran.wait(LIMIT)
+        assert ran.wait(EVENT_LIMIT)
         runtime.pause()
         eventually(lambda: not runtime.in_cycle)
         ran.clear()
@@ -159,10 +159,10 @@ def test_stopping_ends_a_sleep_of_user_code_even_one_that_catches_exceptions() -
         return automaton(1, "root", [State(id=1, name="a", code=code)])
 
     with running(root) as runtime:
-        assert sleeping.wait(LIMIT)
+        assert sleeping.wait(EVENT_LIMIT)
         began = time.monotonic()
         runtime.stop()
-        assert time.monotonic() - began < AT_ONCE
+        assert time.monotonic() - began < EVENT_LIMIT
     assert after_sleep == []
     assert runtime.status is ComponentStatus.Halted
     assert not runtime.failed
@@ -172,7 +172,7 @@ def test_an_exception_halts_all_automata() -> None:
     child = automaton(2, "child", [State(id=1, name="x", code=lambda: 1 / 0)], period=0.02)
     root = automaton(1, "root", [State(id=1, name="a", children=(child,))], period=0.02)
     with running(root) as runtime:
-        assert runtime.ended.wait(LIMIT)
+        assert runtime.ended.wait(EVENT_LIMIT)
         assert runtime.failed
         assert runtime.status is ComponentStatus.Halted
         eventually(lambda: not any(run.in_cycle for run in runtime.tree.runs))
@@ -185,7 +185,7 @@ def test_an_exception_halts_all_automata() -> None:
 def test_user_code_may_end_the_component(code: int | None, failed: bool) -> None:
     root = automaton(1, "root", [State(id=1, name="a", code=lambda: sys.exit(code))])
     with running(root) as runtime:
-        assert runtime.ended.wait(LIMIT)
+        assert runtime.ended.wait(EVENT_LIMIT)
     assert runtime.failed is failed
 
 
@@ -203,7 +203,7 @@ def test_the_root_that_finishes_ends_the_component_and_nothing_has_failed() -> N
     child = automaton(2, "child", [State(id=1, name="x", final=True)], period=0.01)
     states = [State(id=1, name="a", children=(child,)), State(id=2, name="end", final=True)]
     with running(automaton(1, "root", states, [finished(1, 2)], period=0.01)) as runtime:
-        assert runtime.ended.wait(LIMIT)
+        assert runtime.ended.wait(EVENT_LIMIT)
     assert (runtime.status, runtime.failed, runtime.errors) == (ComponentStatus.Halted, False, ())
 
 
@@ -235,12 +235,12 @@ def test_a_sleep_of_user_code_ends_with_a_pause_and_the_cycle_runs_again_when_it
         return automaton(1, "root", [State(id=1, name="a", code=code)], period=0.02)
 
     with running(root) as runtime:
-        assert sleeping.wait(LIMIT)
+        assert sleeping.wait(EVENT_LIMIT)
         runtime.pause()
         eventually(lambda: not runtime.in_cycle)
         sleeping.clear()
         runtime.resume()
-        assert sleeping.wait(LIMIT)
+        assert sleeping.wait(EVENT_LIMIT)
     assert (after_sleep, runtime.errors) == ([], ())
 
 
@@ -257,7 +257,7 @@ def test_an_entry_that_a_pause_cuts_short_is_run_again() -> None:
                          [after(0.02, 1, 2)], period=0.02)  # fmt: skip
 
     with running(root) as runtime:
-        assert sleeping.wait(LIMIT)
+        assert sleeping.wait(EVENT_LIMIT)
         runtime.pause()
         eventually(lambda: not runtime.in_cycle)
         assert runtime.tree.root.owed
@@ -303,11 +303,11 @@ def test_a_sleep_on_a_thread_of_the_users_own_lasts_until_the_component_ends() -
         return automaton(1, "root", [State(id=1, name="a", entry=entry)], period=0.02)
 
     with running(root) as runtime:
-        assert slept.wait(LIMIT)
+        assert slept.wait(EVENT_LIMIT)
         runtime.pause()
         assert not ended.is_set()
-    assert ended.wait(LIMIT)
-    threads[0].join(LIMIT)
+    assert ended.wait(EVENT_LIMIT)
+    threads[0].join(EVENT_LIMIT)
 
 
 def test_functions_of_a_document_may_be_called_like_those_of_every_component() -> None:
@@ -332,7 +332,7 @@ def test_what_is_called_like_a_function_of_every_component_may_still_use_it() ->
     runtime = Runtime(Loud(), WallClock())
     runtime.start()
     try:
-        assert runtime.ended.wait(LIMIT)
+        assert runtime.ended.wait(EVENT_LIMIT)
     finally:
         runtime.stop()
 
@@ -360,7 +360,7 @@ def test_an_automaton_that_wakes_after_a_pause_is_not_kept_waiting(monkeypatch: 
         eventually(lambda: not runtime.in_cycle)
         runtime.force(1, forth.id)
         runtime.step(1)
-        assert alarm_rests.wait(LIMIT)
+        assert alarm_rests.wait(EVENT_LIMIT)
         runtime.resume()
         eventually(lambda: runtime.run(3).cycles > 5)
         before = runtime.run(2).cycles
@@ -377,7 +377,7 @@ def test_a_thread_that_is_just_about_to_rest_is_notified_of_the_end(
         def clear(self) -> None:
             if armed.is_set() and threading.current_thread() is not threading.main_thread():
                 reached.set()
-                reported.wait(LIMIT)
+                reported.wait(EVENT_LIMIT)
             super().clear()
 
         def set(self) -> None:
@@ -397,7 +397,7 @@ def test_a_thread_that_is_just_about_to_rest_is_notified_of_the_end(
         eventually(lambda: runtime.tree.root.cycles == 1)
         armed.set()
         runtime.resume()
-        assert reached.wait(LIMIT)
+        assert reached.wait(EVENT_LIMIT)
         runtime.stop()
     assert "did not end" not in caplog.text
 
@@ -408,7 +408,7 @@ def test_a_step_of_many_ends_when_the_component_does(caplog: pytest.LogCaptureFi
     def code() -> None:
         if paused.is_set():
             inside.set()
-            release.wait(LIMIT)
+            release.wait(FOREVER)
 
     child = automaton(2, "child", [State(id=1, name="x")], period=0.02)
     root = automaton(1, "root", [State(id=1, name="a", code=code, children=(child,))], period=0.02)
@@ -419,11 +419,11 @@ def test_a_step_of_many_ends_when_the_component_does(caplog: pytest.LogCaptureFi
         paused.set()
         stepping = threading.Thread(target=runtime.step, args=(0,))
         stepping.start()
-        assert inside.wait(LIMIT)
+        assert inside.wait(EVENT_LIMIT)
         stopping = threading.Thread(target=runtime.stop)
         stopping.start()
         eventually(lambda: "automaton child" not in {thread.name for thread in threading.enumerate()})
         release.set()
-        stepping.join(LIMIT)
-        stopping.join(LIMIT)
+        stepping.join(EVENT_LIMIT)
+        stopping.join(EVENT_LIMIT)
     assert "takes longer" not in caplog.text

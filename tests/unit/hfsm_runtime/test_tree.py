@@ -12,7 +12,7 @@ from hfsm_runtime.errors import DefinitionError, UnknownElementError
 from hfsm_runtime.observer import Observer
 from hfsm_runtime.tree import ChangeKind, Tree
 from tests.support.automata import after, automaton, on
-from tests.support.limits import LIMIT
+from tests.support.limits import EVENT_LIMIT
 
 
 def started() -> Tree:
@@ -283,5 +283,5 @@ def test_a_gap_comes_with_the_end_of_the_cycle() -> None:
     ends = threading.Timer(0.05, tree.end_cycle, [tree.root])
     ends.start()
     with tree.lock:
-        assert tree.wait_for_gap(LIMIT)
+        assert tree.wait_for_gap(EVENT_LIMIT)
     ends.join()

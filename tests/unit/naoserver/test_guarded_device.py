@@ -14,7 +14,7 @@ from naoserver.guarded_device import GuardedDevice
 from naoserver.jobs import JobThreads, Watchdog
 from naoserver.options import SafetyOptions
 from naoserver.safety import JointSafety
-from tests.support.limits import LIMIT
+from tests.support.limits import EVENT_LIMIT
 from zenoh_ice import VirtualClock, WallClock
 
 
@@ -168,7 +168,7 @@ def test_the_watchdog_survives_a_device_that_fails(caplog):
     watchdog = Watchdog(WallClock(), lambda: None)
     watchdog.watched.append(rig.guarded)
     with JobThreads([watchdog]):
-        assert device.read_again.wait(LIMIT)
+        assert device.read_again.wait(EVENT_LIMIT)
     assert "the bus is down" in caplog.text
 
 
@@ -202,11 +202,11 @@ def test_no_command_comes_after_an_emergency_stop_even_from_one_under_way(rig, c
     for thread in threads:
         thread.start()
     for _ in range(100):
-        assert obeyed.acquire(timeout=LIMIT)
+        assert obeyed.acquire(timeout=EVENT_LIMIT)
     rig.gate.stop("now")
     there = rig.commands()["HeadYaw"]
     for thread in threads:
-        thread.join(LIMIT)
+        thread.join(EVENT_LIMIT)
     assert sorted(refused) == list(clients)
     clock.advance(1.0)
     rig.guarded.watch()

@@ -8,7 +8,7 @@ import pytest
 
 from naoserver.jobs import JobThreads, Periodic
 from naoserver.servants.camera import WINDOW, RateMeter
-from tests.support.limits import LIMIT
+from tests.support.limits import EVENT_LIMIT, FOREVER
 from tests.support.robot_server import eventually
 from tests.support.stepped_clock import SteppedClock
 from zenoh_ice import VirtualClock, WallClock
@@ -102,7 +102,7 @@ def test_work_that_fails_is_tried_again_after_a_second():
 
 def test_a_slow_job_delays_none_of_another_thread():
     release, done = threading.Event(), []
-    slow = Periodic("slow", WallClock(), lambda: 0.01, lambda: release.wait(LIMIT))
+    slow = Periodic("slow", WallClock(), lambda: 0.01, lambda: release.wait(FOREVER))
     quick = Periodic("quick", WallClock(), lambda: 0.01, lambda: done.append(1))
     with running(WallClock(), slow, quick):
         eventually(lambda: len(done) > 5)
@@ -149,7 +149,7 @@ def test_a_job_goes_on_after_an_error_and_logs_it(monkeypatch, caplog):
         went_on.set()
 
     with running(WallClock(), Periodic("test", WallClock(), lambda: 0.001, publish)):
-        assert went_on.wait(LIMIT)
+        assert went_on.wait(EVENT_LIMIT)
     assert "no such luck" in caplog.text
 
 

@@ -6,7 +6,7 @@ from naoserver.capabilities import WalkVelocity
 from naoserver.errors import HardwareFailure, RobotError
 from naoserver_naoqi.link import CallFailed
 from naoserver_naoqi.robot import NaoqiRobot
-from tests.support.limits import LIMIT
+from tests.support.limits import CALL_LIMIT
 from tests.support.robot_server import eventually
 from tests.support.scripted_naoqi import ScriptedNaoqi
 
@@ -17,7 +17,7 @@ STATE = "ALMemory.getListData"
 def naoqi(monkeypatch):
     monkeypatch.setattr("naoserver_naoqi.connection._RETRY", 0.01)  # seconds between two attempts
     monkeypatch.setattr(
-        "naoserver_naoqi.background_calls._PATIENCE", LIMIT
+        "naoserver_naoqi.background_calls._PATIENCE", CALL_LIMIT
     )  # seconds until the next command is sent
     return ScriptedNaoqi()
 

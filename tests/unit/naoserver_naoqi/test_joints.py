@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from naoserver.body import H25
 from naoserver_naoqi.joints import Order, calls_of
 from naoserver_naoqi.link import CallFailed
-from tests.support.limits import LIMIT
+from tests.support.limits import CALL_LIMIT
 from tests.support.robot_server import eventually
 from tests.support.scripted_naoqi import ScriptedNaoqi
 
@@ -18,7 +18,7 @@ FULL = {joint.name: joint.max_velocity for joint in H25.joints}
 @pytest.fixture
 def naoqi(monkeypatch):
     monkeypatch.setattr(
-        "naoserver_naoqi.background_calls._PATIENCE", LIMIT
+        "naoserver_naoqi.background_calls._PATIENCE", CALL_LIMIT
     )  # seconds until the next command is sent
     return ScriptedNaoqi()
 

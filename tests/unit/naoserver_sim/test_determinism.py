@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from tests.support.limits import LIMIT
+from tests.support.limits import RUN_LIMIT
 from tests.support.processes import REPOSITORY
 from tests.support.simulation_trace import trace
 
@@ -20,7 +20,7 @@ def test_the_same_seed_is_the_same_trace_also_in_another_process():
         env={**os.environ, "PYTHONHASHSEED": "17"},
         capture_output=True,
         text=True,
-        timeout=LIMIT,
+        timeout=RUN_LIMIT,
         check=True,
     )
     assert trace(3) == trace(3) == elsewhere.stdout.strip()

@@ -8,7 +8,7 @@ from naoserver.errors import RobotError
 from naoserver_sim.motors import SetpointController
 from naoserver_sim.pacing import Pacer
 from naoserver_sim.simulator import STEPS_PER_TICK, PacedSimulator, Simulator
-from tests.support.limits import LIMIT
+from tests.support.limits import EVENT_LIMIT
 
 pytestmark = pytest.mark.sim
 
@@ -81,7 +81,7 @@ def test_a_physics_thread_that_fails_says_why_and_stands_still(mj, data):
     simulator = PacedSimulator(mj, data, controller(), Pacer(1.0))
     data.qvel[:] = 1e12
     simulator.start()
-    deadline = time.monotonic() + LIMIT
+    deadline = time.monotonic() + EVENT_LIMIT
     while simulator.failure is None:
         assert time.monotonic() < deadline
         time.sleep(0.01)

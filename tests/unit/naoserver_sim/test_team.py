@@ -7,7 +7,7 @@ import pytest
 
 from naoserver.errors import RobotError
 from naoserver_sim.team import run_team, team_commands
-from tests.support.limits import LIMIT
+from tests.support.limits import FOREVER
 from zenoh_ice.settings import Settings
 
 SETTINGS = Settings(realm="nao", listen=("tcp/127.0.0.1:7447",), connect=())
@@ -54,7 +54,7 @@ def end(*_):
     sys.exit()
 signal.signal(signal.SIGTERM, end)
 pathlib.Path({str(up)!r}).touch()
-time.sleep({LIMIT})
+time.sleep({FOREVER})
 """
     ends = f"""
 import pathlib, sys, time

@@ -9,7 +9,7 @@ from functools import partial
 
 import pytest
 
-from tests.support.limits import LIMIT
+from tests.support.limits import EVENT_LIMIT, FOREVER
 from tests.support.stepped_clock import ClockStalledException, SteppedClock
 
 
@@ -21,7 +21,7 @@ def start(function: Callable[[], object], name: str | None = None) -> threading.
 
 def join(*threads: threading.Thread) -> None:
     for thread in threads:
-        thread.join(LIMIT)
+        thread.join(EVENT_LIMIT)
         assert not thread.is_alive()
 
 
@@ -87,12 +87,12 @@ def test_a_sleeper_that_nobody_wakes_is_reported() -> None:
 
 
 def test_a_woken_thread_that_hangs_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    clock = SteppedClock(limit=LIMIT)
+    clock = SteppedClock(limit=EVENT_LIMIT)
     release = threading.Event()
 
     def hang() -> None:
         clock.sleep(1.0)
-        release.wait(LIMIT)
+        release.wait(FOREVER)
 
     thread = start(hang, name="culprit")
     clock.wait_for_waiters(1)

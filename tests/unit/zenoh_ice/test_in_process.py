@@ -10,7 +10,7 @@ import pytest
 
 from tests.support.calculator import CALCULATOR, CalculatorPrx, Reading
 from tests.support.calculator_servant import CalculatorI
-from tests.support.limits import AT_ONCE, LIMIT
+from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER, LONGEST_CALL
 from zenoh_ice import (
     Communicator,
     CommunicatorDestroyedException,
@@ -95,9 +95,9 @@ def test_a_sample_wakes_who_waits(transport: InProcessTransport) -> None:
 
     started = time.monotonic()
     with changed:
-        assert inlet.wait(changed, arrived, LIMIT)
-    assert time.monotonic() - started < AT_ONCE
-    publishing.join(LIMIT)
+        assert inlet.wait(changed, arrived, FOREVER)
+    assert time.monotonic() - started < EVENT_LIMIT
+    publishing.join(EVENT_LIMIT)
 
 
 def test_a_callback_may_publish_in_turn(transport: InProcessTransport) -> None:
@@ -126,7 +126,7 @@ def test_large_byte_sequences_are_not_copied(transport: InProcessTransport) -> N
 @pytest.fixture
 def communicator() -> Communicator:
     return Communicator(
-        Settings(clock="wall", timeout=LIMIT), pool=Pool(2, "test"), transport=InProcessTransport
+        Settings(clock="wall", timeout=LONGEST_CALL), pool=Pool(2, "test"), transport=InProcessTransport
     )
 
 
@@ -142,14 +142,14 @@ def test_a_communicator_stands_on_it_alone(communicator: Communicator) -> None:
         servant = CalculatorI()
         proxy = calculator(communicator, servant)
         assert proxy.add(1.0, 2.0) == 3.0
-        assert proxy.add.begin(1.0, 2.0).result(LIMIT) == 3.0
+        assert proxy.add.begin(1.0, 2.0).result(CALL_LIMIT) == 3.0
         assert proxy.getReading.latest() is None
         servant.getReadingPublisher.publish(Reading(7, []))
-        assert proxy.getReading.wait(timeout=LIMIT).value == Reading(7, [])
+        assert proxy.getReading.wait(timeout=EVENT_LIMIT).value == Reading(7, [])
         with pytest.raises(ObjectNotExistException, match="there is Calculator"):
             communicator.stringToProxy("Absent").ice_ping()
         with pytest.raises(TimeoutException, match=r"Calculator\.sleep did not answer within 0\.05 s"):
-            proxy.ice_invocationTimeout(50).sleep(LIMIT)
+            proxy.ice_invocationTimeout(50).sleep(FOREVER)
         servant.leave.set()
 
 
@@ -161,14 +161,14 @@ def test_the_end_of_its_communicator_ends_a_call_that_runs(communicator: Communi
 
     def call() -> None:
         try:
-            proxy.sleep(LIMIT)
+            proxy.sleep(FOREVER)
         except CommunicatorDestroyedException as error:
             outcomes.append(error)
 
     calling = threading.Thread(target=call)
     calling.start()
-    assert servant.entered.wait(LIMIT)
+    assert servant.entered.wait(EVENT_LIMIT)
     communicator.destroy()
-    calling.join(AT_ONCE)
+    calling.join(EVENT_LIMIT)
     servant.leave.set()
     assert len(outcomes) == 1

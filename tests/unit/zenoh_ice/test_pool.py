@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from tests.support.limits import LIMIT
+from tests.support.limits import EVENT_LIMIT, FOREVER
 from tests.support.waiting import until
 from zenoh_ice import BusyException
 from zenoh_ice._threads import Job, Pool
@@ -19,14 +19,14 @@ from zenoh_ice._threads import Job, Pool
 def pool() -> Iterator[Pool]:
     pool = Pool(4, "pool")
     yield pool
-    assert pool.close(LIMIT)
+    assert pool.close(EVENT_LIMIT)
 
 
 def test_jobs_run_at_once_up_to_the_limit(pool: Pool) -> None:
     together = threading.Barrier(5)
     for _ in range(4):
-        pool.submit(lambda: together.wait(LIMIT))
-    together.wait(LIMIT)
+        pool.submit(lambda: together.wait(EVENT_LIMIT))
+    together.wait(EVENT_LIMIT)
     assert pool_threads() <= 4
 
 
@@ -40,10 +40,10 @@ def test_pool_grows_while_its_threads_wait_for_each_other(pool: Pool) -> None:
         inner = threading.Event()
         pool.submit(lambda: (nest(depth - 1), inner.set()))  # type: ignore[func-returns-value]
         with pool.blocked():
-            inner.wait(LIMIT)
+            inner.wait(FOREVER)
 
     pool.submit(lambda: nest(10))
-    assert done.wait(LIMIT)
+    assert done.wait(EVENT_LIMIT)
 
 
 @pytest.mark.parametrize("error", [RuntimeError("job"), SystemExit(1)])
@@ -58,7 +58,7 @@ def test_failing_job_is_logged_and_ends_no_thread(
         for _ in range(10):
             pool.submit(fail)
         pool.submit(done.set)
-        assert done.wait(LIMIT)
+        assert done.wait(EVENT_LIMIT)
     assert type(error).__name__ in caplog.text
 
 
@@ -69,20 +69,20 @@ def test_close_runs_what_was_submitted_and_may_come_from_a_job() -> None:
 
     def close() -> None:
         order.append(1)
-        pool.close(LIMIT)
+        pool.close(EVENT_LIMIT)
         closed.set()
 
     pool.submit(close)
     pool.submit(lambda: order.append(2))
-    assert closed.wait(LIMIT)
+    assert closed.wait(EVENT_LIMIT)
     assert order == [1, 2]
 
 
 def test_close_reports_threads_that_stay(caplog: pytest.LogCaptureFixture) -> None:
     pool = Pool(1, "pool")
     entered, leave = threading.Event(), threading.Event()
-    pool.submit(lambda: (entered.set(), leave.wait(LIMIT)))  # type: ignore[func-returns-value]
-    assert entered.wait(LIMIT)
+    pool.submit(lambda: (entered.set(), leave.wait(FOREVER)))  # type: ignore[func-returns-value]
+    assert entered.wait(EVENT_LIMIT)
     assert not pool.close(0.01)
     assert "pool-1 still busy" in caplog.text
     leave.set()
@@ -94,14 +94,14 @@ def test_a_line_keeps_the_order_one_at_a_time(pool: Pool) -> None:
     for number in range(100):
         pool.submit_in_line("servant", lambda number=number: order.append(number))  # type: ignore[misc]
     pool.submit_in_line("servant", done.set)
-    assert done.wait(LIMIT)
+    assert done.wait(EVENT_LIMIT)
     assert order == list(range(100))
 
 
 def test_a_line_is_held_until_its_last_job_has_ended(pool: Pool) -> None:
     entered, leave = threading.Event(), threading.Event()
-    pool.submit_in_line("servant", lambda: (entered.set(), leave.wait(LIMIT)))  # type: ignore[func-returns-value]
-    assert entered.wait(LIMIT)
+    pool.submit_in_line("servant", lambda: (entered.set(), leave.wait(FOREVER)))  # type: ignore[func-returns-value]
+    assert entered.wait(EVENT_LIMIT)
     assert "servant" in pool.lines
     assert "other" not in pool.lines
     leave.set()
@@ -111,9 +111,9 @@ def test_a_line_is_held_until_its_last_job_has_ended(pool: Pool) -> None:
 def test_a_busy_line_leaves_the_pool_to_others(pool: Pool) -> None:
     leave, done = threading.Event(), threading.Event()
     for _ in range(20):
-        pool.submit_in_line("busy", lambda: leave.wait(LIMIT))
+        pool.submit_in_line("busy", lambda: leave.wait(FOREVER))
     pool.submit_in_line("other", done.set)
-    assert done.wait(LIMIT)
+    assert done.wait(EVENT_LIMIT)
     leave.set()
 
 
@@ -125,7 +125,7 @@ def test_a_line_goes_on_after_a_job_that_failed(pool: Pool, caplog: pytest.LogCa
 
     pool.submit_in_line("servant", fail)
     pool.submit_in_line("servant", done.set)
-    assert done.wait(LIMIT)
+    assert done.wait(EVENT_LIMIT)
     until(lambda: "RuntimeError" in caplog.text)
 
 
@@ -133,7 +133,7 @@ def test_a_full_line_refuses(pool: Pool, monkeypatch: pytest.MonkeyPatch) -> Non
     monkeypatch.setattr("zenoh_ice._threads._MOST_QUEUED", 2)
     leave = threading.Event()
     for _ in range(3):
-        pool.submit_in_line("servant", lambda: leave.wait(LIMIT))
+        pool.submit_in_line("servant", lambda: leave.wait(FOREVER))
     with pytest.raises(BusyException, match="servant: 2 calls are already waiting"):
         pool.submit_in_line("servant", leave.set)
     leave.set()
@@ -143,7 +143,7 @@ def test_too_many_lines_are_refused(pool: Pool, monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr("zenoh_ice._threads._MOST_LINES", 2)
     leave = threading.Event()
     for line in "ab":
-        pool.submit_in_line(line, lambda: leave.wait(LIMIT))
+        pool.submit_in_line(line, lambda: leave.wait(FOREVER))
     with pytest.raises(BusyException, match="c: 2 calls are already waiting"):
         pool.submit_in_line("c", leave.set)
     leave.set()
@@ -153,20 +153,20 @@ def test_threads_that_have_nothing_to_do_end_but_one(pool: Pool, monkeypatch: py
     monkeypatch.setattr("zenoh_ice._threads._IDLE_LIMIT", 0.01)
     together = threading.Barrier(4)
     for _ in range(3):
-        pool.submit(lambda: together.wait(LIMIT))
-    together.wait(LIMIT)
+        pool.submit(lambda: together.wait(EVENT_LIMIT))
+    together.wait(EVENT_LIMIT)
     until(lambda: pool_threads() == 1)
     done = threading.Event()
     pool.submit(done.set)
-    assert done.wait(LIMIT)
+    assert done.wait(EVENT_LIMIT)
 
 
 def test_a_reservation_lets_the_pool_grow(pool: Pool) -> None:
     pool.reserve(2)
     together = threading.Barrier(7)
     for _ in range(6):
-        pool.submit(lambda: together.wait(LIMIT))
-    together.wait(LIMIT)
+        pool.submit(lambda: together.wait(EVENT_LIMIT))
+    together.wait(EVENT_LIMIT)
     pool.reserve(-2)
 
 
@@ -195,27 +195,27 @@ def test_jobs_are_made_of_the_objects_of_a_type_in_the_order_of_the_queue(pool: 
         pool.jobs.put(query)
         pool.submit(execute)
     for _ in range(180 + 200):
-        assert executed.acquire(timeout=LIMIT)
+        assert executed.acquire(timeout=EVENT_LIMIT)
     until(lambda: len(placed) == 200)
     assert placed == queries
 
 
 def test_quick_jobs_of_a_kind_run_on_one_thread(pool: Pool, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("zenoh_ice._threads._QUICK", LIMIT)  # also on a busy machine
+    monkeypatch.setattr("zenoh_ice._threads._QUICK", FOREVER)  # also on a busy machine
     kind, threads, done = pool.kind(), list[str](), threading.Semaphore(0)
     for _ in range(100):
         pool.submit(lambda: threads.append(threading.current_thread().name), kind)
         pool.submit(done.release, kind)
-        assert done.acquire(timeout=LIMIT)
+        assert done.acquire(timeout=EVENT_LIMIT)
     assert len(set(threads[1:])) == 1
 
 
 def test_a_job_that_takes_long_for_once_leaves_the_pool_to_others(pool: Pool) -> None:
     kind, leave, done = pool.kind(), threading.Event(), threading.Event()
     kind.caution = 0
-    pool.submit(lambda: leave.wait(LIMIT), kind)
+    pool.submit(lambda: leave.wait(FOREVER), kind)
     pool.submit(done.set, kind)
-    assert done.wait(LIMIT)
+    assert done.wait(EVENT_LIMIT)
     leave.set()
 
 
@@ -224,25 +224,25 @@ def test_jobs_of_a_kind_that_took_long_run_beside_a_thread_that_takes_the_next(p
     kind.caution = 0
     pool.submit(lambda: time.sleep(0.01), kind)
     pool.submit(done.set)
-    assert done.wait(LIMIT)
+    assert done.wait(EVENT_LIMIT)
     assert kind.caution > 0
 
 
 def test_a_thread_that_waits_for_another_hands_on_the_lead(
     pool: Pool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("zenoh_ice._threads.PULSE_PERIOD", LIMIT)  # nobody looks after it
+    monkeypatch.setattr("zenoh_ice._threads.PULSE_PERIOD", FOREVER)  # nobody looks after it
     kind, inner, done = pool.kind(), threading.Event(), threading.Event()
     kind.caution = 0
 
     def wait() -> None:
         pool.submit(inner.set, kind)
         with pool.blocked():
-            assert inner.wait(LIMIT)
+            assert inner.wait(EVENT_LIMIT)
         done.set()
 
     pool.submit(wait, kind)
-    assert done.wait(LIMIT)
+    assert done.wait(EVENT_LIMIT)
 
 
 def test_a_pool_of_no_threads_runs_jobs_at_once() -> None:

@@ -9,7 +9,7 @@ from typing import cast
 import pytest
 import zenoh
 
-from tests.support.limits import LIMIT
+from tests.support.limits import FOREVER
 from zenoh_ice import session
 from zenoh_ice.session import close_session
 
@@ -21,7 +21,7 @@ class Stuck:
         self.may_end = threading.Event()
 
     def close(self) -> None:
-        self.may_end.wait(LIMIT)
+        self.may_end.wait(FOREVER)
         raise zenoh.ZError("close operation timed out!")
 
 

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from tests.support.calculator import CALCULATOR
-from tests.support.limits import AT_ONCE, LIMIT
+from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER
 from tests.support.waiting import until
 from zenoh_ice import ConnectionLostException, Settings, SystemException, UnknownException
 from zenoh_ice._codec import LARGE
@@ -36,7 +36,7 @@ TARGET = Target("nao", "Calculator")
 ADD = CALCULATOR.all_operations["add"]
 ECHO = CALCULATOR.all_operations["echo"]
 READING = CALCULATOR.all_operations["getReading"]
-ABOUT = encode_call_attachment("c0ffee", 1, "abc", LIMIT)
+ABOUT = encode_call_attachment("c0ffee", 1, "abc", FOREVER)
 TOKEN = "@servant/nao/Calculator/::test::Calculator/c0ffee/abc/1"
 
 Act = Callable[[str, bytes, Reply], object]
@@ -63,7 +63,7 @@ def ends(request: pytest.FixtureRequest, endpoint: str) -> Iterator[Ends]:
     for transport in (client, server):
         transport.close()
     for pool in pools:
-        assert pool.close(LIMIT)
+        assert pool.close(EVENT_LIMIT)
 
 
 @dataclass(frozen=True)
@@ -115,7 +115,7 @@ def whole(outcome: Outcome) -> tuple[bool, bytes]:
     return ok, payload
 
 
-def caller(ends: Ends, timeout: float = LIMIT, target: Target = TARGET) -> Caller:
+def caller(ends: Ends, timeout: float = CALL_LIMIT, target: Target = TARGET) -> Caller:
     """Return what calls `add`, once the servant is reached."""
     return ends.client.caller(target, ADD, timeout=timeout)
 
@@ -162,7 +162,7 @@ class TestCalls:
         calls = serve(ends, Servant(lambda _n, _p, reply: replies.put(reply)))
 
         def answer() -> None:
-            replies.get(timeout=LIMIT)(True, b"later")
+            replies.get(timeout=EVENT_LIMIT)(True, b"later")
 
         thread = threading.Thread(target=answer)
         thread.start()
@@ -173,7 +173,7 @@ class TestCalls:
         data = bytes(range(256)) * (LARGE // 128)
         result = ECHO.result.gather_result(data, "it")
         serve(ends, Servant(lambda _n, _p, reply: reply(True, result)))
-        ok, payload = ends.client.caller(TARGET, ECHO, timeout=LIMIT).call(b"", ABOUT)
+        ok, payload = ends.client.caller(TARGET, ECHO, timeout=CALL_LIMIT).call(b"", ABOUT)
         assert ok
         assert ECHO.result.unpack_result(payload, "it") == data
 
@@ -193,9 +193,9 @@ class TestCalls:
     def test_where_nothing_is_served_there_is_no_answer_at_once(self, ends: Ends) -> None:
         started = time.monotonic()
         with pytest.raises(NoAnswer) as caught:
-            caller(ends).call(b"", ABOUT)
+            caller(ends, FOREVER).call(b"", ABOUT)
         assert not caught.value.timed_out
-        assert time.monotonic() - started < AT_ONCE
+        assert time.monotonic() - started < EVENT_LIMIT
 
     def test_a_call_ends_at_its_limit(self, ends: Ends) -> None:
         kept: list[Reply] = []
@@ -217,12 +217,12 @@ class TestCalls:
 
         def stay(*_: object) -> None:
             entered.set()
-            leave.wait(LIMIT)
+            leave.wait(FOREVER)
 
         busy = serve(ends, Servant(stay))
         other = serve(ends, Servant(), Target("nao", "Other"))
         busy.send(b"", ABOUT)
-        assert entered.wait(LIMIT)
+        assert entered.wait(EVENT_LIMIT)
         assert whole(other.call(b"x", ABOUT)) == (True, b"x")
         leave.set()
 
@@ -232,7 +232,7 @@ class TestCallsWithoutWaiting:
         calls = serve(ends, Servant())
         outcomes: SimpleQueue[tuple[Outcome | SystemException, threading.Thread]] = SimpleQueue()
         calls.begin(b"abc", ABOUT, lambda outcome: outcomes.put((outcome, threading.current_thread())))
-        outcome, thread = outcomes.get(timeout=LIMIT)
+        outcome, thread = outcomes.get(timeout=EVENT_LIMIT)
         assert outcome == (True, b"abc")
         assert thread is not threading.current_thread()
         calls.call(b"", ABOUT)
@@ -260,7 +260,7 @@ class TestCallsWithoutWaiting:
         servant = Servant(lambda _n, _p, reply: replies.put(reply))
         calls = serve(ends, servant)
         forget = calls.begin(b"", ABOUT, lambda _: None)
-        reply = replies.get(timeout=LIMIT)
+        reply = replies.get(timeout=EVENT_LIMIT)
         forget()
         reply(True, b"too late")
         servant.act = echo
@@ -270,7 +270,7 @@ class TestCallsWithoutWaiting:
     def outcome(calls: Caller) -> Outcome | SystemException:
         outcomes: SimpleQueue[Outcome | SystemException] = SimpleQueue()
         calls.begin(b"", ABOUT, outcomes.put)
-        return outcomes.get(timeout=LIMIT)
+        return outcomes.get(timeout=EVENT_LIMIT)
 
 
 class TestOneway:
@@ -278,7 +278,7 @@ class TestOneway:
         leave = threading.Event()
         servant = Servant()
         calls = serve(ends, servant)
-        servant.act = lambda *_: leave.wait(LIMIT)
+        servant.act = lambda *_: leave.wait(FOREVER)
         calls.send(b"first", ABOUT)
         until(lambda: servant.calls)
         leave.set()
@@ -319,7 +319,7 @@ def stream(ends: Ends) -> Iterator[Stream]:
 
 def polled(inlet: Inlet) -> Iterator[int]:
     """Yield the numbers of samples as they come."""
-    deadline = time.monotonic() + LIMIT
+    deadline = time.monotonic() + EVENT_LIMIT
     while time.monotonic() < deadline:
         if (raw := inlet.poll()) is not None:
             yield number_of(inlet.open(raw))
@@ -386,7 +386,7 @@ class TestStreams:
         until(lambda: len(numbers) == 5)
         assert numbers == [1, 2, 3, 4, 5]
         assert inlet.poll() is None
-        assert inlet.close(LIMIT)
+        assert inlet.close(EVENT_LIMIT)
 
     def test_each_listener_gets_each_sample(self, stream: Stream) -> None:
         inlets = [stream.subscribe(3) for _ in range(2)]
@@ -400,7 +400,7 @@ class TestStreams:
         closed, other = stream.subscribe(), stream.subscribe(9)
         numbers: list[int] = []
         closed.deliver(lambda raw: numbers.append(number_of(closed.open(raw))))
-        assert closed.close(LIMIT)
+        assert closed.close(EVENT_LIMIT)
         stream.put(1)
         assert next(polled(other)) == 1
         assert numbers == []
@@ -412,23 +412,23 @@ class TestStreams:
 
         def stay(_: object) -> None:
             entered.set()
-            leave.wait(LIMIT)
+            leave.wait(FOREVER)
 
         inlet.deliver(stay)
         publishing = threading.Thread(target=stream.put, args=(1,))
         publishing.start()
-        assert entered.wait(LIMIT)
+        assert entered.wait(EVENT_LIMIT)
         assert not inlet.close(0.01)
         leave.set()
-        assert inlet.close(LIMIT)
+        assert inlet.close(EVENT_LIMIT)
         publishing.join()
 
     def test_a_callback_may_end_its_own_delivery(self, stream: Stream) -> None:
         inlet = stream.subscribe()
         ended: SimpleQueue[bool] = SimpleQueue()
-        inlet.deliver(lambda _: ended.put(inlet.close(LIMIT)))
+        inlet.deliver(lambda _: ended.put(inlet.close(EVENT_LIMIT)))
         stream.put(1)
-        assert ended.get(timeout=AT_ONCE)
+        assert ended.get(timeout=EVENT_LIMIT)
 
     def test_who_publishes_no_longer_does_not(self, ends: Ends, stream: Stream) -> None:
         inlet = stream.subscribe()
@@ -532,10 +532,10 @@ class TestEnd:
         thread = threading.Thread(target=call)
         thread.start()
         calls.begin(b"", ABOUT, outcomes.put)
-        replies = [kept.get(timeout=LIMIT) for _ in range(2)]
+        replies = [kept.get(timeout=EVENT_LIMIT) for _ in range(2)]
         ends.client.close()
         for _ in range(2):
-            outcome = outcomes.get(timeout=AT_ONCE)
+            outcome = outcomes.get(timeout=EVENT_LIMIT)
             assert isinstance(outcome, NoAnswer)
             assert not outcome.timed_out
         thread.join()

@@ -13,7 +13,7 @@ from codegen.hfsm import compile_document
 from hfsm_runtime import Component, ComponentError, run
 from tests.support.codegen_command import ROOT, codegen
 from tests.support.documents import compile_to, document, load, problems, state, sub
-from tests.support.limits import LIMIT
+from tests.support.limits import RUN_LIMIT
 
 TEXT = document(sub(1, 0, state(1, "a", "self.greet()", initial=True)))
 EXTENSION = "class FollowBallExtension:\n    greeted = 0\n\n    def greet(self):\n        self.greeted += 1\n"
@@ -124,7 +124,7 @@ def test_the_component_is_run_with_its_extension(tmp_path: Path, as_module: bool
         env={"PYTHONPATH": str(ROOT)},
         capture_output=True,
         text=True,
-        timeout=LIMIT,
+        timeout=RUN_LIMIT,
         check=False,
     )
     assert done.returncode == 0, done.stderr
@@ -153,6 +153,6 @@ def test_an_extension_that_is_gone_is_reported_in_one_line(
     command = [sys.executable, *(["-m", "follow_ball"] if as_module else ["follow_ball.py"])]
     environment = {"PYTHONPATH": str(ROOT)}
     done = subprocess.run(
-        command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=60, check=False
+        command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=RUN_LIMIT, check=False
     )
     assert (done.returncode, done.stderr) == (1, f"follow_ball.py: error: {problem}\n")

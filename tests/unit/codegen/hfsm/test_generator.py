@@ -21,6 +21,7 @@ from hfsm_runtime.loading import load_module
 from hfsm_runtime.runtime import Runtime
 from hfsm_runtime.variables import variables_of
 from tests.support.documents import compile_to, document, load, state, sub, transition
+from tests.support.limits import RUN_LIMIT
 from zenoh_ice.clock import VirtualClock
 
 
@@ -377,7 +378,9 @@ def test_a_missing_library_says_how_to_install_it(tmp_path: Path) -> None:
     missing = r"behavior.xml:9: the library no_such_thing is not installed: .*pip install"
     with pytest.raises(ComponentError, match=missing):
         load_module("behavior", file)
-    program = subprocess.run([sys.executable, file], capture_output=True, text=True, check=False, timeout=60)
+    program = subprocess.run(
+        [sys.executable, file], capture_output=True, text=True, check=False, timeout=RUN_LIMIT
+    )
     assert (program.returncode, program.stdout) == (1, "")
     assert re.fullmatch(rf"behavior.py: error: {missing}.*\n", program.stderr)
 

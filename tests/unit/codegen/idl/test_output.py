@@ -19,6 +19,7 @@ from codegen.diagnostics import Diagnostics
 from codegen.files import apply, compare_with_disk
 from codegen.idl import compile_interfaces
 from tests.support.generated_types import structs_of
+from tests.support.limits import RUN_LIMIT
 from tests.support.places import DATA, ROOT
 from tests.support.slice_cases import all_cases
 from tests.support.slice_compiler import imported, write_sources
@@ -75,7 +76,7 @@ def test_members_that_are_missing_are_refused_unless_they_are_optional(package: 
 
 
 def run_checker(command: list[str], cwd: Path) -> None:
-    done = subprocess.run(command, capture_output=True, text=True, timeout=110, cwd=cwd, check=False)
+    done = subprocess.run(command, capture_output=True, text=True, timeout=RUN_LIMIT, cwd=cwd, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
 
 
@@ -107,7 +108,7 @@ def test_the_output_is_the_same_whatever_the_order_and_the_hashes(tmp_path: Path
                 env={**os.environ, "PYTHONHASHSEED": seed},
                 check=True,
                 capture_output=True,
-                timeout=60,
+                timeout=RUN_LIMIT,
                 cwd=ROOT,
             )
         files = sorted(path for path in output.rglob("*") if path.is_file())

@@ -15,6 +15,7 @@ from codegen.diagnostics import Diagnostics
 from codegen.files import apply, compare_with_disk
 from codegen.idl import compile_interfaces
 from codegen.idl.doc_comments import parse_doc_comment
+from tests.support.limits import RUN_LIMIT
 from tests.support.places import ROOT
 from tests.support.slice_compiler import compile_text, imported, write_sources
 
@@ -267,7 +268,7 @@ def test_awkward_names_pass_the_type_checker_and_the_formatter(tmp_path: Path) -
             [sys.executable, "-m", *command],
             capture_output=True,
             text=True,
-            timeout=100,
+            timeout=RUN_LIMIT,
             cwd=ROOT,
             check=False,
         )

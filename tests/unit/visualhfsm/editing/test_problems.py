@@ -16,7 +16,7 @@ import pytest
 from codegen.hfsm import write_document
 from codegen.hfsm.document import Automaton, Document, Import, Interface, Library, State, Text, Transition
 from tests.support.editing import large_document, tree
-from tests.support.limits import LIMIT
+from tests.support.limits import CALL_LIMIT, END_LIMIT, EVENT_LIMIT
 from visualhfsm.editing.commands.automata import AddAutomaton
 from visualhfsm.editing.commands.states import SetArgument, SetStateCode
 from visualhfsm.editing.commands.transitions import SetTransitionCode
@@ -168,7 +168,7 @@ def test_a_process_that_dies_is_started_again(checks: CheckProcess) -> None:
     checks.find_problems(clean(), None)
     (process,) = checkers()
     process.kill()
-    process.wait(LIMIT)
+    process.wait(END_LIMIT)
     assert checks.find_problems(clean(), None) == []
     (other,) = checkers()
     assert other != process
@@ -177,11 +177,11 @@ def test_a_process_that_dies_is_started_again(checks: CheckProcess) -> None:
 def test_a_revision_that_the_model_checker_did_not_look_at_has_a_warning(checks: CheckProcess) -> None:
     with ThreadPoolExecutor(1) as pool:
         future = pool.submit(checks.find_problems, clean(), None)
-        deadline = time.monotonic() + LIMIT
+        deadline = time.monotonic() + EVENT_LIMIT
         while not (running := checkers()):
             assert time.monotonic() < deadline
         running[0].kill()  # before it has answered: it takes longer to start
-        (problem,) = future.result(LIMIT)
+        (problem,) = future.result(CALL_LIMIT)
     assert (problem.severity, "by the model checker" in problem.message) == ("warning", True)
 
 
@@ -207,9 +207,9 @@ def test_closing_ends_a_check_that_is_running() -> None:
 
     thread = threading.Thread(target=check)
     thread.start()
-    assert started.wait(LIMIT)
+    assert started.wait(EVENT_LIMIT)
     process.close()
-    thread.join(LIMIT)
+    thread.join(EVENT_LIMIT)
     assert not thread.is_alive()
     assert checkers() == []
     with pytest.raises(EditError, match="ended"):

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import pytest
 
-from tests.support.limits import LIMIT
+from tests.support.limits import EVENT_LIMIT
 
 pytest.importorskip("matplotlib")
 from PIL import Image
@@ -108,7 +108,7 @@ def test_a_pipe_is_written_to_and_not_replaced(tmp_path):
     reader = threading.Thread(target=lambda: read.append(pipe.read_text(encoding="utf-8")), daemon=True)
     reader.start()
     write_report(pipe, contents(0.1))
-    reader.join(LIMIT)
+    reader.join(EVENT_LIMIT)
     assert pipe.is_fifo()
     assert read[0].rstrip().endswith("</html>")
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from codegen.hfsm.document import Document
-from tests.support.limits import LIMIT
+from tests.support.limits import RUN_LIMIT
 from visualhfsm.editing.problems import CheckProcess, Problem
 from visualhfsm.sessions.session import DocumentSession
 from visualhfsm.web.protocol import Problems
@@ -38,7 +38,7 @@ def test_a_check_that_fails_is_not_the_last_one(tmp_path: Path, monkeypatch: pyt
         for number in (1, 2):
             session = DocumentSession.new(Document(), f"{number}", journals=tmp_path)
             checking.check(Tab(number, session, threads, changed=lambda _: None, output_lines=1))
-        async with asyncio.timeout(LIMIT):
+        async with asyncio.timeout(RUN_LIMIT):
             assert (await reported.get()).tab == 2
         running.cancel()
         await asyncio.wait({running})

@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 
 from codegen.hfsm.document import Automaton, Document, State, Text, Transition
 from tests.support.editor import patched
-from tests.support.limits import LIMIT
+from tests.support.limits import END_LIMIT
 from tests.support.places import ROOT
 from visualhfsm.web.window import Version, full, patch
 
@@ -89,7 +89,7 @@ def show() -> Iterator[Show]:
 
         yield take
         stdin.close()
-        node.wait(LIMIT)
+        node.wait(END_LIMIT)
 
 
 @given(several)

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from codegen.hfsm.document import Automaton, Document
-from tests.support.limits import LIMIT
+from tests.support.limits import FOREVER, RUN_LIMIT
 from visualhfsm.editing.commands.states import AddState
 from visualhfsm.sessions.session import DocumentSession
 from visualhfsm.web.tab import Tab, Threads
@@ -39,7 +39,7 @@ def run(tmp_path: Path) -> Callable[[Test, list[str]], None]:
                 return tabs[-1]
 
             try:
-                await asyncio.wait_for(test(opened, threads), LIMIT)
+                await asyncio.wait_for(test(opened, threads), RUN_LIMIT)
             finally:
                 for tab in tabs:
                     await tab.edit(lambda session: session.close(discard=True))
@@ -63,7 +63,7 @@ def test_work_on_one_document_neither_overlaps_nor_overtakes(run: Callable[[Test
 
         def first(session: DocumentSession) -> None:
             first_runs.set()
-            assert go_on.wait(LIMIT)
+            assert go_on.wait(FOREVER)
             add_state(session)
             log.append("first")
 
@@ -73,7 +73,7 @@ def test_work_on_one_document_neither_overlaps_nor_overtakes(run: Callable[[Test
 
         one = asyncio.create_task(tab.edit(first))
         two = asyncio.create_task(tab.edit(second))
-        await asyncio.to_thread(first_runs.wait, LIMIT)
+        await asyncio.to_thread(first_runs.wait, FOREVER)
         assert await threads.do(lambda: "other work goes on") == "other work goes on"
         assert await other.edit(lambda session: session.name) == "2"
         assert log == []
@@ -94,7 +94,7 @@ def test_work_whose_caller_gave_up_ends_before_the_next_begins(
         go_on = threading.Event()
 
         def slow(session: DocumentSession) -> None:
-            assert go_on.wait(LIMIT)
+            assert go_on.wait(FOREVER)
             add_state(session)
             log.append("slow")
 
@@ -118,7 +118,7 @@ def test_work_whose_caller_gave_up_before_it_began_is_not_done(
     async def test(opened: Callable[[int], Tab], _threads: Threads) -> None:
         tab = opened(1)
         go_on = threading.Event()
-        slow = asyncio.create_task(tab.edit(lambda _: go_on.wait(LIMIT)))
+        slow = asyncio.create_task(tab.edit(lambda _: go_on.wait(FOREVER)))
         await asyncio.sleep(0)
         with pytest.raises(TimeoutError):
             await asyncio.wait_for(tab.edit(add_state), 0.01)

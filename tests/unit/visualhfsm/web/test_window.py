@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from codegen.hfsm.document import Automaton, Document
-from tests.support.limits import LIMIT
+from tests.support.limits import EVENT_LIMIT, RUN_LIMIT
 from visualhfsm.editing.commands.states import AddState
 from visualhfsm.services import Output, OutputLine, RunPush
 from visualhfsm.sessions.session import DocumentSession
@@ -43,7 +43,7 @@ async def batch(window: Window) -> list[bytes]:
 
     writing = asyncio.create_task(window.write(send))
     try:
-        await asyncio.wait_for(something.wait(), LIMIT)
+        await asyncio.wait_for(something.wait(), EVENT_LIMIT)
     finally:
         writing.cancel()
         await asyncio.gather(writing, return_exceptions=True)
@@ -58,7 +58,7 @@ def with_tab(directory: Path, test: Callable[[Tab, Window], Coroutine[Any, Any, 
         session = DocumentSession.new(Document(automata=(Automaton(id=1),)), "new", journals=directory)
         tab = Tab(1, session, threads, changed=window.show, output_lines=1)
         try:
-            await asyncio.wait_for(test(tab, window), LIMIT)
+            await asyncio.wait_for(test(tab, window), RUN_LIMIT)
         finally:
             await tab.edit(lambda session: session.close(discard=True))
             await threads.close()

@@ -9,7 +9,7 @@ import sys
 
 import pytest
 
-from tests.support.limits import LIMIT
+from tests.support.limits import RUN_LIMIT
 from zenoh_ice._zenoh.shared_memory import memory_space
 
 MAKER = """
@@ -68,7 +68,7 @@ def test_who_may_not_open_anothers_memory_is_of_another_space(
             [*reader, sys.executable, "-c", READER, number, file],
             capture_output=True,
             text=True,
-            timeout=LIMIT,
+            timeout=RUN_LIMIT,
             check=True,
         )
         process.kill()
