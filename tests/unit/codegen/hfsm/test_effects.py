@@ -109,6 +109,7 @@ SENDS = [
     'name = "y"\nname, other = "x", "y"\nself.send(name)',
     'name = "y" if self is None else "".join("x")\nself.send(name)',
     "self.say()",
+    'getattr(self, "s" + "".join("ay"))()  # say',
     "self.send.__self__.send(name='x')",
     '{"me": self}["me"].send(name="x")',
     'match self:\n    case object(send=notify):\n        notify("x")',

@@ -1,0 +1,488 @@
+"""Evaluate a piece of code without running it: the operations it calls, the events it sends, how it answers.
+
+What a name may be (the component, a proxy, an operation, a function, a text) is followed through assignments,
+loops over literal lists, and calls of functions of the document, so that `getattr(self, f"{side}Motors")` is
+understood if `side` is known. Code that cannot be followed may do anything.
+"""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+from .code.text import binds
+from .definitions import COMPONENT_ALIASES, UNKNOWN, Answer, is_static
+
+if TYPE_CHECKING:
+    from .effects import CodeEffects
+
+__all__ = [
+    "COMPONENT",
+    "UNSURE",
+    "Effects",
+    "Evaluation",
+    "Names",
+    "ProxyCall",
+    "Values",
+    "add_values",
+    "anything",
+    "parameters_of",
+]
+
+_SEND: Final = frozenset({"send", "_hfsm_send"})
+_HARMLESS: Final = frozenset(
+    {"bool", "getattr", "hasattr", "id", "isinstance", "print", "repr", "str", "type"}
+)
+"""Builtins that do nothing with their arguments."""
+
+
+class ProxyCall(NamedTuple):
+    """The use of an operation of `self.<proxy>`."""
+
+    proxy: str
+    operation: str
+
+
+@dataclass
+class Effects:
+    """The effects of a piece of code, with those of the functions that it calls.
+
+    A call is `possible` if an expression may be one of several operations.
+    """
+
+    calls: set[ProxyCall] = field(default_factory=set)
+    possible: set[ProxyCall] = field(default_factory=set)
+    events: dict[str, set[ast.AST]] = field(default_factory=dict)
+    """The events that it sends, with the expressions of their names or the calls of functions that send."""
+    answer: Answer = Answer.SAME
+    any_event: list[ast.AST] = field(default_factory=list)
+    """Places that may send any event."""
+    any_call: list[ast.AST] = field(default_factory=list)
+    """Places that may call any operation of any proxy."""
+    unknown: list[ast.AST] = field(default_factory=list)
+    """Calls of unknown objects."""
+
+    def add(self, other: Effects, call: ast.AST | None = None) -> None:
+        """Add the effects of other code that runs here; `call` replaces its places."""
+        self.calls |= other.calls
+        self.possible |= other.possible
+        self.add_events(other, call)
+        self.answer |= other.answer
+        for mine, more in (
+            (self.any_event, other.any_event),
+            (self.any_call, other.any_call),
+            (self.unknown, other.unknown),
+        ):
+            mine.extend(more if call is None else [call][: len(more)])
+
+    def add_events(self, other: Effects, call: ast.AST | None = None) -> None:
+        """Add only the events of other code."""
+        for event, places in other.events.items():
+            self.events.setdefault(event, set()).update(places if call is None else {call})
+
+    def allow_anything(self, node: ast.AST) -> None:
+        """Record that a node may use the component in any way."""
+        self.any_event.append(node)
+        self.any_call.append(node)
+
+
+class _Value(NamedTuple):
+    """A possible value of an expression.
+
+    Its kind is `self` (the component), `proxy` (by its attribute), `operation`, `send` (the component's),
+    `function` (of the component, by its name), `local` (a nested function or lambda), `text`, or `other` for
+    unknown values.
+    """
+
+    kind: str
+    name: str = ""
+
+
+_SELF: Final = _Value("self")
+_SENDER: Final = _Value("send")
+_OTHER: Final = _Value("other")
+_MOST_TEXTS: Final = 20
+"""The most texts that a name may be; more are unknown."""
+Values = frozenset[_Value]
+_NOTHING: Final[Values] = frozenset()
+UNSURE: Final[Values] = frozenset({_OTHER})
+"""The value of what is not known."""
+COMPONENT: Final[Values] = frozenset({_SELF})
+Names = dict[str, Values]
+_Argument = tuple[int | str | None, ast.expr, Values]
+"""The position or name of an argument (None if unknown), its expression and its values."""
+
+
+class Evaluation:
+    """Evaluate code: collect the values of `names`, and the `effects`.
+
+    `value` evaluates an expression whose value is followed. `visit` is for expressions whose value is not:
+    the component or a proxy makes the code unclear there, and a function may be called.
+    """
+
+    def __init__(self, code: CodeEffects, names: Names, context: str, automaton: int = 0) -> None:
+        self.effects = Effects()
+        self._code, self._definitions = code, code.definitions
+        self._names = names
+        self._context = context
+        """Distinguishes nested functions of the same text."""
+        self._automaton = automaton
+
+    def follow(self, body: list[ast.stmt]) -> None:
+        """Evaluate statements until no name gets a new value."""
+        before = None
+        while before != self._names:
+            before = {**self._names}
+            self.effects = Effects()
+            for statement in body:
+                self.visit(statement)
+
+    def visit(self, node: ast.AST) -> None:
+        """Evaluate a statement, or an expression whose value is not followed."""
+        self._note(node)
+        match node:
+            case ast.Expr(value=value):
+                self.value(value)
+            case ast.Assign(targets=targets, value=value):
+                for target in targets:
+                    self._store(target, value)
+            case ast.AnnAssign(target=target, value=ast.expr() as value):
+                self._store(target, value)
+            case ast.For(target=target, iter=iterable) | ast.comprehension(target=target, iter=iterable):
+                self._loop(node, target, iterable)
+            case ast.If(test=test) | ast.While(test=test) | ast.Assert(test=test):
+                self.value(test)
+                self._inside(node, test)
+            case ast.Attribute(value=owner, attr=name, ctx=ast.Store() | ast.Del()):
+                if _SELF in self.value(owner):
+                    add_values(self._code.attributes, name, UNSURE)
+            case ast.FunctionDef(name=name) | ast.AsyncFunctionDef(name=name):
+                add_values(self._names, name, self._function(node, node.body))
+            case ast.ClassDef(name=name):
+                self._class(node)
+            case ast.Name(ctx=ast.Load()):
+                self._escape(node, self.value(node))
+            case ast.Name() | ast.alias() | ast.ExceptHandler() | ast.pattern():
+                for name in binds(node):
+                    add_values(self._names, name, UNSURE)
+                self._reflect(node, getattr(node, "name", None) or "")
+                self._inside(node)
+            case ast.expr():
+                self._escape(node, self.value(node))
+            case _:
+                self._inside(node)
+
+    def _note(self, node: ast.AST) -> None:
+        self.effects.answer |= self._definitions.answer_of_node(node, self._automaton)
+
+    def _reflect(self, node: ast.AST, name: str) -> None:
+        if name in self._definitions.reflection:
+            self.effects.allow_anything(node)
+
+    def _inside(self, node: ast.AST, *evaluated: ast.AST) -> None:
+        for child in ast.iter_child_nodes(node):
+            if child not in evaluated:
+                self.visit(child)
+
+    def _function(
+        self, node: ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda, body: Iterable[ast.AST]
+    ) -> Values:
+        """Evaluate a nested function, and return it as a value."""
+        decorators = [] if isinstance(node, ast.Lambda) else node.decorator_list
+        defaults = [*node.args.defaults, *(each for each in node.args.kw_defaults if each is not None)]
+        for evaluated in (*decorators, *defaults):
+            self.visit(evaluated)
+        parameters = {each.arg for each in ast.walk(node.args) if isinstance(each, ast.arg)}
+        names = {name: values for name, values in self._names.items() if name not in parameters}
+        walk = Evaluation(self._code, names, f"{self._context} {id(node)}", self._automaton)
+        for each in body:
+            walk.visit(each)
+        for name, values in names.items():
+            if name not in parameters:
+                add_values(self._names, name, values)
+        self._code.local[walk._context] = walk.effects
+        self.effects.add_events(walk.effects)  # at any later call
+        self.effects.any_event += walk.effects.any_event
+        found = frozenset({_Value("local", walk._context)})
+        if decorators:
+            self._escape(node, found)
+        return found
+
+    def _class(self, node: ast.ClassDef) -> None:
+        """Evaluate a nested class: if its methods use the component, it may do anything with it."""
+        names = dict(self._names)
+        walk = Evaluation(self._code, names, f"{self._context} {id(node)}", self._automaton)
+        walk._inside(node)
+        for name, values in names.items():
+            methods = {each for each in values if each.kind == "local"} - self._names.get(name, _NOTHING)
+            walk._escape(node, frozenset(methods))
+            if name in self._names:
+                add_values(self._names, name, values - methods)
+        done = walk.effects
+        if done.calls or done.possible or done.events or done.any_call or done.any_event:
+            self.effects.allow_anything(node)
+        add_values(self._names, node.name, UNSURE)
+
+    def _loop(self, node: ast.AST, target: ast.expr, iterable: ast.expr) -> None:
+        elements = _elements(iterable)
+        for element in elements:
+            self._store(target, element)
+        if not elements:
+            self.visit(iterable)
+            self.visit(target)
+        self._inside(node, target, iterable)
+
+    def _store(self, target: ast.expr, value: ast.expr) -> None:
+        """Give the values of an expression to a target."""
+        elements = _elements(value)
+        match target:
+            case ast.Tuple(elts=targets) | ast.List(elts=targets) if len(targets) == len(
+                elements
+            ) and not any(isinstance(each, ast.Starred) for each in (*targets, *elements)):
+                for one, other in zip(targets, elements, strict=True):
+                    self._store(one, other)
+            case ast.Name(id=name) if name not in self._definitions.globals:
+                self._note(target)
+                add_values(self._names, name, self.known(value))
+            case ast.Attribute(value=owner, attr=name) if (owners := self.value(owner)) & {_SELF}:
+                self._note(target)
+                values = self.known(value)
+                add_values(self._code.attributes, name, values)
+                if len(owners) > 1:
+                    self._escape(value, values)
+            case _:
+                self.visit(target)
+                self.visit(value)
+
+    def known(self, value: ast.expr) -> Values:
+        """Return the values of an expression, `other` if they are unknown."""
+        if isinstance(value, ast.Constant) and not isinstance(value.value, str):
+            return _NOTHING  # such as None, as a first value
+        return self.value(value) or UNSURE
+
+    def _use(self, operation: _Value, *, is_certain: bool) -> None:
+        proxy, _, name = operation.name.partition(".")
+        (self.effects.calls if is_certain else self.effects.possible).add(ProxyCall(proxy, name))
+
+    def _escape(self, node: ast.AST, values: Values) -> None:
+        """Record that values are no longer followed."""
+        for value in values:
+            match value.kind:
+                case "operation":
+                    self._use(value, is_certain=len(values) == 1)
+                case "self":
+                    self.effects.allow_anything(node)
+                case "proxy":
+                    self.effects.any_call.append(node)
+                case "send":
+                    self.effects.any_event.append(node)
+                case "function":  # it may be called
+                    self.effects.add(self._code.called(value.name, {}), node)
+                case "local":
+                    self.effects.add(self._code.local.get(value.name, Effects()), node)
+
+    def value(self, node: ast.expr) -> Values:
+        """Return the values of an expression; none if they are unknown, or of no interest."""
+        self._note(node)
+        match node:
+            case ast.Name() | ast.Attribute():
+                return self._read(node)
+            case ast.IfExp(test=test, body=body, orelse=orelse):
+                self.value(test)
+                return self.known(body) | self.known(orelse)
+            case ast.BoolOp(values=values):
+                return frozenset().union(*map(self.known, values))
+            case ast.NamedExpr(target=target, value=value):
+                self._store(target, value)
+                return self.value(value)
+            case ast.Call():
+                return self._call(node)
+            case ast.Lambda(body=body):
+                return self._function(node, [body])
+            case ast.UnaryOp(operand=operand):
+                self.value(operand)
+                return _NOTHING
+            case ast.Compare(left=left, comparators=others, ops=operators):
+                if not any(isinstance(each, ast.In | ast.NotIn) for each in operators):
+                    for each in (left, *others):
+                        self.value(each)
+                    return _NOTHING
+        return frozenset(_Value("text", text) for text in self._texts(node))
+
+    def _read(self, node: ast.Name | ast.Attribute) -> Values:
+        """Return the values of a name or an attribute."""
+        if isinstance(node, ast.Name):
+            self._reflect(node, node.id)
+            return self._names.get(node.id, _NOTHING)
+        return self._attribute(self.value(node.value), node.attr, node)
+
+    def _attribute(self, owners: Values, name: str, node: ast.AST) -> Values:
+        """Return the values of an attribute."""
+        self._reflect(node, name)
+        if _SELF in owners and self._definitions.is_unclear_attribute(name):
+            self.effects.allow_anything(node)
+        return frozenset().union(*(self._attribute_of(owner, name) for owner in owners))
+
+    def _attribute_of(self, owner: _Value, name: str) -> Values:
+        """Return the values of an attribute of a value."""
+        match owner.kind:
+            case "other":
+                return UNSURE
+            case "proxy":
+                return frozenset({_Value("operation", f"{owner.name}.{name}")})
+            case "operation" if name == "begin":  # without waiting
+                return frozenset({owner})
+            case "self":
+                return self._code.attributes.get(name, _NOTHING) | self._declared(name)
+        return _NOTHING
+
+    def _declared(self, name: str) -> Values:
+        """Return the values of an attribute of the component that no code assigns."""
+        if name in self._definitions.proxies:
+            return frozenset({_Value("proxy", name)})
+        function = {_Value("function", name)} if name in self._definitions.functions else set()
+        found = frozenset(function | ({_SENDER} if name in _SEND else set()))
+        is_alias = name in COMPONENT_ALIASES and not self._definitions.is_assigned(name)
+        return found or frozenset({_SELF} if is_alias else ())
+
+    def _texts(self, node: ast.expr) -> list[str]:
+        """Return the texts that an expression may be, none if they are unknown."""
+        match node:
+            case ast.Constant(value=str() as value):
+                return [value]
+            case ast.JoinedStr(values=parts):
+                texts = [""]
+                for more in [self._texts(part) for part in parts]:
+                    texts = [text + each for text in texts for each in more]
+                    texts = texts if len(texts) <= _MOST_TEXTS else []
+                return texts
+            case ast.FormattedValue(value=value):
+                found = self.value(value)
+                return _texts(found) if node.conversion == -1 and node.format_spec is None else []
+            case ast.BinOp(op=ast.Add(), left=left, right=right):
+                first, second = self.value(left), self.value(right)
+                self._escape(node, first | second)
+                return [text + more for text in _texts(first) for more in _texts(second)]
+        self._inside(node)
+        return []
+
+    def _call(self, call: ast.Call) -> Values:
+        called = call.func
+        name = called.id if isinstance(called, ast.Name) else ""
+        if name == "getattr" and len(call.args) > 1:
+            return self._getattr(call)
+        if name == "super" and not call.args:
+            return frozenset({_SELF})
+        functions = self._read(called) if isinstance(called, ast.Name | ast.Attribute) else self.value(called)
+        is_spread = any(isinstance(each, ast.Starred) for each in call.args)
+        arguments: list[_Argument] = [
+            (None if is_spread else place, each, self.value(each)) for place, each in enumerate(call.args)
+        ]
+        arguments += [(each.arg, each.value, self.value(each.value)) for each in call.keywords]
+        kinds = {each.kind for each in functions}
+        if kinds and kinds <= {"function", "operation", "send"}:
+            for each in functions:
+                if each.kind == "operation":
+                    self._use(each, is_certain=len(functions) == 1)
+                self._follow(each, call, arguments)
+            return _NOTHING
+        self.effects.answer |= self._definitions.answer_of_call(call)
+        if name in _HARMLESS and name not in self._definitions.bound:
+            return _NOTHING
+        if kinds != {"local"} and self._definitions.is_unknown(called):
+            self.effects.unknown.append(call)
+        self._escape(call, functions)
+        for _, node, values in arguments:
+            self._escape(node, values)
+        return _NOTHING
+
+    def _follow(self, function: _Value, call: ast.Call, arguments: list[_Argument]) -> None:
+        """Add the effects of a call of a known function."""
+        if function.kind == "function":
+            self.effects.add(self._called(function.name, arguments), call)
+        elif function.kind == "operation":
+            self.effects.answer |= Answer.OTHER
+        else:
+            self.effects.answer |= UNKNOWN
+            names = [(node, _texts(values)) for place, node, values in arguments if place in (0, "name")]
+            for node, events in names:
+                for event in events:
+                    self.effects.events.setdefault(event.strip(), set()).add(node)
+            if not names or not names[0][1]:
+                self.effects.any_event.append(call)
+
+    def _getattr(self, call: ast.Call) -> Values:
+        owners, names, *default = [self.value(each) for each in call.args]
+        self.effects.answer |= UNKNOWN
+        texts = _texts(names)
+        if not texts and any(owner.kind in ("self", "proxy") for owner in owners):
+            self.effects.any_call.append(call)
+        if not texts and _SELF in owners:
+            names_of_self = {*_SEND, *self._definitions.functions, *self._code.attributes}
+            any_of_them = Evaluation(self._code, self._names, self._context)
+            for text in _matching(call.args[1], names_of_self):
+                any_of_them._escape(call, self._attribute_of(_SELF, text))
+            self.effects.add_events(any_of_them.effects)
+            self.effects.any_event += any_of_them.effects.any_event
+        found: Values = frozenset().union(*(self._attribute(owners, text, call) for text in texts))
+        return found.union(*default, UNSURE) if default else found
+
+    def _called(self, name: str, arguments: list[_Argument]) -> Effects:
+        """Return the effects of a call of a function of the document."""
+        function = self._definitions.functions[name]
+        positional = parameters_of(function)[0 if is_static(function) else 1 :]
+        by_name = {*positional, *(each.arg for each in function.args.kwonlyargs)}
+        passed: Names = {}
+        for place, node, values in arguments:
+            parameter = place
+            if isinstance(place, int):
+                parameter = positional[place] if place < len(positional) else None
+            if isinstance(parameter, str) and parameter in by_name:
+                add_values(passed, parameter, values)
+            else:
+                self._escape(node, values)
+        return self._code.called(name, passed)
+
+
+def anything(node: ast.AST) -> Effects:
+    """Return the effects of code that may do anything."""
+    effects = Effects(answer=UNKNOWN)
+    effects.allow_anything(node)
+    return effects
+
+
+def add_values(names: Names, name: str, values: Values) -> None:
+    """Add values to those that a name may have; too many texts become unknown."""
+    if values:
+        known = names.get(name, _NOTHING) | values
+        if _OTHER in known or len(known) > _MOST_TEXTS:
+            known = frozenset(value for value in known if value.kind != "text") | {_OTHER}
+        names[name] = known
+
+
+def _texts(values: Values) -> list[str]:
+    """Return all texts among values, none if some are unknown."""
+    if _OTHER in values:
+        return []
+    return sorted(value.name for value in values if value.kind == "text")
+
+
+def _matching(computed: ast.expr, names: Iterable[str]) -> list[str]:
+    """Return the names that a computed text may be, by its literal beginning and end."""
+    start = end = ""
+    match computed:
+        case ast.JoinedStr(values=[first, *_, last]) | ast.BinOp(op=ast.Add(), left=first, right=last):
+            start, end = (str(part.value) if isinstance(part, ast.Constant) else "" for part in (first, last))
+    return [name for name in names if name.startswith(start) and name.endswith(end)]
+
+
+def parameters_of(function: ast.FunctionDef) -> list[str]:
+    """Return the positional parameters; the first is the component."""
+    return [each.arg for each in (*function.args.posonlyargs, *function.args.args)] or ["self"]
+
+
+def _elements(node: ast.expr) -> list[ast.expr]:
+    """Return the elements of a literal tuple, list or set; none for any other expression."""
+    return node.elts if isinstance(node, ast.Tuple | ast.List | ast.Set) else []
