@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import partial
 from typing import Any, ClassVar, Self, cast, dataclass_transform
 
 import msgspec
@@ -151,10 +150,6 @@ class UserException(ZenohIceError):
         yield cls
         for subclass in cls.__subclasses__():
             yield from subclass.ice_subclasses()
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        # By name: some constructors take no positions.
-        return partial(type(self), **msgspec.structs.asdict(self.ice_members())), (), self.__dict__
 
     def __str__(self) -> str:
         values = {name: getattr(self, name, None) for name in self.Members.__struct_fields__}

@@ -25,12 +25,10 @@ from ._values import TYPE_FIELD, Struct, StructType, Value, slice_name, type_id_
 from .exceptions import UserException
 
 __all__ = [
-    "OBJECT_TYPE_ID",
     "RETURN_VALUE",
     "TYPE_FIELD",
     "Interface",
     "Operation",
-    "OperationOptions",
     "Struct",
     "StructType",
     "Value",

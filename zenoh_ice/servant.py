@@ -345,8 +345,8 @@ class ServedObject:
         """Let a call wait for its turn; raises BusyException when too many do. Holds the turn's lock."""
         turn, size = self._turn, len(call.payload)
         most = _MOST_WAITING if call.about.timeout > 0 else _MOST_ONEWAY
-        too_large = turn.waiting_bytes + size > _MOST_BYTES
-        if len(turn.waiting) >= most or (turn.waiting and too_large):
+        full = turn.waiting_bytes + size > _MOST_BYTES
+        if len(turn.waiting) >= most or (turn.waiting and full):
             raise BusyException(
                 f"{call.method.what}: {len(turn.waiting)} calls are already waiting; "
                 "this one was not executed"
@@ -358,8 +358,8 @@ class ServedObject:
 
     def _check_unanswered(self, size: int, what: str) -> None:
         """Raise BusyException when there is no room for one more call that is answered later."""
-        too_large = self._unanswered_bytes + size > _MOST_BYTES
-        if self._unanswered >= _MOST_UNANSWERED or (self._unanswered and too_large):
+        full = self._unanswered_bytes + size > _MOST_BYTES
+        if self._unanswered >= _MOST_UNANSWERED or (self._unanswered and full):
             raise BusyException(
                 f"{what}: {self._unanswered} calls are not answered yet; this one was not executed"
             )
@@ -489,13 +489,12 @@ class ServedObject:
         self._outlets.clear()
         self._undo.close()
 
-    def drain(self, timeout: float) -> bool:
-        """Wait for at most `timeout` s for the calls that run, except one of the current thread.
+    def drain(self, deadline: float) -> None:
+        """Wait for the calls that run, except one of this thread, until a moment of the monotonic clock.
 
-        Return whether they ended, including those answered later. Calls that still wait for their
-        turn then are not executed.
+        Those answered later count, too. Calls that still wait for their turn then are not executed.
         """
-        turn = self._turn
+        turn, left = self._turn, max(0.0, deadline - time.monotonic())
         expected = sum(each is turn for each in _here.turns)
 
         def ended() -> bool:
@@ -504,7 +503,7 @@ class ServedObject:
 
         with turn.lock:
             self._withdrawn = True
-            done = turn.changed.wait_for(ended, timeout)
+            done = turn.changed.wait_for(ended, left)
             dropped = [call for call in turn.waiting if call.served is self]
             for call in dropped:
                 turn.waiting.remove(call)
@@ -514,7 +513,9 @@ class ServedObject:
             call.reply(*self._refuse(error, call.about))
         if not done:
             _logger.error("a call of %s still runs", self.target)
-        return done
+        # Our own token must not look like another process's when the identity is added again.
+        presence, own = self._communicator.presence, self._communicator.client_id
+        presence.wait_until_gone(self.target, left + _TOKEN_LIMIT, own)
 
     def status(self) -> ServantStatus:
         """Return what it does, and did since it is served."""
@@ -652,14 +653,7 @@ class ObjectAdapter:
         # then all running calls are awaited at once.
         with ExitStack() as steps:
             for served in withdrawn:
-                steps.callback(self._wait_for, served, deadline)
+                steps.callback(served.drain, deadline)
             for served in withdrawn:
                 steps.callback(served.close)
                 steps.callback(communicator.served.pop, served.target, None)
-
-    def _wait_for(self, served: ServedObject, deadline: float) -> None:
-        left = max(0.0, deadline - time.monotonic())
-        served.drain(left)
-        # Our own token must not look like another process's when the identity is added again.
-        communicator = self._communicator
-        communicator.presence.wait_until_gone(served.target, left + _TOKEN_LIMIT, communicator.client_id)

@@ -22,23 +22,15 @@ from .exceptions import ConfigurationException, SystemException
 from .interface import Operation
 
 __all__ = [
-    "Answer",
     "Arrived",
     "Buffer",
     "Caller",
     "Inlet",
-    "NoAnswer",
     "Outcome",
     "Outlet",
-    "Pacer",
     "Parted",
     "Pieces",
-    "Receiver",
-    "Reply",
-    "Served",
     "Target",
-    "Transport",
-    "check_name",
     "decode_attachment",
     "decode_error",
     "encode_error",

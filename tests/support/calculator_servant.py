@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import threading
+import time
 
 import pytest
 
@@ -110,9 +111,9 @@ def drains(monkeypatch: pytest.MonkeyPatch) -> list[float]:
     noted: list[float] = []
     drain = ServedObject.drain
 
-    def noting(served: ServedObject, limit: float) -> bool:
-        noted.append(limit)
-        return drain(served, limit)
+    def noting(served: ServedObject, deadline: float) -> None:
+        noted.append(max(0.0, deadline - time.monotonic()))
+        drain(served, deadline)
 
     monkeypatch.setattr(ServedObject, "drain", noting)
     return noted
