@@ -1,4 +1,4 @@
-"""The demo as its user starts it: five processes from one command, and none of them left behind."""
+"""The demo as its user starts it: five processes from one command, and none of them remains."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""docs/tutorial/from-the-paper.md: the experiments of the start page run as they stand there."""
+"""docs/tutorial/from-the-paper.md: the experiments of the start page run as described."""
 
 from __future__ import annotations
 

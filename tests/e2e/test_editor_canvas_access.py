@@ -1,4 +1,4 @@
-"""What axe finds on the editor's screens, and how keys and names reach all of them."""
+"""Accessibility of the editor's screens: the findings of axe, keys and names."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A large automaton on the canvas, and what another window does to it meanwhile."""
+"""A large automaton on the canvas, also while another window changes it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The robot's emergency stop on the page: it is shown for as long as it is latched, and reset there."""
+"""The robot's emergency stop on the page: it is shown while it is latched, and can be reset."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The paper's third experiment, drawn from nothing with mouse and keyboard, run, watched, edited and reloaded."""
+"""The paper's third experiment, drawn with mouse and keyboard, run, watched, edited and reloaded."""
 
 from __future__ import annotations
 

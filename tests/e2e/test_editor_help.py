@@ -1,4 +1,4 @@
-"""The help of the page, and docs/reference/keys.md, which holds the same keys.
+"""The help of the page, and docs/reference/keys.md, which has the same keys.
 
 SCREENSHOTS=1 pytest tests/e2e/test_editor_help.py writes that file again.
 """

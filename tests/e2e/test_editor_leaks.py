@@ -1,4 +1,4 @@
-"""What the page lets go of while somebody works with it for long."""
+"""The page releases its resources during a long session."""
 
 from __future__ import annotations
 

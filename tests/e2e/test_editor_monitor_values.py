@@ -1,4 +1,4 @@
-"""What the editor's page shows beside the canvas while a component runs: numbers, cameras, the robot."""
+"""What the editor's page shows next to the canvas while a component runs: numbers, cameras, the robot."""
 
 from __future__ import annotations
 

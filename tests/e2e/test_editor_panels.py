@@ -1,4 +1,4 @@
-"""Edit code and data in the panels beside the canvas, through the real server."""
+"""Edit code and data in the panels next to the canvas, through the real server."""
 
 from __future__ import annotations
 

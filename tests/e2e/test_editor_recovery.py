@@ -1,4 +1,4 @@
-"""What was not saved when the editor ended is offered when its file is opened again."""
+"""Unsaved changes of an editor that ended are offered when the file is opened again."""
 
 from __future__ import annotations
 

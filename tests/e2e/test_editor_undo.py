@@ -1,4 +1,4 @@
-"""Undoing leads to where the document changes."""
+"""Undo shows the place where the document changes."""
 
 from __future__ import annotations
 

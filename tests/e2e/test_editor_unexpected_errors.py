@@ -1,4 +1,4 @@
-"""An error that nobody expected is shown in the page, with what to do."""
+"""An unexpected error is shown in the page, with advice."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The body that the page draws in 3D: its links are where MuJoCo has them, and it stands and falls by its encoders."""
+"""The 3D body in the page: its links are where MuJoCo has them, and it stands and falls by its encoders."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""ballmover while its server dies, is away, and comes back."""
+"""ballmover while its server dies, is offline, and returns."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What commands do when their surroundings are wrong."""
+"""Commands in a wrong environment."""
 
 from __future__ import annotations
 

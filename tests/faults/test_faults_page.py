@@ -1,4 +1,4 @@
-"""docs/explanation/faults.md: each of its rows is a test here."""
+"""docs/explanation/faults.md: every row has a test here."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What goes wrong with a robot over genuine libqi, and what the server's clients hear of it."""
+"""Faults of a robot over genuine libqi, and the errors that the server's clients get."""
 
 import signal
 import time

@@ -1,4 +1,4 @@
-"""A robot server when things go wrong: clients that die or hang, cameras that fail, payloads that are too large."""
+"""Faults around a robot server: clients that die or hang, cameras that fail, payloads that are too large."""
 
 import signal
 import sys

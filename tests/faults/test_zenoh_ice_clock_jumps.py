@@ -1,4 +1,4 @@
-"""What a jump of a clock does: of the machine's date, and of the robot's time."""
+"""Jumps of a clock: of the machine's date, and of the robot's time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What clients and servers do when processes die, hang, come back, or were never there."""
+"""Clients and servers when processes die, hang, return, or never started."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What strangers on the network can do to servers and clients: nothing but get errors."""
+"""Strangers on the network can do nothing to servers and clients: they only get errors."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What happens when two processes serve one identity, or a server that restarts speaks another version."""
+"""Two processes that serve one identity, and a restarted server with another version."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What callers see when the network between them and a server is cut, silent, slow or garbled, or a router ends."""
+"""Callers when the network to a server is cut, silent, slow or corrupts data, or a router ends."""
 
 from __future__ import annotations
 

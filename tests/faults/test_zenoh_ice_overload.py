@@ -1,4 +1,4 @@
-"""What callers see when a server is asked for more than it can do, and what that costs it."""
+"""An overloaded server, and what its callers see."""
 
 from __future__ import annotations
 

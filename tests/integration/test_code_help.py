@@ -1,4 +1,4 @@
-"""Help with code as the page gets it: real documents, in the real processes beside."""
+"""Help with code as the page gets it: real documents, with the real helper processes."""
 
 from __future__ import annotations
 

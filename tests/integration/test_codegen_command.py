@@ -1,4 +1,4 @@
-"""The command `codegen`, as people run it."""
+"""The command `codegen`, as users run it."""
 
 from __future__ import annotations
 

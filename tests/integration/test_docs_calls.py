@@ -1,4 +1,4 @@
-"""docs/explanation/calls.md, followed to the letter: its code runs against a robot that is served."""
+"""docs/explanation/calls.md: its code runs against a served robot."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The conversation of docs/reference/protocol.md is held as it stands there."""
+"""The conversation in docs/reference/protocol.md works as described."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""docs/how-to/interfaces.md and docs/how-to/serving.md, followed to the letter: files are written, commands run, outputs compared."""
+"""docs/how-to/interfaces.md and docs/how-to/serving.md: files are written, commands run, outputs compared."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""docs/how-to/learning.md: its programs print what it says, and it names every environment."""
+"""docs/how-to/learning.md: its programs print the documented output, and it lists every environment."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""docs/how-to/nao.md, followed to the letter against a robot: commands run, what they write compared."""
+"""docs/how-to/nao.md against a robot: commands run, their output is compared."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""docs/how-to/streams.md: its programs run and say what it says."""
+"""docs/how-to/streams.md: its programs print the documented output."""
 
 from __future__ import annotations
 

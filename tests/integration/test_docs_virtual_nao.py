@@ -1,4 +1,4 @@
-"""docs/how-to/virtual-nao.md: its programs run, and it names what is there."""
+"""docs/how-to/virtual-nao.md: its programs run, and what it names exists."""
 
 import ast
 import re

@@ -1,4 +1,4 @@
-"""docs/how-to/walk.md: its program runs and says what it says, its limits are those of the walk."""
+"""docs/how-to/walk.md: its program prints the documented output, and its limits are those of the walk."""
 
 import re
 

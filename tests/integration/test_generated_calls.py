@@ -1,4 +1,4 @@
-"""Calls of a generated interface with everything of Slice, between two sessions over loopback."""
+"""Calls of a generated interface with all features of Slice, between two sessions over loopback."""
 
 from __future__ import annotations
 

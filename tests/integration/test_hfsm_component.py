@@ -1,4 +1,4 @@
-"""A generated component as a process, with a server of the robot as another."""
+"""A generated component as a process, with a robot server as another."""
 
 from __future__ import annotations
 

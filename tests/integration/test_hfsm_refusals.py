@@ -1,4 +1,4 @@
-"""A component that a robot refuses commands, as a process, with the robot as another."""
+"""A component whose commands the robot refuses, with a process for each."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a component that ends stops of what it has begun."""
+"""A component that ends stops the operations that it has started."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The launcher with real processes: order, failures, signals, and that nothing is left behind."""
+"""The launcher with real processes: order, failures, signals, and no leftovers."""
 
 import os
 import signal

@@ -1,4 +1,4 @@
-"""The check that tests leave nothing running: it finds what is left, and ignores what is older."""
+"""The check that tests leave nothing running: it finds leaks, and ignores what is older."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Recordings on the timeline: what a component recorded is shown as if it had been followed."""
+"""Recordings on the timeline: a recorded run is shown like a followed one."""
 
 from __future__ import annotations
 

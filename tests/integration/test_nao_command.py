@@ -1,4 +1,4 @@
-"""The command `nao` against a robot, and against an interface for which there is no generated code."""
+"""The command `nao` with a robot, and with an interface without generated code."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A robot that is reached over TLS with a login, as NAOqi 2.9 wants it."""
+"""A robot over TLS with a login, as NAOqi 2.9 requires."""
 
 import select
 import shutil

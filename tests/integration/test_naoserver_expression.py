@@ -1,4 +1,4 @@
-"""Lights and voice as clients meet them."""
+"""Lights and voice as clients use them."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Emergency stop and lease as clients meet them: over Zenoh, in front of every command of the robot."""
+"""Emergency stop and lease as clients use them: over Zenoh, for every command of the robot."""
 
 from contextlib import closing
 from queue import SimpleQueue

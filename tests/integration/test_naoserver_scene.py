@@ -1,4 +1,4 @@
-"""Ground truth and scene as clients meet them: over Zenoh, where a simulation is served."""
+"""Ground truth and scene as clients use them: over Zenoh, from a simulation."""
 
 import pytest
 

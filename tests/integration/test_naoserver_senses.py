@@ -1,4 +1,4 @@
-"""The senses of a served robot report over the wire what the robot feels."""
+"""The senses of a served robot over the wire."""
 
 import math
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""The server around a robot: who is served, when images are taken, how it ends."""
+"""The server around a robot: what it serves, when images are taken, how it ends."""
 
 import io
 import threading

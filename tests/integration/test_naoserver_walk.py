@@ -1,4 +1,4 @@
-"""The walk and its odometry as clients meet them: over Zenoh, on a robot that walks without legs."""
+"""The walk and its odometry as clients use them: over Zenoh, on a robot without legs."""
 
 import math
 

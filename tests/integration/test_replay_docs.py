@@ -1,4 +1,4 @@
-"""What docs/how-to/recording.md shows works as it stands there."""
+"""The examples in docs/how-to/recording.md work as described."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The robot's clock over Zenoh, and the choice between it and the wall's."""
+"""The robot's clock over Zenoh, and the choice between it and the wall clock."""
 
 from __future__ import annotations
 

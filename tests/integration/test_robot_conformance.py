@@ -1,4 +1,4 @@
-"""What every robot answers, whatever stands behind its servants: one suite, through proxies over Zenoh."""
+"""What every robot must do, whatever its implementation: one suite, through proxies over Zenoh."""
 
 import math
 import threading

@@ -1,4 +1,4 @@
-"""What every robot answers about walk, senses, lights, voice, motions, postures and safety, and how exactly."""
+"""Walk, senses, lights, voice, motions, postures and safety of every robot, with their tolerances."""
 
 import math
 from collections import deque

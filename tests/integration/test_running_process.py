@@ -1,4 +1,4 @@
-"""Child processes: their output, how they are stopped, and that nothing is left of them on any way out."""
+"""Child processes: their output, how they are stopped, and that nothing of them remains."""
 
 from __future__ import annotations
 

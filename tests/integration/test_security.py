@@ -1,4 +1,4 @@
-"""Who may do what, over real TLS links: certificates, passwords, roles, and what is said to who is refused."""
+"""Permissions over real TLS links: certificates, passwords, roles, and the errors of refusals."""
 
 from __future__ import annotations
 

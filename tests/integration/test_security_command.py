@@ -1,4 +1,4 @@
-"""`nao security`: the files it makes fit together, nobody else reads the keys, and zenohd understands its own."""
+"""`nao security`: its files match, only their owner reads the keys, and zenohd understands its own."""
 
 from __future__ import annotations
 

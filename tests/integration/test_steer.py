@@ -1,4 +1,4 @@
-"""The commands that steer, on a component that runs in the test's process."""
+"""The commands for steering, with a component in the test's process."""
 
 from __future__ import annotations
 

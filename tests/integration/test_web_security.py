@@ -1,4 +1,4 @@
-"""Who is kept out of the editor: every attack of docs/explanation/editor-safety.md, on real sockets."""
+"""The editor's protection against every attack of docs/explanation/editor-safety.md, on real sockets."""
 
 from __future__ import annotations
 

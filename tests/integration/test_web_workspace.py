@@ -1,4 +1,4 @@
-"""What windows see of each other and of what is open, through real websockets."""
+"""Several windows with shared documents, through real websockets."""
 
 from __future__ import annotations
 

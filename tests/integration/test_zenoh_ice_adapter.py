@@ -1,4 +1,4 @@
-"""What an adapter serves: servants by identity, and their life."""
+"""Object adapters: servants by identity, and their lifetime."""
 
 from __future__ import annotations
 

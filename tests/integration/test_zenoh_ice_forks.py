@@ -1,4 +1,4 @@
-"""Processes that are forked from one with a communicator: refused at once, whatever they try."""
+"""Processes that are forked from one with a communicator: every use is refused at once."""
 
 from __future__ import annotations
 

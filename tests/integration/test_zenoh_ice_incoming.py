@@ -1,4 +1,4 @@
-"""Calls as they come from the wire: oneway calls, and the status of the process that takes them."""
+"""Incoming calls: oneway calls, and the status of the receiving process."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Calls of servants that must be found first: within their limit, in their order, and in nobody's way."""
+"""Calls of servants that must be found first: within their limit, in order, without blocking others."""
 
 from __future__ import annotations
 

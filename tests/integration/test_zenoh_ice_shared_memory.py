@@ -1,4 +1,4 @@
-"""Images between sessions: through shared memory where all can read it, over the network elsewhere."""
+"""Images between sessions: through shared memory if possible, otherwise over the network."""
 
 from __future__ import annotations
 

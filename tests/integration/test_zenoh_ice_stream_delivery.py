@@ -1,4 +1,4 @@
-"""Which samples of a stream its readers get: rates, queues, and what is lost."""
+"""The delivery of samples to subscribers: rates, queues, and losses."""
 
 from __future__ import annotations
 

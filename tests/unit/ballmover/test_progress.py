@@ -1,4 +1,4 @@
-"""What ballmover shows on a terminal and elsewhere."""
+"""The output of ballmover on a terminal and elsewhere."""
 
 from __future__ import annotations
 

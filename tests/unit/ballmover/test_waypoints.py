@@ -1,4 +1,4 @@
-"""Files of waypoints: what they may hold, and how a bad one is refused."""
+"""Files of waypoints: valid ones, and the errors of invalid ones."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The paper's second experiment, `dance`, in virtual time: both arms through four positions, round and round."""
+"""The paper's second experiment, `dance`, in virtual time: both arms go through four positions repeatedly."""
 
 from __future__ import annotations
 

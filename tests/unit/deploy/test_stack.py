@@ -1,4 +1,4 @@
-"""The stack file: what is read from it, and what is said about mistakes in it."""
+"""The stack file: its settings, and the errors about mistakes in it."""
 
 import re
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""docs/reference/automata.md: its documents are checked, compiled and run, and do what the page says."""
+"""docs/reference/automata.md: its documents are checked, compiled and run as described."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""docs/reference/documents.md: its example is written as it stands there, and its tables have what the reader knows."""
+"""docs/reference/documents.md: its example is written as shown, and its tables agree with the reader."""
 
 from __future__ import annotations
 

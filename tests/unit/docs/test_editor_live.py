@@ -1,4 +1,4 @@
-"""The page of the docs on the protocol of running components names every action that may be asked for."""
+"""The page about the protocol of running components names every action."""
 
 from __future__ import annotations
 

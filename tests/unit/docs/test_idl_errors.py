@@ -1,4 +1,4 @@
-"""docs/reference/idl-errors.md: every code has an entry, and every example brings its own code and no other."""
+"""docs/reference/idl-errors.md: every code has an entry, and every example gives exactly its code."""
 
 from __future__ import annotations
 

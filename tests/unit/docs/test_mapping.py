@@ -1,4 +1,4 @@
-"""The example of docs/reference/mapping.md is what codegen makes of it."""
+"""The example of docs/reference/mapping.md is the output of codegen."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""docs/explanation/model-checker.md: its document is checked, and what the page says of it is so."""
+"""docs/explanation/model-checker.md: its document is checked, and the results are as described."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The page about the real robot lists what the command takes."""
+"""The page about the real robot lists the options of the command."""
 
 import pytest
 import typer

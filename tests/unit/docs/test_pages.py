@@ -1,4 +1,4 @@
-"""The pages of docs/: their links lead somewhere, and they explain every option of `codegen`."""
+"""The pages of docs/: their links work, and they explain every option of `codegen`."""
 
 from __future__ import annotations
 

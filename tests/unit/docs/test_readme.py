@@ -1,4 +1,4 @@
-"""README.md: the commands that it shows are taken as they stand there, and its links lead somewhere."""
+"""README.md: its commands are accepted as shown, and its links work."""
 
 from __future__ import annotations
 

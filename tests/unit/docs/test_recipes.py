@@ -1,4 +1,4 @@
-"""The recipes of docs/how-to: their documents compile without a finding, and their tests pass."""
+"""The recipes of docs/how-to: their documents compile without diagnostics, and their tests pass."""
 
 from __future__ import annotations
 

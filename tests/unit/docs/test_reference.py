@@ -1,4 +1,4 @@
-"""What docs/hooks.py reads off the code for the reference is complete, and the pages show all of it."""
+"""The tables that docs/hooks.py generates from the code are complete, and the pages show all of them."""
 
 from __future__ import annotations
 

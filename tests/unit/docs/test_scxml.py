@@ -1,4 +1,4 @@
-"""docs/how-to/scxml.md: its example is what the command makes of it, in both directions."""
+"""docs/how-to/scxml.md: its example is the output of the command, in both directions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The examples of docs/how-to/testing.md are tests that pass, and its tables name what there is."""
+"""The examples of docs/how-to/testing.md are tests that pass, and its tables name what exists."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The clock of tested behaviors does what falls due, in one thread."""
+"""The clock of tested behaviors runs what is due, in one thread."""
 
 from __future__ import annotations
 

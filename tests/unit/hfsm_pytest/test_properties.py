@@ -1,4 +1,4 @@
-"""Random runs find what a behavior must not do, and report the shortest way there."""
+"""Random runs find what a behavior must not do, and report the shortest run that leads to it."""
 
 from __future__ import annotations
 

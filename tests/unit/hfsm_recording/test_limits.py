@@ -1,4 +1,4 @@
-"""A small file that unpacks to much costs a reader neither memory nor disk, and is refused with a reason."""
+"""A small file that decompresses to a huge one takes neither memory nor disk, and is refused."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a recording holds, and how it is written."""
+"""The content of a recording, and how it is written."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One cycle, as a driver runs it: what it notes of itself, and how it goes on after a pause."""
+"""One cycle, as a driver runs it: its measurements, and how it continues after a pause."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The hand-over between automata on threads: no two of them that exclude each other ever drive the robot."""
+"""The hand-over between automata on threads: two that exclude each other never drive the robot at once."""
 
 from __future__ import annotations
 

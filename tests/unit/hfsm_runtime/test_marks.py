@@ -1,4 +1,4 @@
-"""What a component marks on the pictures of its cameras: what can be marked, for how long, and how much."""
+"""Marks of a component on the pictures of its cameras: their kinds, duration and limits."""
 
 from __future__ import annotations
 

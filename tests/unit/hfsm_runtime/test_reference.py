@@ -1,4 +1,4 @@
-"""Random trees of automata against an interpreter that is one loop and nothing else.
+"""Random trees of automata against a simple interpreter of one loop.
 
 Guards are scripts: each says at which of its evaluations it holds. `TEST_EXAMPLES=10` tries ten times
 as many trees.

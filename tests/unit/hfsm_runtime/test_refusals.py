@@ -1,4 +1,4 @@
-"""What a component does when the robot refuses a command, or its hardware fails for a moment."""
+"""A component whose robot refuses a command, or whose hardware fails temporarily."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Another version of a component goes on where the former one was, in virtual time."""
+"""Another version of a component continues where the previous one was, in virtual time."""
 
 from __future__ import annotations
 

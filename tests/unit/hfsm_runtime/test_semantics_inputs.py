@@ -1,4 +1,4 @@
-"""The semantics of inputs, sentence by sentence: what a state hands to its automata, and when."""
+"""The semantics of inputs, sentence by sentence: what a state passes to its automata, and when."""
 
 from __future__ import annotations
 

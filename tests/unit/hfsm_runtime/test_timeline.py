@@ -1,4 +1,4 @@
-"""Component time goes on whatever the clock below it does."""
+"""Component time continues, whatever its clock does."""
 
 from __future__ import annotations
 

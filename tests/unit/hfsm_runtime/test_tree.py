@@ -1,4 +1,4 @@
-"""Who may run a cycle, and what a tree of automata knows of itself."""
+"""The tree of automata: who may run a cycle, and what the tree knows of itself."""
 
 from __future__ import annotations
 

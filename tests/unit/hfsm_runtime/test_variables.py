@@ -1,4 +1,4 @@
-"""Variables are shown whatever they are, and while they change."""
+"""Variables are shown, whatever their values, also while they change."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whatever a component can command can be stopped, by the operation that the IDL marks with ["stop"]."""
+"""Every command of a component can be stopped, by the operation that the IDL marks with ["stop"]."""
 
 import importlib
 import pkgutil

@@ -1,4 +1,4 @@
-"""What stands between a robot and its clients, as a whole: what one part does when another is in its way."""
+"""Everything between a robot and its clients as a whole: how its parts interact."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""The facts of the H25 as the code sees them."""
+"""The facts of the H25 in the code."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""When periodic work is done, in virtual time where there is a clock to step, and the threads that do it."""
+"""Periodic work, in virtual time if the clock can be stepped, and its threads."""
 
 import threading
 from contextlib import contextmanager

@@ -1,4 +1,4 @@
-"""Postures into which a robot goes by itself: whose its joints are on the way, and what stops it."""
+"""Postures that a robot assumes by itself: who controls its joints on the way, and what stops it."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Pixel formats, read back by libraries that are not ours."""
+"""Pixel formats, read back by independent libraries."""
 
 import io
 

@@ -1,4 +1,4 @@
-"""Where a robot's NAOqi listens, as it is typed."""
+"""Addresses of a robot's NAOqi as users type them."""
 
 import pytest
 from hypothesis import given

@@ -1,4 +1,4 @@
-"""Commands of joints as NAOqi gets them."""
+"""Joint commands as NAOqi gets them."""
 
 import pytest
 from hypothesis import given

@@ -1,4 +1,4 @@
-"""What happens to the robot at start and end, as the options say."""
+"""What happens to the robot at the start and the end, by the options."""
 
 import pytest
 

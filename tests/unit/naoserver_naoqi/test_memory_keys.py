@@ -1,4 +1,4 @@
-"""What is read of ALMemory: keys in the spelling that a robot has, and units."""
+"""Reading ALMemory: keys in the spelling of the robot, and units."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Where setpoints are between NAOqi's reports."""
+"""Setpoints between NAOqi's reports."""
 
 import pytest
 

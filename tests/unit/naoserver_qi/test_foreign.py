@@ -1,4 +1,4 @@
-"""Whatever a client sends, an operation takes it or refuses it with an error that says why."""
+"""Whatever a client sends, an operation accepts it or refuses it with an error that explains why."""
 
 import inspect
 import threading

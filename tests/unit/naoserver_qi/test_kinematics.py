@@ -1,4 +1,4 @@
-"""Where ALMotion reports the parts of the body: against MuJoCo, and against what is measured at rest."""
+"""The positions of the body's parts in ALMotion: compared with MuJoCo, and with measurements at rest."""
 
 import math
 from functools import cache

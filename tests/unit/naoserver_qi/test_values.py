@@ -1,4 +1,4 @@
-"""What clients of libqi send is taken for what it must be, or refused."""
+"""Values from clients of libqi are converted to the required type, or refused."""
 
 from contextlib import suppress
 

@@ -1,4 +1,4 @@
-"""The anti-collision tables hold in the simulation, on the way and at its end."""
+"""The anti-collision tables hold in the simulation, during motions and at their end."""
 
 from __future__ import annotations
 

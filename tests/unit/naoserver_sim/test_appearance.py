@@ -1,4 +1,4 @@
-"""What is seen of the robot: the shapes of skin.toml and the meshes of skin.obj, in a compiled model."""
+"""The appearance of the robot: the shapes of skin.toml and the meshes of skin.obj, in a compiled model."""
 
 import numpy as np
 import pytest

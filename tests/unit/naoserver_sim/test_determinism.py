@@ -1,4 +1,4 @@
-"""The same seed is the same simulation, bit by bit: noise, walk, senses and all."""
+"""The same seed gives the same simulation, bit by bit: noise, walk and senses."""
 
 import os
 import subprocess

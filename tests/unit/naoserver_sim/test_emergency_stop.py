@@ -1,4 +1,4 @@
-"""The emergency stop of a simulated robot that is on its way: it stops, and it stands."""
+"""The emergency stop of a moving simulated robot: it stops and keeps standing."""
 
 import pytest
 

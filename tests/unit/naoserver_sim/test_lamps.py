@@ -1,4 +1,4 @@
-"""The robot's lamps look as its lights say."""
+"""The robot's lamps have the colors of its lights."""
 
 from contextlib import closing
 

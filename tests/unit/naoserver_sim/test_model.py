@@ -1,4 +1,4 @@
-"""The model against the facts it was made from."""
+"""The model, compared with the facts that it was built from."""
 
 import math
 

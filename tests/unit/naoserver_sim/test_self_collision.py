@@ -1,4 +1,4 @@
-"""Links that meet stop each other, and neighbors do not."""
+"""Links that touch stop each other, except neighbors."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The clock that wakes the threads of a test one after the other."""
+"""The clock that wakes the threads of a test one at a time."""
 
 from __future__ import annotations
 

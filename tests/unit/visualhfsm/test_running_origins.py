@@ -1,4 +1,4 @@
-"""Where the lines of a component's output come from."""
+"""The origins of the lines of a component's output."""
 
 from __future__ import annotations
 

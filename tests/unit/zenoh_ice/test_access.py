@@ -1,4 +1,4 @@
-"""Access control: what the patterns of a role grant, by keys of Zenoh, and what is refused as a role."""
+"""Access control: what the patterns of a role grant, by keys of Zenoh, and which roles are refused."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What arrives as something else than msgspec alone would make of it: classes, proxies, default values."""
+"""Values that are decoded differently than by msgspec alone: classes, proxies, default values."""
 
 from __future__ import annotations
 

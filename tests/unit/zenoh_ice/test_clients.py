@@ -1,4 +1,4 @@
-"""The clients of a realm: each is reported as lost by the end of the token it appeared with, and once."""
+"""The clients of a realm: each is reported as lost once, at the end of the token with which it appeared."""
 
 from __future__ import annotations
 

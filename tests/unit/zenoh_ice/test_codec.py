@@ -1,4 +1,4 @@
-"""The boundary: whatever bytes come in, either they are the declared type or MarshalException says where not."""
+"""Decoding: any bytes are of the declared type, or MarshalException says where they are not."""
 
 from __future__ import annotations
 

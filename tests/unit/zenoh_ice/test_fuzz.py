@@ -1,4 +1,4 @@
-"""Whatever bytes come in through whichever door, they are taken or refused with an error that says why."""
+"""Any bytes at any entry point are accepted, or refused with an error that explains why."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Interfaces, their lineage, and what differs between two versions."""
+"""Interfaces, their bases, and the differences between two versions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Not more than so many a second."""
+"""Limits of a rate."""
 
 from __future__ import annotations
 

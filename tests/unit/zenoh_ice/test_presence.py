@@ -1,4 +1,4 @@
-"""What a process remembers of the servants of others, by any transport."""
+"""What a process remembers of the servants of others, with any transport."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Publishers without a network: numbers, and who publishes while he hears of a sample."""
+"""Publishers without a network: numbers, and publishing from within a subscription."""
 
 from __future__ import annotations
 

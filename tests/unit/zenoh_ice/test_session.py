@@ -1,4 +1,4 @@
-"""Closing a session whose peer takes nothing any more."""
+"""Closing a session whose peer no longer accepts data."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Settings: their sources, who wins, and what is refused."""
+"""Settings: their sources, their precedence, and which values are refused."""
 
 from __future__ import annotations
 

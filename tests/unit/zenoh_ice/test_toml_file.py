@@ -1,4 +1,4 @@
-"""Files in TOML: values by their types, and errors that name file, line, key, value and remedy."""
+"""TOML files: values by their types, and errors with file, line, key, value and advice."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What holds of every transport: over Zenoh between two sessions, and within one process."""
+"""What holds for every transport: over Zenoh between two sessions, and within one process."""
 
 from __future__ import annotations
 

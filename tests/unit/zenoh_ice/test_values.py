@@ -1,4 +1,4 @@
-"""The roots of what travels."""
+"""The base classes of data that is sent."""
 
 from __future__ import annotations
 

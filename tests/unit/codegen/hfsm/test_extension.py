@@ -1,4 +1,4 @@
-"""Hand-written code beside a component: how it is found, loaded and kept."""
+"""The hand-written extension of a component: how it is found, loaded and kept."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whatever a document says, its component has the same structure and runs."""
+"""The component of any document has the same structure as the document, and runs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Automata imported from other files: ids, provenance, what comes along, and what is refused."""
+"""Automata imported from other files: ids, their files, what else is imported, and errors."""
 
 from __future__ import annotations
 

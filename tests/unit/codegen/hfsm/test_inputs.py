@@ -1,4 +1,4 @@
-"""Parameters, inputs and arguments: what they become, and what is wrong with them."""
+"""Parameters, inputs and arguments: the code for them, and errors."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Python 2 is reported with its line, and fixed where nothing else is wrong; all else stays byte for byte."""
+"""Python 2 is reported with its line, and converted if there is no other error; nothing else changes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The documents of the origin's users become components that run, where their code is Python."""
+"""The documents of the original users become components that run, if their code is Python."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What changes the fingerprint of an interface, and that the schema says all that it is taken of."""
+"""What changes the fingerprint of an interface, and that the schema has everything it is computed from."""
 
 from __future__ import annotations
 

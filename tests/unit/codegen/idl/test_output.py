@@ -1,4 +1,4 @@
-"""Whatever the compiler accepts becomes packages that import, pass the type checkers and carry any value."""
+"""What the compiler accepts becomes packages that import, pass type checkers and hold any value."""
 
 from __future__ import annotations
 

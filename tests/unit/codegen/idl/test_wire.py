@@ -1,4 +1,4 @@
-"""What the generated types of interfaces/ put on the wire, against msgpack as reference."""
+"""The encoding of the generated types of interfaces/, compared with msgpack."""
 
 from __future__ import annotations
 

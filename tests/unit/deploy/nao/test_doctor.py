@@ -1,4 +1,4 @@
-"""What `nao doctor` finds on a machine, made wrong on purpose."""
+"""What `nao doctor` finds on a misconfigured machine."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Interfaces made at run time from schemas, beside those that codegen made of the same IDL."""
+"""Interfaces created at run time from schemas, compared with those generated from the same IDL."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What `nao` writes for people: JSON in which what fits stands on one line, figures, images."""
+"""The output of `nao` for people: compact JSON, figures, images."""
 
 from __future__ import annotations
 

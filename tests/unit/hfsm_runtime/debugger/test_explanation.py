@@ -1,4 +1,4 @@
-"""Why an automaton is where it is, in virtual time."""
+"""Why an automaton is in its state, in virtual time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Conditions of breakpoints: what they can say, and that nothing can be done with them."""
+"""Conditions of breakpoints: what they can express, and that they have no effects."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Playing motions: whose the joints are meanwhile, and what stops it."""
+"""Playing motions: who controls the joints meanwhile, and what stops a motion."""
 
 import pytest
 

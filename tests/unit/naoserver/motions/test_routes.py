@@ -1,4 +1,4 @@
-"""Ways from posture to posture: which motions they are made of."""
+"""Routes between postures: the motions that they consist of."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""The environments in which a simulated Nao learns: Gymnasium's own check, and what each promises."""
+"""The environments in which a simulated Nao learns: the check of Gymnasium, and the properties of each."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""The battery against the energy that is taken from it."""
+"""The battery, compared with the energy that is taken from it."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""A robot that falls lets its motors go, and no other does."""
+"""A robot that falls releases its motors, and no other does."""
 
 import math
 

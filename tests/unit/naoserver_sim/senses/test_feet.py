@@ -1,4 +1,4 @@
-"""The pressure under the feet against the robot's weight, its motion and where its mass is."""
+"""The pressure under the feet, compared with the robot's weight, motion and center of mass."""
 
 import mujoco
 import numpy as np

@@ -1,4 +1,4 @@
-"""The inertial unit against the motion of the torso, worked out from where it is at each step."""
+"""The inertial unit, compared with the motion of the torso computed from its positions."""
 
 import itertools
 import math

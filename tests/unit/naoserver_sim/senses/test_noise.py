@@ -1,4 +1,4 @@
-"""The imperfections of the senses: as large as they say, late, and the same for the same seed."""
+"""The imperfections of the senses: their size and delay, and that a seed reproduces them."""
 
 import dataclasses
 import math

@@ -1,4 +1,4 @@
-"""The sonar against distances that geometry gives."""
+"""The sonar, compared with geometric distances."""
 
 import math
 

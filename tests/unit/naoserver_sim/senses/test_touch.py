@@ -1,4 +1,4 @@
-"""The bumpers against blocks in the way of a toe, and the sensors that somebody presses."""
+"""The bumpers with obstacles at a toe, and sensors that are pressed."""
 
 import mujoco
 import numpy as np

@@ -1,4 +1,4 @@
-"""The gait by itself: the feet that a walk asks for, whatever is commanded and felt."""
+"""The gait alone: the feet that a walk requests for any command and any measurement."""
 
 import math
 from dataclasses import astuple

@@ -1,4 +1,4 @@
-"""The legs' closed forms against MuJoCo's own kinematics of the same body."""
+"""The closed form of the legs' kinematics, compared with MuJoCo."""
 
 import math
 from functools import cache

@@ -1,4 +1,4 @@
-"""The odometry by itself, on legs that move as the test has them move."""
+"""The odometry alone, on legs that the test moves."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""The files that jedi has parsed: half a file does no harm."""
+"""The files that jedi has parsed: an incomplete file does no harm."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What jedi reads in place of `zenoh_ice.generated` says what is true."""
+"""The stubs that jedi reads instead of `zenoh_ice.generated` are correct."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Each command of the editor, on documents in order and on odd ones."""
+"""Each command of the editor, on valid and on odd documents."""
 
 from __future__ import annotations
 

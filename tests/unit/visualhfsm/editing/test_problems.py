@@ -1,4 +1,4 @@
-"""Problems with the places to jump to, in this process and in one beside."""
+"""Problems with the places to jump to, checked in this process and in a child process."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Commands at random: whatever is done can be saved, read again, undone and done again.
+"""Random commands: every result can be saved, read again, undone and redone.
 
 `TEST_EXAMPLES=10` runs ten times as many sequences of 100 commands.
 """

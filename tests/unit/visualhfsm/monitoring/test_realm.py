@@ -1,4 +1,4 @@
-"""The newest of a stream that may be old, missing, or of another interface."""
+"""The newest value of a stream that may be old, missing, or of another interface."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The log of a run: moments to scrub back to, changes, numbers over time, all of it bounded."""
+"""The log of a run: moments to scrub back to, changes, values over time, all of it bounded."""
 
 from __future__ import annotations
 

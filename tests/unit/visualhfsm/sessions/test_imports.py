@@ -1,4 +1,4 @@
-"""What the page is shown of automata that come from other files."""
+"""How the page shows automata from other files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The report: one file that needs nothing else, with pictures that can be decoded."""
+"""The report: one self-contained file, with pictures that can be decoded."""
 
 import base64
 import io

@@ -1,4 +1,4 @@
-"""Pictures of a run: few, evenly spread, and of the size that they claim."""
+"""Pictures of a run: few, evenly distributed, and of the stated size."""
 
 from itertools import pairwise
 

@@ -1,4 +1,4 @@
-"""The page's files as the browser is to keep them."""
+"""How the browser caches the page's files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which files the page reaches."""
+"""The files that the page can access."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Documents as JSON, and what of them is sent after a change."""
+"""Documents as JSON, and what is sent after a change."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What waits for a slow window."""
+"""The queue of a slow window."""
 
 from __future__ import annotations
 

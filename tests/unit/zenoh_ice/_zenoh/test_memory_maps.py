@@ -1,4 +1,4 @@
-"""Memory files from both sides: the contents of slots, what a reader writes into them, what is released when."""
+"""Memory files from both sides: the content of slots, what a reader writes into them, their release."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which processes say that they can read each other's memory: only those that the system lets do so."""
+"""Which processes declare that they can read each other's memory: only those that the system allows to."""
 
 from __future__ import annotations
 

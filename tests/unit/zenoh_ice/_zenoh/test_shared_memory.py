@@ -1,4 +1,4 @@
-"""Large byte sequences through memory files: written by one, read by another, as two processes would."""
+"""Large byte sequences through memory files: written and read as by two processes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where a doubt about code is shown, what the hand-written code beside a component changes, and odd code."""
+"""Warnings about code and their places, the effect of extensions, and unusual code."""
 
 from __future__ import annotations
 

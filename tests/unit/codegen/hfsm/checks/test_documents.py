@@ -1,4 +1,4 @@
-"""Documents with one planted fault each are found out, at the right line; documents without any are left alone."""
+"""Documents with one planted fault each are reported at the right line; correct documents are not."""
 
 from __future__ import annotations
 

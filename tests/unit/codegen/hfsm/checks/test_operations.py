@@ -1,4 +1,4 @@
-"""What the checks know of operations: those that packages describe, and what streams have."""
+"""What the checks know about operations: those in the schemas of packages, and those of streams."""
 
 from __future__ import annotations
 

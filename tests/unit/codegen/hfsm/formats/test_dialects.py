@@ -1,4 +1,4 @@
-"""Documents in the dialects of old become the same model, and nothing in them is lost."""
+"""Documents in old dialects become the same model, and nothing in them is lost."""
 
 from __future__ import annotations
 

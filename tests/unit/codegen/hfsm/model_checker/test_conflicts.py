@@ -1,4 +1,4 @@
-"""Automata that run side by side and command the same servant."""
+"""Parallel automata that command the same servant."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the model checker says can and cannot happen, one reason after the other."""
+"""What the model checker reports as possible and impossible, by reason."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""SCXML: what is written is SCXML by the letter of the recommendation, and reads back as what it was."""
+"""SCXML: the output conforms to the recommendation, and is read back as the same document."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Documents of the origin's editors get what the origin's generators gave them."""
+"""Documents of the original editors get what the original generators provided."""
 
 from __future__ import annotations
 
