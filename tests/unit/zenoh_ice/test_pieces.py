@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -10,6 +11,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.support.wire_values import Desk
+from zenoh_ice import MarshalException, ObjectPrx
 from zenoh_ice import _codec as pieces
 from zenoh_ice._codec import Codec, Parted, Pieces, encode
 from zenoh_ice._values import Struct
@@ -125,3 +128,39 @@ def test_an_array_of_bytes_is_a_byte_sequence(array: np.ndarray) -> None:
 @pytest.mark.parametrize(("array", "value"), [(np.array([1.5, 2.0]), [1.5, 2.0]), (np.array(5, np.uint8), 5)])
 def test_another_array_is_a_list_or_a_number(array: np.ndarray, value: object) -> None:
     assert msgspec.msgpack.decode(encode(array, "it")) == value
+
+
+def parted(places: tuple[int, ...], *large: bytes) -> Parted:
+    """Return arguments without their byte sequences, and some beside them."""
+    gathered = CODEC.gather_result((Image(Shape(1, b""), b"", ""), [], None), "it")
+    return Parted(bytes(gathered), places, large)
+
+
+def test_large_bytes_come_to_their_places() -> None:
+    image = CODEC.unpack(parted((0, 1), b"mask", b"pixels"), "it").image
+    assert (image.shape.mask, image.pixels) == (b"mask", b"pixels")
+
+
+@pytest.mark.parametrize("place", [-1, 2])
+def test_large_bytes_for_a_place_that_is_not_there_are_refused(place: int) -> None:
+    with pytest.raises(MarshalException, match=r"^it: large bytes where there are none$"):
+        CODEC.unpack(parted((place,), b"x"), "it")
+
+
+def test_as_many_large_bytes_as_places_are_wanted() -> None:
+    with pytest.raises(ValueError, match="argument 2 is shorter"):
+        CODEC.unpack(parted((0, 1), b"mask"), "it")
+
+
+class Picture(Struct):
+    pixels: bytes
+    camera: ObjectPrx | None
+
+
+def test_a_proxy_beside_large_bytes_arrives() -> None:
+    desk: Any = Desk()
+    camera = desk.stringToProxy("Camera")
+    gathered = Codec(Picture).gather_result((b"x" * LARGE, camera), "it")
+    assert isinstance(gathered, Pieces)
+    arrived = Parted(gathered.without_large(), gathered.places, gathered.large)
+    assert Codec(Picture).unpack(arrived, "it", desk.stringToProxy) == Picture(b"x" * LARGE, camera)
