@@ -311,10 +311,11 @@ class TestAttachment:
         with pytest.raises(MarshalException, match="600 bytes; at most 512 are accepted"):
             decode_attachment(bytes(600))
 
-    @given(st.binary(max_size=600))
-    def test_any_bytes_are_an_attachment_or_refused(self, data: bytes) -> None:
-        with suppress(MarshalException):
-            assert isinstance(decode_attachment(data), Attachment)
+
+@given(st.binary(max_size=600))
+def test_any_bytes_are_an_attachment_or_refused(data: bytes) -> None:
+    with suppress(MarshalException):
+        assert isinstance(decode_attachment(data), Attachment)
 
 
 def unpack_or_refuse(payload: bytes) -> None:
