@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import gc
 import logging
 import os
 import signal
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -48,6 +49,17 @@ def pytest_sessionfinish() -> None:
     measured = coverage.Coverage.current() if coverage else None
     if measured is not None:
         measured.save()
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Generator[None, object, object]:
+    """Collect the tests without looking for garbage: they all stay, and the search takes a third of the time."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.freeze()  # what was imported is not searched later, either
+        gc.enable()
 
 
 @pytest.fixture(scope="session", autouse=True)
