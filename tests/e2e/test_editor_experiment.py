@@ -33,7 +33,7 @@ def read(path: Path) -> Document:
 
 
 def content(document: Document) -> object:
-    """What a document says: all but where things stand, and how they are numbered."""
+    """The content of a document, without positions and ids."""
 
     def of(automaton: Automaton) -> object:
         names = {state.id: state.name for state in automaton.states}
@@ -195,7 +195,7 @@ def save(shown: EditorPage, path: Path) -> None:
 
 
 def watch(shown: EditorPage, monitor: HfsmMonitorPrx) -> None:
-    """See the root change after 10 s of the robot's time, and what it left go on as a ghost."""
+    """Check that the root changes after 10 s of the robot's time, and that what it left becomes a ghost."""
     page = shown.page
     expect(shown.state("dance").and_(page.locator(".active"))).to_be_visible()
     root = monitor.getSnapshot().automata[0]

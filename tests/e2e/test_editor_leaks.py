@@ -15,7 +15,7 @@ ROUNDS = 5
 
 
 def listeners(shown: EditorPage) -> int:
-    """Return how many listeners there are, after everything was let go of that can be."""
+    """Return the number of listeners after a garbage collection."""
     session = shown.page.context.new_cdp_session(shown.page)
     session.send("Performance.enable")
     for _ in range(2):  # what the first finds may hold more

@@ -35,7 +35,7 @@ def start_robot(stack: ExitStack, *options: str) -> tuple[str, Communicator]:
 
 
 def is_centered(image: ImageData) -> bool:
-    """Return whether the middle of what is clearly green lies in the middle third of both axes."""
+    """Return whether the center of the clearly green pixels is in the middle third of both axes."""
     height, width = image.description.height, image.description.width
     pixels = np.frombuffer(image.pixelData, np.uint8).reshape(height, width, 3).astype(np.int16)
     green = pixels[..., 1] - np.maximum(pixels[..., 0], pixels[..., 2]) > 50

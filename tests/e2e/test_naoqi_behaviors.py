@@ -51,7 +51,7 @@ def test_dance_moves_the_arms(endpoint: str, communicator: Communicator) -> None
 
 
 def is_centered(image: ImageData) -> bool:
-    """Return whether the middle of what is clearly green lies in the middle tenth of both axes."""
+    """Return whether the center of the clearly green pixels is in the middle tenth of both axes."""
     height, width = image.description.height, image.description.width
     pixels = np.frombuffer(image.pixelData, np.uint8).reshape(height, width, 3).astype(np.int16)
     rows, columns = np.nonzero(pixels[..., 1] - np.maximum(pixels[..., 0], pixels[..., 2]) > 50)

@@ -140,7 +140,7 @@ def test_a_behavior_goes_on_when_a_killed_server_is_back(free_robot_endpoint: st
 
 
 def wait_until_turning(head: PoseHeadPrx) -> None:
-    """Wait until the head turns, or has turned, towards the ball that nobody moves."""
+    """Wait until the head turns, or has turned, towards the ball, which does not move."""
     pose = head.getPose.wait(timeout=START_LIMIT)
     deadline = time.monotonic() + MOVE_LIMIT
     while abs(pose.value.pan) < 0.05:

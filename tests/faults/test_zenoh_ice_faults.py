@@ -255,7 +255,7 @@ class TestServerFrozen:
         limit: float,
         outcome: type[SystemException] | tuple[type[SystemException], ...],
     ) -> None:
-        """More than all buffers between hold: the sender must not wait for room, after 4 s the link is lost."""
+        """More data than all buffers hold: the sender must not wait for room, after 4 s the link is lost."""
         client = make_communicator(connect=[endpoint], shared_memory=False, timeout=4.0)
         calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
         data = bytes(8 << 20)
@@ -288,7 +288,7 @@ class TestLinkThatStandsStill:
     def test_large_call_is_not_lost(
         self, pair: Pair, make_communicator: MakeCommunicator, limit: float, still: float
     ) -> None:
-        """More than all buffers between hold: the sender waits for room, for as long as the call may take."""
+        """More data than all buffers hold: the sender waits for room, as long as the limit of the call."""
         pair.adapter.add(CalculatorI(), "Calculator")
         with Relay(pair.endpoint) as relay:
             client = make_communicator(connect=[relay.endpoint], shared_memory=False, lease=CALL_LIMIT)
@@ -327,7 +327,7 @@ class TestLinkThatStandsStill:
     def test_a_call_that_may_not_take_so_long_is_given_up(
         self, pair: Pair, make_communicator: MakeCommunicator
     ) -> None:
-        """More than all buffers between hold: what has a shorter limit than others does not wait for room."""
+        """More data than all buffers hold: a call with a shorter limit than others does not wait for room."""
         pair.adapter.add(CalculatorI(), "Calculator")
         with Relay(pair.endpoint) as relay:
             client = make_communicator(
@@ -603,7 +603,7 @@ def test_session_that_fails_to_open_leaves_nothing(pair: Pair) -> None:
 def test_a_session_that_cannot_end_in_time_does_not_fail_the_end(
     make_communicator: MakeCommunicator, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    """As with a peer that takes nothing any more."""
+    """Behave like a peer that no longer accepts data."""
 
     class Stuck:
         def __init__(self, session: zenoh.Session) -> None:

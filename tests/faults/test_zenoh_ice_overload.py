@@ -85,7 +85,7 @@ def test_oneway_calls_beyond_the_queue_are_dropped_and_counted(
 
 
 def is_reference(payload: bytes) -> bool:
-    """Return whether a payload is no map but an array: where its bytes stand."""
+    """Return whether a payload is not a map but an array with the place of its bytes."""
     return payload[0] & 0xF0 == 0x90
 
 

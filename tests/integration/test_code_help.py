@@ -52,7 +52,7 @@ def source(path: Path | None = None) -> Source:
 
 
 class Typing:
-    """Someone who types code; `|` is the cursor."""
+    """A user who types code; `|` is the cursor."""
 
     def __init__(self, helper: CodeHelper, path: Path | None = None) -> None:
         self.helper = helper
@@ -89,7 +89,7 @@ Type = Callable[[Callable[[Typing], Awaitable[None]]], None]
 
 @pytest.fixture(scope="module")
 def typing() -> Iterator[Type]:
-    """Run a coroutine function with someone who types; the processes beside are started once for all."""
+    """Run a coroutine function with a user who types; the helper processes are started once for all tests."""
     with asyncio.Runner() as runner, ThreadPoolExecutor(2) as threads:
         runner.get_loop().set_default_executor(threads)
         together = threading.Barrier(2)  # both threads start now, not during some test

@@ -41,7 +41,7 @@ def test_the_conversation_is_held_as_it_is_described(tmp_path: Path) -> None:
 
 
 def matches(message: Any, expected: Any) -> bool:
-    """Whether a message is as expected, where `…` stands for anything."""
+    """Return whether a message is as expected; `…` matches anything."""
     if expected == "…":
         return True
     if isinstance(expected, dict) and isinstance(message, dict):

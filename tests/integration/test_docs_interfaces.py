@@ -26,7 +26,7 @@ def commands(text: str) -> list[tuple[str, str]]:
 
 
 def matches(expected: str, output: str) -> bool:
-    """Return whether an output is as expected; three dots stand for anything."""
+    """Return whether an output is as expected; three dots match anything."""
     pattern = ".*".join(map(re.escape, expected.split("...")))
     return re.fullmatch(pattern, output, re.S) is not None
 

@@ -24,7 +24,7 @@ def commands(text: str) -> list[tuple[str, str]]:
 
 
 def matches(expected: str, output: str) -> bool:
-    """Return whether an output is as expected; three dots stand for anything, spaces for any number of them."""
+    """Return whether an output is as expected; three dots match anything, and spaces any number of them."""
     pieces = (r"\s+".join(map(re.escape, piece.split(" "))) for piece in expected.split("..."))
     return re.fullmatch(".*".join(pieces), output, re.S) is not None
 

@@ -295,7 +295,7 @@ def test_code_that_sleeps_is_cut_so_that_it_is_reloaded(pair: Pair, version: Ver
 
 
 class Head(PoseHead):
-    """A head that stands still."""
+    """A head that does not move."""
 
     def setPose(self, pan: float, tilt: float, fraction: float, current: Current) -> HeadPose:
         return self.getPose(current)

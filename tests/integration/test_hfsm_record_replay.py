@@ -54,7 +54,7 @@ FOREVER = 10**18
 
 
 class HeadI(PoseHead):
-    """A head whose pose nobody can guess; while it is `stopped` it refuses speeds."""
+    """A head with an unpredictable pose; while it is `stopped` it refuses speeds."""
 
     stopped = False
 

@@ -298,7 +298,7 @@ def test_a_killed_foreground_process_leaves_a_usable_terminal_and_is_reported(be
 
 
 def test_an_early_ctrl_c_is_no_traceback():
-    """As the launcher starts it: with SIGINT blocked until the tether can take it."""
+    """Start it like the launcher: with SIGINT blocked until the tether can handle it."""
     signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         tether = subprocess.Popen(

@@ -108,7 +108,7 @@ def tools(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
 
 @contextmanager
 def serving(api: Any, **settings: Any) -> Iterator[Any]:
-    """Serve two calculators, `tools.Calculator` and `tools.Second`, in a session beside the robot's."""
+    """Serve two calculators, `tools.Calculator` and `tools.Second`, in another session than the robot's."""
     with initialize(clock="wall", **settings) as communicator:
         adapter = communicator.createObjectAdapter("Tools")
         servant = make_calculator(api)

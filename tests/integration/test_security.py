@@ -265,7 +265,7 @@ def test_a_sample_that_the_robot_did_not_publish_reaches_nobody(
 
 
 def refusal(settings: Settings) -> str:
-    """Return why a client is not let in."""
+    """Return why a client is refused."""
     with pytest.raises(ConnectFailedException) as caught, initialize(settings.override(timeout=0.1)):
         pass
     return str(caught.value)
@@ -317,7 +317,7 @@ def login(connect: dict[str, object], **security: str) -> Settings:
 
 
 class TestPasswords:
-    """A server that lets users in by their passwords, and grants what their roles do."""
+    """A server that checks the passwords of users, and grants what their roles allow."""
 
     @pytest.fixture(params=["tcp", "tls"])
     def connect(

@@ -28,7 +28,7 @@ from zenoh_ice import Current, initialize
 
 
 class Monitor(MonitorStub):
-    """A component that begins what its document says, at a time, without a robot."""
+    """A component that starts its document at a time, without a robot."""
 
     def __init__(self) -> None:
         self.began = time.monotonic()
@@ -49,7 +49,7 @@ class Monitor(MonitorStub):
 
 @contextmanager
 def component(endpoint: str, realm: str = "nao", name: str = "dance_and_follow") -> Iterator[Monitor]:
-    """Serve a component's monitor beside a robot."""
+    """Serve a component's monitor and a robot."""
     monitor, ended = Monitor(), threading.Event()
 
     def publish() -> None:

@@ -146,7 +146,7 @@ def test_a_document_that_cannot_be_opened_is_reported(tmp_path: Path) -> None:
 
 
 def content(file: Path) -> str:
-    """Return what a file holds once it is there."""
+    """Wait for a file, and return its content."""
     until = time.monotonic() + START_LIMIT
     while not (file.exists() and file.read_text()):
         assert time.monotonic() < until, "the browser was not opened"

@@ -458,7 +458,7 @@ class TestTime:
 
     @pytest.mark.parametrize("oneway", [False, True])
     def test_calls_in_flight_are_executed_in_their_order(self, pair: Pair, oneway: bool) -> None:
-        """Threads of the pool take them, of which none may overtake another."""
+        """Threads of the pool execute them, in order."""
         servant = GripperI()
         pair.adapter.add(servant, "Gripper")
         gripper = GripperPrx.checkedCast(pair.client.stringToProxy("Gripper"))

@@ -26,7 +26,7 @@ from zenoh_ice.generated import Dispatched
 
 
 class Later(GripperI):
-    """Hands out futures, and lets the test complete them."""
+    """Returns futures, which the test completes."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -186,7 +186,7 @@ class TestCoroutines:
 
     def test_coroutines_overlap(self, pair: Pair, caller: Communicator) -> None:
         class Meeting(GripperI):
-            """Nobody leaves before all have come."""
+            """Wait until all calls have arrived."""
 
             async def close(self, force: float, current: Current) -> float:
                 self.texts += 1

@@ -141,7 +141,7 @@ class TestUnansweredCalls:
     """The exception that a caller gets if a servant is present but does not answer."""
 
     def test_call_that_nobody_takes_is_denied(self, pair: Pair, monkeypatch: pytest.MonkeyPatch) -> None:
-        """Access control drops calls without a word; here the servant that is there takes none."""
+        """Access control drops calls silently; here the servant that is present accepts none."""
         monkeypatch.setattr(pair.server.transport, "serve", lambda *_: Served(lambda: None))
         pair.adapter.add(Notebook(), "Guarded")
         proxy = NotebookPrx.checkedCast(pair.client.stringToProxy("Guarded"))
@@ -149,7 +149,7 @@ class TestUnansweredCalls:
             proxy.about()
 
     def test_call_that_nobody_explains_may_have_been_executed(self, pair: Pair) -> None:
-        """The servant is there by its token alone: whether the call reached it nobody knows."""
+        """The servant is only known by its token: it is unknown whether the call reached it."""
         key = servant_token(
             Target("nao", "Mute"), "::test::Notebook", "c0ffee0000000005", pair.server.client_id, 1.0
         )
@@ -165,7 +165,7 @@ class TestUnansweredCalls:
 
 
 def test_calls_with_many_limits_leave_few_queriers(pair: Pair, notebook: Notebook) -> None:
-    """Each limit has a querier while somebody has a proxy with it, and not forever."""
+    """Each limit has a querier as long as there is a proxy with it."""
     proxy = NotebookPrx.checkedCast(pair.client.stringToProxy("Notebook"))
     for number in range(400):
         proxy.ice_invocationTimeout(FOREVER * 1000 + number).about()

@@ -47,7 +47,7 @@ def test_a_lost_link_is_warned_of_where_somebody_named_an_endpoint(
 
 
 def test_calls_of_an_absent_servant_hold_up_no_others(make_communicator: Callable[..., Communicator]) -> None:
-    """Many more than the pool has threads, each waiting for a server that does not come."""
+    """Many more calls than the pool has threads, each waiting for a server that does not appear."""
     communicator = make_communicator(connect=[free_endpoint()])
     adapter = communicator.createObjectAdapter("Local")
     adapter.add(Notebook("here"), "Local")
@@ -107,7 +107,7 @@ def test_call_that_was_cancelled_before_it_was_sent_is_not(
 def test_first_call_and_its_search_end_within_one_limit(
     make_communicator: Callable[..., Communicator],
 ) -> None:
-    """The servant comes late, and is slow."""
+    """The servant appears late, and is slow."""
     endpoint = free_endpoint()
     client = make_communicator(connect=[endpoint])
     limit = CALL_LIMIT / 2

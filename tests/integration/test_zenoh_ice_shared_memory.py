@@ -42,7 +42,7 @@ def camera(client: Communicator) -> ImageProviderPrx:
 
 
 class Wire:
-    """What a stream sends, as it travels."""
+    """The encoded samples of a stream."""
 
     def __init__(self, client: Communicator, servant: ImageI) -> None:
         self._servant = servant
@@ -50,7 +50,7 @@ class Wire:
         assert listened(servant.getImageDataPublisher, EVENT_LIMIT)
 
     def shares(self) -> bool:
-        """Publish images until one comes, and return whether it went through shared memory."""
+        """Publish images until one arrives, and return whether it went through shared memory."""
         samples: list[Any] = []
 
         def published() -> bool:

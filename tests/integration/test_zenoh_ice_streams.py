@@ -62,7 +62,7 @@ def latest(calculator: CalculatorPrx, count: int) -> Sample[Reading]:
 
 
 def publish_until_heard(calculator: CalculatorPrx, servant: CalculatorI, count: int) -> None:
-    """Publish again and again: on a busy machine a stream that nobody asks for may be let go in between."""
+    """Publish repeatedly: on a busy machine an unused stream may be released in between."""
 
     def heard() -> bool:
         servant.getReadingPublisher.publish(Reading(count, []))

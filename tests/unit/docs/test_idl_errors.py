@@ -21,7 +21,7 @@ def test_every_code_has_an_entry_and_every_entry_a_code() -> None:
 
 
 def write(block: Block, directory: Path) -> Path:
-    """Write an example as the file that it stands for."""
+    """Write an example to its file."""
     match block.info.split():
         case ["idl"]:
             path, content = directory / (block.name or "main.idl"), block.text.encode()

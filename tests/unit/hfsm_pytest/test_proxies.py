@@ -70,7 +70,7 @@ CALLS: list[Callable[[Nothing], object]] = [
 
 
 def outcome(call: Callable[[Nothing], object], component: Nothing) -> tuple[str, object]:
-    """Return what a call comes to, in a form that can be compared."""
+    """Return the result of a call, in a form that can be compared."""
     try:
         result = call(component)
     except (ZenohIceError, TypeError) as error:

@@ -51,7 +51,7 @@ class Rig:
         return self.run.current.name
 
     def takes(self, time: int) -> Callable[[], None]:
-        """Return code that takes so long."""
+        """Return code with a duration."""
 
         def code() -> None:
             self.supervisor.time += time
@@ -72,7 +72,7 @@ class PauseIn(Observer):
 
 
 def working(seconds: int) -> Rig:
-    """Return an automaton whose only state takes so many ns a cycle."""
+    """Return an automaton whose only state takes a number of ns per cycle."""
     rig: Rig
     rig = Rig(automaton(1, "root", [State(id=1, name="a", code=lambda: rig.takes(seconds)())]))
     return rig
@@ -98,7 +98,7 @@ def test_a_cycle_notes_how_long_it_took() -> None:
 
 
 def entering(taken: int) -> Rig:
-    """Return an automaton that enters a state with a timer of a period at 0; its entry code takes so long."""
+    """Return an automaton that enters a state with a timer of one period at 0 and slow entry code."""
     rig: Rig
     states = [
         State(id=1, name="a"),

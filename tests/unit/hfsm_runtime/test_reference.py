@@ -197,7 +197,7 @@ def reference(plan: Plan, outside: Outside) -> list[Line]:
                 send(code)
 
     def look() -> None:
-        """Note who has become a ghost and who is one no longer."""
+        """Record which automata become ghosts, and which become active."""
         for node in nodes:
             if awake(node) != node.was_awake:
                 node.was_awake = not node.was_awake

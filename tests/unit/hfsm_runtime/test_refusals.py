@@ -16,7 +16,7 @@ from tests.support.running import eventually, running
 
 
 class Gate:
-    """A robot that takes commands or not, and lists those that it took and how many it refused."""
+    """A robot that accepts commands or not; it lists the accepted ones and counts the refused ones."""
 
     def __init__(self, now: Callable[[], float] = lambda: 0.0) -> None:
         self.now = now

@@ -25,7 +25,7 @@ def running(clock, *jobs):
 
 
 def times_of(clock, period, work=(), gap=0.0, seconds=1.0):
-    """Return when a job begins within some seconds, if its rounds take the seconds of `work`."""
+    """Return the start times of a job within some seconds, if its rounds take the seconds of `work`."""
     times, left = [], list(work)
 
     def round_of_work():

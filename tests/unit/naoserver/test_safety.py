@@ -49,7 +49,7 @@ class Rig:
             self.trace.append(self.setpoints())
 
     def reading(self, time=0.0, **setpoints):
-        """Return a reading of joints that stand where their setpoints are."""
+        """Return a reading of joints that are at their setpoints."""
         at = tuple({**self.setpoints(), **setpoints}.values())
         return replace(self.device.read(), time=time, commands=at, positions=at)
 

@@ -138,7 +138,7 @@ def test_what_is_no_picture_of_the_size_is_refused(image):
 
 @given(st.lists(st.tuples(st.floats(0.03, 0.05), st.floats(0.0, 0.5)), min_size=1, max_size=50))
 def test_pictures_are_never_reported_younger_than_they_are(periods):
-    """The clocks differ by 1000 s; each picture takes its own time to come."""
+    """The clocks differ by 1000 s; each picture arrives after another delay."""
     stamps, taken = Stamps(), 0.0
     fastest = min(delay for _, delay in periods)
     for period, delay in periods:

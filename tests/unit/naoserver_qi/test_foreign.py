@@ -46,7 +46,7 @@ FOREIGN = st.recursive(
 
 
 class Ended:
-    """A call that was broken off before it began, so that none lasts."""
+    """A call that was cancelled before it started, so that none lasts."""
 
     stopped = threading.Event()
     stopped.set()

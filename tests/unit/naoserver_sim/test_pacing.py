@@ -16,7 +16,7 @@ class Wall:
 
 
 def simulate(pacer, wall, seconds, cost=0.0, oversleep=0.0):
-    """Run a simulator whose ticks cost `cost` each and whose waits take `oversleep` too long; return its time."""
+    """Run a simulator whose ticks take `cost` and whose waits are `oversleep` too long; return its time."""
     ticks = 0
     pacer.start(0.0, PERIOD)
     end = wall.now + seconds

@@ -22,7 +22,7 @@ ShowToken = Callable[..., None]
 
 @pytest.fixture
 def realm(monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[SharedMemory, ShowToken]]:
-    """A process that knows at once who is there, and what lets clients come and go."""
+    """A process that knows its neighbors at once, and functions that add and remove clients."""
     monkeypatch.setattr(module, "_WORD_COMES", 0.0)
     monkeypatch.setattr(module, "_LAST_READS", 0.0)
     watchers: list[Callable[[str, bool], object]] = []

@@ -30,7 +30,7 @@ def test_lineage_has_each_interface_once_and_itself_first() -> None:
 
 
 def schema(**definitions: dict[str, Any]) -> Schema:
-    """Return the schema of an interface L that is described as JSON, with the types beside it."""
+    """Return the schema of an interface L that is described as JSON, with its types."""
     text = json.dumps(
         {
             "interface": "::m::L",

@@ -68,7 +68,7 @@ def test_listeners_are_called_once_for_all_that_comes_before_they_are() -> None:
 
 
 def explained(presence: Presence) -> SystemException:
-    """Return why a call of the head that begins now and ends at once has no answer."""
+    """Return why a call of the head that starts now and ends at once has no answer."""
     return presence.explain_no_answer(HEAD, "Head.stop", time.monotonic(), FOREVER, timed_out=False)
 
 

@@ -45,7 +45,7 @@ def test_listener_may_publish_in_turn() -> None:
 
 
 def test_sample_that_is_too_large_has_no_number() -> None:
-    """Otherwise listeners would take it for a loss."""
+    """Otherwise subscribers would count it as lost."""
     servant, echo = attached()
     with pytest.raises(MarshalException, match="1048576 are sent"):
         servant.getReadingPublisher.publish(Reading(0, [0.5] * 200_000))

@@ -44,7 +44,7 @@ Act = Callable[[str, bytes, Reply], object]
 
 @dataclass(frozen=True)
 class Ends:
-    """The transports of who serves and of who calls, which may be one."""
+    """The transports of the server and of the caller, which may be the same."""
 
     server: Transport
     client: Transport
@@ -318,7 +318,7 @@ def stream(ends: Ends) -> Iterator[Stream]:
 
 
 def polled(inlet: Inlet) -> Iterator[int]:
-    """Yield the numbers of samples as they come."""
+    """Yield the numbers of samples as they arrive."""
     deadline = time.monotonic() + EVENT_LIMIT
     while time.monotonic() < deadline:
         if (raw := inlet.poll()) is not None:
@@ -442,7 +442,7 @@ class TestStreams:
 
 
 class Watcher:
-    """Notes the tokens that come and go."""
+    """Records the tokens that appear and disappear."""
 
     def __init__(self) -> None:
         self.tokens: list[tuple[str, bool]] = []

@@ -395,7 +395,7 @@ class Servant:
 
 
 def siblings(first: str, second: str, *, guard: bool) -> Document:
-    """Return two automata that run side by side: the code of the first may stand in a guard instead."""
+    """Return two parallel automata; the code of the first may be in a guard instead."""
     heads = [Interface(name=name, type="PoseHead") for name in ("Head", "Neck")]
     ways = [when(f"{first}\nreturn False", 1, 2)] if guard else []
     states = [state(1, code="" if guard else first), *([state(2)] if guard else [])]

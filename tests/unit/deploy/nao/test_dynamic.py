@@ -96,7 +96,7 @@ def test_everything_of_slice_is_made_as_codegen_makes_it(
 
 
 def text_of(*operations: dict[str, Any], **definitions: dict[str, Any]) -> str:
-    """Return the schema of an interface I with types beside it, as a servant may send it."""
+    """Return the schema of an interface I with its types, as a servant may send it."""
     entries = {"I": {"kind": "interface", "operations": operations}} | definitions
     named = {
         name if "::" in name else f"::m::{name}": {"module": "m", "name": name, "fingerprint": "", **entry}

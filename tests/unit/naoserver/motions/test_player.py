@@ -18,7 +18,7 @@ def rig():
 
 
 def lies(rig, pitch):
-    """Let the robot feel that it lies: on its belly with a positive pitch."""
+    """Make the robot feel that it lies: on its belly with a positive pitch."""
     inertial = rig.robot.senses.read().inertial
     rig.robot.senses.feel(inertial=type(inertial)(inertial.acceleration, (0.0, 0.0, 0.0), 0.0, pitch))
 

@@ -121,7 +121,7 @@ def test_a_name_that_a_base_class_assigns_is_defined(path: Path) -> None:
 
 
 def family(**code: str) -> str:
-    """Return a document in which the automaton 2 waits for `go`: below `a`, with 3 beside it and 4 below `b`."""
+    """Return a document in which the automaton 2 waits for `go`: it is below `a`, like 3, and 4 is below `b`."""
     made = {key: code.get(key, "pass") for key in ("entry", "code", "guard", "fired", "beside", "elsewhere")}
     return """<VisualHFSM>
 <SubAutomata id="1" idFather="0">
