@@ -41,6 +41,8 @@ DECISIVE = frozenset(
     }
 )
 """Environment variables that change the tested code."""
+ONE_BY_ONE = "tests/e2e/"
+"""Where the longest tests are; they are also collected first."""
 
 
 def pytest_sessionfinish() -> None:
@@ -49,6 +51,21 @@ def pytest_sessionfinish() -> None:
     measured = coverage.Coverage.current() if coverage else None
     if measured is not None:
         measured.save()
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> object:
+    """Give workers files, so that what tests of a file share is made once, but one by one those that take long."""
+    from xdist.scheduler import LoadGroupScheduling
+
+    class Scheduling(LoadGroupScheduling):  # type: ignore[misc]
+        def _split_scope(self, nodeid: str) -> str:
+            scope: str = super()._split_scope(nodeid)
+            return scope if scope.startswith(ONE_BY_ONE) else scope.partition("::")[0]
+
+    # By itself it begins with what has most tests, and so ends with the longest tests.
+    config.option.loadscopereorder = False
+    return Scheduling(config, log)
 
 
 @pytest.hookimpl(wrapper=True)
