@@ -185,7 +185,7 @@ class Codec(Generic[S]):
     def _make_by_name(self, *values: object, **named: object) -> S:
         if len(values) > len(self.fields):
             raise TypeError(f"{len(values)} values; {len(self.fields)} are expected")
-        return self.struct(**dict(zip(self.fields, values, strict=False)), **named)
+        return self.struct(**{self.fields[place]: value for place, value in enumerate(values)}, **named)
 
     def gather_result(self, value: object, what: str) -> bytes | Pieces:
         """Return what stands for the struct, None, a value or a tuple, as MessagePack.
