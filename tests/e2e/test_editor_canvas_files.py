@@ -254,6 +254,25 @@ def test_an_automaton_is_exported_as_svg_and_png(shown: EditorPage, tmp_path: Pa
     assert (width, height) == (2 * float(picture.attrib["width"]), 2 * float(picture.attrib["height"]))
 
 
+def test_the_whole_component_is_printed_and_nothing_else(shown: EditorPage) -> None:
+    open_file(shown, "dance_and_follow.xml")
+    shown.expect_states("followBall", "dance")
+    shown.page.evaluate("window.print = () => {}")  # the dialog of the browser stays open
+    shown.press("Control+e")
+    shown.page.get_by_role("button", name="The whole component").click()
+    pages = shown.page.locator("body > .pages")
+    shown.page.emulate_media(media="print")
+    expect(pages.get_by_role("heading", name="dance_and_follow").first).to_be_visible()
+    expect(pages.get_by_role("heading", name="State red, initial")).to_be_visible()
+    expect(pages.get_by_text("→ dance: enough")).to_be_visible()
+    expect(pages.locator("section figure svg")).to_have_count(5)
+    expect(pages.get_by_role("cell", name="RightShoulderMotors").first).to_be_visible()
+    expect(shown.page.locator("hfsm-app")).to_be_hidden()
+    shown.page.evaluate("dispatchEvent(new Event('afterprint'))")
+    expect(pages).to_have_count(0)
+    expect(shown.page.locator("hfsm-app")).to_be_visible()
+
+
 def test_a_document_without_automata_can_be_selected_in_and_exported(
     shown: EditorPage, tmp_path: Path
 ) -> None:
