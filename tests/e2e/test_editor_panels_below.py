@@ -1,4 +1,4 @@
-"""Problems, search, output and history below the canvas, through the real server."""
+"""Problems, search, output and undo steps below the canvas, through the real server."""
 
 from __future__ import annotations
 
@@ -120,7 +120,7 @@ def test_search_follows_what_is_typed(shown: EditorPage) -> None:
     expect(shown.page.get_by_role("list", name="Found").locator("button.row")).to_have_count(1)
 
 
-def test_a_click_in_the_history_goes_back_to_that_point(
+def test_a_click_on_an_undo_step_goes_back_to_that_point(
     shown: EditorPage, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(session, "MERGE_WITHIN", FOREVER)

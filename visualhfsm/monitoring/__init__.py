@@ -1,1 +1,1 @@
-"""What all views of running components share: their discovery, state and history, and the robot's state."""
+"""What all views of running components share: their discovery, state and run log, and the robot's state."""

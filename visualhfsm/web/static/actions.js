@@ -213,14 +213,14 @@ const LIST = [
     run: ({app}) => app.showBottom("hfsm-output"),
   },
   {
-    id: "historyList",
-    label: "History",
+    id: "undoSteps",
+    label: "Undo steps",
     icon: "history",
     keys: ["Alt+H"],
     scope: "typing",
     enabled: hasDocument,
-    run: ({app}) => app.showBottom("hfsm-history"),
-    hint: "steps to undo and redo",
+    run: ({app}) => app.showBottom("hfsm-undo-steps"),
+    hint: "what can be undone and redone",
   },
   {
     id: "nextTab",

@@ -40,7 +40,7 @@ const LAZY = {
   "hfsm-problems": "./panels/problems.js",
   "hfsm-search": "./panels/search.js",
   "hfsm-output": "./panels/output.js",
-  "hfsm-history": "./panels/history.js",
+  "hfsm-undo-steps": "./panels/undo-steps.js",
   "hfsm-monitor-toolbar": "./monitor/toolbar.js",
   "hfsm-monitor-bar": "./monitor/bar.js",
   "hfsm-monitor-panel": "./monitor/panel.js",
@@ -56,7 +56,7 @@ const BOTTOM = [
   ["hfsm-problems", "Problems"],
   ["hfsm-search", "Search"],
   ["hfsm-output", "Output"],
-  ["hfsm-history", "History"],
+  ["hfsm-undo-steps", "Undo steps"],
   ["hfsm-monitor-timeline", "Timeline"],
 ];
 

@@ -121,7 +121,7 @@ export function keyTable() {
       "layout",
       "layoutAll",
     ],
-    View: ["fit", "fitSelection", "zoomIn", "zoomOut", "search", "problems", "output", "historyList", "theme", "help"],
+    View: ["fit", "fitSelection", "zoomIn", "zoomOut", "search", "problems", "output", "undoSteps", "theme", "help"],
     Files: ["new", "open", "save", "saveAs", "closeTab", "export", "compare", "nextTab", "previousTab"],
     "Data and run": ["interfaces", "timing", "variables", "functions", "component", "generate", "run", "stopRun"],
     "Follow and steer": MONITOR_KEYS,

@@ -19,20 +19,20 @@ import {Minimap} from "./minimap.js";
 import {Order} from "./order.js";
 import {Pointer} from "./pointer.js";
 import {Rename} from "./rename.js";
-import {Scene} from "./scene.js";
+import {Drawing} from "./drawing.js";
 import {make} from "./svg.js";
 import {FAR, TINY, VERY_FAR, Viewport} from "./viewport.js";
 
 const BORDER = 28; // pixels from the edge, where a drag makes the drawing move along
 
 export class HfsmCanvas extends HTMLElement {
-  scene = new Scene();
+  drawing = new Drawing();
   viewport = new Viewport(
     () => this.#size,
     () => this.#transform(),
   );
   sketch = make("g", {class: "sketch"});
-  world = make("g", {class: "world"}, ...this.scene.layers, this.sketch);
+  world = make("g", {class: "world"}, ...this.drawing.layers, this.sketch);
   svg = make("svg", {role: "application", "aria-roledescription": "canvas", tabindex: "-1"}, this.world);
   /** The text beside the pointer. */
   tip = make("title");
@@ -93,7 +93,7 @@ export class HfsmCanvas extends HTMLElement {
     const {comparison} = this;
     const shown = automaton && comparison ? comparison.merged(automaton) : automaton;
     const marks = automaton && comparison?.marks(automaton);
-    this.scene.update(shown, {
+    this.drawing.update(shown, {
       imported: (state) => isImporting(page.shownDocument, state),
       problem: problemIn(automaton),
       marks,
@@ -103,8 +103,8 @@ export class HfsmCanvas extends HTMLElement {
     this.#showEmpty(automaton);
     if (other) this.#arrive(key);
     else this.#look();
-    this.scene.select(page.states, page.transitions);
-    this.scene.showLive(this.#live);
+    this.drawing.select(page.states, page.transitions);
+    this.drawing.showLive(this.#live);
     this.order.keep();
     this.rename.follow();
     if (other && this.hadFocus) this.focusSelected();
@@ -118,7 +118,7 @@ export class HfsmCanvas extends HTMLElement {
    */
   showLive(live) {
     this.#live = live;
-    this.scene.showLive(live);
+    this.drawing.showLive(live);
   }
 
   /** Where a pointer is in the drawing. @param {MouseEvent} event */
@@ -137,13 +137,13 @@ export class HfsmCanvas extends HTMLElement {
     this.#unfitted = !this.#size.width;
     if (this.#unfitted)
       this.viewport.zoom(0); // little is drawn until then
-    else this.viewport.fit(this.scene.bounds());
+    else this.viewport.fit(this.drawing.bounds());
     this.#fitted = this.#view();
   }
 
   /** Show the selection, or everything without one. */
   fitSelection() {
-    const places = this.selectedKeys().flatMap((key) => this.scene.places.get(key) ?? []);
+    const places = this.selectedKeys().flatMap((key) => this.drawing.places.get(key) ?? []);
     if (!places.length) return this.fit();
     const [xs, ys] = [places.map(({x}) => x), places.map(({y}) => y)];
     const far = RADIUS * 2;
@@ -188,7 +188,7 @@ export class HfsmCanvas extends HTMLElement {
   /** Mark the state to which a transition is about to lead. @param {number} [id] */
   markTarget(id) {
     this.target?.classList.remove("target");
-    this.target = id === undefined ? undefined : this.scene.states.get(`s${id}`)?.group;
+    this.target = id === undefined ? undefined : this.drawing.states.get(`s${id}`)?.group;
     this.target?.classList.add("target");
   }
 
@@ -239,12 +239,12 @@ export class HfsmCanvas extends HTMLElement {
   }
 
   #reveal() {
-    const place = this.scene.places.get(this.selectedKeys()[0]);
+    const place = this.drawing.places.get(this.selectedKeys()[0]);
     if (place) this.viewport.reveal(place);
   }
 
   #showSelection() {
-    this.scene.select(page.states, page.transitions);
+    this.drawing.select(page.states, page.transitions);
     this.order.keep();
     this.minimap.draw();
   }
@@ -252,7 +252,7 @@ export class HfsmCanvas extends HTMLElement {
   #leave() {
     this.cancel();
     this.rename.cancel();
-    this.scene.automaton = undefined; // another document may have one of the same number
+    this.drawing.automaton = undefined; // another document may have one of the same number
     if (this.#fitted === this.#view())
       this.#views.delete(this.#shown); // fitted again: panels may have come or gone
     else if (this.#shown)
@@ -295,7 +295,7 @@ export class HfsmCanvas extends HTMLElement {
 
   /** Create what comes into view, once the size of the canvas is known. */
   #look() {
-    if (this.#size.width) this.scene.look(this.viewport.seen, this.viewport.scale);
+    if (this.#size.width) this.drawing.look(this.viewport.seen, this.viewport.scale);
   }
 
   #view() {
@@ -305,13 +305,13 @@ export class HfsmCanvas extends HTMLElement {
 
   #resized() {
     const before = this.#size;
-    const whole = before.width > 0 && contains(this.viewport.seen, this.scene.bounds());
+    const whole = before.width > 0 && contains(this.viewport.seen, this.drawing.bounds());
     this.#size = {width: this.clientWidth, height: this.clientHeight};
     if (this.#size.width && (this.#unfitted || this.#fitted === this.#view())) {
       this.fit();
     } else if (before.width && this.#size.width) {
       this.viewport.pan((this.#size.width - before.width) / 2, (this.#size.height - before.height) / 2);
-      if (whole && !contains(this.viewport.seen, this.scene.bounds())) this.fit(); // what was fully visible stays so
+      if (whole && !contains(this.viewport.seen, this.drawing.bounds())) this.fit(); // what was fully visible stays so
       this.#reveal(); // a panel that opens for a state does not cover it
     }
   }
@@ -321,7 +321,7 @@ export class HfsmCanvas extends HTMLElement {
  * Find the worst problem of a state or transition.
  *
  * @param {Automaton | undefined} automaton
- * @returns {import("./scene.js").More["problem"]}
+ * @returns {import("./drawing.js").More["problem"]}
  */
 const problemIn = (automaton) => (kind, id) =>
   automaton && problemOf(page.shownDocument.problems, automaton.id, kind, id);

@@ -169,7 +169,7 @@ export class Comparison {
     this.#show();
     if (there && place.id)
       this.canvas.viewport.reveal(
-        this.canvas.scene.places.get(`${place.kind === "state" ? "s" : "t"}${place.id}`) ?? {x: 0, y: 0},
+        this.canvas.drawing.places.get(`${place.kind === "state" ? "s" : "t"}${place.id}`) ?? {x: 0, y: 0},
       );
   }
 }

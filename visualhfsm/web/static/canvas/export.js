@@ -7,7 +7,7 @@
 import {isImporting} from "../outline.js";
 import {page} from "../page.js";
 import {required} from "../required.js";
-import {Scene} from "./scene.js";
+import {Drawing} from "./drawing.js";
 import {make} from "./svg.js";
 
 const MARGIN = 24;
@@ -36,14 +36,14 @@ const PRESENTED = [
  * @returns {SVGSVGElement}
  */
 export function picture(automaton, colors = "light") {
-  const scene = new Scene();
-  const live = make("svg", {class: "for-readers"}, ...scene.layers);
+  const drawing = new Drawing();
+  const live = make("svg", {class: "for-readers"}, ...drawing.layers);
   const {theme} = document.documentElement.dataset;
   document.documentElement.dataset.theme = colors;
   document.body.append(live);
   try {
-    scene.update(automaton, {imported: (state) => isImporting(page.shownDocument, state), problem: () => undefined});
-    const box = scene.bounds() ?? {left: 0, top: 0, right: 200, bottom: 100};
+    drawing.update(automaton, {imported: (state) => isImporting(page.shownDocument, state), problem: () => undefined});
+    const box = drawing.bounds() ?? {left: 0, top: 0, right: 200, bottom: 100};
     const [width, height] = [
       Math.ceil(box.right - box.left + 2 * MARGIN),
       Math.ceil(box.bottom - box.top + 2 * MARGIN),
@@ -57,7 +57,7 @@ export function picture(automaton, colors = "light") {
     });
     const title = make("title");
     title.textContent = page.title(automaton);
-    made.append(title, make("rect", {x: left, y: top, width, height, fill: "#ffffff"}), ...scene.layers.map(styled));
+    made.append(title, make("rect", {x: left, y: top, width, height, fill: "#ffffff"}), ...drawing.layers.map(styled));
     return made;
   } finally {
     live.remove();

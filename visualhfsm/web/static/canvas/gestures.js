@@ -66,7 +66,7 @@ export class Band {
     }
     /** @param {string} key */
     const within = (key) => {
-      const place = this.canvas.scene.places.get(key); // none yet for what another window has just added
+      const place = this.canvas.drawing.places.get(key); // none yet for what another window has just added
       return place && place.x >= left && place.x <= right && place.y >= top && place.y <= bottom;
     };
     const {states, transitions} = page.automaton ?? {states: [], transitions: []};
@@ -107,7 +107,7 @@ export class Move {
     this.dy = 0;
     /** Keys of the transitions that move with both their states. @type {Set<string>} */
     this.carried = new Set();
-    this.before = new Map(canvas.scene.places);
+    this.before = new Map(canvas.drawing.places);
   }
 
   /** @param {PointerEvent} event */
@@ -117,7 +117,7 @@ export class Move {
     const point = this.canvas.point(event);
     this.dx = Math.round(point.x - this.start.x);
     this.dy = Math.round(point.y - this.start.y);
-    this.canvas.scene.preview(this.#places(), {dx: this.dx, dy: this.dy, keys: this.carried});
+    this.canvas.drawing.preview(this.#places(), {dx: this.dx, dy: this.dy, keys: this.carried});
     this.canvas.autoPan(event);
   }
 
@@ -153,7 +153,7 @@ export class Move {
   }
 
   cancel() {
-    if (this.began) this.canvas.scene.preview(this.before);
+    if (this.began) this.canvas.drawing.preview(this.before);
   }
 }
 
@@ -163,7 +163,7 @@ export class Link {
   constructor(canvas, origin) {
     this.canvas = canvas;
     this.origin = origin;
-    this.from = required(canvas.scene.places.get(`s${origin}`), "state");
+    this.from = required(canvas.drawing.places.get(`s${origin}`), "state");
     /** @type {number | undefined} */
     this.destination = undefined;
     this.path = make("path", {class: "line"});

@@ -80,9 +80,9 @@ export class Minimap {
   }
 
   #paint() {
-    const {scene, viewport} = this.canvas;
-    const few = scene.states.size < FROM || viewport.size().width < NARROW;
-    const box = few ? undefined : scene.bounds();
+    const {drawing, viewport} = this.canvas;
+    const few = drawing.states.size < FROM || viewport.size().width < NARROW;
+    const box = few ? undefined : drawing.bounds();
     this.#box = box;
     this.#unpainted = !box || contains(viewport.seen, box);
     if (!box || this.#unpainted) return;
@@ -99,9 +99,9 @@ export class Minimap {
     context.strokeStyle = color("--arc");
     context.lineWidth = 0.6;
     context.beginPath();
-    for (const {transition, arc} of scene.transitions.values()) {
-      const from = scene.places.get(`s${transition.origin}`);
-      const to = scene.places.get(`s${transition.destination}`);
+    for (const {transition, arc} of drawing.transitions.values()) {
+      const from = drawing.places.get(`s${transition.origin}`);
+      const to = drawing.places.get(`s${transition.destination}`);
       if (!from || !to || from === to) continue;
       context.moveTo(...this.#at(from));
       context.quadraticCurveTo(
@@ -112,10 +112,10 @@ export class Minimap {
     context.stroke();
     const circles = {"--plain-line": new Path2D(), "--parent-line": new Path2D()};
     const rings = new Path2D();
-    const radius = Math.max(scene.states.size > MANY ? SMALLEST / 3 : SMALLEST, RADIUS * this.#scale);
-    for (const [key, {state}] of scene.states) {
+    const radius = Math.max(drawing.states.size > MANY ? SMALLEST / 3 : SMALLEST, RADIUS * this.#scale);
+    for (const [key, {state}] of drawing.states) {
       const path = circles[state.children.length ? "--parent-line" : "--plain-line"];
-      const [x, y] = this.#at(required(scene.places.get(key), "state"));
+      const [x, y] = this.#at(required(drawing.places.get(key), "state"));
       path.moveTo(x + radius, y);
       path.arc(x, y, radius, 0, 2 * Math.PI);
       if (!page.states.has(state.id)) continue;

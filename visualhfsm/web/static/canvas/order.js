@@ -35,9 +35,9 @@ export class Order {
   /** Make the selection reachable by Tab, and keep the focus when its element is removed. */
   keep() {
     const {canvas} = this;
-    const {scene} = canvas;
-    const key = canvas.selectedKeys().find((each) => scene.view(each)) ?? this.#current;
-    const view = scene.view(key || "s") ?? scene.states.values().next().value;
+    const {drawing} = canvas;
+    const key = canvas.selectedKeys().find((each) => drawing.view(each)) ?? this.#current;
+    const view = drawing.view(key || "s") ?? drawing.states.values().next().value;
     const former = this.#focusable;
     if (former !== view?.group) {
       former?.setAttribute("tabindex", "-1");
@@ -54,12 +54,12 @@ export class Order {
   focusSelected() {
     const {canvas} = this;
     const key = canvas.selectedKeys()[0] ?? this.#current;
-    (canvas.scene.view(key || "s")?.group ?? canvas.svg).focus({preventScroll: true});
+    (canvas.drawing.view(key || "s")?.group ?? canvas.svg).focus({preventScroll: true});
   }
 
   /** Select the nearest element in a direction. @param {[number, number]} direction */
   goTo(direction) {
-    const things = [...this.canvas.scene.places].map(([key, {x, y}]) => ({key, x, y}));
+    const things = [...this.canvas.drawing.places].map(([key, {x, y}]) => ({key, x, y}));
     const from = things.find(({key}) => key === this.#here);
     const next = from ? neighbor(things, from, direction) : things[0];
     if (next) this.#focus(next.key);
@@ -85,9 +85,9 @@ export class Order {
   /** @param {string} key */
   #focus(key) {
     this.select(key);
-    const place = this.canvas.scene.places.get(key);
+    const place = this.canvas.drawing.places.get(key);
     if (place) this.canvas.viewport.reveal(place);
-    this.canvas.scene.view(key)?.group.focus({preventScroll: true});
+    this.canvas.drawing.view(key)?.group.focus({preventScroll: true});
   }
 
   /** @param {FocusEvent} event */

@@ -219,12 +219,12 @@ export class Pointer {
    * @param {PointerEvent} event
    */
   #showTip(event) {
-    const {tip, scene} = this.canvas;
+    const {tip, drawing} = this.canvas;
     const group = groupAt(event.target);
     if (tip.parentNode === group) return;
     tip.remove();
     if (!group) return;
-    tip.textContent = scene.view(group.dataset.key ?? "")?.tip ?? "";
+    tip.textContent = drawing.view(group.dataset.key ?? "")?.tip ?? "";
     group.append(tip);
   }
 }

@@ -76,8 +76,8 @@ export class Rename {
   #place() {
     if (!this.#what) return undefined;
     const {kind, id} = this.#what;
-    if (kind === "state") return this.canvas.scene.places.get(`s${id}`);
-    const view = this.canvas.scene.transitions.get(`t${id}`);
+    if (kind === "state") return this.canvas.drawing.places.get(`s${id}`);
+    const view = this.canvas.drawing.transitions.get(`t${id}`);
     return view?.nameAt ?? view?.arc.middle;
   }
 

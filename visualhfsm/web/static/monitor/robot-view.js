@@ -7,7 +7,7 @@ import {required} from "../required.js";
 import {MonitorElement, whyUnknown} from "./element.js";
 import {receiveFrames} from "./frames.js";
 import {monitor} from "./monitor.js";
-import {RobotScene} from "./robot-scene.js";
+import {RobotDrawing} from "./robot-drawing.js";
 
 class RobotView extends MonitorElement {
   /** @type {typeof MonitorElement.kinds} */
@@ -20,8 +20,8 @@ class RobotView extends MonitorElement {
     this.problem = undefined;
     /** @type {ReturnType<typeof receiveFrames> | undefined} */
     this.frames = undefined;
-    /** @type {RobotScene | undefined} */
-    this.scene = undefined;
+    /** @type {RobotDrawing | undefined} */
+    this.drawing = undefined;
   }
 
   render() {
@@ -40,15 +40,15 @@ class RobotView extends MonitorElement {
   disconnectedCallback() {
     super.disconnectedCallback();
     this.frames?.close();
-    this.scene?.close();
-    this.frames = this.scene = undefined;
+    this.drawing?.close();
+    this.frames = this.drawing = undefined;
   }
 
   #begin() {
     /** @type {HTMLElement | null} */
     const stage = this.querySelector(".stage");
     try {
-      this.scene = new RobotScene(required(stage, "place for it"));
+      this.drawing = new RobotDrawing(required(stage, "place for it"));
     } catch (error) {
       this.problem = `This browser cannot draw in 3D: ${messageOf(error)}`;
       this.frames = {close() {}};
@@ -56,15 +56,15 @@ class RobotView extends MonitorElement {
     }
     this.frames = receiveFrames("/poses", {
       draw: async (frame, isFirst) => {
-        if (!this.scene) return;
+        if (!this.drawing) return;
         const content = JSON.parse(new TextDecoder().decode(frame));
         if (isFirst) {
-          this.scene.build(content);
+          this.drawing.build(content);
           return;
         }
-        const known = this.scene.pose(content);
+        const known = this.drawing.pose(content);
         this.problem = known ? undefined : whyUnknown();
-        if (!document.hidden) await this.scene.drawn();
+        if (!document.hidden) await this.drawing.drawn();
       },
       lost: (reason) => (this.problem = reason || "The server is offline."),
     });

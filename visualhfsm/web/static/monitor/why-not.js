@@ -66,7 +66,7 @@ export function explainUnderPointer(canvas) {
 export function explainSelected(canvas) {
   if (shown?.pinned) return hide();
   const key = canvas.selectedKeys()[0] ?? `s${monitor.now(page.shownAutomaton.id)?.state}`;
-  const view = canvas.scene.view(key);
+  const view = canvas.drawing.view(key);
   return view && show(canvas, view.group, true);
 }
 

@@ -25,7 +25,7 @@ const LARGE = 1000; // states and transitions; in larger automata only visible d
  *   undefined, marks?: Map<string, string>}} More what is drawn besides, by keys such as `s1` and `t2`
  */
 
-export class Scene {
+export class Drawing {
   constructor() {
     this.arcs = make("g", {class: "arcs"});
     this.names = make("g", {class: "names", "aria-hidden": "true"});

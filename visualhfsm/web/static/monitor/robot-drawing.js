@@ -63,7 +63,7 @@ const NEAR = 0.05;
 /** Cosine of the angle between two faces from which on the edge between them is sharp. */
 const CREASE = Math.cos((40 * Math.PI) / 180);
 
-export class RobotScene {
+export class RobotDrawing {
   /** @param {HTMLElement} stage what it fills */
   constructor(stage) {
     this.stage = stage;

@@ -6,7 +6,7 @@ import {PageElement} from "../element.js";
 import {page} from "../page.js";
 import {moveAmongRows} from "./rows.js";
 
-class History extends PageElement {
+class UndoSteps extends PageElement {
   /** @type {typeof PageElement.watches} */
   static watches = {page: ["tab"], store: ["document"]};
 
@@ -24,7 +24,7 @@ class History extends PageElement {
     const {undo, redo} = document;
     // The latest first: steps to redo, then the present, then steps to undo.
     return html`<div class="list-panel">
-      <ol class="rows history" aria-label="Steps, the latest first" @keydown=${moveAmongRows}>
+      <ol class="rows undo-steps" aria-label="Steps, the latest first" @keydown=${moveAmongRows}>
         ${redo
           .map((name, index) => ({name, steps: index + 1}))
           .reverse()
@@ -78,4 +78,4 @@ class History extends PageElement {
   }
 }
 
-customElements.define("hfsm-history", History);
+customElements.define("hfsm-undo-steps", UndoSteps);
