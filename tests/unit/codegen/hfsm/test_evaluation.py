@@ -36,6 +36,8 @@ def effects(code: str, variables: str = "") -> Effects:
     [
         ("self.LeftMotors.stop()", {LEFT}, set()),
         ("self.LeftMotors.stop", set(), set()),
+        ("self.namespace.LeftMotors.stop()", {LEFT}, set()),
+        ('text = f"{self.LeftMotors.stop()!r}"', {LEFT}, set()),
         ("stop = self.LeftMotors.stop\nstop()", {LEFT}, set()),
         ('self.stop("Left")', {LEFT}, set()),
         ("self.halt(self.RightMotors)", {RIGHT}, set()),
