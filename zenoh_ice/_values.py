@@ -203,6 +203,5 @@ def _wire_struct(cls: type[msgspec.Struct]) -> type[msgspec.Struct]:
         "__post_init__": become,
         **{field.name: None for field in fields if field.default is None},  # they may be absent
     }
-    rename = {field.name: field.encode_name for field in fields}
-    made = StructType(cls.__name__, (cls,), namespace, rename=rename, kw_only=True)
+    made = StructType(cls.__name__, (cls,), namespace, kw_only=True)
     return cast("type[msgspec.Struct]", made)

@@ -52,6 +52,15 @@ class HoldsProxy(Struct):
     proxy: ObjectPrx | None
 
 
+class Plain(Struct):
+    limit: Int
+    name: str | None = None
+
+
+class HoldsReserved(Struct):
+    _class: Animal | None
+
+
 class HoldsMany(Struct):
     settled: list[Settled]
     nothing: list[Nothing | None]
@@ -70,6 +79,15 @@ def test_a_value_arrives_as_the_class_that_it_was() -> None:
     assert ANIMAL.unpack(pack(ANIMAL, (value,), "x"), "x").animal == value
     anything = Codec(HoldsAnything)
     assert anything.unpack(pack(anything, (value,), "x"), "x").anything == value
+
+
+def test_a_class_arrives_as_a_member_whose_name_python_reserves() -> None:
+    payload = msgpack.packb({"class": {"@type": "::zoo::Animal", "name": "a", "friend": None}})
+    assert Codec(HoldsReserved).unpack(payload, "x") == HoldsReserved(Animal("a", None))
+
+
+def test_what_msgspec_decodes_alone_is_decoded_as_it_is() -> None:
+    assert WireTypes(Plain).root is Plain
 
 
 def test_classes_made_later_arrive_too() -> None:
