@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from hashlib import blake2b
 
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
@@ -33,7 +34,8 @@ def roll(document: Document, seed: int, seconds: float = 8.0) -> Player:
     sent = [event.name for event in document.events]
 
     def chance(*what: object) -> bool:
-        return random.Random(repr((seed, *what))).random() < 0.3
+        drawn = blake2b(repr((seed, *what)).encode(), digest_size=4).digest()
+        return int.from_bytes(drawn, "big") < 0.3 * 2**32
 
     def guard(time: int, automaton: int, transition: Transition) -> bool:
         text = transition.trigger.text if transition.type == "condition" else transition.guard.text
@@ -44,7 +46,8 @@ def roll(document: Document, seed: int, seconds: float = 8.0) -> Player:
     def arriving(time: int, automaton: int) -> list[str]:
         """Return events in any order, some of them twice: what fires nothing at once waits, or is dropped."""
         chances = [name for name in sent for again in range(2) if chance(time, automaton, name, again)]
-        random.Random(repr((seed, time, automaton))).shuffle(chances)
+        if len(chances) > 1:
+            random.Random(repr((seed, time, automaton))).shuffle(chances)
         return chances
 
     player = Player(document, guard, arriving)
