@@ -110,13 +110,13 @@ vendor: ## Bundle the libraries of the editor's page (needs Node.js and npm)
 	cd deploy/vendor && npm ci --silent && npm run --silent build
 
 packages: $(VENV)/python.stamp
-	@sh deploy/setup/system_packages.sh $(BIN)/python gl chromium firefox node
+	@sh deploy/setup/system_packages.sh $(BIN)/python gl chromium node
 
 system: $(VENV)/python.stamp ## Install the GL library that the cameras of the simulation need
 	@sh deploy/setup/system_packages.sh $(BIN)/python gl
 
-browser: $(VENV)/python.stamp ## Install the browsers in which the editor's page is tested
-	@sh deploy/setup/system_packages.sh $(BIN)/python chromium firefox
+browser: $(VENV)/python.stamp ## Install the browser in which the editor's page is tested
+	@sh deploy/setup/system_packages.sh $(BIN)/python chromium
 
 $(VENV)/python.stamp:
 	@sh deploy/setup/create_venv.sh $(PYTHON) $(VENV)

@@ -1,8 +1,7 @@
 #!/bin/sh
-# Make sure that this machine has what is no Python package: system_packages.sh PYTHON gl|chromium|firefox|node...
+# Make sure that this machine has what is no Python package: system_packages.sh PYTHON gl|chromium|node...
 #   gl        the library with which MuJoCo renders; without it everything but the cameras works
 #   chromium  the browser in which the editor's page is tested; without it those tests are skipped
-#   firefox   the other one; without it those that run in both run in Chromium alone
 #   node      Node.js and npm, by which the page is checked; without them that is left out
 # So this never stops what called it.
 set -eu
@@ -15,10 +14,6 @@ can_render() {
 
 has_chromium() {
   [ -n "${CHROMIUM:-}" ] || command -v chromium >/dev/null 2>&1 || command -v chromium-browser >/dev/null 2>&1
-}
-
-has_firefox() {
-  [ -n "${FIREFOX:-}" ] || command -v firefox-esr >/dev/null 2>&1 || command -v firefox >/dev/null 2>&1
 }
 
 # install_packages WHAT CONSEQUENCE PACKAGE...
@@ -40,7 +35,6 @@ for wanted in "$@"; do
       libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri libopengl0 ;;
     chromium) has_chromium || install_packages "the browser Chromium" "the tests of the editor's page are skipped" \
       chromium fonts-dejavu-core ;;
-    firefox) has_firefox || install_packages "the browser Firefox" "its tests of the editor's page are skipped" firefox-esr ;;
     node) command -v npm >/dev/null 2>&1 || install_packages "Node.js" "the editor's page is not checked" nodejs npm ;;
     *) echo "system_packages.sh: unknown: $wanted" >&2 && exit 2 ;;
   esac

@@ -8,10 +8,7 @@ from pathlib import Path
 from playwright.sync_api import Browser, expect
 
 from interfaces.nao import PoseHeadPrx, SafetyPrx
-from tests.support.browser import IN_EACH_BROWSER
 from tests.support.monitor import DOCUMENT, follow, monitor_page, robot_and_editor, started_elsewhere, status
-
-pytestmark = IN_EACH_BROWSER
 
 
 def test_the_robot_that_was_stopped_is_reset_in_every_window(browser: Browser, tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, expect
 
-from tests.support.browser import IN_EACH_BROWSER, EditorPage, editor_page
+from tests.support.browser import EditorPage, editor_page
 from tests.support.editor import Editor, editor, services
 from tests.support.limits import CALL_LIMIT, FOREVER
 from tests.support.panels import DOCUMENT, edit, panel_violations, undo_names
@@ -17,8 +17,6 @@ from tests.support.processes import free_endpoint
 from visualhfsm.running import RunningComponents
 from visualhfsm.sessions import session
 from zenoh_ice import Settings
-
-pytestmark = IN_EACH_BROWSER
 
 NEVER_GOES = """
   <properties>

@@ -6,10 +6,8 @@ from pathlib import Path
 
 from playwright.sync_api import Browser, expect
 
-from tests.support.browser import IN_EACH_BROWSER, editor_page
+from tests.support.browser import editor_page
 from tests.support.editor import DOCUMENT, editor
-
-pytestmark = IN_EACH_BROWSER
 
 
 def test_undo_and_redo_show_the_automaton_that_they_change(browser: Browser, tmp_path: Path) -> None:

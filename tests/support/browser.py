@@ -22,18 +22,16 @@ from tests.support.limits import PAGE_LIMIT, START_LIMIT
 from tests.support.page_coverage import recorded
 
 __all__ = [
-    "IN_EACH_BROWSER",
     "NO_CHROMIUM",
     "Connections",
     "EditorPage",
-    "browsers",
     "chromium",
+    "chromium_on_demand",
     "chromium_path",
     "editor_page",
     "saved",
 ]
 
-NO_FIREFOX: Final = "needs Firefox: make browser as root, or apt-get install firefox-esr"
 NO_CHROMIUM: Final = "needs Chromium: make browser as root, or apt-get install chromium"
 FEATURES_OFF: Final = (
     # Unseen pages for suggestions below the address bar, which take half of the time to open a window.
@@ -65,11 +63,6 @@ def chromium_path() -> str | None:
     return os.environ.get("CHROMIUM") or shutil.which("chromium") or shutil.which("chromium-browser")
 
 
-def firefox_path() -> str | None:
-    """Return the path of Firefox, or None if it is not installed."""
-    return os.environ.get("FIREFOX") or shutil.which("firefox-esr") or shutil.which("firefox")
-
-
 def launch_chromium(playwright: Playwright) -> Browser:
     """Start the system's Chromium, or the one that CHROMIUM names; without any, the test is skipped."""
     path = chromium_path()
@@ -78,29 +71,14 @@ def launch_chromium(playwright: Playwright) -> Browser:
     return playwright.chromium.launch(executable_path=path, args=FLAGS, timeout=START_LIMIT * 1000)
 
 
-def launch_firefox(playwright: Playwright) -> Browser:
-    """Start the system's Firefox, or the one that FIREFOX names; without any, the test is skipped.
-
-    It is driven over WebDriver BiDi, since Playwright's own protocol needs a Firefox of theirs. It has no double
-    clicks, no 3D and no clipboard.
-    """
-    path = firefox_path()
-    if path is None:
-        pytest.skip(NO_FIREFOX)
-    return playwright.firefox.launch(executable_path=path, channel="moz-firefox", timeout=START_LIMIT * 1000)
-
-
-LAUNCH: Final = {"chromium": launch_chromium, "firefox": launch_firefox}
-
-
 @contextlib.contextmanager
-def browsers() -> Iterator[Callable[[str], Browser]]:
-    """Yield a function that returns the browser with a name, which it starts when it is first asked for."""
+def chromium_on_demand() -> Iterator[Callable[[], Browser]]:
+    """Yield a function that returns Chromium, which it starts when it is first called."""
     with sync_playwright() as playwright, contextlib.ExitStack() as started:
 
         @functools.cache
-        def browser(name: str) -> Browser:
-            return started.enter_context(LAUNCH[name](playwright))
+        def browser() -> Browser:
+            return started.enter_context(launch_chromium(playwright))
 
         yield browser
 
@@ -108,15 +86,8 @@ def browsers() -> Iterator[Callable[[str], Browser]]:
 @contextlib.contextmanager
 def chromium() -> Iterator[Browser]:
     """Start Chromium."""
-    with browsers() as browser:
-        yield browser("chromium")
-
-
-_ONE_WORKER: Final = pytest.mark.xdist_group("firefox")  # it takes seconds to start
-IN_EACH_BROWSER: Final = pytest.mark.parametrize(
-    "browser", ["chromium", pytest.param("firefox", marks=_ONE_WORKER)], indirect=True, scope="module"
-)
-"""Mark of the tests that run in every browser; the others run in Chromium."""
+    with chromium_on_demand() as browser:
+        yield browser()
 
 
 class Connections:
