@@ -9,6 +9,7 @@ of one automaton, and an automaton that is entered starts in its initial state, 
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -38,6 +39,8 @@ _PARTS: Final = {
     "final": ("onentry", "onexit", "transition"),
 }
 _STATE_PARTS: Final = (*_STATES, "onentry", "onexit", "transition", "initial", "history", "datamodel")
+_APART: Final = 260.0
+"""Pixels between states that are beside each other."""
 _RETURN: Final = "200"
 """Time in ms in a state that waits before it returns: two cycles, in which the state above is left."""
 
@@ -424,7 +427,7 @@ class _Reader:
     def _state(self, state: _State) -> State:
         element = state.element
         restarts = state.history is None and any(each.states for each in state.automata)
-        x, y = _position(state.number)
+        x, y = _position(state.number, len(state.automaton.states))
         return State(
             id=state.number,
             name=state.name,
@@ -462,10 +465,16 @@ def _join(origin: _State, destination: _State, transition: Transition, place: in
     transitions.insert(len(transitions) if place is None else place, joined)
 
 
-def _position(number: int) -> tuple[float, float]:
-    """Return the position of a state on the canvas in pixels, by its number."""
-    row, column = divmod(number - 1, 4)
-    return 120.0 + 300.0 * column, 160.0 + 200.0 * row
+def _position(number: int, count: int) -> tuple[float, float]:
+    """Return where a state is put on the canvas, in pixels: on a circle, so that arcs pass no other state.
+
+    With an odd number of corners, the arcs between different states have different middles.
+    """
+    corners = max(3, count | 1)
+    radius = _APART / (2 * math.sin(math.pi / corners))
+    angle = (2 * number - 3) * math.pi / corners - math.pi / 2  # the first two are beside each other
+    x, y = radius * (1 + math.cos(angle)), radius * (1 + math.sin(angle))
+    return round(120 + x, 1), round(160 + y, 1)
 
 
 def _side_by_side(source: _State, goal: _State) -> tuple[_State, _State]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from pathlib import Path
 
@@ -25,6 +26,22 @@ def converted(directory: Path) -> Document:
     document = read(path, Diagnostics())
     assert document is not None
     return document
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 4, 5, 8, 13])
+def test_no_straight_transition_of_a_few_states_crosses_another(count: int) -> None:
+    states = "".join(f'<state id="s{number}"/>' for number in range(count))
+    text = f'<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0">{states}</scxml>'
+    (automaton,) = import_scxml(text.encode(), "a.scxml")[0].automata
+    places = [(state.x, state.y) for state in automaton.states]
+    middles = []
+    for (x1, y1), (x2, y2) in itertools.combinations(places, 2):
+        middles.append(((x1 + x2) / 2, (y1 + y2) / 2))
+        length = math.dist((x1, y1), (x2, y2))
+        assert length > 200
+        for x, y in set(places) - {(x1, y1), (x2, y2)}:
+            assert abs((x2 - x1) * (y - y1) - (y2 - y1) * (x - x1)) / length > 40, "the radius of a state"
+    assert all(math.dist(one, other) > 10 for one, other in itertools.combinations(middles, 2))
 
 
 @pytest.mark.parametrize("way", ["opened", "converted"])
