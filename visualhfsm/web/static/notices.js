@@ -47,6 +47,7 @@ export function notify(text, kind = "info", link = undefined) {
   list.append(notice);
   if (kind === "info") setTimeout(() => notice.remove(), SHOWN);
   for (const old of [...list.querySelectorAll(".info")].slice(0, -MOST)) old.remove();
+  list.scrollTop = list.scrollHeight;
   return () => notice.remove();
 }
 
