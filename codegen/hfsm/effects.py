@@ -58,6 +58,8 @@ class CodeEffects:
             for automaton in document.automata
         }
         """The values of the variables of each automaton, by its id."""
+        self._function_names: dict[_Call, Names] = {}
+        """The values of the variables of functions, by the values of their parameters."""
         self._by_piece: dict[Piece, Effects] = {}
         for _, state in document.states():
             for child, argument in _passed(state):
@@ -111,7 +113,9 @@ class CodeEffects:
                 self._by_piece[piece] = self._look(piece, {})
 
     def _snapshot(self) -> object:
-        names = {number: {**names} for number, names in self._names.items()}
+        names = {
+            key: {**names} for group in (self._names, self._function_names) for key, names in group.items()
+        }
         return {**self.attributes}, names, self._known, {**self.local}
 
     def _look(self, piece: Piece, names: Names) -> Effects:
@@ -151,12 +155,13 @@ class CodeEffects:
             if len(self._known) >= _MOST_CALLS:
                 return anything(function)
             self._known[key] = self._last.get(key, Effects())  # in case functions call each other
-            names = dict(passed)
+            names = self._function_names.setdefault(key, dict(passed))
             if not is_static(function):
                 names[parameters_of(function)[0]] = COMPONENT
             walk = Evaluation(self, names, f"{name} {hash(key)}")
             try:
-                walk.follow(function.body)
+                for statement in function.body:
+                    walk.visit(statement)
             except RecursionError:
                 walk.effects = anything(function)
             self._known[key] = walk.effects

@@ -130,15 +130,6 @@ class Evaluation:
         """Distinguishes nested functions of the same text."""
         self._automaton = automaton
 
-    def follow(self, body: list[ast.stmt]) -> None:
-        """Evaluate statements until no name gets a new value."""
-        before = None
-        while before != self._names:
-            before = {**self._names}
-            self.effects = Effects()
-            for statement in body:
-                self.visit(statement)
-
     def visit(self, node: ast.AST) -> None:
         """Evaluate a statement, or an expression whose value is not followed."""
         self._note(node)
@@ -175,7 +166,9 @@ class Evaluation:
                 self._inside(node)
 
     def _note(self, node: ast.AST) -> None:
-        self.effects.answer |= self._definitions.answer_of_node(node, self._automaton)
+        answer = self._definitions.answer_of_node(node, self._automaton)
+        if answer is not Answer.SAME:  # nearly all are
+            self.effects.answer |= answer
 
     def _reflect(self, node: ast.AST, name: str) -> None:
         if name in self._definitions.reflection:
