@@ -228,7 +228,7 @@ def test_what_is_no_messagepack_is_refused_without_a_path() -> None:
     with pytest.raises(MarshalException) as caught:
         Codec(One).unpack(b"\x81", "x")
     assert caught.value.path == ""
-    assert " at " not in str(caught.value)
+    assert str(caught.value) == "x: Input data was truncated"
 
 
 class ByName(Struct, kw_only=True):
