@@ -43,6 +43,8 @@ _WHEEL: Final[dict[str, list[str]]] = tomllib.loads((ROOT / "pyproject.toml").re
     "hatch"
 ]["build"]["targets"]["wheel"]
 _MARKER: Final = re.compile(r"<!-- generated: ([a-z ]+) -->")
+_FENCE: Final = re.compile(r"^(```\w+) .+$", re.M)
+"""The opening of a code block with words for the tests after its language, such as `xml fragment`."""
 _LINK: Final = re.compile(r"(!?)\[([^\]]*)\]\(([^)#\s]+)(#[^)]*)?\)")
 
 
@@ -70,6 +72,9 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Fil
     """Turn links out of docs/ into pages of the site or into paths, and write what is generated."""
     if page.file.generated_by is None:
         markdown = _relink(markdown, posixpath.dirname(f"docs/{page.file.src_uri}"), page.file.src_uri)
+    markdown = _FENCE.sub(
+        r"\1", markdown
+    )  # MkDocs knows no other words there, and takes the block's end for its start
     return _MARKER.sub(lambda match: GENERATED[match[1]](), markdown)
 
 
