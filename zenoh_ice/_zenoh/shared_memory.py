@@ -333,10 +333,12 @@ class MemoryReference(msgspec.Struct, array_like=True, frozen=True):
     rest: bytes
 
 
+_decode: Final = msgspec.msgpack.Decoder(MemoryReference).decode
+
+
 def decode_reference(payload: bytes, what: str) -> MemoryReference:
     """Return the reference that travelled; raises MarshalException for a malformed one."""
-    decode = msgspec.msgpack.Decoder(MemoryReference).decode
-    reference = decode_bounded(decode, payload, LARGEST_BULK, f"{what}: reference to shared memory")
+    reference = decode_bounded(_decode, payload, LARGEST_BULK, f"{what}: reference to shared memory")
     if len(reference.places) != len(reference.sizes):
         raise MarshalException(f"{what}: reference to shared memory: as many places as sizes are wanted")
     return reference
