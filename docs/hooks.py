@@ -9,6 +9,7 @@ from __future__ import annotations
 import ast
 import importlib
 import inspect
+import itertools
 import posixpath
 import re
 import tomllib
@@ -141,7 +142,8 @@ def settings() -> str:
     flags = set(shared_options())
     rows = []
     for kind, prefix in ((Settings, ""), (Security, "security.")):
-        for field in _fields(kind):
+        meanings = _docstrings(kind)
+        for field in _info(kind).fields:
             name, flag = prefix + field.name, f"--{field.name.replace('_', '-')}"
             if name == "security":
                 continue
@@ -151,7 +153,7 @@ def settings() -> str:
             if _type(field.type) != "table":
                 ways.append(ENVIRONMENT_PREFIX + name.upper().replace(".", "_"))
             names = "<br>".join(f"`{way}`" for way in ways)
-            rows.append((names, _type(field.type), _default(field), _meaning(kind, field.name)))
+            rows.append((names, _type(field.type), _default(field), meanings[field.name]))
     return _table(("setting, flag, variable", "type", "default", "meaning"), rows)
 
 
@@ -159,9 +161,10 @@ def roles() -> str:
     """Return a table of what a role in the settings has."""
     from zenoh_ice.settings import Role
 
+    meanings = _docstrings(Role)
     rows = [
-        (f"`{field.name}`", _type(field.type), _default(field), _meaning(Role, field.name))
-        for field in _fields(Role)
+        (f"`{field.name}`", _type(field.type), _default(field), meanings[field.name])
+        for field in _info(Role).fields
     ]
     return _table(("key", "type", "default", "meaning"), rows)
 
@@ -224,7 +227,7 @@ def diagnostics() -> str:
     for code in [*InterfaceCode, *DocumentCode]:
         plain = code.name.lower().replace("_", " ")
         meaning, link = headings.get(code.value, (plain, "../explanation/model-checker.md"))
-        rows.append((f"[{code.value}]({link})", meaning.replace("|", "\\|")))
+        rows.append((f"[{code.value}]({link})", _plain(meaning)))
     return _table(("code", "about"), rows)
 
 
@@ -264,8 +267,7 @@ def _is(found: object, base: type) -> bool:
 def _messages(kinds: Iterable[type], skip: str = "") -> str:
     rows = []
     for kind in kinds:
-        info = msgspec.inspect.type_info(kind)
-        assert isinstance(info, msgspec.inspect.StructType)
+        info = _info(kind)
         fields = [
             f"`{field.encode_name}`{'' if field.required else '?'}: {_type(field.type)}"
             for field in info.fields
@@ -275,24 +277,21 @@ def _messages(kinds: Iterable[type], skip: str = "") -> str:
     return _table(("name", "fields", "meaning"), rows)
 
 
-def _fields(kind: type) -> tuple[msgspec.inspect.Field, ...]:
+def _info(kind: type) -> msgspec.inspect.StructType:
     info = msgspec.inspect.type_info(kind)
     assert isinstance(info, msgspec.inspect.StructType)
-    return info.fields
+    return info
 
 
-def _meaning(kind: type, name: str) -> str:
-    """Return the docstring of a field of a struct."""
+def _docstrings(kind: type) -> dict[str, str]:
+    """Return the docstrings of a struct's fields."""
     body = ast.parse(inspect.getsource(kind)).body[0]
     assert isinstance(body, ast.ClassDef)
-    for node, following in zip(body.body, body.body[1:], strict=False):
-        if (
-            isinstance(node, ast.AnnAssign)
-            and ast.unparse(node.target) == name
-            and isinstance(following, ast.Expr)
-        ):
-            return _plain(ast.literal_eval(following.value))
-    raise LookupError(f"{kind.__name__}.{name} has no docstring")
+    return {
+        ast.unparse(node.target): _plain(ast.literal_eval(following.value))
+        for node, following in itertools.pairwise(body.body)
+        if isinstance(node, ast.AnnAssign) and isinstance(following, ast.Expr)
+    }
 
 
 def _type(kind: Any) -> str:  # noqa: ANN401 - one of the many types of msgspec.inspect
