@@ -8,7 +8,7 @@ globalThis.addEventListener ??= () => {};
 const {actions, isEnabled, perform, selectionActions, selectionTitle} = await import(
   new URL("actions.js", STATIC).href
 );
-const {keyTable, spoken, written} = await import(new URL("keys.js", STATIC).href);
+const {keyTable, listenForKeys, spoken, written} = await import(new URL("keys.js", STATIC).href);
 const {page} = await import(new URL("page.js", STATIC).href);
 const {store} = await import(new URL("store.js", STATIC).href);
 
@@ -125,12 +125,76 @@ test("a transition is evaluated earlier or later among those of its state, as fa
   assert.equal(socket.sent.length, before);
 });
 
+/** A key that is pressed. */
+const event = (key, held = {}) => ({
+  ...{key, code: "", ctrlKey: false, altKey: false, shiftKey: false, metaKey: false, ...held},
+  getModifierState: (name) => Boolean(held[name]),
+});
+
 test("keys are written as the table has them, and shown as people know them", () => {
-  const event = (key, held = {}) => ({key, ctrlKey: false, altKey: false, shiftKey: false, metaKey: false, ...held});
   assert.equal(written(event("z", {ctrlKey: true})), "Ctrl+Z");
   assert.equal(written(event("Z", {metaKey: true, shiftKey: true})), "Ctrl+Shift+Z");
   assert.equal(written(event("?", {shiftKey: true})), "?");
   assert.equal(written(event("Enter", {shiftKey: true})), "Shift+Enter");
   assert.equal(spoken("Ctrl+ArrowUp"), "Ctrl+↑");
   assert.equal(spoken("+"), "+");
+});
+
+test("where a key types no Latin letter, its place counts", () => {
+  for (const [key, code, held, wanted] of [
+    ["¬", "KeyL", {altKey: true}, "Alt+L"], // the Option key of a Mac
+    ["@", "KeyL", {altKey: true}, "Alt+L"], // that of a German one
+    ["Dead", "KeyI", {altKey: true}, "Alt+I"],
+    ["Å", "KeyA", {altKey: true, shiftKey: true}, "Alt+Shift+A"],
+    ["ы", "KeyS", {ctrlKey: true}, "Ctrl+S"],
+    ["Я", "KeyZ", {metaKey: true, shiftKey: true}, "Ctrl+Shift+Z"],
+    ["σ", "KeyS", {}, "S"],
+    ["z", "KeyY", {ctrlKey: true}, "Ctrl+Z"], // a German keyboard has Latin letters, elsewhere
+    ["ł", "KeyL", {AltGraph: true}, "Ł"],
+    ["é", "Digit2", {}, "É"],
+  ])
+    assert.equal(written(event(key, {code, ...held})), wanted, key);
+});
+
+test("a Mac types accents and signs with its Option key, and not where nothing is typed", (t) => {
+  class Field extends EventTarget {
+    isContentEditable = true;
+    matches = () => false;
+    closest = () => null;
+  }
+  t.after(() => (delete globalThis.document, delete globalThis.HTMLElement, delete globalThis.Element));
+  const document = Object.assign(new EventTarget(), {querySelector: () => null, body: new Field()});
+  Object.assign(globalThis, {document, HTMLElement: Field, Element: Field});
+  const performed = [];
+  listenForKeys({app: {toggleTheme: () => performed.push("theme")}, canvas: {contains: () => false}});
+  /** @param {string} key @param {EventTarget} target */
+  const press = (key, target) => {
+    const pressed = Object.assign(new Event("keydown"), event(key, {code: "KeyD", altKey: true}));
+    Object.defineProperties(pressed, {composedPath: {value: () => [target]}, target: {value: target}});
+    document.dispatchEvent(pressed);
+    return performed.splice(0);
+  };
+  const ground = Object.assign(new Field(), {isContentEditable: false});
+  for (const [key, field, where] of [
+    ["d", ["theme"], ["theme"]],
+    ["∂", ["theme"], ["theme"]],
+    ["@", [], ["theme"]],
+    ["Dead", [], ["theme"]],
+  ]) {
+    assert.deepEqual(press(key, new Field()), field, `${key} in a field`);
+    assert.deepEqual(press(key, ground), where, `${key} elsewhere`);
+  }
+});
+
+test("on a Mac keys are shown with its signs, and what the system takes with its Control key", () => {
+  for (const [key, wanted] of [
+    ["Ctrl+S", "⌘S"],
+    ["Ctrl+Shift+Z", "⇧⌘Z"],
+    ["Alt+L", "⌥L"],
+    ["Alt+ArrowUp", "⌥↑"],
+    ["Backspace", "⌫"],
+    ["Ctrl+M", "⌃M"],
+    ["+", "+"],
+  ])
+    assert.equal(spoken(key, true), wanted);
 });

@@ -42,4 +42,5 @@ export class Socket extends EventTarget {
   }
 }
 
+Object.defineProperty(globalThis, "navigator", {value: {platform: "Linux x86_64"}});
 Object.assign(globalThis, {WebSocket: Socket, location: {protocol: "http:", host: "127.0.0.1:1"}});

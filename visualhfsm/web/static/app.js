@@ -15,7 +15,7 @@ import {askTab} from "./commands.js";
 import {PageElement} from "./element.js";
 import {holdKeys} from "./holding.js";
 import {icon} from "./icons.js";
-import {listenForKeys} from "./keys.js";
+import {keyOf, listenForKeys} from "./keys.js";
 import {messageOf, notify, notifyError} from "./notices.js";
 import {page} from "./page.js";
 import {monitor} from "./monitor/monitor.js";
@@ -224,7 +224,7 @@ export class HfsmApp extends PageElement {
           type="button"
           class="action bare"
           aria-label="Light or dark"
-          title="Light or dark (Alt+D)"
+          title="Light or dark (${keyOf("theme")})"
           @click=${() => this.toggleTheme()}
         >
           ${icon(currentTheme() === "dark" ? "sun" : "moon")}

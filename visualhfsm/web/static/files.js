@@ -3,6 +3,7 @@
 import {ask} from "./commands.js";
 import {chooseFile} from "./dialogs/files.js";
 import {confirm} from "./dialogs/dialog.js";
+import {keyOf} from "./keys.js";
 import {notify, notifyError} from "./notices.js";
 import {page} from "./page.js";
 import {RequestError, store} from "./store.js";
@@ -71,7 +72,10 @@ const isHeaped = ({imported, states}) =>
 export async function openDropped(dropped) {
   for (const file of dropped) {
     if (/\.mcap$/i.test(file.name)) {
-      notify(`${file.name} is a recording: put it into the folder of the editor and open it with Alt+R.`, "error");
+      notify(
+        `${file.name} is a recording: put it into the folder of the editor and open it with ${keyOf("openRecording")}.`,
+        "error",
+      );
       continue;
     }
     if (file.size > LARGEST) {

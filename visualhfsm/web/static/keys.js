@@ -3,14 +3,17 @@
 import {actionOf, actions, perform} from "./actions.js";
 import {isHeld} from "./holding.js";
 import {MONITOR_KEYS} from "./monitor/actions.js";
+import {required} from "./required.js";
 
 /** By how a key is written, such as `Ctrl+Shift+Z`. @type {Map<string, import("./actions.js").Action>} */
 const byKey = new Map();
 for (const action of actions.values()) for (const key of action.keys ?? []) byKey.set(key, action);
 
+const isMac = /^(Mac|iP)/.test(navigator.platform);
+
 /** How a pressed key is written. @param {KeyboardEvent} event */
 export function written(event) {
-  const {key} = event;
+  const key = latin(event);
   const letter = key.length === 1 && key !== " " ? key.toUpperCase() : key;
   const shown = /^[A-Z]$/.test(letter) || key.length > 1;
   const parts = [
@@ -22,24 +25,61 @@ export function written(event) {
   return parts.filter(Boolean).join("+");
 }
 
-/** A key as it is shown to people. @param {string} key */
-export function spoken(key) {
-  /** @type {Record<string, string>} */
-  const names = {
-    ArrowLeft: "←",
-    ArrowRight: "→",
-    ArrowUp: "↑",
-    ArrowDown: "↓",
-    Delete: "Del",
-    Escape: "Esc",
-    PageUp: "PgUp",
-    PageDown: "PgDn",
-  };
-  return key
-    .split(/\+(?!$)/)
-    .map((part) => names[part] ?? part)
-    .join("+");
+/**
+ * The letter of a key where the keyboard types none: the Option key of a Mac changes it, and Cyrillic and Greek
+ * keyboards have their own. Then the place of the key counts.
+ *
+ * @param {KeyboardEvent} event
+ */
+function latin(event) {
+  const {key, code, altKey} = event;
+  const [, letter] = /^Key([A-Z])$/.exec(code) ?? [];
+  if (!letter || /^[a-z]$/i.test(key)) return key;
+  if (altKey) return letter;
+  // The right Alt key of other keyboards types special characters, not shortcuts.
+  return /^[^\p{ASCII}]$/u.test(key) && !event.getModifierState("AltGraph") ? letter : key;
 }
+
+/** @type {Record<string, string>} */
+const NAMES = {
+  ArrowLeft: "←",
+  ArrowRight: "→",
+  ArrowUp: "↑",
+  ArrowDown: "↓",
+  Delete: "Del",
+  Escape: "Esc",
+  PageUp: "PgUp",
+  PageDown: "PgDn",
+};
+/** @type {Record<string, string>} */
+const MAC_NAMES = {...NAMES, Ctrl: "⌘", Alt: "⌥", Shift: "⇧", Delete: "⌦", Backspace: "⌫"};
+/** Keys that a Mac keeps for itself with ⌘; its Control key does the same. */
+const MAC_CONTROL = new Set(["Ctrl+M", "Ctrl+Shift+Space"]);
+
+/** A key as it is shown to people, with the signs of a Mac there. @param {string} key */
+export function spoken(key, mac = isMac) {
+  const parts = key.split(/\+(?!$)/);
+  if (!mac) return parts.map((part) => NAMES[part] ?? part).join("+");
+  /** @type {Record<string, string>} */
+  const names = {...MAC_NAMES, ...(MAC_CONTROL.has(key) && {Ctrl: "⌃"})};
+  const signs = parts.map((part) => names[part] ?? part);
+  return signs.sort((one, other) => modifierRank(one) - modifierRank(other)).join("");
+}
+
+/** Where a sign of a Mac stands among those before the key. @param {string} sign */
+function modifierRank(sign) {
+  const rank = "⌃⌥⇧⌘".indexOf(sign);
+  return rank < 0 ? 4 : rank;
+}
+
+/** The key of an action as it is shown to people. @param {string} id */
+export const keyOf = (id) => spoken(required(actionOf(id).keys?.[0], `key of ${id}`));
+
+/** A key in the words of the attribute `aria-keyshortcuts`. @param {string} key */
+export const ariaKey = (key) => key.replace("Ctrl", isMac && !MAC_CONTROL.has(key) ? "Meta" : "Control");
+
+/** Whether the Option key of a Mac types with it what a program or a name needs, such as `@` or an accent. */
+const composes = (/** @type {KeyboardEvent} */ {altKey, key}) => altKey && /^(Dead|[!-@[-`{-~])$/.test(key);
 
 /** Whether a field has the focus. @param {EventTarget} target */
 function isTyping(target) {
@@ -60,7 +100,7 @@ export function listenForKeys(context) {
     const [target] = event.composedPath(); // that in the shadow of the code editor, too
     if (event.defaultPrevented || document.querySelector("dialog[open]")) return;
     const typing = isTyping(target);
-    if (!typing && isHeld(event)) return;
+    if (typing ? composes(event) : isHeld(event)) return;
     const action = byKey.get(written(event));
     if (!action) return;
     if (action.scope !== "typing" && typing) return;
@@ -78,7 +118,7 @@ export function keyTable() {
   /** @param {string} id */
   const row = (id) => {
     const {label, hint, help, keys = []} = actionOf(id);
-    return {keys: keys.map(spoken), text: help ?? (hint ? `${label}: ${hint}` : label)};
+    return {keys: keys.map((key) => spoken(key)), text: help ?? (hint ? `${label}: ${hint}` : label)};
   };
   const groups = {
     Draw: [

@@ -12,7 +12,7 @@ import {actionOf, isEnabled, perform, selectionActions, selectionTitle} from "./
 import {ask, askTab} from "./commands.js";
 import {PageElement} from "./element.js";
 import {icon} from "./icons.js";
-import {spoken} from "./keys.js";
+import {ariaKey, keyOf, spoken} from "./keys.js";
 import {monitor} from "./monitor/monitor.js";
 import {notify, notifyError} from "./notices.js";
 import {page} from "./page.js";
@@ -37,7 +37,7 @@ export function actionButton(id, context, {label = true, kind = ""} = {}) {
     title=${title}
     ?disabled=${!isEnabled(id, context)}
     aria-label=${label ? nothing : action.label}
-    aria-keyshortcuts=${key ? key.replace("Ctrl", "Control") : nothing}
+    aria-keyshortcuts=${key ? ariaKey(key) : nothing}
     aria-pressed=${action.checked && isEnabled(id, context) ? String(action.checked()) : nothing}
     @click=${() => perform(id, context)}
   >
@@ -75,7 +75,7 @@ class Tabs extends PageElement {
               <span
                 class="close-tab"
                 aria-hidden="true"
-                title="Close ${each.title} (Delete, or Alt+W)"
+                title="Close ${each.title} (${spoken("Delete")}, or ${keyOf("closeTab")})"
                 @click=${() => this.#close(each.tab)}
                 >${icon("close")}</span
               >

@@ -7,6 +7,7 @@
 import {html, render} from "lit";
 
 import {openNew} from "./files.js";
+import {keyOf} from "./keys.js";
 import {page} from "./page.js";
 
 const EXAMPLE = "dance_and_follow";
@@ -23,7 +24,7 @@ const STEPS = [
   [
     ".state.parent",
     "Going inside",
-    html`Double-click a green state to see what is inside. <kbd>Backspace</kbd> leads back up.`,
+    html`Double-click a green state to see what is inside. <kbd>${keyOf("up")}</kbd> leads back up.`,
   ],
   [
     "hfsm-tree",
@@ -39,8 +40,8 @@ const STEPS = [
   [
     '[aria-label="Automaton data"]',
     "Data and code",
-    html`<kbd>Shift+Enter</kbd> opens the code of what is selected beside the canvas. Here are the servants that the
-      component uses, its cycle, variables and functions.`,
+    html`<kbd>${keyOf("editCode")}</kbd> opens the code of what is selected beside the canvas. Here are the servants
+      that the component uses, its cycle, variables and functions.`,
   ],
   [
     '[aria-label="Generate and run"]',
@@ -55,7 +56,8 @@ const STEPS = [
   [
     ".toolbar",
     "Every step can be undone",
-    html`<kbd>Ctrl+Z</kbd> undoes any change, in any automaton. All keys are listed in the help: press <kbd>?</kbd>.`,
+    html`<kbd>${keyOf("undo")}</kbd> undoes any change, in any automaton. All keys are listed in the help: press
+      <kbd>?</kbd>.`,
   ],
 ];
 

@@ -4,7 +4,7 @@ import {html, nothing} from "lit";
 
 import {actionOf, isEnabled, perform} from "../actions.js";
 import {icon} from "../icons.js";
-import {spoken} from "../keys.js";
+import {keyOf, spoken} from "../keys.js";
 import {page} from "../page.js";
 import {store} from "../store.js";
 import {clockTime, MonitorElement, spokenSeconds} from "./element.js";
@@ -46,7 +46,7 @@ class MonitorBar extends MonitorElement {
                 class="switch"
                 role="switch"
                 aria-checked=${writable}
-                title="Whether this window may steer the component (Alt+U)"
+                title="Whether this window may steer the component (${keyOf("steering")})"
                 @click=${() => perform("steering", this.context)}
               >
                 <span class="knob" aria-hidden="true"></span>${writable ? "Steering" : "Only watching"}

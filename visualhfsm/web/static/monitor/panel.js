@@ -2,6 +2,7 @@
 
 import {html, nothing, svg} from "lit";
 
+import {keyOf} from "../keys.js";
 import {messageOf, notifyError} from "../notices.js";
 import {tabStrip} from "../panels/tabs.js";
 import {required} from "../required.js";
@@ -89,7 +90,7 @@ class MonitorPanel extends MonitorElement {
   render() {
     if (!monitor.component) {
       return html`<div class="empty">
-        <p>Nothing is followed. Press F5 to run this component, or Alt+A to follow a running one.</p>
+        <p>Nothing is followed. Press F5 to run this component, or ${keyOf("attach")} to follow a running one.</p>
       </div>`;
     }
     const errors = monitor.snapshot?.component.errors.length ?? 0;

@@ -10,6 +10,7 @@
 import {html, nothing} from "lit";
 
 import {icon} from "../icons.js";
+import {keyOf} from "../keys.js";
 import {page} from "../page.js";
 import {required} from "../required.js";
 import {MonitorElement, spokenSeconds} from "./element.js";
@@ -56,7 +57,7 @@ class Timeline extends MonitorElement {
   render() {
     if (!monitor.component)
       return html`<p class="empty">
-        Nothing is followed. Press F5 to run this component, or Alt+A to follow a running one.
+        Nothing is followed. Press F5 to run this component, or ${keyOf("attach")} to follow a running one.
       </p>`;
     const lanes = this.#lanes();
     const height = lanes.length * (LANE + GAP) + AXIS;
@@ -79,7 +80,7 @@ class Timeline extends MonitorElement {
                 type="button"
                 class="now ${live ? "live" : ""}"
                 aria-pressed=${live}
-                title="Back to live (Alt+End)"
+                title="Back to live (${keyOf("backToLive")})"
                 @click=${() => scrubbing.to(Infinity)}
               >
                 Now

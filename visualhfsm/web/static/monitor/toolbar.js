@@ -4,6 +4,7 @@ import {html, nothing} from "lit";
 
 import {perform} from "../actions.js";
 import {icon} from "../icons.js";
+import {keyOf} from "../keys.js";
 import {MonitorElement} from "./element.js";
 import {monitor} from "./monitor.js";
 
@@ -24,8 +25,7 @@ export class MonitorToolbar extends MonitorElement {
         class="running-now ${running.length ? "some" : ""}"
         aria-haspopup="menu"
         aria-expanded=${Boolean(this.open)}
-        title="Components that run in the realm (Alt+A)"
-        aria-keyshortcuts="Alt+A"
+        title="Components that run in the realm (${keyOf("attach")})"
         @click=${() => this.toggle()}
       >
         <span class="pulse" aria-hidden="true"></span>${running.length ? `${running.length} running` : "Nothing runs"}
@@ -60,7 +60,7 @@ export class MonitorToolbar extends MonitorElement {
       )}
       ${running.length ? html`<div role="separator"></div>` : nothing}
       <button type="button" role="menuitem" tabindex="-1" @click=${() => this.#do("openRecording")}>
-        ${icon("film")}<span>Open a recording</span><kbd>Alt+R</kbd>
+        ${icon("film")}<span>Open a recording</span><kbd>${keyOf("openRecording")}</kbd>
       </button>
       ${
         monitor.component

@@ -10,6 +10,7 @@
 import {LitElement, html, nothing} from "lit";
 import {apply} from "../commands.js";
 import {icon} from "../icons.js";
+import {spoken} from "../keys.js";
 import {placeOf} from "./places.js";
 
 /**
@@ -124,7 +125,7 @@ export class Entries extends LitElement {
                 type="button"
                 class="action bare"
                 aria-label="Move ${words} up"
-                title="Move up (Alt+↑)"
+                title="Move up (${spoken("Alt+ArrowUp")})"
                 ?disabled=${index === 0}
                 @click=${() => this.#move(index, index - 1)}
               >
@@ -134,7 +135,7 @@ export class Entries extends LitElement {
                 type="button"
                 class="action bare down"
                 aria-label="Move ${words} down"
-                title="Move down (Alt+↓)"
+                title="Move down (${spoken("Alt+ArrowDown")})"
                 ?disabled=${index === last}
                 @click=${() => this.#move(index, index + 1)}
               >
