@@ -77,7 +77,8 @@ class Assembly:
         if robot.senses is not None:
             self._add_senses(robot.senses)
         if robot.stage is not None:
-            self._add(GroundTruth=GroundTruthI(robot.stage), Scene=SceneI(robot.stage, self.body.hold))
+            scene = SceneI(robot.stage, self.gate, self.body.hold)
+            self._add(GroundTruth=GroundTruthI(robot.stage), Scene=scene)
         for mechanism in robot.mechanisms:
             self._add_mechanism(mechanism)
         self._cameras = self._add_cameras()

@@ -9,9 +9,9 @@ and radians; x forward, y left, z up.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
+from typing import Literal, Protocol, runtime_checkable
 
 Vector = tuple[float, float, float]
 
@@ -221,9 +221,25 @@ class Truth:
     """The balls and what else can move, by name."""
 
 
+@dataclass(frozen=True, slots=True)
+class WorldShape:
+    """A shape of the world as it looks, with the members of `nao::WorldShape`."""
+
+    kind: Literal["Plane", "Box", "Sphere", "Capsule", "Ring"]
+    size: Vector
+    pose: Pose
+    color: Color
+    opacity: float = 1.0
+    object: str = ""
+
+
 @runtime_checkable
 class Stage(Protocol):
     """The scene around a simulated robot: only a simulation has one."""
+
+    @property
+    def shapes(self) -> Sequence[WorldShape]:
+        """Everything that can be seen but the robot."""
 
     @property
     def objects(self) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""Export the visible shapes of the body, for viewers without MuJoCo.
+"""Describe the visible shapes of the body and of the world, for viewers without MuJoCo.
 
 `python -m naoserver_sim.geometry FILE` writes the links with their joints, their visible shapes in the links'
 frames, and the balls, as JSON. Lengths in m, quaternions as (x, y, z, w), colors as red, green, blue from 0
@@ -12,8 +12,9 @@ from __future__ import annotations
 
 import base64
 import json
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, Literal
 
 import mujoco
 import numpy as np
@@ -21,14 +22,27 @@ import typer
 from numpy.typing import NDArray
 
 from naoserver.body import H25
+from naoserver.capabilities import Pose, WorldShape
 from naoserver_sim.appearance import Shape, read_meshes, read_skin
-from naoserver_sim.world import BALL_RADIUS, DEFAULT_WORLD, load_world
+from naoserver_sim.model import Model
+from naoserver_sim.surroundings import WHITE, field_lines
+from naoserver_sim.world import BALL_RADIUS, DEFAULT_WORLD, Field, load_world
 
-__all__ = ["describe_body"]
+__all__ = ["describe_body", "describe_world"]
 
 MESH_UNIT: Final = 1e-4
 """Metres in a unit of a mesh's vertices."""
 _DIGITS: Final = 5
+_UPRIGHT: Final = (1.0, 0.0, 0.0, 0.0)
+_LIFT: Final = 0.001
+"""Metres by which lines lie above the floor."""
+_KINDS: Final[dict[int, Literal["Plane", "Box", "Sphere", "Capsule"]]] = {
+    mujoco.mjtGeom.mjGEOM_PLANE: "Plane",
+    mujoco.mjtGeom.mjGEOM_BOX: "Box",
+    mujoco.mjtGeom.mjGEOM_SPHERE: "Sphere",
+    mujoco.mjtGeom.mjGEOM_CAPSULE: "Capsule",
+}
+"""The forms of which the surroundings are made."""
 
 
 def describe_body() -> dict[str, Any]:
@@ -71,6 +85,68 @@ def describe_body() -> dict[str, Any]:
             for ball in load_world(DEFAULT_WORLD).carried_balls
         },
     }
+
+
+def describe_world(model: Model) -> list[WorldShape]:
+    """Return all that can be seen in a model but the robot, and the lines of its field."""
+    mj, data = model.mj, mujoco.MjData(model.mj)
+    mujoco.mj_kinematics(mj, data)
+    objects = {int(mj.body(name).id): name for name in (*model.balls, *model.loose)}
+    shapes = []
+    for geom in range(mj.ngeom):
+        body = int(mj.geom_bodyid[geom])
+        if mj.body_rootid[body] == model.base.body:
+            continue
+        if body in objects:
+            place, turn = mj.geom_pos[geom], mj.geom_quat[geom]
+        else:
+            place, turn = data.geom_xpos[geom], np.zeros(4)
+            mujoco.mju_mat2Quat(turn, data.geom_xmat[geom])
+        red, green, blue, opacity = _color(mj, geom)
+        shapes.append(
+            WorldShape(
+                kind=_KINDS[int(mj.geom_type[geom])],
+                size=_vector(mj.geom_size[geom]),
+                pose=Pose(_vector(place), _quaternion(turn)),
+                color=(red, green, blue),
+                opacity=opacity,
+                object=objects.get(body, ""),
+            )
+        )
+    return [*shapes, *(() if model.world.field is None else _lines(model.world.field))]
+
+
+def _color(mj: mujoco.MjModel, geom: int) -> tuple[float, ...]:
+    """Return the color and the opacity of a geom; of one with a texture the color that it has on average."""
+    material = int(mj.geom_matid[geom])
+    if material < 0:
+        return tuple(mj.geom_rgba[geom].tolist())
+    texture = int(mj.mat_texid[material, mujoco.mjtTextureRole.mjTEXROLE_RGB])
+    if texture < 0:
+        return tuple(mj.mat_rgba[material].tolist())
+    begin, channels = int(mj.tex_adr[texture]), int(mj.tex_nchannel[texture])
+    count = int(mj.tex_width[texture]) * int(mj.tex_height[texture])
+    pixels = mj.tex_data[begin : begin + count * channels].reshape(-1, channels)
+    return (*(pixels.mean(axis=0)[:3] / 255.0).tolist(), 1.0)
+
+
+def _lines(field: Field) -> Iterator[WorldShape]:
+    for (x, y), (half_x, half_y) in field_lines(field):
+        for place in dict.fromkeys((side_x * x, side_y * y) for side_x in (1, -1) for side_y in (1, -1)):
+            pose = Pose((*place, 0.0), _UPRIGHT)
+            yield WorldShape("Box", (half_x, half_y, _LIFT), pose, WHITE)
+    circle = (field.circle_diameter / 2, field.line / 2, 0.0)
+    yield WorldShape("Ring", circle, Pose((0.0, 0.0, _LIFT), _UPRIGHT), WHITE)
+
+
+def _vector(values: NDArray[np.float64]) -> tuple[float, float, float]:
+    x, y, z = _rounded(values)
+    return x, y, z
+
+
+def _quaternion(values: NDArray[np.float64]) -> tuple[float, float, float, float]:
+    w, x, y, z = values.tolist()
+    return w, x, y, z
 
 
 def _form(shape: Shape, meshes: dict[str, int], *, mirrored: bool) -> dict[str, Any]:

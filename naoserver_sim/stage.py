@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from typing import Final
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from naoserver.capabilities import Pose, Truth, Vector
+from naoserver.capabilities import Pose, Truth, Vector, WorldShape
 from naoserver.errors import InvalidCommand
+from naoserver_sim.geometry import describe_world
 from naoserver_sim.model import FreeIndex, Model
 from naoserver_sim.simulator import Simulator, Snapshot
 from naoserver_sim.surroundings import about_z
@@ -72,6 +73,11 @@ class SimulatedStage:
         self._robot_dofs = np.array(
             [*range(model.base.dof, model.base.dof + 6), *model.robot.dofs], dtype=np.intp
         )
+
+    @cached_property
+    def shapes(self) -> Sequence[WorldShape]:
+        """Everything that can be seen but the robot."""
+        return describe_world(self._model)
 
     @property
     def objects(self) -> tuple[str, ...]:

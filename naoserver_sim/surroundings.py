@@ -6,6 +6,7 @@ The light, the chequered floor, and the classes that say what touches what stand
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Final
 
 import mujoco
@@ -120,7 +121,7 @@ _MARK: Final = 0.10
 _POST_RADIUS: Final = 0.05
 _NET: Final = (0.80, 0.82, 0.84, 0.35)
 _NET_THICKNESS: Final = 0.01
-_WHITE: Final = (0.96, 0.96, 0.96)
+WHITE: Final = (0.96, 0.96, 0.96)
 
 
 def _add_lines(spec: mujoco.MjSpec, field: Field) -> None:
@@ -134,6 +135,24 @@ def _add_lines(spec: mujoco.MjSpec, field: Field) -> None:
     material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "field"
 
 
+def field_lines(field: Field) -> Iterator[tuple[tuple[float, float], tuple[float, float]]]:
+    """Yield the center and the half sides of each straight line in the quarter x >= 0, y >= 0 of a field.
+
+    Mirrored at both axes they are all; lines that cross an axis reach as far beyond it.
+    """
+    half, end = field.line / 2, field.length / 2
+    # The halfway line and the outline, then both areas before the goal.
+    yield (0.0, 0.0), (half, field.width / 2)
+    yield (0.0, field.width / 2), (end + half, half)
+    yield (end, 0.0), (half, field.width / 2 + half)
+    for depth, breadth in (field.penalty_area, field.goal_area):
+        yield (end - depth / 2, breadth / 2), (depth / 2 + half, half)
+        yield (end - depth, 0.0), (half, breadth / 2 + half)
+    for mark in (0.0, end - field.penalty_mark):
+        yield (mark, 0.0), (_MARK / 2, half)
+        yield (mark, 0.0), (half, _MARK / 2)
+
+
 def draw_field(field: Field) -> NDArray[np.uint8]:
     """Return a picture of the field with its border: rows from +y to -y, columns from -x to +x, RGB."""
     size = (field.length + 2 * field.border, field.width + 2 * field.border)
@@ -144,28 +163,16 @@ def draw_field(field: Field) -> NDArray[np.uint8]:
     x, y = np.meshgrid(np.abs(x), np.abs(y))  # everything is there twice, mirrored
     # The share of a pixel that is white: how far it lies within a line, in pixels.
     white = np.zeros((height, width))
-    half = field.line / 2
 
     def paint(distance: NDArray[np.float64]) -> None:
         """Paint where a distance in m to what is to be white is negative."""
         np.maximum(white, np.clip(0.5 - distance * scale, 0.0, 1.0), out=white)
 
-    def rectangle(reach_x: tuple[float, float], reach_y: float) -> None:
-        """Draw the outline of a rectangle from x to x, and from -y to y, along the middle of the line."""
-        middle, extent = sum(reach_x) / 2, abs(reach_x[1] - reach_x[0]) / 2
-        paint(np.abs(np.maximum(np.abs(x - middle) - extent, y - reach_y)) - half)
-
-    rectangle((-field.length / 2, field.length / 2), field.width / 2)
-    paint(np.maximum(x - half, y - field.width / 2))
-    paint(np.abs(np.hypot(x, y) - field.circle_diameter / 2) - half)
-    for depth, breadth in (field.penalty_area, field.goal_area):
-        rectangle((field.length / 2 - depth, field.length / 2), breadth / 2)
-    for mark in (0.0, field.length / 2 - field.penalty_mark):
-        along = np.abs(x - mark)
-        paint(np.maximum(along - _MARK / 2, y - half))
-        paint(np.maximum(along - half, y - _MARK / 2))
+    for (at_x, at_y), (half_x, half_y) in field_lines(field):
+        paint(np.maximum(np.abs(x - at_x) - half_x, np.abs(y - at_y) - half_y))
+    paint(np.abs(np.hypot(x, y) - field.circle_diameter / 2) - field.line / 2)
     grass = np.array(field.grass) * (1.0 + 0.04 * np.sign(np.sin(x * math.pi / 0.5)))[..., None]
-    colors = grass + white[..., None] * (np.array(_WHITE) - grass)
+    colors = grass + white[..., None] * (np.array(WHITE) - grass)
     return np.asarray(np.round(255 * np.clip(colors, 0, 1)), dtype=np.uint8)
 
 
@@ -181,7 +188,7 @@ def _add_goals(spec: mujoco.MjSpec, field: Field) -> None:
             ((line, -reach, 0.0), (line, -reach, top)),
             ((line, reach, top), (line, -reach, top)),
         ):
-            add(firm, type=bar, size=radius, fromto=[*begin, *end], rgba=[*_WHITE, 1])
+            add(firm, type=bar, size=radius, fromto=[*begin, *end], rgba=[*WHITE, 1])
         for center, half in (
             ((back, 0.0), (_NET_THICKNESS, reach)),
             (((line + back) / 2, reach), (depth / 2, _NET_THICKNESS)),

@@ -8,10 +8,21 @@ from __future__ import annotations
 
 from zenoh_ice import generated as ice
 
-from ..jderobot.common import InvalidValueException
+from ..jderobot.common import CommandRefusedException, InvalidValueException
 from .vectors import Pose, Vector3
 
-__all__ = ["GroundTruth", "GroundTruthPrx", "GroundTruthReading", "Poses", "Scene", "SceneNames", "ScenePrx"]
+__all__ = [
+    "GroundTruth",
+    "GroundTruthPrx",
+    "GroundTruthReading",
+    "Poses",
+    "Scene",
+    "SceneNames",
+    "ScenePrx",
+    "ShapeKind",
+    "WorldShape",
+    "WorldShapes",
+]
 
 
 class GroundTruthReading(ice.Struct):
@@ -50,7 +61,36 @@ class GroundTruth(ice.Object, proxy=GroundTruthPrx):
     def getGroundTruth(self, current: ice.Current) -> GroundTruthReading: ...
 
 
-class ScenePrx(ice.ObjectPrx, id="::nao::Scene", fingerprint="14213322158b59a1"):
+class ShapeKind(ice.IntEnum):
+    """The forms of shapes; what is round or long is so about its own z axis."""
+
+    Plane = 0
+    Box = 1
+    Sphere = 2
+    Capsule = 3
+    Ring = 4
+
+
+class WorldShape(ice.Struct):
+    """A shape as it looks: the world is made of them."""
+
+    object: str = ""
+    """What it belongs to, which GroundTruth places by that name; empty of what stands firm."""
+    kind: ShapeKind = ShapeKind.Plane
+    size: Vector3 = Vector3()
+    """In m. Half sides along x, y and z of a box; of a plane the same, its z unused. The radius of a sphere
+    in x; of a capsule the radius and half the length without its ends. Of a ring on the floor the radius
+    of the middle of its line, and half the line's width.
+    """
+    pose: Pose = Pose()
+    """Within its object's frame; of what stands firm within the world's."""
+    color: Vector3 = Vector3()
+    """Red, green and blue, each from 0 to 1."""
+    opacity: float = 0.0
+    """From 0, clear, to 1."""
+
+
+class ScenePrx(ice.ObjectPrx, id="::nao::Scene", fingerprint="837d55c9ecc23e26"):
     """Set the scene of a simulation."""
 
     @ice.operation()
@@ -60,6 +100,12 @@ class ScenePrx(ice.ObjectPrx, id="::nao::Scene", fingerprint="14213322158b59a1")
     @ice.operation(idempotent=True)
     def getObjects(self) -> SceneNames:
         """Return the names of what can be placed: balls and boxes."""
+
+    @ice.operation(idempotent=True)
+    def getShapes(self) -> WorldShapes:
+        """Return all that can be seen but the robot: floor, lines, walls, goals, boxes and balls. It does not
+        change.
+        """
 
     @ice.operation(throws=(InvalidValueException,))
     def placeObject(self, name: str, position: Vector3) -> None:
@@ -71,9 +117,11 @@ class ScenePrx(ice.ObjectPrx, id="::nao::Scene", fingerprint="14213322158b59a1")
         world's frame.
         """
 
-    @ice.operation(throws=(InvalidValueException,))
+    @ice.operation(throws=(InvalidValueException, CommandRefusedException))
     def pushRobot(self, force: Vector3, seconds: float) -> None:
-        """Push the torso for some seconds with a force in N in the world's frame."""
+        """Push the torso for some seconds with a force in N in the world's frame; refused as a command of the
+        robot is.
+        """
 
     @ice.operation(throws=(InvalidValueException,))
     def pressSensor(self, name: str, seconds: float) -> None:
@@ -88,6 +136,8 @@ class Scene(ice.Object, proxy=ScenePrx):
     @ice.abstractmethod
     def getObjects(self, current: ice.Current) -> SceneNames: ...
     @ice.abstractmethod
+    def getShapes(self, current: ice.Current) -> WorldShapes: ...
+    @ice.abstractmethod
     def placeObject(self, name: str, position: Vector3, current: ice.Current) -> None: ...
     @ice.abstractmethod
     def placeRobot(self, x: float, y: float, heading: float, current: ice.Current) -> None: ...
@@ -99,5 +149,6 @@ class Scene(ice.Object, proxy=ScenePrx):
 
 Poses = dict[str, Pose]
 """Poses by name."""
+WorldShapes = list[WorldShape]
 SceneNames = list[str]
 """Names of what can be placed or pressed."""

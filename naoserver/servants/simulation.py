@@ -5,9 +5,19 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Final
 
-from interfaces.nao import GroundTruth, GroundTruthReading, Pose, Quaternion, Scene, Vector3
+from interfaces.nao import (
+    GroundTruth,
+    GroundTruthReading,
+    Pose,
+    Quaternion,
+    Scene,
+    ShapeKind,
+    Vector3,
+    WorldShape,
+)
 from naoserver import capabilities
 from naoserver.capabilities import Stage, Truth, Vector
+from naoserver.gate import Gate
 from naoserver.servants.shared import StateStream, refusals_raised, require_finite
 from zenoh_ice import Current
 
@@ -15,11 +25,13 @@ from zenoh_ice import Current
 class SceneI(Scene):
     """Set the scene of a simulation: no command of the robot, so that no lease and no stop holds it.
 
-    `end_motion` ends what the robot does, so that a robot that is moved does not continue there.
+    Only a push is one, and passes the gate. `end_motion` ends what the robot does, so that a robot that is
+    moved does not continue there.
     """
 
-    def __init__(self, stage: Stage, end_motion: Callable[[], None]) -> None:
+    def __init__(self, stage: Stage, gate: Gate, end_motion: Callable[[], None]) -> None:
         self._stage: Final = stage
+        self._gate: Final = gate
         self._end_motion: Final = end_motion
 
     def reset(self, current: Current) -> None:
@@ -30,6 +42,20 @@ class SceneI(Scene):
     def getObjects(self, current: Current) -> list[str]:
         """Return the names of what can be placed."""
         return list(self._stage.objects)
+
+    def getShapes(self, current: Current) -> list[WorldShape]:
+        """Return all that can be seen but the robot."""
+        return [
+            WorldShape(
+                object=shape.object,
+                kind=ShapeKind[shape.kind],
+                size=Vector3(*shape.size),
+                pose=_pose(shape.pose),
+                color=Vector3(*shape.color),
+                opacity=shape.opacity,
+            )
+            for shape in self._stage.shapes
+        ]
 
     def placeObject(self, name: str, position: Vector3, current: Current) -> None:
         """Put something somewhere, at rest. Raises InvalidValueException."""
@@ -44,9 +70,10 @@ class SceneI(Scene):
         self._end_motion()
 
     def pushRobot(self, force: Vector3, seconds: float, current: Current) -> None:
-        """Push the torso for some seconds. Raises InvalidValueException."""
+        """Push the torso for some seconds. Raises InvalidValueException or CommandRefusedException."""
         require_finite(seconds=seconds)
         with refusals_raised():
+            self._gate.require(current.client)
             self._stage.push(_finite(force), seconds)
 
     def pressSensor(self, name: str, seconds: float, current: Current) -> None:

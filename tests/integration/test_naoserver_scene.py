@@ -2,8 +2,8 @@
 
 import pytest
 
-from interfaces.jderobot import InvalidValueException
-from interfaces.nao import GroundTruthPrx, Quaternion, ScenePrx, TouchPrx, Vector3
+from interfaces.jderobot import CommandRefusedException, InvalidValueException
+from interfaces.nao import GroundTruthPrx, Quaternion, SafetyPrx, ScenePrx, ShapeKind, TouchPrx, Vector3
 from naoserver.fake import FakeRobot
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world
@@ -53,6 +53,26 @@ def test_ground_truth_is_streamed(truth):
 def test_a_push_and_a_press_reach_the_robot(nao, scene, truth):
     scene.pressSensor("ChestButton", 60.0)
     eventually(lambda: "ChestButton" in nao.proxy(TouchPrx, "Touch").getTouchReading().touched)
+    scene.pushRobot(Vector3(x=80.0, y=0.0, z=0.0), 0.3)
+    eventually(lambda: truth.getGroundTruth().torso.position.z < 0.25)
+
+
+def test_the_world_is_reported_as_shapes(scene, truth):
+    shapes = scene.getShapes()
+    assert {shape.object for shape in shapes} - {""} == truth.getGroundTruth().objects.keys() == {"Ball"}
+    (ball,) = (shape for shape in shapes if shape.object)
+    assert (ball.kind, ball.size.x) == (ShapeKind.Sphere, 0.05)
+    assert shapes[0].kind is ShapeKind.Plane
+    assert sum(shape.kind is ShapeKind.Capsule for shape in shapes) == 6
+
+
+def test_a_push_is_a_command_of_the_robot(nao, scene, truth):
+    safety = nao.proxy(SafetyPrx, "Safety")
+    safety.emergencyStop("test")
+    with pytest.raises(CommandRefusedException):
+        scene.pushRobot(Vector3(x=80.0, y=0.0, z=0.0), 0.3)
+    scene.placeObject("Ball", Vector3(x=1.0, y=0.5, z=0.05))  # a ball is no part of the robot
+    safety.resetEmergencyStop()
     scene.pushRobot(Vector3(x=80.0, y=0.0, z=0.0), 0.3)
     eventually(lambda: truth.getGroundTruth().torso.position.z < 0.25)
 
