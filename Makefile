@@ -12,7 +12,7 @@ PYTHONS ?= python3.11 python3.12 python3.13
 SECONDS ?=
 # Compiled before the tests: where PYTHONDONTWRITEBYTECODE is set, as in many containers, each of the
 # hundreds of processes that they start would compile it again, which takes a third of their time.
-PACKAGES := $(patsubst %/__init__.py,%,$(wildcard */__init__.py))
+PACKAGES := $(patsubst %/__init__.py,%,$(wildcard */__init__.py)) behaviors interfaces
 
 .PHONY: help demo check test types quick-tests all-tests cover-page docs release lint lint-page format coverage test-all bench bench-transport oracle mutation codegen constraints vendor packages system browser clean
 help: ## List the targets

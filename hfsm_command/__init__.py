@@ -9,7 +9,7 @@ import os
 import signal
 import sys
 
-__all__ = ["end_at_ctrl_c", "tether_command"]
+__all__ = ["end_at_ctrl_c", "missing_package", "tether_command"]
 
 _TETHER = f"{os.path.dirname(__file__)}/tether.py"  # noqa: PTH120 - pathlib takes time to load
 
@@ -22,6 +22,18 @@ def end_at_ctrl_c() -> None:
     Nothing is cleaned up: it is for as long as there is nothing to clean up.
     """
     signal.signal(signal.SIGINT, lambda _number, _frame: os._exit(_INTERRUPTED))
+
+
+def missing_package(error: ModuleNotFoundError, extra: str) -> str:
+    """Return what to do about a module that cannot be imported: install an extra, or rename a file."""
+    name = error.name or ""
+    first = sys.modules.get(name.partition(".")[0])
+    if first is not None and first.__name__ != name:  # a package of this name is there, but it is another
+        place = first.__file__ or ", ".join(first.__path__)
+        return f"{name} is not in {place}, which hides ours: rename it; `nao doctor` finds all such files"
+    if name == "qi" and sys.version_info >= (3, 13):
+        return "qi is not available for Python 3.13 and newer: the real robot needs Python 3.11 or 3.12"
+    return f"{name} is not installed; type: pip install 'visualhfsm[{extra}]'"
 
 
 def tether_command(place: str = "background") -> list[str]:

@@ -16,9 +16,7 @@ def main() -> NoReturn:
         from naoserver.errors import RobotError
         from naoserver_naoqi.command import app
     except ModuleNotFoundError as error:
-        sys.exit(
-            f"naoserver-naoqi: error: {error.name} is not installed; type: pip install 'visualhfsm[naoqi]'"
-        )
+        sys.exit(f"naoserver-naoqi: error: {hfsm_command.missing_package(error, 'naoqi')}")
     run(app, expected=(RobotError,))
 
 

@@ -12,6 +12,7 @@ from __future__ import annotations
 from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING
 
+from hfsm_command import missing_package
 from naoserver.errors import RobotError
 
 if TYPE_CHECKING:
@@ -34,6 +35,5 @@ def serve_as_naoqi(
     try:
         from naoserver_qi.service import serve
     except ModuleNotFoundError as error:
-        message = f"{error.name} is not installed; type: pip install 'visualhfsm[naoqi]'"
-        raise RobotError(message) from None
+        raise RobotError(missing_package(error, "naoqi")) from None
     return serve(robot, assembly, url, faults=faults)

@@ -16,7 +16,7 @@ def main() -> NoReturn:
         from naoserver.errors import RobotError
         from naoserver_sim.command import app
     except ModuleNotFoundError as error:
-        sys.exit(f"naoserver-sim: error: {error.name} is not installed; type: pip install 'visualhfsm[sim]'")
+        sys.exit(f"naoserver-sim: error: {hfsm_command.missing_package(error, 'sim')}")
     run(app, expected=(RobotError,))
 
 

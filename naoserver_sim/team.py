@@ -44,7 +44,7 @@ def team_commands(
             own += ["--seed", str(seed + number)]
         if qi is not None:
             own += ["--qi", _later_port(qi, number)]
-        commands.append([sys.executable, "-m", "naoserver_sim", *shared, *own])
+        commands.append([sys.executable, "-P", "-m", "naoserver_sim", *shared, *own])
     return commands
 
 

@@ -118,6 +118,8 @@ _PACKAGES: Final = (
     "visualhfsm", "zenoh_ice",
 )  # fmt: skip
 """The packages of the distribution; most of their names are common words."""
+_NAMESPACES: Final = ("behaviors", "interfaces")
+"""Those that merge with the folders of this name on the path."""
 _OTHERS: Final = ("cv2", "mcap", "msgpack", "msgspec", "mujoco", "numpy", "qi", "rich", "typer", "zenoh")
 """Names that a user's file may easily have; it then hides the library."""
 _EXTRAS: Final[Mapping[str, str]] = {
@@ -169,7 +171,8 @@ def _hiding_modules() -> Iterator[Finding]:
     for name in _PACKAGES:
         spec = importlib.util.find_spec(name)
         locations = list(spec.submodule_search_locations or ()) if spec else []
-        place = Path(locations[0]).resolve().parent if locations else None
+        found_in = [Path(each).resolve().parent for each in locations]
+        place = root if root in found_in else found_in[0] if found_in else None
         places.setdefault(place, []).append(name)
     for place, names in places.items():
         if place is None:
@@ -179,15 +182,20 @@ def _hiding_modules() -> Iterator[Finding]:
                 f"imported from {place} instead of ours: {', '.join(names)}",
                 f"rename them, or take {place} out of PYTHONPATH",
             )
+    # A user's folder merges with ours of the same name, unless it is a package or has a module of ours.
+    merging = {f"{name}/__init__.py" for name in _NAMESPACES}
+    ours = [path.relative_to(root) for name in _NAMESPACES for path in (root / name).rglob("*.py")]
     # The folders that Python looks into before those of installed packages.
     listed = (".", *os.environ.get("PYTHONPATH", "").split(os.pathsep))
     for folder in dict.fromkeys(Path(each).resolve() for each in listed if each):
         files = [each for name in (*_PACKAGES, *_OTHERS) for each in (f"{name}.py", f"{name}/__init__.py")]
+        files += [str(path) for path in ours if len(path.parts) == 2 or path.name == "__init__.py"]
         found = [each for each in sorted(files) if (folder / each).is_file()]
         if found and folder != root:
+            without = "; the folders behaviors and interfaces need no __init__.py"
             yield _warn(
                 f"programs that start here import the wrong modules from {folder}: {', '.join(found)}",
-                "rename them, or start in another folder",
+                f"rename them, or start in another folder{without if merging.intersection(found) else ''}",
             )
 
 

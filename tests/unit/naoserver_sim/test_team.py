@@ -15,8 +15,8 @@ SETTINGS = Settings(realm="nao", listen=("tcp/127.0.0.1:7447",), connect=())
 
 def own(command):
     """The options of a robot behind `python -m naoserver_sim`."""
-    assert command[:3] == [sys.executable, "-m", "naoserver_sim"]
-    return command[3:]
+    assert command[:4] == [sys.executable, "-P", "-m", "naoserver_sim"]
+    return command[4:]
 
 
 def test_each_robot_has_a_realm_and_a_port_of_its_own_and_finds_the_first():

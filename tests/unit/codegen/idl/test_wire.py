@@ -38,7 +38,7 @@ def test_every_interface_has_a_proxy_and_a_servant() -> None:
         for value in vars(module).values()
         if isinstance(value, type) and issubclass(value, ObjectPrx) and value.__module__ == module.__name__
     ]
-    sources = "".join(path.read_text() for path in Path(interfaces.__file__).parent.glob("*.idl"))
+    sources = "".join(path.read_text() for path in Path(interfaces.__path__[0]).glob("*.idl"))
     assert len(proxies) == len(re.findall(r"^\s*interface \w+", sources, re.MULTILINE))
     for proxy in proxies:
         servant = getattr(importlib.import_module(proxy.__module__), proxy.__name__.removesuffix("Prx"))

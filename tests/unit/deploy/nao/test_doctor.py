@@ -57,6 +57,21 @@ def test_files_that_are_named_like_packages_are_found(
     assert "behaviors/__init__.py, zenoh.py" in text
 
 
+def test_a_folder_that_merges_with_ours_is_in_order_unless_it_has_a_module_of_ours(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lamp = tmp_path / "interfaces" / "house" / "__init__.py"
+    lamp.parent.mkdir(parents=True)
+    lamp.touch()
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
+    assert reported(check_installation(), Level.FAILURE) == []
+    assert reported(check_installation(), Level.WARNING) == []
+    lamp.parent.rename(tmp_path / "interfaces" / "nao")
+    (text,) = reported(check_installation(), Level.WARNING)
+    assert f"from {tmp_path}: interfaces/nao/__init__.py |" in text
+
+
 def test_packages_that_come_from_elsewhere_are_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "ballmover").mkdir()
     (tmp_path / "ballmover" / "__init__.py").touch()

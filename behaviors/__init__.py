@@ -1,1 +1,0 @@
-"""The paper's three experiments: documents and the components generated from them."""

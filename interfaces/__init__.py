@@ -1,1 +1,0 @@
-"""The contract between components: Slice definitions and the Python generated from them."""
