@@ -141,6 +141,47 @@ def test_a_click_on_an_undo_step_goes_back_to_that_point(
     expect(shown.page.get_by_role("textbox", name="Code of the state wait")).to_have_text("count += 1")
 
 
+def test_every_panel_that_was_hidden_shows_what_changed_meanwhile(
+    shown: EditorPage, running: Editor, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(session, "MERGE_WITHIN", 0.0)
+    page = shown.page
+    below = page.get_by_role("region", name="Panel below the canvas")
+    beside = page.get_by_role("region", name="Panel beside the canvas")
+    shown.press("Control+m")
+    expect(below).to_contain_text("1 Warning")
+    shown.press("Alt+h")
+    expect(below).to_contain_text("As it was opened")
+    shown.press("Control+f")
+    expect(page.get_by_role("searchbox")).to_be_focused()
+    shown.type("novelty")
+    expect(below).to_contain_text("Nothing has “novelty” in it.")
+    shown.press("Alt+t")
+    expect(page.get_by_label("Period")).to_have_value("100")
+    edit(shown, "wait")
+    for panel in (below, beside):
+        panel.get_by_role("button", name="Close the panel").click()
+
+    with running.window() as other:
+        for command in (
+            {"command": "setStateCode", "automaton": 1, "state": 1, "part": "code", "text": "if novelty"},
+            {"command": "setPeriod", "automaton": 1, "period": "50"},
+        ):
+            other.ask("do", tab=1, command=command)
+    shown.press("Control+m")
+    expect(page.get_by_role("list", name="Problems")).to_contain_text("not valid Python")
+    shown.press("Alt+h")
+    steps = page.get_by_role("list", name="Steps, the latest first").locator("button.row .message")
+    expect(steps).to_have_text(["Set the period to 50 ms", "Edit the code of “wait”", "As it was opened"])
+    shown.press("Control+f")
+    expect(page.get_by_role("list", name="Found").locator("button.row")).to_have_count(1)
+    shown.state("wait").click()
+    shown.press("Shift+Enter")
+    expect(page.get_by_role("textbox", name="Code of the state wait")).to_have_text("if novelty")
+    shown.press("Alt+t")
+    expect(page.get_by_label("Period")).to_have_value("50")
+
+
 @pytest.mark.slow
 def test_a_traceback_leads_to_the_line_of_the_document(browser: Browser, path: Path) -> None:
     code = "<code>count += 1\nif count &gt; 2:\n    missing()</code>"

@@ -103,7 +103,7 @@ def test_only_automata_that_changed_are_sent(window: Window) -> None:
     (push,) = [push for push in window.pushes if push["push"] == "document"]
     assert [automaton["id"] for automaton in push["patch"]["parts"]] == [inner]
     assert push["patch"].keys() == {"parts"}
-    window.ask("undo", tab=1, steps=2)
+    window.ask("goTo", tab=1, revision=0)
     assert [automaton["id"] for automaton in window.documents[1]["automata"]] == [1]
 
 

@@ -26,7 +26,7 @@ function show(...automata) {
     push: "document",
     tab: 1,
     revision: 1,
-    undo: ["Move"],
+    undo: [{name: "Move", revision: 0}],
     redo: [],
     dirty: true,
     full: {name: "a", automata},

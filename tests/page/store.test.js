@@ -57,7 +57,15 @@ async function opened(...automata) {
 
 const settled = () => new Promise((resolve) => setImmediate(resolve));
 const patch = (revision, changes) =>
-  socket.push({push: "document", tab: 1, revision, undo: ["x"], redo: [], dirty: true, patch: changes});
+  socket.push({
+    push: "document",
+    tab: 1,
+    revision,
+    undo: [{name: "x", revision: 0}],
+    redo: [],
+    dirty: true,
+    patch: changes,
+  });
 
 test("a new connection greets, and is announced once the server has answered", async () => {
   assert.equal(socket.url, "ws://127.0.0.1:1/ws");
@@ -123,7 +131,7 @@ test("a patch of items changes only what it names", async () => {
   assert.equal(one.states[0], former.automata.get(1).states[0]);
   assert.equal(one.transitions, former.automata.get(1).transitions);
   assert.equal(two, former.automata.get(2));
-  assert.deepEqual([next.revision, next.dirty, next.undo], [2, true, ["x"]]);
+  assert.deepEqual([next.revision, next.dirty, next.undo], [2, true, [{name: "x", revision: 0}]]);
   assert.deepEqual(events, [["document", {tab: 1, changed: new Set([1]), whole: false}]]);
 });
 

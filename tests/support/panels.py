@@ -67,7 +67,7 @@ def add(shown: EditorPage, noun: str, name: str) -> Locator:
 def undo_names(shown: EditorPage) -> list[str]:
     """Return the steps that can be undone, the most recent first."""
     names: list[str] = shown.page.evaluate(
-        "async () => (await import(document.querySelector('script[src$=\"/app.js\"]').src.replace('app.js', 'page.js'))).page.document.undo"
+        "async () => (await import(document.querySelector('script[src$=\"/app.js\"]').src.replace('app.js', 'page.js'))).page.document.undo.map(each => each.name)"
     )
     return names
 

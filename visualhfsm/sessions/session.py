@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections import deque
 from collections.abc import Callable, Hashable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
 from typing import Final
@@ -29,7 +29,7 @@ from .files import FileVersion, read_file, write_file
 from .journal import Done, Entry, Header, Journal, Redone, Saved, Undone, journal_directory
 from .merge import merge_documents
 
-__all__ = ["Change", "Choice", "DocumentSession", "Resolution"]
+__all__ = ["Change", "Choice", "DocumentSession", "Resolution", "Step"]
 
 _GROWTH: Final = 2048
 """Limit of the bytes by which a command may let a document grow, beyond its own size."""
@@ -66,10 +66,12 @@ class Change:
 
 
 @dataclass(frozen=True, slots=True)
-class _Step:
+class Step:
+    """What undoing, or redoing, leads to: a document, and the revision at which it was made."""
+
     name: str
     document: Document
-    """The document after the step is undone, or done again."""
+    revision: int
 
 
 class UndoStack:
@@ -81,9 +83,11 @@ class UndoStack:
 
     def __init__(self, document: Document, clock: Callable[[], float] = time.monotonic) -> None:
         self.document = document
+        self.revision = 0
+        """The revision at which the present document was made: going back to it keeps that number."""
         self._clock = clock
-        self.past: deque[_Step] = deque(maxlen=_MOST_STEPS)
-        self.future: deque[_Step] = deque()
+        self.past: deque[Step] = deque(maxlen=_MOST_STEPS)
+        self.future: deque[Step] = deque()
         self._key: Hashable | None = None
         self._changed_at = 0.0
 
@@ -92,12 +96,12 @@ class UndoStack:
         recent = self._clock() - self._changed_at <= MERGE_WITHIN
         return key is not None and key == self._key and recent and bool(self.past)
 
-    def add(self, name: str, document: Document, key: Hashable | None, *, merge: bool) -> None:
+    def add(self, name: str, document: Document, revision: int, key: Hashable | None, *, merge: bool) -> None:
         """Make a document the present one, as a separate step or as part of the last one."""
         if not merge:
-            self.past.append(_Step(name, self.document))
+            self.past.append(Step(name, self.document, self.revision))
         self.future.clear()
-        self.document = document
+        self.document, self.revision = document, revision
         self._key = key
         self._changed_at = self._clock()
 
@@ -113,12 +117,12 @@ class UndoStack:
         """Do the step again that was undone last, and return its name, or None when there is none."""
         return self._move(self.future, self.past)
 
-    def _move(self, source: deque[_Step], target: deque[_Step]) -> str | None:
+    def _move(self, source: deque[Step], target: deque[Step]) -> str | None:
         if not source:
             return None
         step = source.pop()
-        target.append(_Step(step.name, self.document))
-        self.document = step.document
+        target.append(Step(step.name, self.document, self.revision))
+        self.document, self.revision = step.document, step.revision
         self.seal()
         return step.name
 
@@ -285,14 +289,14 @@ class DocumentSession:
         return self.dirty and (self.path is not None or bool(self._steps.past or self._steps.future))
 
     @property
-    def undo_names(self) -> list[str]:
-        """The names of the steps that can be undone, the latest first."""
-        return [step.name for step in reversed(self._steps.past)]
+    def undo_steps(self) -> list[Step]:
+        """The steps that can be undone, the latest first."""
+        return [*reversed(self._steps.past)]
 
     @property
-    def redo_names(self) -> list[str]:
-        """The names of the steps that can be done again, the next first."""
-        return [step.name for step in reversed(self._steps.future)]
+    def redo_steps(self) -> list[Step]:
+        """The steps that can be done again, the next first."""
+        return [*reversed(self._steps.future)]
 
     @property
     def saved_document(self) -> Document | None:
@@ -310,13 +314,29 @@ class DocumentSession:
             self._note(Done(msgspec.Raw(encoded), merged), name)
         return Change(name, self.revision, before, self.document)
 
-    def undo(self, steps: int = 1) -> Change:
-        """Undo the last steps, as many as there are. Raises EditError when there is none."""
-        return self._move(self._steps.undo, Undone(), "undo", steps)
+    def undo(self) -> Change:
+        """Undo the last step. Raises EditError when there is none."""
+        return self._move(self._steps.undo, Undone(), "undo")
 
-    def redo(self, steps: int = 1) -> Change:
-        """Do steps again that were undone last, as many as there are. Raises EditError when there is none."""
-        return self._move(self._steps.redo, Redone(), "redo", steps)
+    def redo(self) -> Change:
+        """Do the step again that was undone last. Raises EditError when there is none."""
+        return self._move(self._steps.redo, Redone(), "redo")
+
+    def go_to(self, revision: int) -> Change:
+        """Undo or redo until the document is the one that was made at a revision.
+
+        Raises EditError when no step leads there any more.
+        """
+        if revision == self._steps.revision:
+            return Change("", self.revision, self.document, self.document)
+        for steps, move in ((self.undo_steps, self.undo), (self.redo_steps, self.redo)):
+            for count, step in enumerate(steps, 1):
+                if step.revision == revision:
+                    before = self.document
+                    changes = [move() for _ in range(count)]
+                    return replace(changes[-1], before=before)
+        why = "the document was changed since the list was shown"
+        raise EditError("Cannot go to this step", why, "choose it in the list as it is now")
 
     def cut(self, automaton: int, states: tuple[int, ...]) -> tuple[str, Change]:
         """Return states as text for the clipboard, and delete them. Raises EditError."""
@@ -417,19 +437,17 @@ class DocumentSession:
         if bound > MAX_SIZE:
             bound = len(written(document).encode())
         self._size_bound = bound
-        self._steps.add(name, document, command.merge_key, merge=merge)
         self.revision += 1
+        self._steps.add(name, document, self.revision, command.merge_key, merge=merge)
 
-    def _move(self, move: Callable[[], str | None], entry: Entry, what: str, steps: int) -> Change:
+    def _move(self, move: Callable[[], str | None], entry: Entry, what: str) -> Change:
         before = self.document
-        names: list[str] = []
-        while len(names) < steps and (name := move()) is not None:
-            names.append(name)
-            self.revision += 1
-            self._note(entry, name)
-        if not names:
+        name = move()
+        if name is None:
             raise EditError(f"Cannot {what}", f"there is nothing to {what}", "change something first")
-        return Change(names[-1], self.revision, before, self.document)
+        self.revision += 1
+        self._note(entry, name)
+        return Change(name, self.revision, before, self.document)
 
     def _note(self, entry: Entry, name: str = "") -> None:
         """Write an entry into the journal; `name` is that of the step, if it is one."""

@@ -171,10 +171,12 @@ class _Connection:
         workspace = self._workspace
         tab = workspace.tab(request.tab)
         match request:
-            case p.Undo(steps=steps):
-                return _outcome(await tab.edit(DocumentSession.undo, steps))
-            case p.Redo(steps=steps):
-                return _outcome(await tab.edit(DocumentSession.redo, steps))
+            case p.Undo():
+                return _outcome(await tab.edit(DocumentSession.undo))
+            case p.Redo():
+                return _outcome(await tab.edit(DocumentSession.redo))
+            case p.GoTo(revision=revision):
+                return _outcome(await tab.edit(DocumentSession.go_to, revision))
             case p.Copy(automaton=automaton, states=states):
                 text = await tab.edit(lambda session: copy_states(session.document, automaton, states))
                 workspace.keep_copied(text, len(states))

@@ -25,7 +25,7 @@ TabId = Annotated[int, msgspec.Meta(ge=1, le=2**31 - 1)]
 ElementId = Annotated[int, msgspec.Meta(ge=0, le=2**31 - 1)]
 Position = Annotated[int, msgspec.Meta(ge=0, le=10_000_000)]
 Coordinate = Annotated[float, msgspec.Meta(ge=-1e6, le=1e6)]
-Steps = Annotated[int, msgspec.Meta(ge=1, le=10_000)]
+Revision = Annotated[int, msgspec.Meta(ge=0, le=2**53 - 1)]
 Name = Annotated[str, msgspec.Meta(max_length=1000)]
 Path = Annotated[str, msgspec.Meta(max_length=4096)]
 Code = Annotated[str, msgspec.Meta(max_length=1_000_000)]
@@ -114,15 +114,17 @@ class Do(TabEdit):
 
 
 class Undo(TabEdit):
-    """Undo steps."""
-
-    steps: Steps = 1
+    """Undo the last step."""
 
 
 class Redo(TabEdit):
-    """Redo steps."""
+    """Redo the step that was undone last."""
 
-    steps: Steps = 1
+
+class GoTo(TabEdit):
+    """Undo or redo up to a step of the document; `revision` is one that the steps name."""
+
+    revision: Revision
 
 
 class Copy(TabEdit):
@@ -366,16 +368,23 @@ class Closed(Push):
     tab: int
 
 
+class Step(msgspec.Struct, frozen=True):
+    """A step that can be undone or redone, and the revision of the document to which that leads."""
+
+    name: str
+    revision: int
+
+
 class DocumentPush(Push, tag="document"):
-    """A document, whole in `full` or what of it changed in `patch`; the names of steps come latest first.
+    """A document, whole in `full` or what of it changed in `patch`; the steps come latest first.
 
     `full` and `patch` of `visualhfsm.web.window` say what is in them.
     """
 
     tab: int
     revision: int
-    undo: tuple[str, ...]
-    redo: tuple[str, ...]
+    undo: tuple[Step, ...]
+    redo: tuple[Step, ...]
     dirty: bool
     full: msgspec.Raw | msgspec.UnsetType = msgspec.UNSET
     patch: msgspec.Raw | msgspec.UnsetType = msgspec.UNSET

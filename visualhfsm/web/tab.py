@@ -4,23 +4,25 @@ from __future__ import annotations
 
 import asyncio
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
+from itertools import islice
 from typing import Concatenate, Final, ParamSpec, TypeVar
 
 from visualhfsm.services import OutputLine, RunPush, Source, retrieve
+from visualhfsm.sessions import session as sessions
 from visualhfsm.sessions.session import DocumentSession
 
-from .protocol import Outside, Problems
+from .protocol import Outside, Problems, Step
 
 __all__ = ["Shown", "Tab", "Threads"]
 
 P = ParamSpec("P")
 R = TypeVar("R")
 
-_NAMES: Final = 100  # names of steps that are sent; there may be more
+_STEPS: Final = 100  # that are sent; there may be more
 
 
 class Threads:
@@ -46,10 +48,10 @@ class Threads:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Shown(Source):
-    """A document at one moment, with all that the windows show of it; the names of steps latest first."""
+    """A document at one moment, with all that the windows show of it; the steps latest first."""
 
-    undo: tuple[str, ...]
-    redo: tuple[str, ...]
+    undo: tuple[Step, ...]
+    redo: tuple[Step, ...]
     dialect: str
     is_unsaved: bool
     """Whether closing would lose something."""
@@ -112,8 +114,12 @@ class Tab:
             session.path,
             session.dirty,
             session.name,
-            undo=tuple(session.undo_names[:_NAMES]),
-            redo=tuple(session.redo_names[:_NAMES]),
+            undo=_newest(session.undo_steps),
+            redo=_newest(session.redo_steps),
             dialect=session.dialect,
             is_unsaved=session.is_unsaved,
         )
+
+
+def _newest(steps: Iterable[sessions.Step]) -> tuple[Step, ...]:
+    return tuple(Step(name=each.name, revision=each.revision) for each in islice(steps, _STEPS))

@@ -50,6 +50,7 @@ export class PageElement extends LitElement {
     const redraw = () => this.requestUpdate();
     for (const kind of ofPage) page.addEventListener(kind, redraw, {signal: this.#stop.signal});
     for (const kind of ofStore) store.addEventListener(kind, redraw, {signal: this.#stop.signal});
+    redraw(); // what it watches may have changed while it was hidden
   }
 
   disconnectedCallback() {

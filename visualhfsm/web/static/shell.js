@@ -256,7 +256,7 @@ class Status extends PageElement {
       <span class="room"></span>
       ${
         document.undo.length
-          ? html`<span class="last-step" title="The last step; it can be undone">${document.undo[0]}</span>`
+          ? html`<span class="last-step" title="The last step; it can be undone">${document.undo[0].name}</span>`
           : nothing
       }
       <span class="zoom"></span>

@@ -24,7 +24,8 @@
  * @typedef {{steps: Step[], repeats?: number}} Counterexample
  * @typedef {{code: string, severity: "error" | "warning" | "note", message: string, notes?: string[], place?: Place,
  *   line?: number, column?: number, length?: number, file?: string, counterexample?: Counterexample}} Problem
- * @typedef {{tab: number, revision: number, undo: string[], redo: string[], dirty: boolean, fields: Fields,
+ * @typedef {{name: string, revision: number}} UndoStep and the revision of the document to which it leads
+ * @typedef {{tab: number, revision: number, undo: UndoStep[], redo: UndoStep[], dirty: boolean, fields: Fields,
  *   automata: Map<number, Automaton>, own: Map<number, Automaton>, content: Automaton[], problems: Problem[],
  *   checked?: number}} OpenDocument `automata` are its `own` with the `content` of those that are imported; `checked`
  *   is the revision that the problems are those of
@@ -38,7 +39,7 @@
  *   exitCode?: number | null}} Run
  * @typedef {{text: string, stream: "out" | "err", place: Place | null, line: number}} OutputLine
  * @typedef {{tab: number, lines: OutputLine[], dropped: number, whole: boolean}} Output
- * @typedef {{tab: number, revision: number, undo: string[], redo: string[], dirty: boolean,
+ * @typedef {{tab: number, revision: number, undo: UndoStep[], redo: UndoStep[], dirty: boolean,
  *   full?: Fields & {automata: Automaton[]}, patch?: Patch}} DocumentPush
  * @typedef {{document?: Partial<Fields>, automata?: Automaton[], removed?: number[], order?: number[],
  *   parts?: Part[]}} Patch
@@ -66,7 +67,7 @@
  * @typedef {{name: string, scoped: string, operations: {name: string, signature: string, result: string,
  *   documentation: string, streamed: boolean}[]}} InterfaceDescription
  * @typedef {Followed & {component: string, file: string, document: string, complete: boolean}} Recording
- * @typedef {{hello: Greeting, do: Done, undo: Done, redo: Done, copy: null, cut: Done, paste: Done, extract: Done,
+ * @typedef {{hello: Greeting, do: Done, undo: Done, redo: Done, goTo: Done, copy: null, cut: Done, paste: Done, extract: Done,
  *   inline: Done, open: Opened, new: Opened, openText: Opened, recover: Opened, discard: null, close: null,
  *   save: {path: string}, saveAs: {path: string}, resolve: {conflicts?: string[]} | null,
  *   listFiles: {directory: string, parent: string | null, entries: Entry[]}, export: {name: string, text: string},

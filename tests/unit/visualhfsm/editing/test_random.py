@@ -76,12 +76,12 @@ def test_every_sequence_of_commands_can_be_saved_undone_and_done_again(
             if after is not before:
                 assert text != write_document(before)
         last = write_document(session.document)
-        names = session.undo_names
-        while session.undo_names:
+        names = [step.name for step in session.undo_steps]
+        while session.undo_steps:
             session.undo()
         assert write_document(session.document) == original
-        assert session.redo_names == names[::-1]
-        while session.redo_names:
+        assert [step.name for step in session.redo_steps] == names[::-1]
+        while session.redo_steps:
             session.redo()
         assert write_document(session.document) == last
     finally:

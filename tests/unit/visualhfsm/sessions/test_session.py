@@ -17,7 +17,7 @@ from visualhfsm.editing.commands.items import MoveItems
 from visualhfsm.editing.commands.states import AddState, RenameState, SetStateCode
 from visualhfsm.errors import ChangedOutsideError, EditError, OldFormatError
 from visualhfsm.sessions.journal import find_abandoned
-from visualhfsm.sessions.session import Choice, DocumentSession
+from visualhfsm.sessions.session import Choice, DocumentSession, Step
 
 SPANISH = """<VisualHFSM><SubAutomata><idSub>1</idSub><Estado estado_inicial="true"><id>1</id><nombre>uno</nombre>
 <origenX>1</origenX><origenY>2</origenY><codigo>x = 1</codigo></Estado><tiempoIteracion>50</tiempoIteracion>
@@ -58,35 +58,69 @@ def code(text: str) -> SetStateCode:
     return SetStateCode(automaton=1, state=1, part="code", text=text)
 
 
+def step_names(steps: list[Step]) -> list[str]:
+    return [step.name for step in steps]
+
+
 def test_steps_have_names_and_are_undone_and_done_again(session: DocumentSession) -> None:
     session.do(rename("a"))
     session.do(AddState(automaton=1, x=0, y=0))
-    assert session.undo_names == ["Add a state", "Rename “wait”"]
+    assert step_names(session.undo_steps) == ["Add a state", "Rename “wait”"]
     change = session.undo()
-    assert (change.name, change.revision, session.redo_names) == ("Add a state", 3, ["Add a state"])
+    assert (change.name, change.revision, step_names(session.redo_steps)) == (
+        "Add a state",
+        3,
+        ["Add a state"],
+    )
     assert session.redo().added[0].states == (3,)
     session.undo()
     session.do(rename("b", 2))
-    assert session.redo_names == []
+    assert step_names(session.redo_steps) == []
     with pytest.raises(EditError, match="nothing to redo"):
         session.redo()
+
+
+def test_a_step_is_gone_to_by_the_revision_that_it_leads_to(session: DocumentSession) -> None:
+    for x in range(3):
+        session.do(AddState(automaton=1, x=x, y=0))
+    assert [step.revision for step in session.undo_steps] == [2, 1, 0]
+    documents = {step.revision: step.document for step in session.undo_steps}
+    session.go_to(1)
+    assert session.document is documents[1]
+    assert [step.revision for step in session.redo_steps] == [2, 3]
+    assert session.go_to(1).before is documents[1]
+    session.go_to(3)
+    assert [step.revision for step in session.undo_steps] == [2, 1, 0]
+    session.go_to(0)
+    assert (session.document is documents[0], session.dirty, session.revision) == (True, False, 10)
+
+
+def test_a_step_that_no_longer_is_there_is_not_gone_to(session: DocumentSession) -> None:
+    for x in range(3):
+        session.do(AddState(automaton=1, x=x, y=0))
+    session.undo()
+    session.do(rename("d"))
+    after = session.document
+    with pytest.raises(EditError, match="changed since"):
+        session.go_to(3)
+    assert session.document is after
 
 
 def test_typing_is_one_step_until_one_pauses(session: DocumentSession, time: Time) -> None:
     for text in ("x", "x =", "x = 1"):
         session.do(code(text))
         time.now += 1.9
-    assert len(session.undo_names) == 1
+    assert len(session.undo_steps) == 1
     time.now += 2.1
     session.do(code("x = 2"))
-    assert len(session.undo_names) == 2
+    assert len(session.undo_steps) == 2
     time.now += 2.1
     session.do(code("x = 3"))
-    assert len(session.undo_names) == 3
+    assert len(session.undo_steps) == 3
     session.undo()
     session.undo()
     session.do(code("x = 4"))
-    assert len(session.undo_names) == 2
+    assert len(session.undo_steps) == 2
     session.undo()
     session.undo()
     assert not session.dirty
@@ -96,20 +130,20 @@ def test_typing_after_saving_is_another_step(session: DocumentSession) -> None:
     session.do(code("x"))
     session.save()
     session.do(code("x = 1"))
-    assert len(session.undo_names) == 2
+    assert len(session.undo_steps) == 2
 
 
 def test_moves_of_the_same_things_are_one_step(session: DocumentSession) -> None:
     for _ in range(5):
         session.do(MoveItems(automaton=1, states=(1,), dx=1, dy=0))
-    assert len(session.undo_names) == 1
+    assert len(session.undo_steps) == 1
     session.do(MoveItems(automaton=1, states=(1, 2), dx=1, dy=0))
-    assert len(session.undo_names) == 2
+    assert len(session.undo_steps) == 2
 
 
 def test_a_command_that_changes_nothing_is_no_step(session: DocumentSession) -> None:
     change = session.do(rename("wait"))
-    assert (change.revision, session.undo_names, session.dirty) == (0, [], False)
+    assert (change.revision, step_names(session.undo_steps), session.dirty) == (0, [], False)
 
 
 def test_a_command_that_fails_leaves_everything(session: DocumentSession) -> None:
@@ -117,7 +151,7 @@ def test_a_command_that_fails_leaves_everything(session: DocumentSession) -> Non
     with pytest.raises(EditError):
         session.do(rename("x", 9))
     assert session.document is before
-    assert session.undo_names == []
+    assert step_names(session.undo_steps) == []
 
 
 def test_a_document_does_not_grow_beyond_what_can_be_opened(session: DocumentSession, monkeypatch) -> None:
@@ -348,8 +382,8 @@ def test_a_killed_process_loses_nothing(path: Path, tmp_path: Path) -> None:
     assert (found.path, found.name) == (path, "waver")
     recovered = DocumentSession.recover(found.file)
     assert [state.name for state in recovered.document.automata[0].states] == ["a", "work", "bc"]
-    assert recovered.undo_names == ["Rename “state 3”", "Add a state", "Rename “wait”"]
-    assert recovered.redo_names == ["Rename “work”"]
+    assert step_names(recovered.undo_steps) == ["Rename “state 3”", "Add a state", "Rename “wait”"]
+    assert step_names(recovered.redo_steps) == ["Rename “work”"]
     assert recovered.dirty
     assert not recovered.is_changed_outside()
     recovered.undo()
@@ -401,13 +435,13 @@ def test_a_journal_that_means_nothing_from_some_entry_on_is_continued_there(
     ):
         file.write_bytes(file.read_bytes() + lost + b'{"entry":"undo"}\n')
         recovered = DocumentSession.recover(file)
-        assert recovered.undo_names == ["Rename “wait”"]
+        assert step_names(recovered.undo_steps) == ["Rename “wait”"]
         recovered.abandon()
     recovered = DocumentSession.recover(file)
     recovered.do(rename("b", 2))
     recovered.abandon()
     again = DocumentSession.recover(file)
-    assert again.undo_names == ["Rename “work”", "Rename “wait”"]
+    assert step_names(again.undo_steps) == ["Rename “work”", "Rename “wait”"]
     again.close(discard=True)
 
 

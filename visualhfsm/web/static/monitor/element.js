@@ -24,7 +24,6 @@ export class MonitorElement extends PageElement {
     super.connectedCallback();
     for (const kind of /** @type {typeof MonitorElement} */ (this.constructor).kinds)
       this.listen(monitor, kind, kind === "shown" ? () => this.#later() : () => this.requestUpdate());
-    this.requestUpdate();
   }
 
   disconnectedCallback() {

@@ -30,7 +30,6 @@ class Output extends PageElement {
     this.listen(monitor, "mode", () => this.requestUpdate());
     this.listen(outputLog, "lines", ({detail}) => detail.tab === this.shownTab && this.#append(detail.lines));
     this.listen(outputLog, "reset", ({detail}) => detail.tab === this.shownTab && this.#fill());
-    this.requestUpdate();
   }
 
   focusFirst() {

@@ -37,6 +37,7 @@ class Search extends PageElement {
     super.connectedCallback();
     this.listen(store, "document", () => this.text && this.#soon());
     this.listen(page, "tab", () => this.text && this.#soon());
+    if (this.text) this.#soon();
   }
 
   focusFirst() {

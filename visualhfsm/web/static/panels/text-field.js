@@ -63,6 +63,7 @@ export class TextField extends LitElement {
   connectedCallback() {
     super.connectedCallback();
     store.addEventListener("problems", this.#recheck);
+    this.requestUpdate(); // its problems may have changed while it was hidden
   }
 
   disconnectedCallback() {

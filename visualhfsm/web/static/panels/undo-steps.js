@@ -25,30 +25,22 @@ class UndoSteps extends PageElement {
     // The latest first: steps to redo, then the present, then steps to undo.
     return html`<div class="list-panel">
       <ol class="rows undo-steps" aria-label="Steps, the latest first" @keydown=${moveAmongRows}>
-        ${redo
-          .map((name, index) => ({name, steps: index + 1}))
-          .reverse()
-          .map(
-            ({name, steps}) =>
-              html`<li>
-                <button
-                  type="button"
-                  class="row undone"
-                  @click=${() => this.#go("redo", steps)}
-                  title="Redo up to here"
-                >
-                  <span class="message">${name}</span><span class="where">undone</span>
-                </button>
-              </li>`,
-          )}
+        ${[...redo].reverse().map(
+          ({name, revision}) =>
+            html`<li>
+              <button type="button" class="row undone" @click=${() => this.#go(revision)} title="Redo up to here">
+                <span class="message">${name}</span><span class="where">undone</span>
+              </button>
+            </li>`,
+        )}
         ${undo.map(
-          (name, index) =>
+          ({name}, index) =>
             html`<li>
               <button
                 type="button"
                 class="row"
                 aria-current=${index === 0 ? "step" : nothing}
-                @click=${() => this.#go("undo", index)}
+                @click=${() => this.#go(undo[index - 1]?.revision)}
                 title=${index === 0 ? "The document as it is now" : "Undo to here"}
               >
                 <span class="message">${name}</span>${index === 0 ? html`<span class="where">now</span>` : nothing}
@@ -60,7 +52,7 @@ class UndoSteps extends PageElement {
             type="button"
             class="row"
             aria-current=${undo.length ? nothing : "step"}
-            @click=${() => this.#go("undo", undo.length)}
+            @click=${() => this.#go(undo.at(-1)?.revision)}
             title="Undo everything"
           >
             <span class="message faint">${undo.length >= 100 ? "100 steps ago" : "As it was opened"}</span
@@ -71,10 +63,9 @@ class UndoSteps extends PageElement {
     </div>`;
   }
 
-  /** @param {"undo" | "redo"} op @param {number} steps */
-  async #go(op, steps) {
-    if (!steps) return;
-    await ask(op, {tab: page.tab, steps});
+  /** @param {number | undefined} revision that of the document to go to; undefined for the present one */
+  async #go(revision) {
+    if (revision !== undefined) await ask("goTo", {tab: page.tab, revision});
   }
 }
 
