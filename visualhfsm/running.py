@@ -37,7 +37,6 @@ _PATIENCE: Final = (5.0, 3.0)
 
 _INTERRUPTED: Final = 130
 _TERMINATED: Final = 143
-_UNTITLED: Final = "untitled"
 _CLOSE_PATIENCE: Final = (3.0, 2.0)
 
 _FRAME: Final = re.compile(r'\s*File "(.+)", line (\d+)')
@@ -66,9 +65,18 @@ class RunningComponents:
         return {"path": str(generated.component)}
 
     async def run(self, source: Source, arguments: Sequence[str]) -> object:
-        """Generate and start; the tab's former process is stopped first."""
+        """Generate and start; the tab's former process is stopped first. Return the name of the component.
+
+        Two components of one name are one to everybody who follows them: the second one is refused.
+        """
+        name = source.component
+        for tab, run in self._runs.items():
+            if tab != source.tab and run.component == name:
+                raise VisualHfsmError(
+                    f"another document runs as {name}: stop it first, or save this one under another name"
+                )
         await complete(self._run_of(source.tab).start(source, arguments))
-        return None
+        return {"component": name}
 
     async def stop(self, tab: int) -> object:
         """Stop the tab's process, if one runs."""
@@ -76,6 +84,10 @@ class RunningComponents:
         if run is not None:
             await complete(run.stop())
         return None
+
+    async def stop_all(self) -> None:
+        """Stop all processes, also those that are being started."""
+        await asyncio.gather(*(complete(run.stop()) for run in self._runs.values()))
 
     async def forget(self, tab: int) -> None:
         """Stop the process of a tab that is closed, and delete its temporary files."""
@@ -130,6 +142,8 @@ class _Run:
         self._watch: asyncio.Task[None] | None = None
         self._stopping = False
         self._busy = asyncio.Lock()
+        self.component = ""
+        """The name of what is started or runs; empty when nothing does."""
 
     @property
     def is_running(self) -> bool:
@@ -154,6 +168,7 @@ class _Run:
         async with self._busy:
             await self._stop(_PATIENCE)
             self._directory.close()
+            self.component = source.component
             self._report("generating")
             try:
                 generated = await self._generate(source)
@@ -207,7 +222,17 @@ class _Run:
         self._report("ended", code, message)
 
     def _report(self, status: _Status, exit_code: int | None = None, message: str = "") -> None:
-        self._publish(RunPush(tab=self._tab, status=status, exit_code=exit_code, message=message))
+        self._publish(
+            RunPush(
+                tab=self._tab,
+                component=self.component,
+                status=status,
+                exit_code=exit_code,
+                message=message,
+            )
+        )
+        if status == "ended":
+            self.component = ""
 
     def _take(self, written: Lines) -> None:
         lines = [self._line(stream, text) for stream, text in written.lines]
@@ -247,9 +272,8 @@ class _Directory:
     def generate(self, source: Source, *, beside: bool = False) -> _Generated:
         """Write the component. Raises VisualHfsmError, which names the first error and counts the others.
 
-        Without a file, the component has the name of the title, if that can be the name of a module. `beside`
-        writes it beside the file also when that lacks the changes. After that the place stays the same: a
-        running component reloads its file.
+        `beside` writes it beside the file also when that lacks the changes. After that the place stays the
+        same: a running component reloads its file.
         """
         diagnostics = Diagnostics()
         path = source.path
@@ -257,7 +281,7 @@ class _Directory:
         if path is not None and not source.dirty:
             file = path
         else:
-            file = self._copy(source.document, path.name if path else f"{_module_name(source.title)}.xml")
+            file = self._copy(source.document, path.name if path else f"{source.component}.xml")
             include = (path.parent,) if path else ()
         target = self._target or (path.parent if beside and path else file.parent)
         if path is not None and self._aside is not None and target == Path(self._aside.name):
@@ -283,10 +307,6 @@ class _Directory:
         except OSError as error:
             raise VisualHfsmError(f"nothing was generated: {error.strerror}: {error.filename}") from error
         return source
-
-
-def _module_name(title: str) -> str:
-    return title if title.isascii() and title.isidentifier() else _UNTITLED
 
 
 def _copy_extension(path: Path, copy: Path) -> None:

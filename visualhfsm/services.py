@@ -16,6 +16,7 @@ from typing import Any, Literal, TypeVar
 
 import msgspec
 
+from codegen.hfsm.code.names import component_name
 from codegen.hfsm.document import Document
 from visualhfsm.editing.places import Place
 
@@ -51,6 +52,11 @@ class Source:
     path: Path | None
     dirty: bool
     title: str = ""
+
+    @property
+    def component(self) -> str:
+        """The name of its component, which follows from that of the file, or from the title without one."""
+        return component_name(self.title if self.path is None else self.path.stem)
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,10 +101,12 @@ class Output(Push):
 class RunPush(Push, tag="run"):
     """The status of a component that was started here.
 
-    The exit code is minus the number of the signal that ended it, if one did.
+    `component` is its name, under which it is followed. The exit code is minus the number of the signal that
+    ended it, if one did.
     """
 
     tab: int
+    component: str
     status: Literal["generating", "starting", "running", "stopping", "ended"]
     exit_code: int | None = None
     message: str = ""

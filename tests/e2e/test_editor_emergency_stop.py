@@ -8,7 +8,16 @@ from pathlib import Path
 from playwright.sync_api import Browser, expect
 
 from interfaces.nao import PoseHeadPrx, SafetyPrx
-from tests.support.monitor import DOCUMENT, follow, monitor_page, robot_and_editor, started_elsewhere, status
+from tests.support.monitor import (
+    DOCUMENT,
+    expect_current,
+    follow,
+    monitor_page,
+    robot_and_editor,
+    run,
+    started_elsewhere,
+    status,
+)
 
 
 def test_the_robot_that_was_stopped_is_reset_in_every_window(browser: Browser, tmp_path: Path) -> None:
@@ -66,3 +75,68 @@ def test_a_component_that_the_stop_pauses_says_so_and_goes_on(browser: Browser, 
         )
         safety.resetEmergencyStop()
         expect(status(shown)).to_have_text("Running")
+
+
+def test_all_that_runs_is_stopped_under_any_name_with_a_menu_open(browser: Browser, tmp_path: Path) -> None:
+    path = tmp_path / "follow me.xml"
+    with robot_and_editor(path) as (_, editor), monitor_page(browser, editor) as shown:
+        run(shown)
+        expect_current(shown, "wait")
+        shown.press("Alt+Shift+a")
+        expect(status(shown)).to_have_count(0)
+        shown.button("1 running").click()
+        expect(shown.page.get_by_role("menuitem", name="follow_me")).to_be_focused()
+        shown.press("Control+Shift+Space")
+        expect(shown.page.locator(".notice").filter(has_text="Stopped: ")).to_contain_text("follow_me")
+        expect(shown.button("Nothing runs")).to_be_visible()
+        expect(shown.button("STOP the robot and all that runs")).to_be_visible()
+
+
+WIDTHS = (320, 390, 480, 560, 640, 683, 768, 800, 860, 900, 960, 1018, 1100, 1280, 1440, 1920)
+
+
+def test_stop_is_inside_the_window_in_every_width_and_state(browser: Browser, tmp_path: Path) -> None:
+    path = tmp_path / "a behavior with a long name.xml"
+    (tmp_path / "other.xml").write_text(DOCUMENT)
+    outside: list[str] = []
+    with robot_and_editor(path) as (_, editor), monitor_page(browser, editor) as shown:
+
+        def measure(state: str) -> None:
+            for width in WIDTHS:
+                shown.page.set_viewport_size({"width": width, "height": 800})
+                left, right, top = shown.page.evaluate(
+                    "() => {const {left, right, top} = document.querySelector('.stop-button')"
+                    ".getBoundingClientRect(); return [left, right, top]}"
+                )
+                if not (0 <= left < right <= width and top < 50):
+                    outside.append(f"{state}, {width} px: {left:g} to {right:g}, {top:g} px below the top")
+            shown.page.set_viewport_size({"width": 1280, "height": 800})
+
+        measure("nothing runs")
+        run(shown)
+        measure("running")
+        shown.state("go").locator(".body").click()
+        shown.press("b")
+        shown.transition("late").locator(".handle").click()
+        shown.press("Alt+Enter")
+        expect(status(shown)).to_have_text("At a breakpoint")
+        measure("at a breakpoint")
+        shown.press("F10")
+        expect(status(shown)).to_have_text("Paused")
+        measure("paused")
+        shown.press("F8")
+        expect(status(shown)).to_have_text("Running")
+        shown.page.get_by_role("slider", name="Moment of the run").focus()
+        shown.press("Home")
+        expect(status(shown)).to_have_text("Looking back")
+        measure("looking back")
+        shown.press("Control+o")
+        shown.page.get_by_role("option", name="other.xml").dblclick()
+        expect(shown.button("Show a behavior with a long name.xml")).to_be_visible()
+        measure("another document is shown")
+        shown.button("Show a behavior with a long name.xml").click()
+        shown.button("Back to now").click()
+        shown.press("Control+Shift+Space")
+        expect(status(shown)).to_have_text("Ended: stopped by STOP")
+        measure("ended")
+    assert not outside, "\n".join(outside)

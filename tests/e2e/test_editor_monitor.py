@@ -172,6 +172,20 @@ def test_component_started_elsewhere_is_only_watched_by_default(
         expect(status(shown)).to_have_text("Running")
 
 
+def test_a_run_that_this_window_did_not_start_is_only_watched(
+    shown: EditorPage, robot: ServedRobot, path: Path
+) -> None:
+    run(shown)
+    shown.press("Shift+F5")
+    expect(status(shown)).to_have_text("Ended: stopped")
+    with started_elsewhere(robot, path):
+        notice(shown, "Another run of walk has begun, which this window did not start")
+        expect(shown.page.get_by_role("switch", name="Only watching")).to_be_visible()
+        shown.press("F8")
+        expect(shown.button("Pause")).to_be_disabled()
+        expect(status(shown)).to_have_text("Running")
+
+
 def test_the_output_says_when_the_component_is_paused(shown: EditorPage) -> None:
     run(shown)
     shown.press("Alt+o")
@@ -278,12 +292,14 @@ def test_stop_ends_the_component_even_while_only_watching_it(
 ) -> None:
     with started_elsewhere(robot, path) as process:
         follow(shown, "walk")
+        shown.press("F1")
+        expect(shown.page.get_by_role("dialog")).to_be_visible()
         if key:
-            shown.press("F1")
-            expect(shown.page.get_by_role("dialog")).to_be_visible()
             shown.press("Control+Shift+Space")
-        else:
-            shown.button("STOP the robot and the component").click()
+        else:  # behind the dialog, which lets no element take the click
+            box = shown.page.locator(".stop-button").bounding_box()
+            assert box
+            shown.page.mouse.click(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
         assert process.wait() == 0
         notice(shown, "Stopped: Body, Head, Motors, walk.")
     expect(status(shown)).to_have_text("Ended: stopped by STOP")
@@ -346,5 +362,5 @@ def test_recording_is_played_in_the_same_view(shown: EditorPage, robot: ServedRo
     shown.page.get_by_role("slider", name="Moment of the run").focus()
     shown.press("End")
     expect_current(shown, "go")
-    shown.button("STOP the robot and the component").click()  # the robot may move meanwhile
+    shown.button("STOP the robot and all that runs").click()  # the robot may move meanwhile
     expect(shown.page.get_by_role("alert").filter(has_text="The robot is stopped")).to_be_visible()

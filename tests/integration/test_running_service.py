@@ -97,9 +97,7 @@ def test_a_saved_document_runs_beside_its_file(tmp_path: Path) -> None:
     asyncio.run(go())
 
 
-@pytest.mark.parametrize(
-    ("title", "name"), [("", "untitled.py"), ("walk_2", "walk_2.py"), ("walk 2", "untitled.py")]
-)
+@pytest.mark.parametrize(("title", "name"), [("walk_2", "walk_2.py"), ("untitled 2", "untitled_2.py")])
 def test_an_unsaved_document_runs_aside_under_its_title_and_leaves_nothing(
     tmp_path: Path, title: str, name: str
 ) -> None:
@@ -114,6 +112,46 @@ def test_an_unsaved_document_runs_aside_under_its_title_and_leaves_nothing(
     assert component.name == name
     assert not component.parent.exists()
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("file", "name"),
+    [
+        ("follow me", "follow_me"),
+        ("follow-ball", "follow_ball"),
+        ("2dance", "component_2dance"),
+        ("baile_español", "baile_espanol"),
+        ("球", "component"),
+    ],
+)
+def test_a_component_is_announced_under_the_name_that_it_serves(tmp_path: Path, file: str, name: str) -> None:
+    async def go() -> None:
+        pushes = ReceivedPushes()
+        async with running(pushes) as service:
+            shown = source(tmp_path / f"{file}.xml", text("print('I am', self.automaton().name)"))
+            assert await service.run(shown, []) == {"component": name}
+            await pushes.line(f"I am {name}")
+        assert {push.component for push in pushes.changes} == {name}
+
+    asyncio.run(go())
+
+
+def test_a_second_component_of_a_name_is_refused_in_words(tmp_path: Path) -> None:
+    async def go() -> None:
+        pushes = ReceivedPushes()
+        async with running(pushes) as service:
+            first = source(tmp_path / "walk.xml", text("print('walking')"))
+            await service.run(first, [])
+            await pushes.line("walking")
+            (tmp_path / "other").mkdir()
+            second = replace(source(tmp_path / "other" / "walk.xml", text("pass")), tab=2)
+            with pytest.raises(VisualHfsmError, match="another document runs as walk: stop it first"):
+                await service.run(second, [])
+            await service.stop_all()
+            assert (await pushes.end()).tab == 1
+            await service.run(second, [])
+
+    asyncio.run(go())
 
 
 def test_changes_that_are_not_saved_run_and_do_not_touch_the_component_beside(tmp_path: Path) -> None:

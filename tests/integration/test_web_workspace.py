@@ -182,6 +182,23 @@ SCXML = """<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" initial=
 <state id="wait"><transition event="call" target="go"/></state><final id="go"/><datamodel/></scxml>"""
 
 
+def test_new_documents_have_names_of_their_own(root: Path, window: Window) -> None:
+    (root / "follow me.xml").write_text(DOCUMENT)
+    window.ask("open", path="follow me.xml")
+    for _ in range(3):
+        window.ask("new")
+    window.ask("openText", name="follow_me.xml", text=DOCUMENT)
+    named = [(tab["title"], tab["component"]) for tab in window.workspace["tabs"]]
+    assert named == [
+        ("robot", "robot"),
+        ("follow me", "follow_me"),
+        ("untitled", "untitled"),
+        ("untitled 2", "untitled_2"),
+        ("untitled 3", "untitled_3"),
+        ("follow_me 2", "follow_me_2"),
+    ]
+
+
 def test_what_cannot_be_looked_at_is_not_listed(root: Path, window: Window) -> None:
     (root / "nowhere.xml").symlink_to(root / "gone.xml")
     (root / "closed").mkdir(mode=0)
@@ -401,10 +418,10 @@ class FakeRunning(NoService):
         self.closed = False
 
     async def run(self, source: Source, arguments: Sequence[str]) -> object:
-        self._publish(RunPush(tab=source.tab, status="starting"))
+        self._publish(RunPush(tab=source.tab, component="robot", status="starting"))
         lines = [OutputLine(text=f"line {index}") for index in range(3000)]
         self._publish(Output(tab=source.tab, lines=lines))
-        self._publish(RunPush(tab=source.tab, status="ended", exit_code=0))
+        self._publish(RunPush(tab=source.tab, component="robot", status="ended", exit_code=0))
         return {"arguments": list(arguments)}
 
     async def close(self) -> None:
@@ -418,7 +435,7 @@ class FakeLive(NoService):
         self._publish = publish
         self.attached: list[str] = []
         self.closed = False
-        publish(Components([{"name": "dance"}]))
+        publish(Components([{"component": "dance"}]))
 
     async def attach(self, component: str) -> object:
         if component != "dance":
@@ -489,11 +506,24 @@ def test_a_run_reports_its_output_before_its_end(served: Editor) -> None:
         assert (len(stored["lines"]), stored["whole"]) == (2000, True)
 
 
+def test_a_component_whose_name_runs_elsewhere_is_not_started(root: Path) -> None:
+    (root / "dance.xml").write_text(DOCUMENT)
+
+    def make(publish: Publish) -> Services:
+        return make_services(None, FakeRunning(publish), FakeLive(publish))
+
+    with editor(root, root / "dance.xml", make_services=make) as running, running.window() as window:
+        with pytest.raises(Refused, match="dance runs already, and was not started here: stop it first"):
+            window.ask("run", tab=1)
+        window.ask("saveAs", tab=1, path="dance2.xml")
+        assert window.ask("run", tab=1) == {"arguments": []}
+
+
 def test_only_who_follows_a_component_hears_of_it(served: Editor, services: list[Services]) -> None:
     live = services[0].live
     assert isinstance(live, FakeLive)
     with served.window() as window, served.window() as other:
-        assert window.workspace["running"] == [{"name": "dance"}]
+        assert window.workspace["running"] == [{"component": "dance"}]
         window.ask("attach", component="dance")
         window.wait_for_push("snapshot", component="dance", value={"state": 1})
         other.ask("listFiles")

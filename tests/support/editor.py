@@ -70,6 +70,9 @@ class NoService:
         raise VisualHfsmError("the poses are not available")
         yield
 
+    async def stop_all(self) -> None:
+        """Do nothing: nothing runs."""
+
     async def forget(self, tab: int) -> None:
         """Do nothing: nothing runs."""
 

@@ -19,7 +19,13 @@ from interfaces.jderobot import MotorsPrx
 from interfaces.nao import JointsPrx, PoseHeadPrx, SafetyPrx
 from visualhfsm.errors import VisualHfsmError
 from visualhfsm.monitoring.follower import Follower, LiveStructure, News, Silence
-from visualhfsm.monitoring.realm import RELOAD_PATIENCE, components, missing_component, refusals
+from visualhfsm.monitoring.realm import (
+    MONITOR_PREFIX,
+    RELOAD_PATIENCE,
+    components,
+    missing_component,
+    refusals,
+)
 from visualhfsm.monitoring.robot import RobotMonitor
 from visualhfsm.monitoring.run_log import LiveSnapshot, RunLog
 from visualhfsm.services import Components, Publish, Snapshot, Stale, Structure
@@ -64,8 +70,9 @@ class Monitoring:
 
     Besides `OPERATIONS`, the page may request these actions of `control`: `timeline`, `at` (a moment of the
     past by its component time), `series` (numbers over time), `facts` of the robot, `identities` in the
-    realm, `emergencyStop`, the operator's red button, and `resetEmergencyStop`; the last four need no
-    component. The past of an open recording is requested by the name that `recording` returned.
+    realm, `emergencyStop`, the operator's red button, which also ends all components, and
+    `resetEmergencyStop`; the last four need no component. The past of an open recording is requested by the
+    name that `recording` returned.
     """
 
     def __init__(self, publish: Publish, settings: Settings) -> None:
@@ -110,7 +117,7 @@ class Monitoring:
         try:
             match action:
                 case "emergencyStop":
-                    return await self._emergency_stop(component)
+                    return await self._emergency_stop()
                 case "resetEmergencyStop":
                     return await reset_robot(self._communicator)
                 case "identities":
@@ -222,32 +229,32 @@ class Monitoring:
             for identity in communicator.identities()
         }
 
-    async def _emergency_stop(self, component: str) -> object:
-        """Stop the robot and the component at once, and the robot again when the component has ended.
+    async def _emergency_stop(self) -> object:
+        """Stop the robot and all components at once, and the robot again when they have ended.
 
         A component may be in the middle of a cycle that commands the robot after the first stop.
         """
-        follower = self._followers.get(component)
-        if follower is None:
+        names = components(self._communicator)
+        if not names:
             return await stop_robot(self._communicator)
-        ending = asyncio.create_task(self._stop_component(follower))
+        ending = asyncio.gather(*(self._stop_component(name) for name in names))
         await stop_robot(self._communicator)
-        problem = await ending
+        problems = dict(zip(names, await ending, strict=True))
         report = await stop_robot(self._communicator)
-        if problem:
-            report.failed[component] = problem
-        else:
-            report.stopped.append(component)
+        report.stopped.extend(name for name in names if not problems[name])
+        report.failed.update((name, problem) for name, problem in problems.items() if problem)
         return report
 
-    async def _stop_component(self, follower: Follower) -> str:
+    async def _stop_component(self, component: str) -> str:
         """Stop a component, and wait until it has ended; return what went wrong."""
+        identity = f"{MONITOR_PREFIX}{component}"
         try:
-            await control(follower.monitor, "stop", {})
-        except VisualHfsmError as error:
+            proxy = self._communicator.stringToProxy(identity)
+            await control(HfsmMonitorPrx.uncheckedCast(proxy), "stop", {})
+        except (VisualHfsmError, ZenohIceError) as error:
             return str(error)
         deadline = asyncio.get_running_loop().time() + _STOP_LIMIT
-        while follower.identity in self._communicator.identities():
+        while identity in self._communicator.identities():
             if asyncio.get_running_loop().time() > deadline:
                 return f"it has not ended within {_STOP_LIMIT:g} s"
             await asyncio.sleep(_PERIOD / 10)

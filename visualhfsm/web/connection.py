@@ -229,7 +229,7 @@ class _Connection:
             case p.Generate(tab=tab):
                 return await running.generate(workspace.tab(tab).shown)
             case p.Run(tab=tab, arguments=arguments):
-                return await running.run(workspace.tab(tab).shown, arguments)
+                return await workspace.run(workspace.tab(tab), arguments)
             case p.StopRun(tab=tab):
                 return await running.stop(tab)
             case p.Attach(component=component):
@@ -237,6 +237,8 @@ class _Connection:
             case p.Detach(component=component):
                 await workspace.unfollow(window, component)
                 return None
+            case p.Control(action="emergencyStop"):
+                return await workspace.emergency_stop()
             case p.Control(component=component, action=action, arguments=values):
                 return await live.control(component, action, values)
             case p.Recording(path=path):

@@ -44,7 +44,7 @@ async def open_text(workspace: Workspace, name: str, text: str) -> dict[str, Any
 
     def make() -> DocumentSession:
         document = parse(text, f"Cannot open {name}")
-        return DocumentSession.new(document, _stem(name), journals=workspace.journals)
+        return DocumentSession.new(document, workspace.free_title(_stem(name)), journals=workspace.journals)
 
     async with workspace.opening:
         if is_scxml(name, content := text.encode()):
@@ -57,7 +57,7 @@ async def new(workspace: Workspace, template: str) -> dict[str, Any]:
 
     def make() -> DocumentSession:
         name, document = make_template(template)
-        return DocumentSession.new(document, name, journals=workspace.journals)
+        return DocumentSession.new(document, workspace.free_title(name), journals=workspace.journals)
 
     async with workspace.opening:
         return await _add(workspace, make)
@@ -146,9 +146,8 @@ async def list_files(workspace: Workspace, text: str) -> dict[str, Any]:
 async def _import_scxml(workspace: Workspace, name: str, content: bytes) -> dict[str, Any]:
     """Open SCXML as a document that has no file yet, and report what has no equivalent here."""
     document, remarks = await workspace.threads.do(lambda: import_scxml(content, name))
-    opened = await _add(
-        workspace, lambda: DocumentSession.new(document, _stem(name), journals=workspace.journals)
-    )
+    title = workspace.free_title(_stem(name))
+    opened = await _add(workspace, lambda: DocumentSession.new(document, title, journals=workspace.journals))
     return {**opened, "remarks": remarks[:_MOST_REMARKS]}
 
 

@@ -327,7 +327,8 @@ class ErrorAnswer(msgspec.Struct, kw_only=True):
 class TabState(msgspec.Struct, kw_only=True, rename="camel"):
     """An open document.
 
-    `path` is relative to the root where it can be, and empty as long as there is no file. `outside` says what
+    `path` is relative to the root where it can be, and empty as long as there is no file. `component` is the
+    name of what was started from it and runs, or else of the component that it would be. `outside` says what
     another program did to the file: nothing, `changed` or `deleted`. A `dialect` other than `native` is
     replaced when the document is saved.
     """
@@ -335,6 +336,7 @@ class TabState(msgspec.Struct, kw_only=True, rename="camel"):
     tab: int
     title: str
     path: str
+    component: str
     dirty: bool
     dialect: str
     recovered: bool

@@ -85,6 +85,16 @@ class Tab:
         self._lock = asyncio.Lock()
         self.shown = self._show()
 
+    @property
+    def is_running(self) -> bool:
+        """Whether a component was started from it and has not ended."""
+        return self.run is not None and self.run.status != "ended"
+
+    @property
+    def component(self) -> str:
+        """The name of the component that was started from it and runs, or else of that it would be."""
+        return self.run.component if self.run is not None and self.is_running else self.shown.component
+
     async def edit(
         self, work: Callable[Concatenate[DocumentSession, P], R], *args: P.args, **kwargs: P.kwargs
     ) -> R:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import logging
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import count
@@ -13,9 +13,10 @@ from pathlib import Path
 from types import TracebackType
 from typing import Final, Self
 
+from codegen.hfsm.code.names import component_name
 from visualhfsm.code_help.service import CodeHelper
 from visualhfsm.editing.problems import CheckProcess
-from visualhfsm.errors import EditError, MissingError, TooManyError
+from visualhfsm.errors import EditError, MissingError, TooManyError, VisualHfsmError
 from visualhfsm.live.service import Monitoring, free_endpoint
 from visualhfsm.running import RunningComponents
 from visualhfsm.services import Components, Output, Publish, Push, RunPush, Snapshot, Stale, Structure
@@ -34,6 +35,9 @@ __all__ = ["Checking", "Limits", "MakeServices", "Services", "Workspace", "make_
 _CLOSE_LIMIT: Final = 8.0  # s that a service may take to close
 _LONGEST_WAIT: Final = 10  # quiet periods after which a document that keeps changing is checked anyway
 _ANY_PORT: Final = Settings().listen
+_LONGEST_TITLE: Final = 18  # characters before a number: the name of a component has at most 100, in ASCII
+_LEAVING_PERIOD: Final = 0.1  # s
+_LEAVING_ROUNDS: Final = 10
 
 _logger = logging.getLogger(__name__)
 
@@ -131,6 +135,7 @@ class Workspace:
         self._published: WorkspacePush | None = None
         self._checking = Checking(limits.quiet_seconds, self._show_problems)
         self._tasks: list[asyncio.Task[None]] = []
+        self._stops: set[asyncio.Task[None]] = set()
 
     async def __aenter__(self) -> Self:
         self._loop = asyncio.get_running_loop()
@@ -202,6 +207,13 @@ class Workspace:
             window.close(tab.id)
         self.publish_state()
 
+    def free_title(self, wanted: str) -> str:
+        """Return a title for a document without a file, `untitled 2`, whose component no other tab has."""
+        taken = {tab.shown.component for tab in self._tabs.values()}
+        numbers = range(2, len(taken) + 3)
+        titles = [wanted, *(f"{wanted[:_LONGEST_TITLE]} {number}" for number in numbers)]
+        return next(title for title in titles if component_name(title) not in taken)
+
     def unsaved(self) -> list[str]:
         """Return the names of the documents with unsaved changes."""
         return [tab.shown.title for tab in self._tabs.values() if tab.shown.is_unsaved]
@@ -272,6 +284,32 @@ class Workspace:
             self._lose(window, component)
             raise
 
+    async def run(self, tab: Tab, arguments: Sequence[str]) -> object:
+        """Start the component of a tab; refused when one of its name runs that was not started here."""
+        name = tab.shown.component
+        for _ in range(_LEAVING_ROUNDS):  # one that has just ended may still be listed
+            if not self._runs_elsewhere(name):
+                return await self.services.running.run(tab.shown, arguments)
+            await asyncio.sleep(_LEAVING_PERIOD)
+        raise VisualHfsmError(
+            f"{name} runs already, and was not started here: stop it first, or save this document under "
+            "another name"
+        )
+
+    def _runs_elsewhere(self, name: str) -> bool:
+        return any(each["component"] == name for each in self._components.running) and not any(
+            tab.is_running and tab.component == name for tab in self._tabs.values()
+        )
+
+    async def emergency_stop(self) -> object:
+        """Stop the robot and all that runs in its realm, then what was started here and does not answer."""
+        try:
+            return await self.services.live.control("", "emergencyStop", {})
+        finally:
+            stopping = asyncio.create_task(self.services.running.stop_all(), name="emergency stop")
+            self._stops.add(stopping)
+            stopping.add_done_callback(self._stops.discard)
+
     async def open_recording(self, window: Window, recording: Path) -> object:
         """Open a recording, which is closed when the window leaves or detaches."""
         found = await self.services.live.recording(recording)
@@ -335,6 +373,7 @@ class Workspace:
                 if news.status == "starting":
                     self._tabs[number].output.clear()
                 self._tabs[number].run = news
+                self.publish_state()  # first: a window follows the run by the name that the tab has now
                 self._push(news)
             case _:
                 _logger.debug("no window is left for %s", type(news).__name__)
@@ -359,6 +398,7 @@ class Workspace:
             tab=tab.id,
             title=shown.title,
             path=self._name(shown.path),
+            component=tab.component,
             dirty=shown.dirty,
             dialect=shown.dialect,
             recovered=tab.recovered,

@@ -18,6 +18,7 @@ import {icon} from "./icons.js";
 import {keyOf, listenForKeys} from "./keys.js";
 import {messageOf, notify, notifyError} from "./notices.js";
 import {page} from "./page.js";
+import "./monitor/bar.js";
 import {monitor} from "./monitor/monitor.js";
 import {planned} from "./monitor/breakpoints.js";
 import {listenForStop} from "./monitor/stop.js";
@@ -42,7 +43,6 @@ const LAZY = {
   "hfsm-output": "./panels/output.js",
   "hfsm-undo-steps": "./panels/undo-steps.js",
   "hfsm-monitor-toolbar": "./monitor/toolbar.js",
-  "hfsm-monitor-bar": "./monitor/bar.js",
   "hfsm-monitor-panel": "./monitor/panel.js",
   "hfsm-monitor-timeline": "./monitor/timeline.js",
   "hfsm-start": "./start.js",
@@ -169,8 +169,8 @@ export class HfsmApp extends PageElement {
     runs.dismiss(tab);
     if (!this.bottom) this.outputOpened = true;
     this.showBottom("hfsm-output");
-    if ((await askTab("run", {arguments: [...options, ...planned.argumentsFor(tab)]})) !== undefined)
-      monitor.expect(tab);
+    const started = await askTab("run", {arguments: [...options, ...planned.argumentsFor(tab)]});
+    if (started) monitor.expect(started.component);
   }
 
   /** Show which components run. */
@@ -184,8 +184,7 @@ export class HfsmApp extends PageElement {
 
   /** Follow a component that runs, and show its document. @param {string} component */
   async follow(component) {
-    const writable = runs.tabs.some((tab) => monitor.isOf(component, tab));
-    if (!(await monitor.attach(component, {writable}))) return;
+    if (!(await monitor.attach(component))) return;
     if (monitor.tab) page.show(monitor.tab);
     else await this.openFollowed();
   }
@@ -231,7 +230,8 @@ export class HfsmApp extends PageElement {
         </button>
         ${actionButton("help", this.context, {label: false})}
       </header>
-      ${banner()} ${monitor.component ? (this.elements.get("hfsm-monitor-bar") ?? nothing) : nothing}
+      <hfsm-monitor-bar></hfsm-monitor-bar>
+      ${banner()}
       <div class="work ${starting ? "starting" : this.side ? "beside" : ""}">
         <nav class="left" aria-label="Tree of automata" ?hidden=${starting}>
           <hfsm-tree></hfsm-tree>
@@ -264,7 +264,7 @@ export class HfsmApp extends PageElement {
             }
           </div>
           ${
-            monitor.component && !starting && this.bottom !== "hfsm-monitor-timeline"
+            monitor.isShownBeside(page.tab) && !starting && this.bottom !== "hfsm-monitor-timeline"
               ? (this.strip ?? nothing)
               : nothing
           }
@@ -412,7 +412,6 @@ export class HfsmApp extends PageElement {
     const [whyNot] = await Promise.all([
       import("./monitor/why-not.js"),
       this.#showOverlay(),
-      this.#load("hfsm-monitor-bar"),
       this.#load("hfsm-monitor-timeline"),
     ]);
     whyNot.explainUnderPointer(this.canvas);

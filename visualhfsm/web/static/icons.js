@@ -11,6 +11,7 @@ const PATHS = {
   alignMiddle: "M3 12h18M6 6h4v12H6zM14 8h4v8h-4z",
   alignRight: "M20 3v18M4 6h12v4H4zM9 14h7v4H9z",
   alignTop: "M4 4h16M7 8v10h3V8zM14 8v6h3V8z",
+  chevron: "M6 9l6 6 6-6",
   child: "M12 3l9 5-9 5-9-5zM3 13l9 5 9-5",
   close: "M6 6l12 12M18 6L6 18",
   code: "M9 7l-5 5 5 5M15 7l5 5-5 5",

@@ -19,14 +19,16 @@ const RARE = new Set(["repairNumbers", "extract", "inline"]);
 let element;
 
 /**
- * @param {{x: number, y: number, point: {x: number, y: number}}} where in the window, and in the drawing
+ * Show a menu with the actions on what is selected, or with other ones.
+ *
+ * @param {{x: number, y: number, point?: {x: number, y: number}, groups?: string[][], title?: string}} where in the
+ *   window, and in the drawing
  * @param {import("./actions.js").Context} context
  */
-export function showMenu({x, y, point}, context) {
+export function showMenu({x, y, point, groups: given, title = selectionTitle()}, context) {
   hideMenu();
   const here = {...context, point};
-  const title = selectionTitle();
-  const groups = (title ? selectionActions() : GROUND).map((ids) =>
+  const groups = (given ?? (title ? selectionActions() : GROUND)).map((ids) =>
     ids.filter((id) => !RARE.has(id) || isEnabled(id, here)),
   );
   const menu = (element = document.createElement("div"));

@@ -163,7 +163,7 @@ class Breadcrumbs extends PageElement {
   }
 }
 
-/** The five groups of buttons at the right, and those for what is selected. */
+/** The four groups of buttons at the right, and those for what is selected. */
 class ActionBar extends PageElement {
   /** @type {typeof PageElement.watches} */
   static watches = {page: ["change"], store: ["document", "workspace", "run"]};
@@ -173,7 +173,6 @@ class ActionBar extends PageElement {
     ["Figures", ["newState", "newTransition"]],
     ["Files", ["open", "save", "saveAs"]],
     ["Automaton data", ["interfaces", "timing", "variables", "functions", "component"]],
-    ["Generate and run", ["generate", "run", "stopRun", "attach"]],
   ];
 
   connectedCallback() {
@@ -188,7 +187,7 @@ class ActionBar extends PageElement {
       ([name, ids]) =>
         html`<section role="group" aria-label=${name}>
           <h2>${name}</h2>
-          ${ids.map((id) => actionButton(id, this.context, {kind: id === "run" ? "primary" : ""}))}
+          ${ids.map((id) => actionButton(id, this.context))}
         </section>`,
     )}
     ${

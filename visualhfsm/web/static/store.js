@@ -30,12 +30,12 @@
  *   checked?: number}} OpenDocument `automata` are its `own` with the `content` of those that are imported; `checked`
  *   is the revision that the problems are those of
  *
- * @typedef {{tab: number, title: string, path: string, dirty: boolean, dialect: string, recovered: boolean,
+ * @typedef {{tab: number, title: string, path: string, component: string, dirty: boolean, dialect: string, recovered: boolean,
  *   outside: "" | "changed" | "deleted"}} TabState
  * @typedef {{journal: string, name: string, path: string, changedAt: number}} Recoverable
  * @typedef {{tabs: TabState[], recoverable: Recoverable[], running: {component: string}[], clipboard: number,
  *   robotStopped?: string}} Workspace
- * @typedef {{tab: number, status: "generating" | "starting" | "running" | "stopping" | "ended", message: string,
+ * @typedef {{tab: number, component: string, status: "generating" | "starting" | "running" | "stopping" | "ended", message: string,
  *   exitCode?: number | null}} Run
  * @typedef {{text: string, stream: "out" | "err", place: Place | null, line: number}} OutputLine
  * @typedef {{tab: number, lines: OutputLine[], dropped: number, whole: boolean}} Output
@@ -73,7 +73,7 @@
  *   listFiles: {directory: string, parent: string | null, entries: Entry[]}, export: {name: string, text: string},
  *   search: {tab: number, hits: Hit[]}[], diff: {differences: Difference[], before: Automaton[]},
  *   imported: Automaton[], locate: {place: Place, line: number} | null, codeHelp: unknown,
- *   interfaces: InterfaceDescription[], generate: {path: string}, run: null, stopRun: null, attach: Followed,
+ *   interfaces: InterfaceDescription[], generate: {path: string}, run: {component: string}, stopRun: null, attach: Followed,
  *   detach: null, control: unknown, recording: Recording}} Answers `codeHelp` and
  *   `control` answer what is asked for
  */

@@ -44,9 +44,10 @@ const STEPS = [
       that the component uses, its cycle, variables and functions.`,
   ],
   [
-    '[aria-label="Generate and run"]',
-    "Run",
-    html`Run writes the component as Python and starts it. Then the canvas shows which states are current.`,
+    ".live-bar",
+    "Run and stop",
+    html`Run writes the component as Python and starts it. Then the canvas shows which states are current. The red
+      <strong>STOP</strong> stops the robot and all that runs, at any time.`,
   ],
   [
     "hfsm-status",

@@ -111,7 +111,7 @@ def test_what_was_pushed_comes_before_the_answers_in_their_order() -> None:
 
 def test_output_comes_first_and_loses_its_oldest_lines() -> None:
     def fill(window: Window) -> None:
-        window.push(RunPush(tab=1, status="ended"))
+        window.push(RunPush(tab=1, component="walk", status="ended"))
         window.push(lines("a", "b", "c"))
         window.push(lines("d", "e", "f", "g"))
         window.push(lines("x", tab=2))

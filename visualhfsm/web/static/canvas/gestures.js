@@ -61,13 +61,7 @@ export class Band {
     const point = this.canvas.point(event);
     const [left, right] = [Math.min(start.x, point.x), Math.max(start.x, point.x)];
     const [top, bottom] = [Math.min(start.y, point.y), Math.max(start.y, point.y)];
-    for (const [name, value] of Object.entries({
-      x: left,
-      y: top,
-      width: right - left,
-      height: bottom - top,
-      "stroke-width": 1 / this.canvas.viewport.scale,
-    })) {
+    for (const [name, value] of Object.entries({x: left, y: top, width: right - left, height: bottom - top})) {
       this.box.setAttribute(name, String(value));
     }
     /** @param {string} key */

@@ -141,7 +141,7 @@ export const monitorActions = [
     icon: "lock",
     keys: ["Alt+U"],
     scope: "typing",
-    enabled: () => attached() && !monitor.recording,
+    enabled: () => monitor.writable || (Boolean(monitor.newest) && !monitor.recording),
     run: () => monitor.allowSteering(!monitor.writable),
   },
   {
@@ -226,7 +226,7 @@ export const monitorActions = [
     keys: [STOP_KEY],
     scope: "typing",
     run: stopRobot,
-    hint: "stop the robot and the component at once, also while only watching",
+    hint: "stop the robot and all that runs at once, whatever is shown",
   },
 ];
 

@@ -1,4 +1,8 @@
-/** The line below the header while a component is followed: what it is doing, and how to steer it. */
+/**
+ * The line below the header: run, pause, step, stop and reload, what the followed component does, and STOP.
+ *
+ * @import {From} from "../element.js"
+ */
 
 import {html, nothing} from "lit";
 
@@ -11,19 +15,67 @@ import {clockTime, MonitorElement, spokenSeconds} from "./element.js";
 import {monitor, STATUS} from "./monitor.js";
 import {STOP_KEY} from "./stop.js";
 
+/** What the menu beside Run offers. */
+const MORE = [
+  ["startHere", "generate"],
+  ["attach", "openRecording"],
+];
+
 class MonitorBar extends MonitorElement {
   /** @type {typeof MonitorElement.kinds} */
   static kinds = ["shown", "mode", "structure", "running"];
   /** @type {typeof MonitorElement.watches} */
-  static watches = {page: ["tab", "automaton"], store: ["connection"]};
+  static watches = {page: ["change"], store: ["connection", "document", "run", "workspace"]};
 
   render() {
-    if (!monitor.component) return nothing;
+    const paused = monitor.newest && monitor.newest.component.status !== 0;
+    return html`<div class="live-bar" role="region" aria-label="Run and stop">
+      <div class="controls">
+        <div role="group" aria-label="Run and steer">
+          <button
+            type="button"
+            class="action primary"
+            data-action="run"
+            title="Run (${keyOf("run")})"
+            aria-keyshortcuts="F5"
+            ?disabled=${!isEnabled("run", this.context)}
+            @click=${() => perform("run", this.context)}
+          >
+            ${icon("run")}<span class="text">Run</span>
+          </button>
+          <button
+            type="button"
+            class="action bare"
+            aria-label="Other ways to run"
+            title="Other ways to run"
+            aria-haspopup="menu"
+            @click=${this.#more}
+          >
+            ${icon("chevron")}
+          </button>
+          ${this.#button("pauseResume", paused ? "run" : "pause", paused ? "Resume" : "Pause")}
+          ${["stepOne", "stepAll", "stopRun", "reload"].map((id) => this.#button(id))}
+        </div>
+        ${monitor.isShownBeside(page.tab) ? this.#followed() : nothing}
+      </div>
+      <button
+        type="button"
+        class="stop-button"
+        aria-label="STOP the robot and all that runs"
+        aria-keyshortcuts="Control+Shift+Space"
+        title="Stop the robot and all that runs at once (${spoken(STOP_KEY)})"
+        @click=${() => perform("stopRobot", this.context)}
+      >
+        STOP
+      </button>
+    </div>`;
+  }
+
+  /** What the followed component does, and what else can be done with it. */
+  #followed() {
     const {status, word, why} = statusOf();
     const {recording, writable, looking} = monitor;
-    const paused = monitor.newest && monitor.newest.component.status !== 0;
-    return html`<div class="live-bar" role="region" aria-label="Followed component">
-      <span
+    return html`<span
         class="live-status ${status}"
         role="status"
         title=${monitor.ended && monitor.isOver ? `Ended at ${clockTime(monitor.ended.at)}` : (why ?? nothing)}
@@ -37,20 +89,17 @@ class MonitorBar extends MonitorElement {
       ${
         recording
           ? nothing
-          : html`<div role="group" aria-label="Steer">
-                ${this.#button("pauseResume", paused ? "run" : "pause", paused ? "Resume" : "Pause")}
-                ${["stepOne", "stepAll", "reload", "sendEvent"].map((id) => this.#button(id))}
-              </div>
-              <button
-                type="button"
-                class="switch"
-                role="switch"
-                aria-checked=${writable}
-                title="Whether this window may steer the component (${keyOf("steering")})"
-                @click=${() => perform("steering", this.context)}
-              >
-                <span class="knob" aria-hidden="true"></span>${writable ? "Steering" : "Only watching"}
-              </button>`
+          : html`<button
+              type="button"
+              class="switch"
+              role="switch"
+              aria-checked=${writable}
+              title="Whether this window may steer the component (${keyOf("steering")})"
+              ?disabled=${!isEnabled("steering", this.context)}
+              @click=${() => perform("steering", this.context)}
+            >
+              <span class="knob" aria-hidden="true"></span>${writable ? "Steering" : "Only watching"}
+            </button>`
       }
       <span class="room"></span>
       ${
@@ -60,29 +109,27 @@ class MonitorBar extends MonitorElement {
             </button>`
           : nothing
       }
-      <button
-        type="button"
-        class="action bare"
-        aria-pressed=${monitor.follows}
-        aria-label="Keep what is active in view"
-        title="Keep what is active in view (G)"
-        @click=${() => perform("follow", this.context)}
-      >
-        ${icon("target")}
-      </button>
-      ${this.#button("livePanel")}${this.#button("detach")}
-      <button
-        type="button"
-        class="stop-button"
-        aria-label="STOP the robot and the component"
-        aria-keyshortcuts="Control+Shift+Space"
-        title="Stop the robot and the component at once (${spoken(STOP_KEY)}), also while only watching"
-        @click=${() => perform("stopRobot", this.context)}
-      >
-        STOP
-      </button>
-    </div>`;
+      <div role="group" aria-label="Watch">
+        <button
+          type="button"
+          class="action bare"
+          aria-pressed=${monitor.follows}
+          aria-label="Keep what is active in view"
+          title="Keep what is active in view (G)"
+          @click=${() => perform("follow", this.context)}
+        >
+          ${icon("target")}
+        </button>
+        ${recording ? nothing : this.#button("sendEvent")}${this.#button("livePanel")}${this.#button("detach")}
+      </div>`;
   }
+
+  /** @param {MouseEvent & From<HTMLElement>} event */
+  #more = async ({currentTarget}) => {
+    const {left, bottom} = currentTarget.getBoundingClientRect();
+    const {showMenu} = await import("../menu.js");
+    showMenu({x: left, y: bottom, groups: MORE, title: "Run"}, this.context);
+  };
 
   /** @param {string} id */
   #button(id, image = actionOf(id).icon, label = actionOf(id).label) {
@@ -134,14 +181,10 @@ function statusOf() {
   return {status: STATUS[status].toLowerCase(), word};
 }
 
-/** How a component ended. @param {{message: string, exitCode?: number}} ended */
-function spokenEnd({message, exitCode}) {
-  const how = message.replace(/^it (has ended |ended |was )?/, "");
-  const code =
-    exitCode !== undefined && Number.isInteger(exitCode) && exitCode >= 0 && !how.includes("exit code")
-      ? `exit code ${exitCode}`
-      : "";
-  return `Ended${how.startsWith("with") ? " " : ": "}${[how, code].filter(Boolean).join(", ")}`;
+/** How a component ended. @param {{message: string}} ended */
+function spokenEnd({message}) {
+  const how = message.replace(/^it (has ended |ended |was |has )?/, "");
+  return `Ended${how.startsWith("with") ? " " : ": "}${how}`;
 }
 
 customElements.define("hfsm-monitor-bar", MonitorBar);

@@ -48,7 +48,7 @@
  * @typedef {{mode: null, structure: null, snapshot: null, shown: null, running: null}} MonitorEvents
  */
 
-import {notifyError} from "../notices.js";
+import {notify, notifyError} from "../notices.js";
 import {store} from "../store.js";
 import {Breakpoints} from "./breakpoints.js";
 import {Past} from "./past.js";
@@ -130,34 +130,6 @@ class Structure {
   }
 }
 
-/** The name of the component of a document without a file whose title cannot be the name of a module. */
-const UNTITLED = "untitled";
-
-/** The name of a file without its directories and its extension. @param {string} path */
-const stemOf = (path) => path.replace(/^.*\//, "").replace(/\.xml$/i, "");
-/** The name of the component of an open document when it runs. @param {import("../store.js").TabState} document */
-const componentOf = ({path, title}) => (path ? stemOf(path) : /^[A-Za-z_]\w*$/.test(title) ? title : UNTITLED);
-
-/** The name of the component of a tab; "" when it is not open. @param {number} tab */
-function componentOfTab(tab) {
-  const found = store.workspace.tabs.find((each) => each.tab === tab);
-  return found ? componentOf(found) : "";
-}
-
-/**
- * The tab of the document of a component; 0 when it is not open.
- *
- * @param {string} file of the document, or the name of the component
- * @param {number} preferred tab, if it fits
- */
-function tabOf(file, preferred) {
-  const {tabs} = store.workspace;
-  const wanted = stemOf(file);
-  /** @param {import("../store.js").TabState} each */
-  const fits = (each) => componentOf(each) === wanted || (!each.path && stemOf(each.title) === wanted);
-  return (tabs.find((each) => each.tab === preferred && fits(each)) ?? tabs.find(fits))?.tab ?? 0;
-}
-
 /**
  * Events: `mode` when it is attached, detached, lost, found, or may be steered or not; `structure` when that is another
  * one or breakpoints are; `snapshot` at each new moment of the component; `shown` when `snapshot` is another one.
@@ -179,7 +151,7 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
   /**
    * How it ended, as requested or after an error.
    *
-   * @type {{at: number, message: string, exitCode?: number} | undefined}
+   * @type {{at: number, message: string} | undefined}
    */
   ended = undefined;
   /** Whether it may be steered, beside being stopped. */
@@ -190,7 +162,8 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
   follows = false;
 
   #expected = ""; // a component that was just started here
-  #tab = 0; // that it was started from
+  /** The tab from which each component was started last. @type {Map<string, number>} */
+  #origins = new Map();
   #known = new Structure(undefined);
   /**
    * The component to follow, and its pushes before the answer.
@@ -199,8 +172,11 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
    */
   #attaching;
   #run = 0; // how many times the component was started
-  /** What was followed when the connection was lost. @type {{component: string, writable: boolean} | undefined} */
-  #lost;
+  #lost = ""; // the component that was followed when the connection was lost
+  /** The components that this window has started and that have not ended. @type {Set<string>} */
+  #started = new Set();
+  /** The run of each component that this window may steer, by when it was started. @type {Map<string, number>} */
+  #steered = new Map();
 
   constructor() {
     super();
@@ -212,7 +188,8 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
     store.addEventListener("stale", ({detail}) => detail.component === this.component && this.#lose(detail.since));
     store.addEventListener("workspace", () => this.#look());
     store.addEventListener("connection", () => this.#reconnect());
-    store.addEventListener("run", ({detail}) => detail.status === "ended" && this.#ran(detail));
+    store.addEventListener("run", ({detail}) => this.#ran(detail));
+    store.addEventListener("closed", ({detail}) => this.#closed(detail.tab));
   }
 
   get snapshot() {
@@ -238,19 +215,22 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
     return Boolean(this.ended) && !this.looking;
   }
 
+  /** Whether it is shown beside a document: one that has ended only beside its own. @param {number} tab */
+  isShownBeside(tab) {
+    return Boolean(this.component) && !(this.isOver && this.tab && this.tab !== tab);
+  }
+
   /** The components that run in the realm. @returns {string[]} */
   get running() {
     return (store.workspace.running ?? []).map((each) => each.component);
   }
 
-  /** The tab of the document of the component; 0 when it is not open. */
+  /** The tab of the document of the component, first of all the one that it was started from; 0 without one. */
   get tab() {
-    return tabOf(this.structure?.document || this.component, this.#tab);
-  }
-
-  /** Whether a component is that of a tab. @param {string} component @param {number} tab */
-  isOf(component, tab) {
-    return component === componentOfTab(tab);
+    const name = this.structure?.name ?? this.component;
+    const fitting = store.workspace.tabs.filter((each) => each.component === name).map((each) => each.tab);
+    const origin = this.#origins.get(name) ?? 0;
+    return fitting.includes(origin) ? origin : (fitting.at(0) ?? 0);
   }
 
   /** An automaton as it is shown now. @returns {AutomatonNow | undefined} @param {number} id */
@@ -273,12 +253,15 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
     return this.#known.stateName(automaton, id);
   }
 
-  /** Follow the component of a tab as soon as it runs: it is being started. @param {number} tab */
-  expect(tab) {
-    this.#tab = tab;
-    this.#expected = componentOfTab(tab);
-    if (this.component === this.#expected) {
-      this.writable = true;
+  /**
+   * Follow a component as soon as it runs: this window has started it.
+   *
+   * @param {string} component
+   */
+  expect(component) {
+    this.#expected = component;
+    this.#started.add(component);
+    if (this.component === component) {
       this.lookAt(undefined);
     } else if (this.since) {
       this.detach(); // a lost component gives way at once
@@ -287,11 +270,11 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
   }
 
   /**
-   * Follow a component; one that was not started here is only watched until the user allows more.
+   * Follow a component; a run that this window did not start is only watched until the user allows more.
    *
    * @param {string} component
    */
-  async attach(component, {writable = false} = {}) {
+  async attach(component) {
     if (this.component === component && !this.recording) return true;
     await this.detach();
     const asked = (this.#attaching = {component, structure: undefined});
@@ -311,14 +294,14 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
     }
     this.#attaching = undefined;
     this.component = component;
-    this.writable = writable;
+    this.writable = this.#started.has(component);
     this.#begin({...found, structure: asked.structure ?? found.structure});
     return true;
   }
 
-  /** The component that is followed has ended. @param {string} message how @param {number | null} [exitCode] */
-  end(message, exitCode) {
-    this.ended = {at: Date.now() / 1000, message, exitCode: exitCode ?? this.ended?.exitCode};
+  /** The component that is followed has ended. @param {string} message how */
+  end(message) {
+    this.ended = {at: Date.now() / 1000, message};
     this.#emit("mode", "shown");
   }
 
@@ -362,7 +345,10 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
 
   /** @param {boolean} allowed */
   allowSteering(allowed) {
-    this.writable = allowed && !this.recording;
+    const {startedAt} = this.newest?.component ?? {};
+    this.writable = allowed && startedAt !== undefined;
+    if (this.writable) this.#steered.set(this.component, startedAt ?? 0);
+    else this.#steered.delete(this.component);
     this.#emit("mode");
   }
 
@@ -421,7 +407,10 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
     this.newest = undefined;
     this.looking = undefined;
     if (structure) this.#learn(structure);
-    if (snapshot) this.newest = snapshot;
+    if (snapshot) {
+      this.newest = snapshot;
+      this.#judge(snapshot.component.startedAt);
+    }
     this.#emit("mode", "shown");
   }
 
@@ -449,6 +438,7 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
     }
     const wasLost = this.since !== 0;
     const status = this.newest?.component.status;
+    if (!this.newest || restarted) this.#judge(value.component.startedAt);
     this.since = 0;
     this.newest = value;
     this.past.add(value.component);
@@ -459,11 +449,30 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
       this.robot.complete(() => this.control("facts")).then((came) => came && this.#emit("structure"));
   }
 
-  /** A component that was started here has ended. @param {import("../store.js").Run} run */
-  #ran({tab, message, exitCode}) {
-    if (tab === this.#tab) this.#expected = "";
-    if (this.component && !this.recording && this.isOf(this.component, tab))
-      this.end(this.ended?.message ?? message, exitCode);
+  /** Whether a run that has begun may be steered is asked for each. @param {number} startedAt which run it is */
+  #judge(startedAt) {
+    const before = this.writable;
+    if (this.#started.has(this.component)) this.#steered.set(this.component, startedAt);
+    this.writable = this.#steered.get(this.component) === startedAt;
+    if (before && !this.writable)
+      notify(
+        `Another run of ${this.component} has begun, which this window did not start: ` +
+          "it is only watched until you switch Steering on.",
+      );
+  }
+
+  /** A component was started from a tab, or has ended. @param {import("../store.js").Run} run */
+  #ran({tab, component, status, message}) {
+    this.#origins.set(component, tab);
+    if (status !== "ended") return;
+    if (component === this.#expected) this.#expected = "";
+    this.#started.delete(component);
+    if (component === this.component) this.end(this.ended?.message ?? message);
+  }
+
+  /** A component ends with the tab from which it was started. @param {number} tab */
+  #closed(tab) {
+    if (!this.recording && this.#origins.get(this.component) === tab) this.detach();
   }
 
   /** @param {number} since */
@@ -478,12 +487,12 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
     if (this.#expected && this.running.includes(this.#expected)) {
       const component = this.#expected;
       this.#expected = "";
-      this.attach(component, {writable: true});
-    } else if (this.#lost && this.running.includes(this.#lost.component)) {
-      const {component, writable} = this.#lost;
-      this.#lost = undefined;
+      this.attach(component);
+    } else if (this.running.includes(this.#lost)) {
+      const component = this.#lost;
+      this.#lost = "";
       this.component = "";
-      this.attach(component, {writable}).then((done) => done || this.#emit("mode", "shown"));
+      this.attach(component).then((done) => done || this.#emit("mode", "shown"));
     }
     this.#emit("running");
   }
@@ -492,7 +501,8 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
     if (!this.component || this.recording) return;
     if (!store.online) {
       this.since ||= Date.now() / 1000;
-      this.#lost = {component: this.component, writable: this.writable};
+      this.#started.clear(); // it may end meanwhile, unseen
+      this.#lost = this.component;
       this.#emit("mode", "shown");
     } else {
       this.#look();

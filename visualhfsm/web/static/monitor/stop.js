@@ -6,7 +6,7 @@ import {monitor} from "./monitor.js";
 /** Three keys at once, among them the largest: easy to find, and not hit by accident while typing. */
 export const STOP_KEY = "Ctrl+Shift+Space";
 
-/** Stop the robot, whatever is shown, and the followed component. */
+/** Stop the robot and all that runs, whatever is shown. */
 export async function stopRobot() {
   try {
     const {stopped, failed} = await monitor.control("emergencyStop");
@@ -21,16 +21,34 @@ export async function stopRobot() {
   }
 }
 
-/** Listen before everybody else, also while a dialog is open. */
+/** Listen before everybody else, also while a dialog is open, which keeps the button behind it from being pressed. */
 export function listenForStop() {
   window.addEventListener(
-    "keydown",
+    "pointerdown",
     (event) => {
-      if (event.code !== "Space" || !event.shiftKey || !(event.ctrlKey || event.metaKey) || event.repeat) return;
-      event.preventDefault();
+      const {target, clientX: x, clientY: y} = event;
+      if (!(target instanceof HTMLDialogElement) || isInside(target, x, y)) return;
+      const button = document.querySelector(".stop-button");
+      if (!button || !isInside(button, x, y)) return;
       event.stopImmediatePropagation();
       stopRobot();
     },
     {capture: true},
   );
+  window.addEventListener(
+    "keydown",
+    (event) => {
+      if (event.code !== "Space" || !event.shiftKey || !(event.ctrlKey || event.metaKey)) return;
+      event.preventDefault(); // while the key is held down, too: the button with the focus must not be pressed
+      event.stopImmediatePropagation();
+      if (!event.repeat) stopRobot();
+    },
+    {capture: true},
+  );
+}
+
+/** @param {Element} element @param {number} x @param {number} y */
+function isInside(element, x, y) {
+  const {left, right, top, bottom} = element.getBoundingClientRect();
+  return x >= left && x < right && y >= top && y < bottom;
 }
