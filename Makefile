@@ -19,7 +19,7 @@ help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 demo: $(VENV)/demo.stamp system ## Watch the simulated Nao; SECONDS=60 ends by itself and writes demo/report.html
-	@$(BIN)/python -m deploy deploy/demo.toml $(if $(SECONDS),--seconds $(SECONDS)) || [ $$? -eq 130 ]
+	@$(BIN)/nao stack deploy/demo.toml $(if $(SECONDS),--seconds $(SECONDS)) || [ $$? -eq 130 ]
 
 check: $(VENV)/dev.stamp ## Format, lint, check types and run the quick unit tests: in less than a minute
 	@$(BIN)/ruff format --quiet . && $(BIN)/ruff check --quiet .

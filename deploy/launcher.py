@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import logging
 import os
 import re
 import signal
@@ -13,10 +14,11 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import NamedTuple, TextIO
+from typing import NamedTuple
 
 import hfsm_command
-from deploy.stack import ProcessSpec, StackError
+from deploy.stack import ON_PURPOSE, ProcessSpec, Restarts, StackError, program_path
+from hfsm_command.logs import DATE_FORMAT, DATED, rotating
 
 __all__ = ["Launcher", "free_endpoint"]
 
@@ -41,9 +43,10 @@ class _End(NamedTuple):
 class Launcher:
     """Run a stack once.
 
-    Processes start in parallel, except that one with `after` waits until those are ready. The stack ends when
-    any process ends, when one is not ready in time, after `seconds`, or at SIGINT, SIGTERM or SIGHUP; its
-    processes are then ended in reverse order. A second signal ends them at once.
+    Processes start in parallel, except that one with `after` waits until those are ready. One that is
+    restarted on failure may end without the others, unless it never was ready. The stack ends when another
+    process ends or is not ready in time, when none is left, after `seconds`, or at SIGINT, SIGTERM or SIGHUP;
+    its processes are then ended in reverse order. A second signal ends them at once.
     """
 
     def __init__(
@@ -57,10 +60,9 @@ class Launcher:
         self._write = report
         self._seconds = seconds
         self._launched_at = time.monotonic()
-        self._processes = {
-            spec.name: _StackProcess(spec, log_dir / f"{spec.name}.log", self._launched_at)
-            for spec in processes
-        }
+        self._processes = {spec.name: _StackProcess(spec, log_dir / f"{spec.name}.log") for spec in processes}
+        self._left = set(self._processes)  # those that may still run
+        self._failed = False
         # The terminal is the foreground process's alone while that runs.
         self._has_foreground = any(spec.foreground for spec in processes)
 
@@ -72,7 +74,8 @@ class Launcher:
         for the logs.
         """
         try:
-            self._log_dir.mkdir(parents=True, exist_ok=True)
+            # For our user alone: the editor prints the secret of its page.
+            self._log_dir.mkdir(mode=0o700, parents=True, exist_ok=True)
         except OSError as error:
             raise StackError(f"{self._log_dir}: cannot write logs there: {error.strerror}") from error
         loop = asyncio.get_running_loop()
@@ -106,28 +109,61 @@ class Launcher:
         return end.code
 
     async def _supervise(self, process: _StackProcess) -> _End:
-        """Start a process in its turn, wait until it is ready, then until it ends."""
+        """Start a process in its turn, and again as its restart policy says; return what ends the stack."""
         spec = process.spec
+        restarts = Restarts(spec)
+        was_ready = False
+        for name in spec.after:
+            await self._processes[name].ready.wait()
+        while True:
+            started_at = time.monotonic()
+            try:
+                code, what = await self._run_once(process)
+            except OSError as error:
+                return _End(1, f"{spec.name} cannot be started: {error}")
+            was_ready = was_ready or process.ready.is_set()
+            pause = restarts.pause_after(code, time.monotonic() - started_at)
+            if pause is None:
+                break
+            self._report(f"{spec.name} {what} ({process.log}); starting it again in {pause:g} s")
+            await process.stop(asyncio.Event())  # what it has left running
+            await asyncio.sleep(pause)
+        if spec.restart == "never" or not was_ready:
+            return self._end_of(process, code, what)
+        if code in ON_PURPOSE:
+            self._report(f"{spec.name} {what}")
+        else:
+            self._report(f"{self._failure(process, what)}\n  not starting {spec.name} again")
+            self._failed = True
+        self._left.remove(spec.name)
+        if self._left:
+            await asyncio.Event().wait()  # the others run on
+        return _End(1 if self._failed else 0)
+
+    async def _run_once(self, process: _StackProcess) -> tuple[int, str]:
+        """Run a process to its end; return its exit code, and in words how it ended.
+
+        One that is not ready in time has exit code 1, and may still run. Raises OSError when it cannot start.
+        """
+        spec = process.spec
+        await process.start()
+        watch = asyncio.create_task(process.wait())
+        ready = asyncio.create_task(process.ready.wait())
         try:
-            for name in spec.after:
-                await self._processes[name].ready.wait()
-            await process.start()
-            watch = asyncio.create_task(process.wait())
-            ready = asyncio.create_task(process.ready.wait())
             done, _ = await asyncio.wait(
                 {watch, ready}, timeout=spec.ready_timeout, return_when=asyncio.FIRST_COMPLETED
             )
-            ready.cancel()
             if not done:
-                watch.cancel()
-                return _End(1, self._failure(process, f"was not ready within {spec.ready_timeout:g} s"))
+                return 1, f"was not ready within {spec.ready_timeout:g} s"
             if not watch.done() and spec.ready and not self._has_foreground:
                 self._report(f"  {spec.name} is ready after {self._elapsed():.1f} s")
-            return self._end_of(process, await watch)
-        except OSError as error:
-            return _End(1, f"{spec.name} cannot be started: {error}")
+            code = await watch
+        finally:
+            ready.cancel()
+            watch.cancel()
+        return code, f"{_describe_exit(code)} after {self._elapsed():.1f} s"
 
-    def _end_of(self, process: _StackProcess, code: int) -> _End:
+    def _end_of(self, process: _StackProcess, code: int, what: str) -> _End:
         if process.spec.foreground and code < 0:
             if sys.stdout.isatty():
                 # To the ordinary screen and its cursor, which a killed process may have hidden.
@@ -136,7 +172,7 @@ class Launcher:
             return _End(128 - code, f"{process.spec.name} {_describe_exit(code)}")
         if process.spec.foreground:
             return _End(code)
-        return _End(1, self._failure(process, f"{_describe_exit(code)} after {self._elapsed():.1f} s"))
+        return _End(1, self._failure(process, what))
 
     def _failure(self, process: _StackProcess, what: str) -> str:
         if not process.tail:
@@ -171,16 +207,16 @@ def _terminal_kept() -> Iterator[None]:
 class _StackProcess:
     """A started process.
 
-    Its output goes line by line, each with the seconds since the launch, into `log`; a foreground process has
+    Its output goes line by line, each with date and time, into `log`, which rotates; a foreground process has
     the terminal instead. Everything it starts itself stays in its process group and ends with it.
     """
 
-    def __init__(self, spec: ProcessSpec, log: Path, launched_at: float) -> None:
+    def __init__(self, spec: ProcessSpec, log: Path) -> None:
         self.spec = spec
         self.log = log
         self.ready = asyncio.Event()
         self.tail: deque[str] = deque(maxlen=_TAIL_LINES)
-        self._launched_at = launched_at
+        self._logging = True
         self._child: asyncio.subprocess.Process | None = None
         self._output: asyncio.Task[None] | None = None
 
@@ -188,13 +224,15 @@ class _StackProcess:
         """Start the process; it is ready at once when the stack file gives no pattern to wait for."""
         foreground = self.spec.foreground
         place = "foreground" if foreground else "background"
+        self.ready.clear()
+        self.tail.clear()
         program, *arguments = self.spec.command
         # Also blocked in the child: the tether unblocks it once it no longer ends in a traceback.
         blocked = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:
             self._child = await asyncio.create_subprocess_exec(
                 *hfsm_command.tether_command(place),
-                sys.executable if program == "python" else program,
+                program_path(program),
                 *arguments,
                 stdin=None if foreground else asyncio.subprocess.DEVNULL,
                 stdout=None if foreground else asyncio.subprocess.PIPE,
@@ -207,8 +245,7 @@ class _StackProcess:
             if signal.SIGINT not in blocked:
                 signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
         if self._child.stdout is not None:
-            log = self.log.open("w", encoding="utf-8")
-            self._output = asyncio.create_task(self._copy_output(self._child.stdout, log))
+            self._output = asyncio.create_task(self._copy_output(self._child.stdout))
         if not self.spec.ready:
             self.ready.set()
 
@@ -250,30 +287,29 @@ class _StackProcess:
         with contextlib.suppress(ProcessLookupError):
             os.killpg(self._child.pid, number)
 
-    async def _copy_output(self, output: asyncio.StreamReader, log: TextIO) -> None:
-        try:
-            with log:
-                await self._copy_lines(output, log)
-        except OSError as error:
-            self.tail.append(f"(cannot write more of its log: {error})")
-            while await output.read(_CHUNK):  # otherwise it would stand still once the pipe is full
-                pass
+    async def _copy_output(self, output: asyncio.StreamReader) -> None:
+        with contextlib.closing(rotating(self.log, delay=True)) as log:
+            log.setFormatter(logging.Formatter(f"{DATED}%(message)s", DATE_FORMAT))
+            log.handleError = lambda record: self._cannot_log()  # type: ignore[method-assign]  # noqa: ARG005
+            rest = b""
+            while chunk := await output.read(_CHUNK):
+                *lines, rest = (rest + chunk).split(b"\n")
+                if len(rest) > _LONGEST_LINE:
+                    lines, rest = [*lines, rest], b""
+                for line in lines:
+                    self._note(line, log)
+            if rest:
+                self._note(rest, log)
 
-    async def _copy_lines(self, output: asyncio.StreamReader, log: TextIO) -> None:
-        rest = b""
-        while chunk := await output.read(_CHUNK):
-            *lines, rest = (rest + chunk).split(b"\n")
-            if len(rest) > _LONGEST_LINE:
-                lines, rest = [*lines, rest], b""
-            for line in lines:
-                self._note(line, log)
-            log.flush()
-        if rest:
-            self._note(rest, log)
+    def _cannot_log(self) -> None:
+        """Log no more, but read on: otherwise the process would stand still once the pipe is full."""
+        self._logging = False
+        self.tail.append(f"(cannot write more of its log: {sys.exception()})")
 
-    def _note(self, raw: bytes, log: TextIO) -> None:
+    def _note(self, raw: bytes, log: logging.Handler) -> None:
         line = raw.decode(errors="replace").rstrip("\r")
-        log.write(f"{time.monotonic() - self._launched_at:9.3f} {line}\n")
+        if self._logging:
+            log.emit(logging.makeLogRecord({"msg": line}))
         self.tail.append(line)
         if self.spec.ready and re.search(self.spec.ready, line):
             self.ready.set()

@@ -18,33 +18,60 @@
 
     [[process]]
     name = "view"
-    command = ["python", "-m", "visualhfsm", "watch"]
+    command = ["visualhfsm", "watch"]
     foreground = true                           # at most one: it owns the terminal; its end ends the stack
+    machines = ["operator"]                     # where it runs, of a stack for several machines
 
-`python` stands for the interpreter that runs the launcher.
+    [[process]]
+    name = "ball"
+    command = ["ballmover", "red"]
+    restart = "on-failure"                      # or "never": then its end ends the stack
+    restart_limit = 5                           # failures in a row, none a minute after its start
+    restart_pause = 1.0                         # seconds before it is started again
+
+`python` stands for the interpreter that runs the launcher; other programs are looked for beside that first.
 """
 
 from __future__ import annotations
 
 import re
+import sys
 from pathlib import Path
-from typing import Annotated, Final
+from signal import SIGINT, SIGTERM
+from typing import Annotated, Final, Literal
 
 import msgspec
 from msgspec import Meta, Struct
 
+from hfsm_command.tether import CANNOT_RUN
 from zenoh_ice import ZenohIceError
 from zenoh_ice.toml_file import parse_toml, read_text
 
-__all__ = ["ProcessSpec", "Stack", "StackError", "load_stack"]
+__all__ = [
+    "ON_PURPOSE",
+    "ProcessSpec",
+    "Restarts",
+    "Stack",
+    "StackError",
+    "load_stack",
+    "program_path",
+    "stack_path",
+]
 
 _VARIABLE: Final = re.compile(r"\{(\w+)\}")
+_STACKS: Final = Path(__file__).parent
+_STEADY: Final = 60.0  # s after its start from which a failure no longer counts as one in a row
+ON_PURPOSE: Final = frozenset({0, 128 + SIGINT, 128 + SIGTERM, -SIGINT, -SIGTERM})  # codes of an orderly end
+_HOPELESS: Final = frozenset({2, CANNOT_RUN})  # codes after wrong usage, which another start does not change
 
 Name = Annotated[
     str, Meta(pattern=r"^[\w.-]+\Z", description="it names a log file: write letters, digits, . _ - only")
 ]
 Command = Annotated[tuple[str, ...], Meta(min_length=1, description="write a program and its arguments")]
 Seconds = Annotated[float, Meta(gt=0.0, lt=3600.0, description="write seconds above 0 and below 3600")]
+
+
+Limit = Annotated[int, Meta(ge=1, le=1000, description="write a whole number from 1 to 1000")]
 
 
 class StackError(ZenohIceError):
@@ -63,6 +90,11 @@ class ProcessSpec(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True)
     stop_timeout: Seconds = 3.0
     after: tuple[str, ...] = ()
     foreground: bool = False
+    machines: tuple[Name, ...] = ()
+    """Where it runs; without any, on each machine."""
+    restart: Literal["never", "on-failure"] = "never"
+    restart_limit: Limit = 5
+    restart_pause: Seconds = 1.0
 
     def __post_init__(self) -> None:
         try:
@@ -71,6 +103,26 @@ class ProcessSpec(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True)
             raise ValueError(f"ready is not a regular expression: {error}") from error
         if self.foreground and self.ready:
             raise ValueError("a foreground process writes to the terminal and cannot have `ready`")
+        if self.foreground and self.restart != "never":
+            raise ValueError("the end of a foreground process ends the stack; it cannot have `restart`")
+
+
+class Restarts:
+    """The restart policy of a process: whether it is started again after an end."""
+
+    def __init__(self, spec: ProcessSpec) -> None:
+        self._spec = spec
+        self._failures = 0
+
+    def pause_after(self, code: int, ran: float) -> float | None:
+        """Return after how many seconds the process is to be started again, or None if it is not.
+
+        `ran` is how long it ran, in s; `code` its exit code, or minus the number of the signal that ended it.
+        """
+        if self._spec.restart == "never" or code in ON_PURPOSE | _HOPELESS:
+            return None
+        self._failures = 1 if ran >= _STEADY else self._failures + 1
+        return self._spec.restart_pause if self._failures <= self._spec.restart_limit else None
 
 
 class Stack(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -86,9 +138,13 @@ class Stack(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
         if not self.processes:
             raise ValueError("it has no [[process]]")
         names = [process.name for process in self.processes]
-        foreground = [process.name for process in self.processes if process.foreground]
-        if len(foreground) > 1:
-            raise ValueError(f"only one process can be foreground, not {', '.join(foreground)}")
+        for machine in self.machines or [""]:
+            on_it = [
+                each for each in self.processes if not machine or machine in (each.machines or [machine])
+            ]
+            foreground = [each.name for each in on_it if each.foreground]
+            if len(foreground) > 1:
+                raise ValueError(f"only one process can be foreground, not {', '.join(foreground)}")
         for number, process in enumerate(self.processes):
             if process.name in names[:number]:
                 raise ValueError(f"two processes are named {process.name}")
@@ -110,6 +166,29 @@ class Stack(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     def values(self) -> dict[str, str]:
         """The variables with their values, the endpoint among them."""
         return {**self.variables, **({"endpoint": self.endpoint} if self.endpoint else {})}
+
+    @property
+    def machines(self) -> list[str]:
+        """The machines that its processes name, in the order of the file."""
+        return list(dict.fromkeys(machine for each in self.processes for machine in each.machines))
+
+    def on_machine(self, machine: str) -> Stack:
+        """Return the part of the stack that runs on a machine; "" for a stack that names none.
+
+        What runs elsewhere is not waited for. Raises StackError for a machine that the stack does not name.
+        """
+        if machine not in (self.machines or [""]):
+            known = f"write --machine {' or '.join(self.machines)}" if self.machines else "it has no machines"
+            raise StackError(f"{f'there is no machine {machine}' if machine else self.name}: {known}")
+        part = [each for each in self.processes if not machine or machine in (each.machines or [machine])]
+        names = {each.name for each in part}
+        return msgspec.structs.replace(
+            self,
+            processes=tuple(
+                msgspec.structs.replace(each, after=tuple(name for name in each.after if name in names))
+                for each in part
+            ),
+        )
 
     def with_variables(self, changes: dict[str, str]) -> tuple[ProcessSpec, ...]:
         """Return the processes with every `{variable}` filled in.
@@ -144,3 +223,22 @@ def load_stack(path: Path) -> Stack:
     stack = parse_toml(read_text(path, StackError), Stack, str(path), StackError)
     name = stack.name or path.stem
     return msgspec.structs.replace(stack, name=name, log_dir=stack.log_dir or f"{name}/logs")
+
+
+def stack_path(name: str) -> Path:
+    """Return the file of a stack: `name` itself if it is a path, or that of the stack of ours so named.
+
+    Raises StackError when there is no such stack.
+    """
+    if name.endswith(".toml") or "/" in name:
+        return Path(name)
+    ours = sorted(each.stem for each in _STACKS.glob("*.toml"))
+    if name not in ours:
+        raise StackError(f"there is no stack {name}; there is {', '.join(ours)}, or a file such as ./my.toml")
+    return _STACKS / f"{name}.toml"
+
+
+def program_path(program: str) -> str:
+    """Return what to run for the first word of a command: our interpreter, or a program beside it, if any."""
+    beside = Path(sys.executable).parent / program
+    return sys.executable if program == "python" else str(beside) if beside.is_file() else program

@@ -20,13 +20,13 @@ from typing import Annotated, Any, Final, NoReturn
 import typer
 from msgspec import structs
 
+from hfsm_command.logs import set_up_logging
 from zenoh_ice.exceptions import ZenohIceError
 from zenoh_ice.security import exposure
 from zenoh_ice.settings import CONFIG_VARIABLE, DEFAULT_ENDPOINT, Settings, load_settings
 from zenoh_ice.status import program_name
 from zenoh_ice.toml_file import shown
 
-_LOG: Final = "%(asctime)s.%(msecs)03d %(levelname)-8s %(name)s: %(message)s"
 _CLEANUP_GRACE: Final = 10.0  # s after a signal in which others are ignored, so that cleaning up can end
 
 _logger = logging.getLogger(__name__)
@@ -50,6 +50,8 @@ _SHARED: Final = [
     _option("clock", "auto|wall|sim", "Wall time or robot time; auto: robot time if it is simulated."),
     _option("timeout", "SECONDS", "Time limit of a call.", float | None),
     _option("log_level", "LEVEL", "Lowest level to log: debug, info, warning, error or critical."),
+    _option("log_file", "FILE", "File to log to, instead of stderr; {program} and {pid} stand for ours."),
+    _option("log_format", "text|json", "Log lines of text, or a JSON object on each line."),
     _option("authority", "PEM", "Certificate of the authority, for TLS."),
     _option("certificate", "PEM", "Our own certificate."),
     _option("key", "PEM", "Private key of our certificate."),
@@ -76,7 +78,7 @@ def with_settings(
 ) -> Callable[[Callable[..., None]], Callable[..., None]]:
     """Give a command the options that all commands share; it takes what they say as `settings`.
 
-    `defaults` are those of the command where they differ from those of `Settings`. Logging to stderr is set
+    `defaults` are those of the command where they differ from those of `Settings`. Logging is set
     up before the command runs. With `--show-config` the settings are printed instead, on stderr what is
     dangerous about them, and the exit code is 0.
     """
@@ -93,7 +95,7 @@ def with_settings(
                 for danger in exposure(settings):
                     typer.echo(f"warning: {danger}", err=True)
                 raise typer.Exit
-            logging.basicConfig(level=settings.log_level.upper(), format=_LOG, datefmt="%H:%M:%S", force=True)
+            set_up_logging(settings)
             command(settings=settings, **options)
 
         own = dict(inspect.signature(command, eval_str=True).parameters)

@@ -9,6 +9,7 @@ import signal
 import sys
 from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass
+from logging.handlers import RotatingFileHandler
 from typing import Any
 
 import pytest
@@ -106,9 +107,11 @@ def log_handlers() -> Iterator[None]:
     root = logging.getLogger()
     handlers, level = root.handlers.copy(), root.level
     yield
-    if any(type(handler) is logging.StreamHandler for handler in root.handlers):
+    if left := [each for each in root.handlers if type(each) in (logging.StreamHandler, RotatingFileHandler)]:
         root.handlers[:] = handlers
         root.setLevel(level)
+        for handler in left:
+            handler.close()
 
 
 @pytest.fixture(scope="session")

@@ -139,6 +139,11 @@ class Settings(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, di
     on one machine"""
     log_level: Literal["debug", "info", "warning", "error", "critical"] = "warning"
     """lowest level of logged messages"""
+    log_file: Text = ""
+    """file to log to, instead of stderr; at 10 MB it is renamed to FILE.1, and five such are kept. Each
+    process needs its own: `{program}` and `{pid}` stand for its name and number"""
+    log_format: Literal["text", "json"] = "text"
+    """lines of text with the machine's date and time, or a JSON object on each line, with the time in UTC"""
     dispatch_threads: Threads = 8
     """threads that run callbacks and calls within the process"""
     security: Security = Security()
@@ -203,7 +208,7 @@ def load_settings(
                 (f"--{name.replace('_', '-')}", f"security_{name}" if name in PATHS else name, value)
             )
     for origin, name, value in given:
-        parsed = value.lower() if name in ("mode", "clock", "log_level") else value
+        parsed = value.lower() if name in ("mode", "clock", "log_level", "log_format") else value
         if name in ("connect", "listen") and isinstance(value, str):
             parsed = [item.strip() for item in value.split(",") if item.strip()]
         key = name.removeprefix("security_")

@@ -240,4 +240,44 @@ def router(*, settings: Settings) -> None:
     serve(settings, typer.echo)
 
 
+_STACK_EXAMPLES = """Examples:
+
+nao stack sim
+
+nao stack nao --set robot=tcp://nao.local
+
+nao stack lab --machine operator
+
+nao stack ./my.toml --set speed=5 --seconds 60"""
+
+
+@app.command(epilog=_STACK_EXAMPLES)
+def stack(
+    name: Annotated[
+        str, typer.Argument(metavar="NAME|FILE", help="demo, lab, nao, sim, or a stack file (TOML).")
+    ],
+    machine: Annotated[
+        str, typer.Option(metavar="NAME", help="Which part to start, of a stack for several machines.")
+    ] = "",
+    seconds: Annotated[
+        float | None,
+        typer.Option(min=0.0, callback=finite, help="Stop after this many seconds; 0 means never."),
+    ] = None,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="NAME=VALUE", help="Change a variable of the stack; repeatable."),
+    ] = None,
+) -> None:
+    """Start the processes of a stack file and stop them all together.
+
+    Each writes its own log file; the foreground process, if the stack has one, gets the terminal. Ctrl-C ends
+    everything in reverse order; a second Ctrl-C at once.
+    """
+    from deploy.command import parse_changes, start
+    from deploy.stack import load_stack, stack_path
+
+    part = load_stack(stack_path(name)).on_machine(machine)
+    raise typer.Exit(start(part, parse_changes(settings or []), seconds))
+
+
 app.add_typer(security, name="security")

@@ -246,8 +246,8 @@ def _show(watched: _Watched, *, with_values: bool) -> None:
 
 @contextmanager
 def _logs_above() -> Iterator[None]:
-    """Let logs go to what the view has put in place of stderr: it takes them, and moves down."""
-    handlers = [each for each in logging.getLogger().handlers if isinstance(each, logging.StreamHandler)]
+    """Let logs on stderr go to what the view has put in its place: it takes them, and moves down."""
+    handlers = [each for each in logging.getLogger().handlers if type(each) is logging.StreamHandler]
     before = [handler.setStream(sys.stderr) for handler in handlers]
     try:
         yield

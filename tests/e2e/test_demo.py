@@ -25,7 +25,7 @@ def demo(tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[ComponentPr
     text = (REPOSITORY / "deploy" / "demo.toml").read_text("utf-8")
     stack.write_text(text.replace('log_dir = "demo/logs"', f'log_dir = "{tmp_path}/logs"'))
     command = module(
-        "deploy", str(stack), "--seconds", str(seconds),
+        "deploy.nao", "stack", str(stack), "--seconds", str(seconds),
         "--set", "speed=3", "--set", f"report={tmp_path / 'report.html'}", "--set", f"endpoint={free_endpoint()}",
     )  # fmt: skip
     with ComponentProcess(command) as demo:

@@ -65,7 +65,7 @@ LOADS = {
     "ballmover": (module("ballmover", "green"), ("zenoh", "typer")),
     "visualhfsm": (module("visualhfsm", "watch"), ("zenoh", "typer")),
     "codegen": (module("codegen", "behaviors/dance.xml"), ("typer",)),
-    "deploy": (module("deploy", "deploy/demo.toml"), ("typer",)),
+    "stack": (module("deploy.nao", "stack", "demo"), ("typer",)),
 }
 
 
@@ -97,7 +97,7 @@ def test_ctrl_c_while_a_command_loads_is_clean(command: list[str], package: str,
         module("ballmover", "green", "--limit"),
         module("visualhfsm", "watch", "--seconds"),
         module("visualhfsm", "watch", "--wait"),
-        module("deploy", "deploy/demo.toml", "--seconds"),
+        module("deploy.nao", "stack", "demo", "--seconds"),
     ],
     ids=lambda command: f"{command[2]} {command[-1]}",
 )

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from deploy.nao.command import app
+from deploy.stack import load_stack
 from naoserver.fake import FakeRobot
 from tests.support.nao_command import at, nao
 from tests.support.pages import DOCS, blocks_of
@@ -34,6 +35,8 @@ def test_the_page_works_as_it_stands(tmp_path: Path, monkeypatch: pytest.MonkeyP
     ran = 0
     with served(FakeRobot()) as robot, at(robot.endpoint, robot.realm):
         for block in blocks_of(PAGE):
+            if block.language == "toml":
+                continue  # below
             assert block.language == "console"
             for command, expected in commands(block.text):
                 program, *words = shlex.split(command)
@@ -42,6 +45,16 @@ def test_the_page_works_as_it_stands(tmp_path: Path, monkeypatch: pytest.MonkeyP
                 ran += 1
                 assert matches(expected.rstrip(), outcome.text.rstrip()), f"{command}\n{outcome.text}"
     assert ran == 17
+
+
+def test_the_stack_file_is_one(tmp_path: Path) -> None:
+    (stack,) = (block.text for block in blocks_of(PAGE) if block.language == "toml")
+    (tmp_path / "my.toml").write_text(stack, "utf-8")
+    assert [each.name for each in load_stack(tmp_path / "my.toml").processes] == [
+        "naoserver",
+        "ball",
+        "behavior",
+    ]
 
 
 def test_every_command_is_explained() -> None:

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import psutil
@@ -67,7 +68,7 @@ class Bench:
     ) -> subprocess.Popen[str]:
         path = self.directory / "stack.toml"
         path.write_text(self._stack)
-        command = [sys.executable, "-m", "deploy", str(path), *options]
+        command = [sys.executable, "-m", "deploy.nao", "stack", str(path), *options]
         if terminal is None:
             self.launcher = subprocess.Popen(
                 command,
@@ -151,13 +152,23 @@ def test_a_process_starts_only_when_those_before_it_are_ready(bench):
     assert "up True" in bench.run()[1]
 
 
-def test_output_goes_to_a_log_with_the_time_of_each_line(bench):
-    bench.add("talker", "import time; print('one\\ntwo'); time.sleep(600)", ready="two")
+def test_output_goes_to_a_log_with_date_and_time_of_each_line(bench):
+    before = datetime.now(UTC) - timedelta(seconds=1)
+    bench.add("talker", SERVICE, ready="ready")
     bench.add("view", "", after=["talker"], foreground=True)
-    bench.run()
+    for _ in range(2):
+        bench.run()
     lines = bench.text("logs/talker.log").splitlines()
-    assert [line.split()[1] for line in lines[:2]] == ["one", "two"]
-    assert all(float(line.split()[0]) < START_LIMIT for line in lines[:2])
+    assert [line.split(maxsplit=2)[2] for line in lines] == ["ready to serve"] * 2
+    times = [datetime.fromisoformat(line[:23]).astimezone(UTC) for line in lines]
+    assert before < times[0] < times[1] < datetime.now(UTC)
+
+
+def test_a_log_rotates_at_its_size(bench):
+    bench.add("talker", "for n in range(20_000): print('x' * 600)\nprint('last')")
+    bench.run()
+    assert bench.path("logs/talker.log.1").stat().st_size <= 10_000_000
+    assert bench.text("logs/talker.log").endswith("last\n")
 
 
 def test_the_death_of_one_process_ends_all_and_shows_its_last_words(bench):
@@ -169,6 +180,54 @@ def test_the_death_of_one_process_ends_all_and_shows_its_last_words(bench):
     assert "    no such robot" in output
     assert "broken.log" in output
     assert bench.alive() == []
+
+
+RESTARTED = """
+import pathlib, sys, time
+starts = pathlib.Path(sys.argv[2]) / "starts"
+with starts.open("a") as file:
+    file.write("x")
+number = len(starts.read_text())
+print("ready", number, flush=True)
+if number < 3:
+    sys.exit("lost")
+"""
+
+
+def test_a_process_is_restarted_on_failure_and_the_others_run_on(bench):
+    bench.add("healthy", SERVICE, ready="ready")
+    bench.add(
+        "fragile", RESTARTED + "time.sleep(600)", after=["healthy"], restart="on-failure", restart_pause=0.01
+    )
+    launcher = bench.start()
+    wait(lambda: bench.path("starts").exists() and bench.text("starts") == "xxx", "the third start")
+    assert bench.alive() == ["healthy"]
+    launcher.send_signal(signal.SIGINT)
+    output, _ = launcher.communicate(timeout=RUN_LIMIT)
+    assert output.count("fragile ended with exit code 1 after") == 2
+    assert output.count("starting it again in 0.01 s") == 2
+    log = [line.split(maxsplit=2)[2] for line in bench.text("logs/fragile.log").splitlines()]
+    assert log[:5] == ["ready 1", "lost", "ready 2", "lost", "ready 3"]
+
+
+def test_a_stack_runs_on_without_what_failed_too_often_or_is_done_until_none_is_left(bench):
+    bench.add("fragile", RESTARTED, restart="on-failure", restart_limit=1, restart_pause=0.01)
+    bench.add("done", "print('done')", restart="on-failure")
+    code, output = bench.run()
+    assert code == 1
+    assert bench.text("starts") == "xx"
+    assert "    lost\n  not starting fragile again" in output
+    assert "done ended with exit code 0" in output
+
+
+def test_a_stack_ends_when_what_others_may_wait_for_never_gets_ready(bench):
+    bench.add("broken", "import sys; sys.exit('no such robot')", ready="ready", restart="on-failure",
+              restart_limit=1, restart_pause=0.01)  # fmt: skip
+    bench.add("view", SERVICE, after=["broken"], foreground=True)
+    code, output = bench.run()
+    assert code == 1
+    assert output.count("broken ended with exit code 1") == 2
+    assert not bench.path("view.pid").exists()
 
 
 def test_a_process_killed_by_a_signal_is_reported_by_its_name(bench):
@@ -349,10 +408,13 @@ def test_a_wrong_stack_file_is_one_line_on_stderr(tmp_path):
     path = tmp_path / "stack.toml"
     path.write_text("[[process]]\n")
     done = subprocess.run(
-        [sys.executable, "-m", "deploy", str(path)], capture_output=True, text=True, timeout=RUN_LIMIT
+        [sys.executable, "-m", "deploy.nao", "stack", str(path)],
+        capture_output=True,
+        text=True,
+        timeout=RUN_LIMIT,
     )
     assert done.returncode == 1
-    assert done.stderr == f"deploy: error: {path}:1: process[0]: name is missing\n"
+    assert done.stderr == f"nao: error: {path}:1: process[0]: name is missing\n"
 
 
 def test_a_place_where_no_logs_can_be_written_is_named(bench):
@@ -363,7 +425,7 @@ def test_a_place_where_no_logs_can_be_written_is_named(bench):
     assert code == 1
     assert (
         output.splitlines()[-1]
-        == f"deploy: error: {bench.path('file')}/logs: cannot write logs there: Not a directory"
+        == f"nao: error: {bench.path('file')}/logs: cannot write logs there: Not a directory"
     )
 
 

@@ -43,7 +43,7 @@ ON_REFUSED: Final = ("pause", "error")
 STANDARD_OPTIONS: Final = frozenset(
     {
         *("realm", "connect", "listen", "mode", "authority", "certificate", "key"),
-        *("clock", "timeout", "config", "show_config", "log_level"),
+        *("clock", "timeout", "config", "show_config", "log_level", "log_file", "log_format"),
         *("on_error", "on_refused", "seconds", "begin_at", "breakpoint", "stay_halted"),
         *("record", "record_images", "help"),
     }

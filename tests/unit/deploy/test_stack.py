@@ -3,12 +3,14 @@
 import re
 from pathlib import Path
 
+import msgspec
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from deploy.launcher import free_endpoint
-from deploy.stack import StackError, load_stack
+from deploy.stack import ProcessSpec, Restarts, StackError, load_stack, stack_path
+from tests.support.processes import REPOSITORY
 
 GOOD = """
 name = "pair"
@@ -89,6 +91,9 @@ def test_a_change_of_an_unknown_variable_names_the_known_ones(tmp_path):
         ("stop_timeout = 9.5", "stop_timeout = nan", "stop_timeout = nan: write seconds above 0"),
         ("stop_timeout = 9.5", "stop_timeout = true", "stop_timeout = true: write seconds above 0"),
         ("ready_timeout = 5", "foreground = true", "only one process can be foreground"),
+        ("stop_timeout = 9.5", 'restart = "always"', r"toml:21: process\[1\]\.restart = 'always'"),
+        ("stop_timeout = 9.5", 'restart = "on-failure"', "a foreground process ends the stack"),
+        ("ready_timeout = 5", "restart_limit = 0", "restart_limit = 0: write a whole number from 1"),
         ('ready = "serving \\\\\\\\w+"', 'ready = "("', "ready is not a regular expression"),
         (
             'environment = { MODE = "x{speed}" }',
@@ -130,3 +135,90 @@ def test_any_text_is_read_or_refused_with_the_file_named(tmp_path_factory, text)
 def test_an_endpoint_of_another_form_is_refused(endpoint):
     with pytest.raises(StackError, match="not of the form"):
         free_endpoint(endpoint)
+
+
+def restarting(**keys: object) -> Restarts:
+    return Restarts(msgspec.convert({"name": "p", "command": ["p"], **keys}, ProcessSpec))
+
+
+def test_a_process_is_restarted_after_failures_in_a_row_up_to_its_limit():
+    restarts = restarting(restart="on-failure", restart_limit=3, restart_pause=0.5)
+    assert [restarts.pause_after(1, ran) for ran in (5.0, 0.0, 59.9, 0.0)] == [0.5, 0.5, 0.5, None]
+
+
+def test_a_minute_without_failure_starts_the_count_again():
+    restarts = restarting(restart="on-failure", restart_limit=2, restart_pause=1.0)
+    assert [restarts.pause_after(-9, ran) for ran in (0.1, 0.1, 60.0, 0.1, 0.1)] == [1.0, 1.0, 1.0, 1.0, None]
+
+
+@pytest.mark.parametrize("code", [0, 130, 143, -2, -15, 2, 127])
+def test_no_process_is_restarted_after_an_orderly_end_or_wrong_usage(code):
+    assert restarting(restart="on-failure").pause_after(code, 1.0) is None
+
+
+def test_without_a_policy_nothing_is_restarted():
+    assert restarting().pause_after(1, 1.0) is None
+
+
+MACHINES = """
+[[process]]
+name = "robot"
+machines = ["robot"]
+command = ["robot"]
+[[process]]
+name = "both"
+after = ["robot"]
+command = ["both"]
+[[process]]
+name = "stop"
+machines = ["operator"]
+after = ["robot", "both"]
+command = ["stop"]
+foreground = true
+"""
+
+
+def test_each_machine_runs_its_part_and_does_not_wait_for_others(tmp_path):
+    stack = load_stack(write(tmp_path, MACHINES))
+    parts = {machine: stack.on_machine(machine).processes for machine in stack.machines}
+    assert {machine: [each.name for each in part] for machine, part in parts.items()} == {
+        "robot": ["robot", "both"],
+        "operator": ["both", "stop"],
+    }
+    assert [each.after for each in parts["operator"]] == [(), ("both",)]
+
+
+@pytest.mark.parametrize(
+    ("machine", "message"),
+    [
+        ("", "^stack: write --machine robot or operator$"),
+        ("moon", "no machine moon: write --machine robot or"),
+    ],
+)
+def test_a_stack_for_several_machines_wants_one_of_them(tmp_path, machine, message):
+    with pytest.raises(StackError, match=message):
+        load_stack(write(tmp_path, MACHINES)).on_machine(machine)
+
+
+def test_a_stack_without_machines_has_no_parts(tmp_path):
+    stack = load_stack(write(tmp_path, GOOD))
+    assert stack.on_machine("") == stack
+    with pytest.raises(StackError, match="no machine moon: it has no machines"):
+        stack.on_machine("moon")
+
+
+def test_each_machine_has_one_terminal(tmp_path):
+    two = MACHINES.replace('machines = ["robot"]', 'machines = ["operator"]\nforeground = true')
+    with pytest.raises(StackError, match="only one process can be foreground, not robot, stop"):
+        load_stack(write(tmp_path, two))
+
+
+def test_a_stack_is_given_by_name_or_by_file():
+    assert stack_path("sim") == REPOSITORY / "deploy" / "sim.toml"
+    assert [str(stack_path(name)) for name in ("sim.toml", "./sim", "a/b.toml")] == [
+        "sim.toml",
+        "sim",
+        "a/b.toml",
+    ]
+    with pytest.raises(StackError, match=r"no stack soccer; there is demo, lab, nao, sim, or a file"):
+        stack_path("soccer")

@@ -33,6 +33,7 @@ EXAMPLES = {
     "clock": "wall",
     "shared_memory": "false",
     "log_level": "debug",
+    "log_format": "json",
     "security.mutual": "false",
 }
 """What a variable may be set to, where it may not be 7."""

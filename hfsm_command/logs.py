@@ -1,0 +1,74 @@
+"""Logging of all commands: as text or JSON, to stderr or to files that rotate."""
+
+from __future__ import annotations
+
+import json
+import logging
+import os
+from datetime import UTC, datetime
+from logging.handlers import RotatingFileHandler
+from pathlib import Path
+from typing import Final
+
+from zenoh_ice.exceptions import ConfigurationException
+from zenoh_ice.settings import Settings
+from zenoh_ice.status import program_name
+
+__all__ = ["DATED", "DATE_FORMAT", "rotating", "set_up_logging"]
+
+DATED: Final = "%(asctime)s.%(msecs)03d "
+"""The beginning of a line: date and time of the machine, with `DATE_FORMAT`."""
+DATE_FORMAT: Final = "%Y-%m-%d %H:%M:%S"
+
+_TEXT: Final = DATED + "%(levelname)-8s %(name)s: %(message)s"
+_MOST_BYTES: Final = 10_000_000  # of a file; then it is renamed to FILE.1, that to FILE.2, and so on
+_OLD_FILES: Final = 5
+
+
+class _JsonFormatter(logging.Formatter):
+    """One JSON object for each record, on one line."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        line = {
+            "time": datetime.fromtimestamp(record.created, UTC).isoformat(timespec="milliseconds"),
+            "level": record.levelname.lower(),
+            "logger": record.name,
+            "message": record.getMessage(),
+            "program": program_name(),
+            "pid": record.process,
+            "thread": record.threadName,
+        }
+        if record.exc_info:
+            line["exception"] = self.formatException(record.exc_info)
+        return json.dumps(line, ensure_ascii=False)
+
+
+def set_up_logging(settings: Settings) -> None:
+    """Let the records of this process go where the settings say.
+
+    Raises ConfigurationException when the file cannot be written.
+    """
+    handler: logging.Handler = logging.StreamHandler()
+    if settings.log_file:
+        path = Path(settings.log_file.replace("{program}", program_name()).replace("{pid}", str(os.getpid())))
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            handler = rotating(path)
+        except OSError as error:
+            origin = settings.origins.get("log_file", "the program")
+            raise ConfigurationException(
+                f"{origin}: log_file = {settings.log_file!r}: cannot be written: {error.strerror}"
+            ) from error
+    text = logging.Formatter(_TEXT, DATE_FORMAT)
+    handler.setFormatter(_JsonFormatter() if settings.log_format == "json" else text)
+    logging.basicConfig(level=settings.log_level.upper(), handlers=[handler], force=True)
+
+
+def rotating(path: Path, *, delay: bool = False) -> RotatingFileHandler:
+    """Return a handler that appends to a file of at most 10 MB and keeps five older ones.
+
+    With `delay` the file is opened with the first record. Raises OSError when it cannot be opened.
+    """
+    return RotatingFileHandler(
+        path, maxBytes=_MOST_BYTES, backupCount=_OLD_FILES, encoding="utf-8", errors="replace", delay=delay
+    )

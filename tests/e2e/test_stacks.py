@@ -1,0 +1,68 @@
+"""The stacks as their users start them: a simulation with the editor, and a laboratory's robot over TLS."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import psutil
+import pytest
+
+from tests.support.limits import END_LIMIT, RUN_LIMIT, START_LIMIT
+from tests.support.processes import ComponentProcess, free_endpoint, module
+from tests.support.security import Keys
+
+pytestmark = pytest.mark.slow
+
+
+def child(stack: ComponentProcess, *words: str) -> psutil.Process | None:
+    for process in psutil.Process(stack.process.pid).children():
+        command = " ".join(process.cmdline())
+        if all(word in command for word in words):
+            return process
+    return None
+
+
+def stack_in(folder: Path, name: str, *options: str) -> ComponentProcess:
+    program = f"import os; os.chdir({str(folder)!r}); from deploy.nao.__main__ import main; main()"
+    return ComponentProcess([sys.executable, "-c", program, "stack", name, *options])
+
+
+def test_a_killed_ball_is_back_while_the_robot_runs_on(tmp_path: Path) -> None:
+    pytest.importorskip("mujoco")
+    with stack_in(tmp_path, "sim", "--set", f"endpoint={free_endpoint()}") as stack:
+        stack.wait_for("The editor is at http://127.0.0.1:", RUN_LIMIT)
+        robot, ball = child(stack, "naoserver-sim"), child(stack, "ballmover red")
+        assert robot is not None
+        assert ball is not None
+        ball.kill()
+        stack.wait_for(r"^ball-red was terminated by SIGKILL .*; starting it again in 1 s")
+        deadline = time.monotonic() + START_LIMIT
+        while (again := child(stack, "ballmover red")) is None or again.pid == ball.pid:
+            assert time.monotonic() < deadline
+            time.sleep(0.05)
+        assert robot.is_running()
+        assert {each.name for each in (tmp_path / "sim/logs").iterdir()} >= {"naoserver.log"}
+        stack.process.send_signal(signal.SIGINT)
+        assert stack.wait(END_LIMIT) == 130
+
+
+def test_a_laboratory_starts_in_order_and_roles_hold(tmp_path: Path) -> None:
+    pytest.importorskip("mujoco")
+    keys = Keys(tmp_path / "keys").folder
+    environment = os.environ | {"VISUALHFSM_CONFIG": str(keys / "student.toml")}
+
+    def call(*words: str) -> subprocess.CompletedProcess[str]:
+        command = module("deploy.nao", "call", *words)
+        return subprocess.run(command, env=environment, capture_output=True, text=True, timeout=RUN_LIMIT)
+
+    with stack_in(tmp_path, "lab", "--machine", "simulation") as stack:
+        stack.wait_for("simulator is ready after", RUN_LIMIT)
+        assert call("Head.getPose").returncode == 0
+        refused = call("Head.setPose", "0.3", "0", "0.5")
+        assert refused.returncode == 1
+        assert "Head.setPose" in refused.stderr
