@@ -29,8 +29,10 @@ __all__ = [
     "Lines",
     "NoAnswerError",
     "Stream",
+    "WatchedProcess",
     "answer_lines",
     "child_environment",
+    "describe_exit",
 ]
 
 Stream = Literal["out", "err"]
@@ -49,6 +51,8 @@ _DRAIN: Final = 0.5
 """Seconds in which the output must end after the process; a grandchild may hold the pipe open."""
 _KILL_LIMIT: Final = 2.0
 """Seconds in which a process must be gone after SIGKILL; only one stuck in the kernel takes longer."""
+_INTERRUPTED: Final = 130
+_TERMINATED: Final = 143
 
 
 def child_environment(include: Iterable[Path] = ()) -> dict[str, str]:
@@ -298,6 +302,60 @@ class ChildProcess(asyncio.SubprocessProtocol):
             dropped = self._dropped + max(0, len(lines) - _MOST_LINES)
             self._pending, self._dropped = [], 0
             self._report(Lines(lines[-_MOST_LINES:], dropped))
+
+
+class WatchedProcess:
+    """A command that can be started any number of times, once at a time, and whose end is reported.
+
+    `report` gets its output, `ended` its exit code and whether `stop` ended it, both on the event loop.
+    """
+
+    def __init__(self, report: Callable[[Lines], None], ended: Callable[[int, bool], None]) -> None:
+        self._report = report
+        self._ended = ended
+        self._child: ChildProcess | None = None
+        self._watch: asyncio.Task[None] | None = None
+        self._stopping = False
+
+    @property
+    def is_running(self) -> bool:
+        """Whether the process is there."""
+        return self._watch is not None and not self._watch.done()
+
+    async def start(self, command: Sequence[str], environment: Mapping[str, str]) -> None:
+        """Start a command. Raises OSError when no process can be started."""
+        child = ChildProcess(self._report)
+        await child.start(command, environment)
+        self._child = child
+        self._stopping = False
+        self._watch = asyncio.create_task(self._follow(child))
+
+    async def stop(self, patience: Sequence[float]) -> None:
+        """End the process as `ChildProcess.stop` does, if there is one, and wait until that is reported."""
+        if self._child is None or self._watch is None or self._watch.done():
+            return
+        self._stopping = True
+        await self._child.stop(patience)
+        await self._watch
+
+    def kill(self) -> None:
+        """Kill the process with its whole group, unless it has ended, and do not wait."""
+        if self._child is not None:
+            self._child.kill()
+
+    async def _follow(self, child: ChildProcess) -> None:
+        self._ended(await child.wait(), self._stopping)
+
+
+def describe_exit(code: int, *, stopped: bool) -> str:
+    """Describe how a process ended; `stopped` when that was requested."""
+    if code == 0 or (stopped and code in (_INTERRUPTED, _TERMINATED)):
+        return "it was stopped" if stopped else "it has finished"
+    if code > 0:
+        hint = {1: " after an error", 2: ": its command line is wrong", _INTERRUPTED: " by Ctrl-C"}
+        return f"it ended with exit code {code}{hint.get(code, '')}"
+    name = signal.Signals(-code).name if -code in signal.valid_signals() else f"signal {-code}"
+    return f"it was terminated by {name}"
 
 
 def _pieces(line: bytes) -> Iterator[str]:

@@ -9,7 +9,6 @@ import asyncio
 import contextlib
 import re
 import shutil
-import signal
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -21,7 +20,7 @@ from codegen.diagnostics import Diagnostics
 from codegen.hfsm import component_path, extension_path, read_document, write_document
 from codegen.hfsm.document import Document
 from codegen.hfsm.source_map import SourceMap, SourceRow
-from visualhfsm.child import ChildProcess, Lines, child_environment
+from visualhfsm.child import Lines, WatchedProcess, child_environment, describe_exit
 from visualhfsm.editing.places import Locator, Place, spots
 from visualhfsm.errors import VisualHfsmError
 from visualhfsm.generate import generate_component
@@ -35,8 +34,6 @@ _Status = Literal["generating", "starting", "running", "stopping", "ended"]
 _PATIENCE: Final = (5.0, 3.0)
 """Seconds from SIGINT, at which a component stops the robot, to SIGTERM, and from there to SIGKILL."""
 
-_INTERRUPTED: Final = 130
-_TERMINATED: Final = 143
 _CLOSE_PATIENCE: Final = (3.0, 2.0)
 
 _FRAME: Final = re.compile(r'\s*File "(.+)", line (\d+)')
@@ -138,22 +135,15 @@ class _Run:
         self._environment = environment
         self._directory = _Directory()
         self._generated: _Generated | None = None
-        self._child: ChildProcess | None = None
-        self._watch: asyncio.Task[None] | None = None
-        self._stopping = False
+        self._process = WatchedProcess(self._take, self._end)
         self._busy = asyncio.Lock()
         self.component = ""
         """The name of what is started or runs; empty when nothing does."""
 
     @property
-    def is_running(self) -> bool:
-        """Whether the process is there."""
-        return self._watch is not None and not self._watch.done()
-
-    @property
     def origins(self) -> Origins | None:
         """The source map of the running component; None while none runs."""
-        return self._generated.origins if self._generated and self.is_running else None
+        return self._generated.origins if self._generated and self._process.is_running else None
 
     async def generate(self, source: Source) -> _Generated:
         """Write the component, for a start or for a reload of the one that runs. Raises VisualHfsmError.
@@ -190,8 +180,7 @@ class _Run:
         try:
             await self.stop(patience)
         finally:
-            if self._child is not None:
-                self._child.kill()
+            self._process.kill()
             self._directory.close()
 
     async def _generate(self, source: Source, *, beside: bool = False) -> _Generated:
@@ -199,27 +188,18 @@ class _Run:
         return self._generated
 
     async def _launch(self, command: Sequence[str]) -> None:
-        child = ChildProcess(self._take)
         try:
-            await child.start(command, {**child_environment(), **self._environment})
+            await self._process.start(command, {**child_environment(), **self._environment})
         except OSError as error:
             raise VisualHfsmError(f"the component cannot be started: {error.strerror or error}") from error
-        self._child = child
-        self._stopping = False
-        self._watch = asyncio.create_task(self._follow(child))
 
     async def _stop(self, patience: Sequence[float]) -> None:
-        if self._child is None or self._watch is None or self._watch.done():
-            return
-        self._stopping = True
-        self._report("stopping")
-        await self._child.stop(patience)
-        await self._watch
+        if self._process.is_running:
+            self._report("stopping")
+            await self._process.stop(patience)
 
-    async def _follow(self, child: ChildProcess) -> None:
-        code = await child.wait()
-        message = _describe_exit(code, stopped=self._stopping)
-        self._report("ended", code, message)
+    def _end(self, code: int, stopped: bool) -> None:
+        self._report("ended", code, describe_exit(code, stopped=stopped))
 
     def _report(self, status: _Status, exit_code: int | None = None, message: str = "") -> None:
         self._publish(
@@ -244,17 +224,6 @@ class _Run:
         if origin is None:
             return OutputLine(text=text, stream=stream)
         return OutputLine(text=text, stream=stream, place=origin.place, line=origin.line)
-
-
-def _describe_exit(code: int, *, stopped: bool) -> str:
-    """Describe how a component ended; `stopped` when that was requested."""
-    if code == 0 or (stopped and code in (_INTERRUPTED, _TERMINATED)):
-        return "it was stopped" if stopped else "it has finished"
-    if code > 0:
-        hint = {1: " after an error", 2: ": its command line is wrong", _INTERRUPTED: " by Ctrl-C"}
-        return f"it ended with exit code {code}{hint.get(code, '')}"
-    name = signal.Signals(-code).name if -code in signal.valid_signals() else f"signal {-code}"
-    return f"it was terminated by {name}"
 
 
 class _Directory:

@@ -9,7 +9,9 @@ too long.
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Coroutine, Mapping, Sequence
+import contextlib
+import socket
+from collections.abc import Callable, Coroutine, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, TypeVar
@@ -19,6 +21,7 @@ import msgspec
 from codegen.hfsm.code.names import component_name
 from codegen.hfsm.document import Document
 from visualhfsm.editing.places import Place
+from zenoh_ice.settings import host_and_port, is_loopback
 
 __all__ = [
     "Components",
@@ -26,12 +29,15 @@ __all__ = [
     "OutputLine",
     "Publish",
     "Push",
+    "Robot",
     "RunPush",
+    "Simulation",
     "Snapshot",
     "Source",
     "Stale",
     "Structure",
     "complete",
+    "free_endpoint",
     "retrieve",
     "tag",
 ]
@@ -61,11 +67,9 @@ class Source:
 
 @dataclass(frozen=True, slots=True)
 class Components:
-    """The components that run in the realm: their names and what else the page shows of them."""
+    """The components that run in the realm: their names."""
 
     running: Sequence[Mapping[str, Any]]
-    robot_stopped: str = ""
-    """Why the emergency stop of the realm's robot is latched; empty while it is not."""
 
 
 def tag(class_name: str) -> str:
@@ -112,6 +116,41 @@ class RunPush(Push, tag="run"):
     message: str = ""
 
 
+class Simulation(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
+    """A simulation as it is requested: its world, its speed as `--speed` takes it, and whether balls move."""
+
+    world: str = "balls"
+    speed: str = "1"
+    balls: bool = False
+
+
+class Robot(Push, omit_defaults=True):
+    """The robot of the realm, and what the editor runs for it.
+
+    `starting` is what was started here and is not there yet; `lost` is a robot that was there and that nobody
+    ended here.
+    """
+
+    status: Literal["none", "starting", "present", "lost", "stopping"] = "none"
+    simulated: bool = False
+    name: str = ""
+    """The address of a real robot that was connected here."""
+    speed: float = 0.0
+    """Robot seconds in a second of wall time, as measured."""
+    since: float = 0.0
+    """When it was lost, in s of wall time; 0 while it is not."""
+    stopped: str = ""
+    """Why its emergency stop is latched; empty while it is not."""
+    started: Literal["", "simulation", "real"] = ""
+    """What was started here and runs."""
+    simulation: Simulation = Simulation()
+    """The simulation that was last requested."""
+    has_balls: bool = False
+    """Whether it has balls that can be moved."""
+    trouble: str = ""
+    """Why what was started here has ended."""
+
+
 class Snapshot(Push):
     """The state of a running component at this moment."""
 
@@ -133,8 +172,20 @@ class Stale(Push):
     since: float
 
 
-Publish = Callable[[Components | Snapshot | Structure | Stale | Output | RunPush], None]
+Publish = Callable[[Components | Robot | Snapshot | Structure | Stale | Output | RunPush], None]
 """Send something to the page; of two values of one thing the older may be dropped, output never is."""
+
+
+def free_endpoint(preferred: Iterable[str] = ()) -> str:
+    """Return a free endpoint on loopback: the first of those preferred that is free, or any port."""
+    for endpoint in preferred:
+        place = host_and_port(endpoint) if is_loopback(endpoint) and endpoint.startswith("tcp/") else None
+        with contextlib.suppress(OSError):
+            if place is not None:
+                with socket.create_server(place):
+                    return endpoint
+    with socket.create_server(("127.0.0.1", 0)) as probe:
+        return f"tcp/127.0.0.1:{probe.getsockname()[1]}"
 
 
 async def complete(work: Coroutine[object, object, R]) -> R:

@@ -86,10 +86,10 @@ class NoService:
         """Do nothing: nothing is open."""
 
 
-def services(code_help: Any = None, running: Any = None, live: Any = None) -> Services:
+def services(code_help: Any = None, running: Any = None, live: Any = None, robots: Any = None) -> Services:
     """Return services, some of which a test provides."""
     missing: Any = NoService()
-    return Services(code_help or missing, running or missing, live or missing)
+    return Services(code_help or missing, running or missing, live or missing, robots or missing)
 
 
 def no_services(_publish: Publish) -> Services:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import itertools
 import logging
-import socket
+import math
 from collections.abc import AsyncGenerator, Callable, Mapping
 from concurrent.futures import Future
 from pathlib import Path
@@ -15,8 +15,8 @@ import msgspec
 from msgspec import Meta
 
 from interfaces.hfsm import HfsmMonitorPrx
-from interfaces.jderobot import MotorsPrx
-from interfaces.nao import JointsPrx, PoseHeadPrx, SafetyPrx
+from interfaces.jderobot import InvalidValueException, MotorsPrx
+from interfaces.nao import GroundTruthPrx, JointsPrx, PoseHeadPrx, SafetyPrx, ScenePrx
 from visualhfsm.errors import VisualHfsmError
 from visualhfsm.monitoring.follower import Follower, LiveStructure, News, Silence
 from visualhfsm.monitoring.realm import (
@@ -26,7 +26,7 @@ from visualhfsm.monitoring.realm import (
     missing_component,
     refusals,
 )
-from visualhfsm.monitoring.robot import RobotMonitor
+from visualhfsm.monitoring.robot import RobotMonitor, RobotPresence
 from visualhfsm.monitoring.run_log import LiveSnapshot, RunLog
 from visualhfsm.services import Components, Publish, Snapshot, Stale, Structure
 from zenoh_ice import Communicator, ObjectPrx, Settings, ZenohIceError, initialize
@@ -38,7 +38,7 @@ from .cameras import Cameras
 from .poses import PoseStream
 from .recordings import RecordedRun, open_recording
 
-__all__ = ["OPERATIONS", "Monitoring", "StopReport", "control", "free_endpoint", "reset_robot", "stop_robot"]
+__all__ = ["OPERATIONS", "Monitoring", "StopReport", "control", "reset_robot", "stand_robot", "stop_robot"]
 
 _PERIOD: Final = 0.1
 _RECORDING: Final = "recording:"
@@ -70,13 +70,16 @@ class Monitoring:
 
     Besides `OPERATIONS`, the page may request these actions of `control`: `timeline`, `at` (a moment of the
     past by its component time), `series` (numbers over time), `facts` of the robot, `identities` in the
-    realm, `emergencyStop`, the operator's red button, which also ends all components, and
-    `resetEmergencyStop`; the last four need no component. The past of an open recording is requested by the
-    name that `recording` returned.
+    realm, `emergencyStop`, the operator's red button, which also ends all components,
+    `resetEmergencyStop`, and `standRobot`, which puts a simulated robot on its feet; the last five need no
+    component. The past of an open recording is requested by the name that `recording` returned.
     """
 
-    def __init__(self, publish: Publish, settings: Settings) -> None:
+    def __init__(
+        self, publish: Publish, settings: Settings, observe: Callable[[RobotPresence], None] = lambda _: None
+    ) -> None:
         self._publish = publish
+        self._observe = observe
         self._communicator: Final[Communicator] = initialize(settings)
         self._robot = RobotMonitor(self._communicator)
         self._cameras = Cameras(self._communicator)
@@ -120,6 +123,8 @@ class Monitoring:
                     return await self._emergency_stop()
                 case "resetEmergencyStop":
                     return await reset_robot(self._communicator)
+                case "standRobot":
+                    return await stand_robot(self._communicator)
                 case "identities":
                     return self._identities()
                 case "facts":
@@ -188,8 +193,9 @@ class Monitoring:
         while True:
             try:
                 self._robot.update()
+                self._observe(self._robot.presence())
                 running = [{"component": name} for name in components(self._communicator)]
-                news = Components(running, self._robot.stop_reason())
+                news = Components(running)
                 if news != self._published:
                     self._published = news
                     self._publish(news)
@@ -344,10 +350,17 @@ async def reset_robot(communicator: Communicator) -> None:
     await asyncio.wrap_future(safety.resetEmergencyStop.begin())
 
 
-def free_endpoint() -> str:
-    """Return a free endpoint on loopback.
-
-    Components that are started here connect to it, so that they are found without a robot.
-    """
-    with socket.create_server(("127.0.0.1", 0)) as probe:
-        return f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+async def stand_robot(communicator: Communicator) -> None:
+    """Put a simulated robot on its feet where it is. Raises VisualHfsmError where that is not possible."""
+    scene = ScenePrx.uncheckedCast(communicator.stringToProxy("Scene"))
+    truth = GroundTruthPrx.uncheckedCast(communicator.stringToProxy("GroundTruth"))
+    pose = (await asyncio.wrap_future(truth.getGroundTruth.begin())).torso
+    turn = pose.orientation
+    # The angle about the vertical, https://en.wikipedia.org/wiki/Conversion_between_quaternions_and_Euler_angles
+    heading = math.atan2(
+        2.0 * (turn.w * turn.z + turn.x * turn.y), 1.0 - 2.0 * (turn.y * turn.y + turn.z * turn.z)
+    )
+    try:
+        await asyncio.wrap_future(scene.placeRobot.begin(pose.position.x, pose.position.y, heading))
+    except InvalidValueException as error:
+        raise VisualHfsmError(f"the robot cannot stand here: {printable(error.what)}") from error

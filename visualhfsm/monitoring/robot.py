@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import math
-from typing import Final
+from typing import Final, NamedTuple
 
 import msgspec
 
 from interfaces.jderobot import CameraPrx
-from interfaces.nao import HealthPrx, HealthReport, JointLimits, JointsPrx, PoseHeadPrx, SafetyPrx
+from interfaces.nao import ClockPrx, HealthPrx, HealthReport, JointLimits, JointsPrx, PoseHeadPrx, SafetyPrx
 from visualhfsm.monitoring.realm import Newest, PolledValue, has_interface
 from zenoh_ice import Communicator
 from zenoh_ice.text import printable
 
-__all__ = ["STALE", "RobotFacts", "RobotMonitor", "RobotState"]
+__all__ = ["STALE", "RobotFacts", "RobotMonitor", "RobotPresence", "RobotState"]
 
 STALE: Final = 0.8
 """Wall seconds after which a value that is sent at least ten times a second is too old."""
@@ -21,6 +21,8 @@ _STALE_HEALTH: Final = 2.0
 """The same for reports of health and safety, which are sent twice a second."""
 _LONGEST_REASON: Final = 200
 _BODY: Final = "Body"
+_PARTS: Final = frozenset({_BODY, "Health", "Head"})
+"""Identities of which every robot has one."""
 
 
 class RobotState(msgspec.Struct, frozen=True, rename="camel"):
@@ -35,6 +37,19 @@ class RobotState(msgspec.Struct, frozen=True, rename="camel"):
     health: HealthReport | None = None
     trouble: str = ""
     """Why the joints of a present robot are unknown."""
+
+
+class RobotPresence(NamedTuple):
+    """Whether the realm has a robot, and what kind of robot it is."""
+
+    present: bool = False
+    simulated: bool = False
+    speed: float = 0.0
+    """Robot seconds in a second of wall time, as measured, in tenths."""
+    has_balls: bool = False
+    """Whether it has balls that can be moved."""
+    stopped: str = ""
+    """Why its emergency stop is latched; empty while it is not."""
 
 
 class RobotFacts(msgspec.Struct, frozen=True, rename="camel"):
@@ -57,6 +72,7 @@ class RobotMonitor:
         self._safety = Newest(
             SafetyPrx.uncheckedCast(proxy("Safety")).getSafetyState.latest, oldest=_STALE_HEALTH
         )
+        self._clock = Newest(ClockPrx.uncheckedCast(proxy("Clock")).getTime.latest)
         self._names = PolledValue(body.getJointNames.begin)
         self._limits = PolledValue(body.getJointLimits.begin)
 
@@ -93,6 +109,22 @@ class RobotMonitor:
         """Return the angle between the torso's z axis and the vertical in rad; None when it is unknown."""
         health = self.read().health
         return health.torsoTilt if health is not None and math.isfinite(health.torsoTilt) else None
+
+    def presence(self) -> RobotPresence:
+        """Return whether the realm has a robot, without waiting."""
+        identities = self._communicator.identities()
+        if _PARTS.isdisjoint(identities):
+            return RobotPresence()
+        clock, health = self._clock(), self._health()
+        return RobotPresence(
+            present=True,
+            simulated=clock is not None and clock.value.simulated,
+            speed=round(health.value.realTimeFactor, 1)
+            if health and math.isfinite(health.value.realTimeFactor)
+            else 0.0,
+            has_balls="BallRedMotors" in identities,
+            stopped=self.stop_reason(),
+        )
 
     def stop_reason(self) -> str:
         """Return why the robot's emergency stop is latched; empty while it is not, as far as is known."""

@@ -23,6 +23,8 @@ from visualhfsm.editing.places import search
 from visualhfsm.editing.serialization import copy_states, parse_file
 from visualhfsm.editing.views import view
 from visualhfsm.errors import ErrorKind, MissingError, VisualHfsmError
+from visualhfsm.robots import find_worlds
+from visualhfsm.services import Simulation
 from visualhfsm.sessions.files import read_file
 from visualhfsm.sessions.imports import extract, imported_views, inline
 from visualhfsm.sessions.session import Change, Choice, DocumentSession
@@ -41,9 +43,10 @@ CODE_HELP = p.CodeHelp | p.Interfaces
 """Requests that the page sends while code is typed."""
 
 _Reading = p.Diff | p.Export | p.Imported | p.ListFiles | p.Locate | p.Search
+_Robot = p.ConnectRobot | p.EndRobot | p.MoveBalls | p.Simulate
 _Running = p.Attach | p.Control | p.Detach | p.Generate | p.Recording | p.Run | p.StopRun
 
-CONCURRENT = CODE_HELP | _Reading | p.Control | p.Generate | p.Recording | p.Run | p.StopRun
+CONCURRENT = CODE_HELP | _Reading | _Robot | p.Control | p.Generate | p.Recording | p.Run | p.StopRun
 """Requests that change no document: the connection goes on to the next one meanwhile."""
 
 _SAVED: Final = "saved"  # a document may be compared with this instead of a file
@@ -164,6 +167,9 @@ class _Connection:
                 return await self._read(request)
             case _ if isinstance(request, _Running):
                 return await self._run(request)
+            case _ if isinstance(request, _Robot):
+                await self._change_robot(request)
+                return None
         return await self._manage(request)
 
     async def _edit(self, request: p.TabEdit) -> object:
@@ -244,6 +250,20 @@ class _Connection:
             case p.Recording(path=path):
                 return await workspace.open_recording(window, workspace.root.recording(path))
 
+    async def _change_robot(self, request: _Robot) -> None:
+        """Start and end what is to be driven."""
+        robots = self._workspace.services.robots
+        match request:
+            case p.Simulate(world=world, speed=speed, balls=balls):
+                await robots.simulate(Simulation(world=world, speed=speed, balls=balls))
+            case p.ConnectRobot(address=address, start=start):
+                self._workspace.require_rest()
+                await robots.connect(address, start)
+            case p.MoveBalls(moving=moving):
+                await robots.move_balls(moving=moving)
+            case p.EndRobot():
+                await robots.end()
+
     async def _manage(self, request: p.Request) -> object:
         """Open, save and close documents."""
         workspace = self._workspace
@@ -254,6 +274,7 @@ class _Connection:
                 return {
                     "root": str(workspace.root.directory),
                     "templates": [{"name": each.name, "description": each.description} for each in templates],
+                    "worlds": await workspace.threads.do(find_worlds),
                 }
             case p.Open(path=path):
                 return await documents.open_file(workspace, path)

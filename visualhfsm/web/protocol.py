@@ -241,6 +241,37 @@ class StopRun(_Request):
     tab: TabId
 
 
+class Simulate(_Request):
+    """Start a simulated robot, or start it again with other options; what was started here before is ended.
+
+    The answer comes before the robot does: the push `robot` says how far it is.
+    """
+
+    world: Name = "balls"
+    speed: Name = "1"
+    balls: bool = False
+
+
+class ConnectRobot(_Request):
+    """Connect to a real robot at an address such as `nao.local`; `start` is what it does at first.
+
+    It is refused while components run, which would drive it at once.
+    """
+
+    address: Name
+    start: Literal["leave", "stiffen", "stand"] = "leave"
+
+
+class MoveBalls(_Request):
+    """Move the balls of the simulation along their routes, or leave them where they are."""
+
+    moving: bool
+
+
+class EndRobot(_Request):
+    """End the simulation, or the connection to the real robot, that was started here."""
+
+
 class Attach(_Request):
     """Follow a running component."""
 
@@ -352,16 +383,14 @@ class Recoverable(msgspec.Struct, kw_only=True, rename="camel"):
     changed_at: float
 
 
-class Workspace(Push, omit_defaults=True):
-    """The open documents, those that can be recovered, and the components and the robot of the realm."""
+class Workspace(Push):
+    """The open documents, those that can be recovered, and the components of the realm."""
 
     tabs: list[TabState]
     recoverable: list[Recoverable]
     running: list[dict[str, Any]]
     clipboard: int
     """States in the clipboard."""
-    robot_stopped: str = ""
-    """Why the robot's emergency stop is latched; left out while it is not."""
 
 
 class Closed(Push):

@@ -17,9 +17,21 @@ from codegen.hfsm.code.names import component_name
 from visualhfsm.code_help.service import CodeHelper
 from visualhfsm.editing.problems import CheckProcess
 from visualhfsm.errors import EditError, MissingError, TooManyError, VisualHfsmError
-from visualhfsm.live.service import Monitoring, free_endpoint
+from visualhfsm.live.service import Monitoring
+from visualhfsm.robots import Robots
 from visualhfsm.running import RunningComponents
-from visualhfsm.services import Components, Output, Publish, Push, RunPush, Snapshot, Stale, Structure
+from visualhfsm.services import (
+    Components,
+    Output,
+    Publish,
+    Push,
+    Robot,
+    RunPush,
+    Snapshot,
+    Stale,
+    Structure,
+    free_endpoint,
+)
 from visualhfsm.sessions.journal import Abandoned, find_abandoned, journal_directory
 from visualhfsm.sessions.session import Choice, DocumentSession
 from zenoh_ice.settings import Settings
@@ -81,6 +93,7 @@ class Services:
     code_help: CodeHelper
     running: RunningComponents
     live: Monitoring
+    robots: Robots
 
 
 MakeServices = Callable[[Publish], Services]
@@ -90,16 +103,22 @@ MakeServices = Callable[[Publish], Services]
 def make_services(settings: Settings) -> MakeServices:
     """Return a factory of the services of a realm, which the settings name.
 
-    The components that are started here connect to the editor, too: it finds them without a robot.
+    Components and robots that are started here connect to the editor, too: so it finds them, and they each
+    other, whatever else runs on this machine.
     """
 
     def make(publish: Publish) -> Services:
         listens_anywhere = settings.mode == "peer" and settings.listen == _ANY_PORT
         listen = (free_endpoint(),) if listens_anywhere else settings.listen
+        meeting = settings.connect if settings.mode == "client" else listen
+        robots = Robots(publish, settings.override(connect=meeting), settings.connect)
         return Services(
             code_help=CodeHelper(),
-            running=RunningComponents(publish, settings.override(connect=(*listen, *settings.connect))),
-            live=Monitoring(publish, settings.override(listen=listen)),
+            running=RunningComponents(
+                publish, settings.override(connect=tuple(dict.fromkeys((*meeting, *settings.connect))))
+            ),
+            live=Monitoring(publish, settings.override(listen=listen), robots.observe),
+            robots=robots,
         )
 
     return make
@@ -131,6 +150,7 @@ class Workspace:
         self._windows: set[Window] = set()
         self._followers: dict[str, set[Window]] = {}
         self._components = Components([])
+        self._robot = Robot()
         self._abandoned: dict[str, Abandoned] = {}
         self._published: WorkspacePush | None = None
         self._checking = Checking(limits.quiet_seconds, self._show_problems)
@@ -154,7 +174,8 @@ class Workspace:
             task.cancel()
         await asyncio.gather(*self._tasks, return_exceptions=True)
         await self._checking.close()
-        for service in (self.services.running, self.services.live, self.services.code_help):
+        services = self.services
+        for service in (services.running, services.robots, services.live, services.code_help):
             try:
                 async with asyncio.timeout(_CLOSE_LIMIT):
                     await service.close()
@@ -218,6 +239,11 @@ class Workspace:
         """Return the names of the documents with unsaved changes."""
         return [tab.shown.title for tab in self._tabs.values() if tab.shown.is_unsaved]
 
+    def require_rest(self) -> None:
+        """Raise VisualHfsmError while components run: they would drive a robot that is connected now."""
+        if names := [str(each["component"]) for each in self._components.running]:
+            raise VisualHfsmError(f"stop {', '.join(names)} first: it would drive the real robot at once")
+
     def keep_copied(self, text: str, states: int) -> None:
         """Put a fragment with this many states into the clipboard."""
         self.clipboard, self._copied_states = text, states
@@ -262,6 +288,7 @@ class Workspace:
         self._windows.add(window)
         window.greet()
         window.push(self._state())
+        window.push(self._robot)
         for tab in self._tabs.values():
             window.show(tab)
             for push in (tab.problems, tab.outside, tab.run):
@@ -364,6 +391,9 @@ class Workspace:
             case Components():
                 self._components = news
                 self.publish_state()
+            case Robot():
+                self._robot = news
+                self._push(news)
             case Snapshot(component=component) | Structure(component=component) | Stale(component=component):
                 self._push(news, self._followers.get(component, ()))
             case Output(tab=number, lines=lines) if number in self._tabs:
@@ -389,7 +419,6 @@ class Workspace:
             ],
             running=[dict(each) for each in self._components.running],
             clipboard=self._copied_states,
-            robot_stopped=self._components.robot_stopped,
         )
 
     def _tab_state(self, tab: Tab) -> TabState:

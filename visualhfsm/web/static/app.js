@@ -9,6 +9,7 @@
 import {html, nothing, render} from "lit";
 
 import "./canvas/canvas.js";
+import "./robot-pill.js";
 import "./tree.js";
 import {perform} from "./actions.js";
 import {askTab} from "./commands.js";
@@ -65,7 +66,7 @@ export class HfsmApp extends PageElement {
   /** @type {typeof PageElement.watches} */
   static watches = {
     page: ["tab", "automaton", "selection"],
-    store: ["workspace", "document", "connection", "run", "outside"],
+    store: ["workspace", "document", "connection", "run", "robot", "outside"],
   };
 
   constructor() {
@@ -217,6 +218,7 @@ export class HfsmApp extends PageElement {
             : html`<h1 class="brand">${icon("layout")}VisualHFSM</h1>`
         }
         <hfsm-tabs></hfsm-tabs>
+        <hfsm-robot></hfsm-robot>
         <div class="monitor-area">${this.elements.get("hfsm-monitor-toolbar") ?? nothing}</div>
         ${actionButton("search", this.context, {label: false})}
         <button

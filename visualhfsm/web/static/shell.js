@@ -221,7 +221,7 @@ class Status extends PageElement {
 
   render() {
     const {document, automaton} = page;
-    if (!document) return html`<span>${store.online ? "Connected" : "Connecting"}</span>`;
+    if (!document) return store.online ? nothing : html`<span>Connecting</span>`;
     const errors = countOf(document.problems, "error");
     const warnings = countOf(document.problems, "warning");
     /** @param {number} number @param {string} noun */
@@ -259,7 +259,7 @@ class Status extends PageElement {
           : nothing
       }
       <span class="zoom"></span>
-      <span class="connection ${store.online ? "on" : "off"}">${store.online ? "Connected" : "Offline"}</span>`;
+      ${store.online ? nothing : html`<span class="connection">Editor offline</span>`}`;
   }
 
   #showZoom() {
@@ -284,7 +284,7 @@ export function banner() {
 
 /** The robot refuses commands until the operator has looked at it and resets the stop. */
 function stoppedBanner() {
-  const reason = store.workspace.robotStopped;
+  const reason = store.robot.stopped;
   if (!reason) return nothing;
   return html`<div class="banner error" role="alert">
     The robot is stopped and refuses commands: ${reason}.

@@ -33,8 +33,12 @@
  * @typedef {{tab: number, title: string, path: string, component: string, dirty: boolean, dialect: string, recovered: boolean,
  *   outside: "" | "changed" | "deleted"}} TabState
  * @typedef {{journal: string, name: string, path: string, changedAt: number}} Recoverable
- * @typedef {{tabs: TabState[], recoverable: Recoverable[], running: {component: string}[], clipboard: number,
- *   robotStopped?: string}} Workspace
+ * @typedef {{tabs: TabState[], recoverable: Recoverable[], running: {component: string}[],
+ *   clipboard: number}} Workspace
+ * @typedef {{world: string, speed: string, balls: boolean}} Simulation
+ * @typedef {{status: "none" | "starting" | "present" | "lost" | "stopping", simulated: boolean, name: string,
+ *   speed: number, since: number, stopped: string, started: "" | "simulation" | "real", simulation: Simulation,
+ *   hasBalls: boolean, trouble: string}} Robot
  * @typedef {{tab: number, component: string, status: "generating" | "starting" | "running" | "stopping" | "ended", message: string,
  *   exitCode?: number | null}} Run
  * @typedef {{text: string, stream: "out" | "err", place: Place | null, line: number}} OutputLine
@@ -55,7 +59,8 @@
 /**
  * The answers of the server, by request.
  *
- * @typedef {{root?: string, templates?: {name: string, description: string}[]}} Greeting
+ * @typedef {{root?: string, templates?: {name: string, description: string}[],
+ *   worlds?: {name: string, description: string, balls: boolean}[]}} Greeting
  * @typedef {{name: string, revision: number, added: {automaton: number, states: number[], transitions: number[]}[]}}
  *   Done a step
  * @typedef {{tab: number, remarks?: string[]}} Opened
@@ -73,7 +78,8 @@
  *   listFiles: {directory: string, parent: string | null, entries: Entry[]}, export: {name: string, text: string},
  *   search: {tab: number, hits: Hit[]}[], diff: {differences: Difference[], before: Automaton[]},
  *   imported: Automaton[], locate: {place: Place, line: number} | null, codeHelp: unknown,
- *   interfaces: InterfaceDescription[], generate: {path: string}, run: {component: string}, stopRun: null, attach: Followed,
+ *   interfaces: InterfaceDescription[], generate: {path: string}, run: {component: string}, stopRun: null, simulate: null,
+ *   connectRobot: null, moveBalls: null, endRobot: null, attach: Followed,
  *   detach: null, control: unknown, recording: Recording}} Answers `codeHelp` and
  *   `control` answer what is asked for
  */
@@ -97,7 +103,7 @@
 /**
  * @typedef {{connection: {code?: number, reason?: string}, workspace: Workspace, request: null,
  *   document: {tab: number, changed: Set<number>, whole: boolean}, failure: {error: Error}, closed: {tab: number},
- *   problems: {tab: number, revision: number, items: Problem[]}, output: Output, run: Run,
+ *   problems: {tab: number, revision: number, items: Problem[]}, output: Output, run: Run, robot: Robot,
  *   snapshot: {component: string, value: Snapshot}, structure: {component: string, value: LiveStructure},
  *   stale: {component: string, since: number}, outside: {tab: number, state: string, message: string}}} StoreEvents
  * @typedef {Exclude<keyof StoreEvents, "connection" | "request" | "document" | "failure">} Pushed
@@ -106,6 +112,19 @@
  * @typedef {Answer | Push | (DocumentPush & {push: "document"})} Message of the server
  */
 
+/** The robot of a realm without one; what a push leaves out is as here. @type {Robot} */
+const NO_ROBOT = {
+  status: "none",
+  simulated: false,
+  name: "",
+  speed: 0,
+  since: 0,
+  stopped: "",
+  started: "",
+  simulation: {world: "balls", speed: "1", balls: false},
+  hasBalls: false,
+  trouble: "",
+};
 const FIRST_RETRY = 250; // ms
 const LAST_RETRY = 5000;
 /** Requests that do not depend on what was typed before. */
@@ -123,13 +142,14 @@ export class RequestError extends Error {
 /**
  * Events: `connection`, `workspace`, `document` {tab, changed: Set of automaton ids, whole}, `problems` {tab},
  * `request` before one that others may have to precede, and one of the name of each further push (`output`, `run`,
- * `snapshot`, `structure`, `stale`, `outside`, `closed`).
+ * `robot`, `snapshot`, `structure`, `stale`, `outside`, `closed`).
  */
 class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
   /** @type {Map<number, OpenDocument>} */
   documents = new Map();
   /** @type {Workspace} */
   workspace = {tabs: [], recoverable: [], clipboard: 0, running: []};
+  robot = NO_ROBOT;
   online = false;
   /** When the connection was lost, ms since 1970; 0 while it stands. */
   offlineSince = 0;
@@ -267,6 +287,9 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
         for (const tab of this.documents.keys()) {
           if (!message.tabs.some((each) => each.tab === tab)) this.documents.delete(tab);
         }
+        break;
+      case "robot":
+        this.robot = {...NO_ROBOT, ...message};
         break;
       case "problems": {
         const document = this.documents.get(message.tab);

@@ -1,0 +1,184 @@
+"""Start, watch and end robots from the editor: real processes, a real simulation."""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+from collections.abc import Awaitable, Callable
+from contextlib import ExitStack
+from pathlib import Path
+
+import psutil
+import pytest
+
+from naoserver.fake import FakeRobot
+from tests.support.limits import CALL_LIMIT, RUN_LIMIT
+from tests.support.processes import free_endpoint
+from tests.support.pushes import Pushes
+from tests.support.robot_server import served
+from visualhfsm.errors import VisualHfsmError
+from visualhfsm.robots import Robots, find_worlds
+from visualhfsm.services import Robot, Simulation
+from visualhfsm.web.workspace import Services, make_services
+from zenoh_ice import Settings
+
+
+class Page:
+    """What the page sees of the robot, and can request."""
+
+    def __init__(self, services: Services, pushes: Pushes) -> None:
+        self.live = services.live
+        self.robots = services.robots
+        self.pushes = pushes
+
+    async def until(self, matches: Callable[[Robot], object]) -> Robot:
+        """Wait until the robot is as it is wanted."""
+
+        def find() -> Robot | None:
+            states = self.pushes.of(Robot)
+            return states[-1] if states and matches(states[-1]) else None
+
+        return await self.pushes.until(find)
+
+
+def children(module: str) -> list[psutil.Process]:
+    """Return the processes that were started here of a module."""
+    return [
+        each
+        for each in psutil.Process().children(recursive=True)
+        if each.status() != psutil.STATUS_ZOMBIE and module in each.cmdline()
+    ]
+
+
+def opened(go: Callable[[Page], Awaitable[object]], realm: str = "test-robots", endpoint: str = "") -> None:
+    """Do something as a page in a realm without a robot, or in that of one at an `endpoint`."""
+
+    async def run() -> None:
+        pushes = Pushes()
+        connect = (endpoint or free_endpoint(),)
+        services = make_services(Settings(realm=realm, connect=connect, clock="wall", timeout=CALL_LIMIT))(
+            pushes
+        )
+        try:
+            async with asyncio.timeout(RUN_LIMIT):
+                await go(Page(services, pushes))
+        finally:
+            for service in (services.running, services.robots, services.live, services.code_help):
+                await service.close()
+
+    asyncio.run(run())
+    assert not children("naoserver_sim")
+    assert not children("ballmover")
+
+
+def test_a_simulation_is_started_with_moving_balls_and_ended() -> None:
+    async def go(page: Page) -> None:
+        assert page.robots.state.status == "none"
+        await page.robots.simulate(Simulation(speed="2", balls=True))
+        await page.until(lambda robot: robot.status == "starting" and robot.started == "simulation")
+        robot = await page.until(lambda robot: robot.status == "present" and robot.simulated and robot.speed)
+        assert robot.simulation == Simulation(speed="2", balls=True)
+        await page.until(lambda robot: robot.has_balls and len(children("ballmover")) == 2)
+        await page.live.control("", "standRobot", {})
+        await page.robots.move_balls(moving=False)
+        assert not children("ballmover")
+        await page.robots.end()
+        robot = await page.until(lambda robot: robot.status == "none")
+        assert robot.started == ""
+        assert "lost" not in [robot.status for robot in page.pushes.of(Robot)]
+
+    opened(go)
+
+
+def test_a_simulation_that_is_killed_is_lost_and_can_be_started_again() -> None:
+    async def go(page: Page) -> None:
+        await page.robots.simulate(Simulation(world="empty"))
+        await page.until(lambda robot: robot.status == "present")
+        (child,) = children("naoserver_sim")
+        child.send_signal(signal.SIGKILL)
+        lost = await page.until(lambda robot: robot.status == "lost" and robot.trouble)
+        assert lost.since > 0
+        assert lost.trouble.startswith("The simulation has ended: ")
+        assert lost.started == ""
+        await page.robots.simulate(Simulation(world="empty"))
+        again = await page.until(lambda robot: robot.status == "present")
+        assert (again.since, again.trouble) == (0.0, "")
+
+    opened(go)
+
+
+def test_a_robot_of_somebody_else_is_reported_and_neither_ended_nor_replaced() -> None:
+    async def go(page: Page) -> None:
+        robot = await page.until(lambda robot: robot.status == "present")
+        assert robot.started == ""
+        with pytest.raises(VisualHfsmError, match="not started here"):
+            await page.robots.simulate(Simulation())
+        with pytest.raises(VisualHfsmError, match="not started here"):
+            await page.robots.end()
+        await page.live.control("", "emergencyStop", {})
+        assert "STOP" in (await page.until(lambda robot: robot.stopped)).stopped
+        await page.live.control("", "resetEmergencyStop", {})
+        await page.until(lambda robot: not robot.stopped)
+        leave.close()
+        lost = await page.until(lambda robot: robot.status == "lost")
+        assert lost.since > 0
+
+    with ExitStack() as leave:
+        robot = leave.enter_context(served(FakeRobot()))
+        opened(go, robot.realm, robot.endpoint)
+
+
+def test_a_missing_package_is_reported_with_the_command_that_installs_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "mujoco.py").write_text("raise ModuleNotFoundError('gone', name='mujoco')\n")
+    monkeypatch.syspath_prepend(str(tmp_path))
+
+    async def go(page: Page) -> None:
+        await page.robots.simulate(Simulation())
+        robot = await page.until(lambda robot: robot.trouble)
+        assert robot.status == "none"
+        expected = "mujoco is not installed; type: pip install 'visualhfsm[sim]'"
+        assert robot.trouble == f"The simulation could not be started: {expected}"
+
+    opened(go)
+
+
+def test_a_real_robot_that_is_not_there_says_so() -> None:
+    async def go(page: Page) -> None:
+        await page.robots.connect("127.0.0.1:1", "leave")
+        robot = await page.until(lambda robot: robot.status == "starting")
+        assert (robot.started, robot.name) == ("real", "127.0.0.1:1")
+        robot = await page.until(lambda robot: robot.trouble)
+        assert robot.trouble.startswith("The connection to 127.0.0.1:1 could not be started: ")
+
+    opened(go)
+
+
+@pytest.mark.parametrize(
+    "simulation", [Simulation(world="../../etc/passwd"), Simulation(speed="--help"), Simulation(speed="0.0")]
+)
+def test_a_simulation_that_does_not_exist_is_refused(simulation: Simulation) -> None:
+    async def go() -> None:
+        robots = Robots(lambda _: None, Settings())
+        with pytest.raises(VisualHfsmError, match=r"world|speed"):
+            await robots.simulate(simulation)
+        assert robots.state.started == ""
+
+    asyncio.run(go())
+
+
+@pytest.mark.parametrize("address", ["", "--help", "nao.local --end=limp", "http://nao.local"])
+def test_an_address_that_is_none_is_refused(address: str) -> None:
+    async def go() -> None:
+        with pytest.raises(VisualHfsmError, match="no address"):
+            await Robots(lambda _: None, Settings()).connect(address, "leave")
+
+    asyncio.run(go())
+
+
+def test_the_worlds_are_those_of_the_simulation() -> None:
+    worlds = {world.name: world for world in find_worlds()}
+    assert set(worlds) == {"balls", "empty", "room", "soccer"}
+    assert [name for name, world in worlds.items() if world.balls] == ["balls"]
+    assert all(world.description for world in worlds.values())

@@ -1,0 +1,226 @@
+/** What can be done with the robot: start a simulation, change it, put it upright, end it, or connect to a real one. */
+
+import {html, nothing} from "lit";
+
+import {showDialog} from "./dialogs/dialog.js";
+import {PageElement} from "./element.js";
+import {icon} from "./icons.js";
+import {notifyError} from "./notices.js";
+import {simulate} from "./robot.js";
+import {store} from "./store.js";
+
+/** @import {Close} from "./dialogs/dialog.js" */
+/** @import {From} from "./element.js" */
+
+const SPEEDS = ["0.5", "1", "2", "5", "max"];
+const ADDRESS = "visualhfsm.robot";
+/** What a real robot does at first, as `naoserver-naoqi --start`. @type {[string, string][]} */
+const STARTS = [
+  ["leave", "stays as it is"],
+  ["stiffen", "holds its joints where they are"],
+  ["stand", "stands up; it crouches when the connection ends"],
+];
+
+class RobotMenu extends PageElement {
+  static properties = {world: {state: true}, speed: {state: true}, balls: {state: true}};
+  /** @type {typeof PageElement.watches} */
+  static watches = {page: [], store: ["robot"]};
+
+  constructor() {
+    super();
+    /** What was chosen here and is not running yet. @type {string | undefined} */
+    this.world = undefined;
+    /** @type {string | undefined} */
+    this.speed = undefined;
+    /** @type {boolean | undefined} */
+    this.balls = undefined;
+    this.close = () => {};
+  }
+
+  connectedCallback() {
+    super.connectedCallback();
+    this.world = this.speed = this.balls = undefined;
+    this.updateComplete.then(() => /** @type {HTMLElement | null} */ (this.querySelector("select, button"))?.focus());
+  }
+
+  /** What is chosen. */
+  get wanted() {
+    const {simulation} = store.robot;
+    const {world = simulation.world, speed = simulation.speed, balls = simulation.balls} = this;
+    return {world, speed, balls};
+  }
+
+  render() {
+    const {status, started, simulated, simulation} = store.robot;
+    const {world, speed, balls} = this.wanted;
+    const worlds = store.greeting.worlds ?? [];
+    const known = worlds.find((each) => each.name === world);
+    const isHere = status === "present";
+    const isForeign = isHere && !started;
+    const runs = started === "simulation";
+    const changed = world !== simulation.world || speed !== simulation.speed;
+    const speeds = SPEEDS.includes(speed) ? SPEEDS : [...SPEEDS, speed];
+    return html`<div
+      class="menu robot-menu"
+      role="dialog"
+      aria-label="Robot"
+      @keydown=${this.#key}
+      @focusout=${this.#left}
+    >
+      ${
+        isForeign
+          ? html`<p class="hint">
+              This robot was not started here. To simulate another one, end it where it was started.
+            </p>`
+          : html`<label
+                ><span>World</span
+                ><select @change=${(/** @type {From<HTMLSelectElement>} */ {target}) => (this.world = target.value)}>
+                  ${worlds.map(
+                    (each) =>
+                      html`<option value=${each.name} ?selected=${each.name === world} title=${each.description}>
+                        ${each.name}
+                      </option>`,
+                  )}
+                </select></label
+              ><label
+                ><span>Speed</span
+                ><select @change=${(/** @type {From<HTMLSelectElement>} */ {target}) => (this.speed = target.value)}>
+                  ${speeds.map(
+                    (each) =>
+                      html`<option value=${each} ?selected=${each === speed}>
+                        ${each === "max" ? "as fast as possible" : `${each} x`}
+                      </option>`,
+                  )}
+                </select></label
+              >`
+      }
+      ${
+        (isForeign ? store.robot.hasBalls : known?.balls)
+          ? html`<label
+              ><span>Balls move</span
+              ><input
+                type="checkbox"
+                .checked=${balls}
+                @change=${(/** @type {From<HTMLInputElement>} */ {target}) => this.#moveBalls(target.checked)}
+            /></label>`
+          : nothing
+      }
+      ${
+        isForeign
+          ? nothing
+          : this.#button(
+              runs ? "reload" : "run",
+              runs ? (changed ? "Restart with these" : "Restart the simulation") : "Start a simulation",
+              () => simulate(this.wanted),
+              changed || !runs ? "primary" : "",
+            )
+      }
+      ${isHere && simulated ? this.#button("up", "Put the robot upright", () => control("standRobot")) : nothing}
+      ${isHere && store.robot.stopped ? this.#button("reload", "Reset the emergency stop", () => control("resetEmergencyStop")) : nothing}
+      ${
+        started
+          ? this.#button("stop", runs ? "Stop the simulation" : "End the connection", () => store.request("endRobot"))
+          : nothing
+      }
+      ${
+        isForeign
+          ? nothing
+          : html`<div role="separator"></div>
+              ${this.#button("link", "Connect to a real robot", connect)}`
+      }
+    </div>`;
+  }
+
+  /** @param {string} image @param {string} label @param {() => Promise<unknown>} work */
+  #button(image, label, work, kind = "") {
+    return html`<button type="button" class="action ${kind}" @click=${() => this.#do(work)}>
+      ${icon(image)}<span class="text">${label}</span>
+    </button>`;
+  }
+
+  /** @param {() => Promise<unknown>} work */
+  async #do(work) {
+    this.close();
+    await work().catch(notifyError);
+  }
+
+  /** @param {boolean} moving */
+  async #moveBalls(moving) {
+    this.balls = moving;
+    if (store.robot.hasBalls) await store.request("moveBalls", {moving}).catch(notifyError);
+  }
+
+  /** @param {FocusEvent} event */
+  #left = (event) => {
+    const to = /** @type {Node | null} */ (event.relatedTarget);
+    if (to && !this.closest("hfsm-robot")?.contains(to)) this.close();
+  };
+
+  /** @param {KeyboardEvent} event */
+  #key = (event) => {
+    if (event.key === "Escape") this.close();
+    if (event.key !== "Tab") event.stopPropagation(); // a letter is no key of the canvas here
+  };
+}
+
+/** @param {string} action */
+const control = (action) => store.request("control", {component: "", action, arguments: {}});
+
+/** Ask for the address of a real robot, and whether it may move; then connect to it. */
+async function connect() {
+  let address = localStorage.getItem(ADDRESS) ?? "nao.local";
+  let start = "leave";
+  let isSafe = false;
+  const agreed = await showDialog({
+    title: "Connect to a real robot",
+    content: (/** @type {Close<boolean>} */ close, redraw) =>
+      html`<form
+        class="robot-form"
+        id="robot-form"
+        @submit=${(/** @type {Event} */ event) => {
+          event.preventDefault();
+          if (isSafe && address.trim()) close(true);
+        }}
+      >
+        <label
+          ><span>Address</span
+          ><input
+            type="text"
+            autofocus
+            spellcheck="false"
+            .value=${address}
+            @input=${(/** @type {From<HTMLInputElement>} */ {target}) => {
+              address = target.value;
+              redraw();
+            }}
+        /></label>
+        <label
+          ><span>At first it</span
+          ><select @change=${(/** @type {From<HTMLSelectElement>} */ {target}) => (start = target.value)}>
+            ${STARTS.map(([value, label]) => html`<option value=${value}>${label}</option>`)}
+          </select></label
+        >
+        <label class="check"
+          ><input
+            type="checkbox"
+            .checked=${isSafe}
+            @change=${(/** @type {From<HTMLInputElement>} */ {target}) => {
+              isSafe = target.checked;
+              redraw();
+            }}
+          /><span
+            >The robot has free space around it, somebody stands beside it, and nobody is within reach of its
+            arms.</span
+          ></label
+        >
+        <div class="submit">
+          <button type="submit" class="button primary" ?disabled=${!isSafe || !address.trim()}>Connect</button>
+        </div>
+      </form>`,
+  });
+  if (!agreed) return;
+  localStorage.setItem(ADDRESS, address.trim());
+  await store.request("connectRobot", {address: address.trim(), start});
+}
+
+customElements.define("hfsm-robot-menu", RobotMenu);

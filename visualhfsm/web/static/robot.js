@@ -1,0 +1,42 @@
+/** What the page knows of the robot of the realm, in words, and how it asks for one. */
+
+import {store} from "./store.js";
+
+/** @import {Robot} from "./store.js" */
+
+/** A time of the day without its seconds. @param {number} seconds since 1970 */
+const minutes = (seconds) => new Date(seconds * 1000).toLocaleTimeString([], {hour: "2-digit", minute: "2-digit"});
+
+/**
+ * What is shown of a robot: in words, in fewer words for narrow windows, and as a color.
+ *
+ * @param {Robot} robot
+ * @returns {{word: string, short: string, kind: "none" | "busy" | "here" | "amber" | "stopped"}}
+ */
+export function shownOf(robot) {
+  const {status, simulated, name, speed, since, stopped, started} = robot;
+  const what = simulated ? "simulation" : "robot";
+  switch (status) {
+    case "present": {
+      const found = simulated ? "Simulated Nao" : name || "Real Nao";
+      if (stopped) return {word: `${found}, stopped`, short: "Stopped", kind: "stopped"};
+      const pace = simulated && speed ? `, ${speed.toFixed(1)} x` : "";
+      return {word: `${found}${pace}`, short: simulated ? "Simulated" : "Nao", kind: "here"};
+    }
+    case "starting":
+      return {
+        word: started === "real" ? `Connecting to ${name}` : "Starting the simulation",
+        short: "Starting",
+        kind: "busy",
+      };
+    case "stopping":
+      return {word: `Stopping the ${what}`, short: "Stopping", kind: "busy"};
+    case "lost":
+      return {word: `Robot lost since ${minutes(since)}`, short: "Robot lost", kind: "amber"};
+    default:
+      return {word: "No robot: start a simulation", short: "No robot", kind: "none"};
+  }
+}
+
+/** Ask the server to start a simulation, as the last one was. @param {object} [changes] of it */
+export const simulate = (changes = {}) => store.request("simulate", {...store.robot.simulation, ...changes});
