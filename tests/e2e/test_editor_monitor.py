@@ -212,6 +212,47 @@ def test_breakpoint_pauses_and_the_component_is_stepped_on(shown: EditorPage) ->
     expect(status(shown)).to_have_text("Running")
 
 
+def test_breakpoint_in_another_document_is_gone_to(shown: EditorPage, path: Path) -> None:
+    path.with_name("other.xml").write_text(path.read_text())
+    run(shown)
+    shown.transition("late").locator(".handle").click()
+    shown.press("Alt+Enter")
+    expect_current(shown, "go")
+    shown.state("wait").locator(".body").click()
+    shown.press("b")
+    expect(shown.state("wait")).to_have_attribute("aria-label", re.compile("breakpoint"))
+    shown.press("Control+Enter")  # into its sub-automaton
+    shown.state("look").wait_for()
+    shown.press("Control+o")
+    shown.page.get_by_role("option", name="other.xml").dblclick()
+    shown.page.get_by_role("tab", name=re.compile("other"), selected=True).wait_for()
+    shown.press("Alt+e")
+    shown.page.get_by_label("Event", exact=True).fill("home")
+    shown.button("Send").click()
+    expect(status(shown)).to_have_text("At a breakpoint")
+    expect(shown.page.locator(".live-bar").get_by_role("button", name="State wait")).to_be_visible()
+    shown.page.get_by_role("tab", name=re.compile("walk"), selected=True).wait_for()
+    expect(shown.page.locator("hfsm-actions").get_by_role("heading", name="State wait")).to_be_visible()
+
+
+def test_the_end_of_a_run_is_shown_beside_its_own_document_alone(shown: EditorPage, path: Path) -> None:
+    path.with_name("other.xml").write_text(path.read_text())
+    timeline = shown.page.get_by_role("slider", name="Moment of the run")
+    run(shown)
+    shown.press("Control+o")
+    shown.page.get_by_role("option", name="other.xml").dblclick()
+    expect(shown.button("Show walk.xml")).to_be_visible()
+    shown.button("Show walk.xml").click()
+    shown.button("Stop").click()
+    expect(status(shown)).to_have_text("Ended: stopped")
+    shown.page.get_by_role("tab", name=re.compile("other")).click()
+    expect(status(shown)).to_have_count(0)
+    expect(timeline).to_have_count(0)
+    shown.page.get_by_role("tab", name=re.compile("walk")).first.click()
+    expect(status(shown)).to_have_text("Ended: stopped")
+    expect(timeline).to_be_visible()
+
+
 def test_breakpoint_is_kept_when_the_component_is_restarted(shown: EditorPage) -> None:
     run(shown)
     shown.state("go").locator(".body").click()
@@ -265,9 +306,12 @@ def test_reload_goes_on_with_the_changed_code(shown: EditorPage) -> None:
     shown.press("Shift+Enter")
     expect(shown.page.get_by_role("textbox", name="Code of the state wait")).to_be_focused()
     shown.press("Control+End")
+    expect(shown.button("Changed: reload")).to_have_count(0)
     shown.type("\ncount += 2000000")
+    expect(shown.button("Changed: reload")).to_be_visible()
     shown.press("F9")
     notice(shown, "Reloaded.")
+    expect(shown.button("Changed: reload")).to_have_count(0)
     expect_current(shown, "go")
 
 

@@ -411,7 +411,7 @@ def test_the_content_of_imported_automata_is_reported(running: Editor, root: Pat
 
 
 class FakeRunning(NoService):
-    """Says hello, and ends."""
+    """Says hello, and ends unless it is to stay."""
 
     def __init__(self, publish: Publish) -> None:
         self._publish = publish
@@ -421,8 +421,12 @@ class FakeRunning(NoService):
         self._publish(RunPush(tab=source.tab, component="robot", status="starting"))
         lines = [OutputLine(text=f"line {index}") for index in range(3000)]
         self._publish(Output(tab=source.tab, lines=lines))
-        self._publish(RunPush(tab=source.tab, component="robot", status="ended", exit_code=0))
+        if "stay" not in arguments:
+            self._publish(RunPush(tab=source.tab, component="robot", status="ended", exit_code=0))
         return {"arguments": list(arguments)}
+
+    async def generate(self, source: Source) -> object:
+        return {"path": "robot.py"}
 
     async def close(self) -> None:
         self.closed = True
@@ -454,6 +458,8 @@ class FakeLive(NoService):
     async def control(self, component: str, action: str, arguments: Mapping[str, Any]) -> object:
         if action == "crash":
             raise RuntimeError("a secret")
+        if action == "reload":
+            return {"generation": 1}
         await asyncio.sleep(60)
         return None
 
@@ -517,6 +523,30 @@ def test_a_component_whose_name_runs_elsewhere_is_not_started(root: Path) -> Non
             window.ask("run", tab=1)
         window.ask("saveAs", tab=1, path="dance2.xml")
         assert window.ask("run", tab=1) == {"arguments": []}
+
+
+def test_a_document_is_changed_until_its_component_is_reloaded(served: Editor) -> None:
+    with served.window() as window:
+
+        def changed() -> bool:
+            found: bool = window.workspace["tabs"][0]["changed"]
+            return found
+
+        def after(op: str, **fields: Any) -> bool:
+            window.ask(op, **fields)
+            window.ask("export", tab=1)  # what was pushed meanwhile has come
+            return changed()
+
+        assert not after("do", tab=1, command=ADD_STATE)  # nothing runs
+        assert not after("run", tab=1, arguments=["stay"])
+        assert not after(
+            "do", tab=1, command={"command": "moveItems", "automaton": 1, "states": [1], "dx": 9, "dy": 9}
+        )
+        assert after("do", tab=1, command={**ADD_STATE, "name": "more"})
+        assert not after("undo", tab=1)
+        assert after("redo", tab=1)
+        assert after("generate", tab=1)
+        assert not after("control", component="robot", action="reload")
 
 
 def test_only_who_follows_a_component_hears_of_it(served: Editor, services: list[Services]) -> None:

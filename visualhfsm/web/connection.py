@@ -230,10 +230,10 @@ class _Connection:
     async def _run(self, request: _Running) -> object:
         """Generate, run, follow and steer components."""
         workspace, window = self._workspace, self._window
-        running, live = workspace.services.running, workspace.services.live
+        running = workspace.services.running
         match request:
             case p.Generate(tab=tab):
-                return await running.generate(workspace.tab(tab).shown)
+                return await workspace.generate(workspace.tab(tab))
             case p.Run(tab=tab, arguments=arguments):
                 return await workspace.run(workspace.tab(tab), arguments)
             case p.StopRun(tab=tab):
@@ -246,7 +246,7 @@ class _Connection:
             case p.Control(action="emergencyStop"):
                 return await workspace.emergency_stop()
             case p.Control(component=component, action=action, arguments=values):
-                return await live.control(component, action, values)
+                return await workspace.control(component, action, values)
             case p.Recording(path=path):
                 return await workspace.open_recording(window, workspace.root.recording(path))
 

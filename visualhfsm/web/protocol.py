@@ -361,7 +361,8 @@ class TabState(msgspec.Struct, kw_only=True, rename="camel"):
     `path` is relative to the root where it can be, and empty as long as there is no file. `component` is the
     name of what was started from it and runs, or else of the component that it would be. `outside` says what
     another program did to the file: nothing, `changed` or `deleted`. A `dialect` other than `native` is
-    replaced when the document is saved.
+    replaced when the document is saved. `changed` says that the document differs from what its component
+    runs.
     """
 
     tab: int
@@ -372,6 +373,7 @@ class TabState(msgspec.Struct, kw_only=True, rename="camel"):
     dialect: str
     recovered: bool
     outside: str
+    changed: bool = False
 
 
 class Recoverable(msgspec.Struct, kw_only=True, rename="camel"):

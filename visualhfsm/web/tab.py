@@ -11,6 +11,8 @@ from functools import partial
 from itertools import islice
 from typing import Concatenate, Final, ParamSpec, TypeVar
 
+from codegen.hfsm.document import Document
+from visualhfsm.editing.diff import diff_documents
 from visualhfsm.services import OutputLine, RunPush, Source, retrieve
 from visualhfsm.sessions import session as sessions
 from visualhfsm.sessions.session import DocumentSession
@@ -79,6 +81,10 @@ class Tab:
         self.problems: Problems | None = None
         self.run: RunPush | None = None
         self.output: deque[OutputLine] = deque(maxlen=output_lines)
+        self.generated: Document | None = None
+        """The document as its component was generated last."""
+        self._runs: Document | None = None
+        self._compared: tuple[Document, Document, bool] | None = None
         self._session = session
         self._threads = threads
         self._changed = changed
@@ -94,6 +100,21 @@ class Tab:
     def component(self) -> str:
         """The name of the component that was started from it and runs, or else of that it would be."""
         return self.run.component if self.run is not None and self.is_running else self.shown.component
+
+    def take_generated(self) -> None:
+        """Remember that the running component has loaded what was generated last."""
+        self._runs = self.generated
+
+    @property
+    def differs_from_run(self) -> bool:
+        """Whether the document differs from what its component runs, except in where things stand."""
+        runs, document = self._runs, self.shown.document
+        if runs is None or not self.is_running:
+            return False
+        if self._compared is None or self._compared[0] is not runs or self._compared[1] is not document:
+            differs = any(each.kind != "moved" for each in diff_documents(runs, document))
+            self._compared = (runs, document, differs)
+        return self._compared[2]
 
     async def edit(
         self, work: Callable[Concatenate[DocumentSession, P], R], *args: P.args, **kwargs: P.kwargs

@@ -5,13 +5,13 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import logging
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import count
 from pathlib import Path
 from types import TracebackType
-from typing import Final, Self
+from typing import Any, Final, Self
 
 from codegen.hfsm.code.names import component_name
 from visualhfsm.code_help.service import CodeHelper
@@ -316,17 +316,41 @@ class Workspace:
         name = tab.shown.component
         for _ in range(_LEAVING_ROUNDS):  # one that has just ended may still be listed
             if not self._runs_elsewhere(name):
-                return await self.services.running.run(tab.shown, arguments)
+                break
             await asyncio.sleep(_LEAVING_PERIOD)
-        raise VisualHfsmError(
-            f"{name} runs already, and was not started here: stop it first, or save this document under "
-            "another name"
-        )
+        else:
+            raise VisualHfsmError(
+                f"{name} runs already, and was not started here: stop it first, or save this document under "
+                "another name"
+            )
+        source = tab.shown
+        started = await self.services.running.run(source, arguments)
+        tab.generated = source.document
+        tab.take_generated()
+        self.publish_state()
+        return started
 
     def _runs_elsewhere(self, name: str) -> bool:
         return any(each["component"] == name for each in self._components.running) and not any(
             tab.is_running and tab.component == name for tab in self._tabs.values()
         )
+
+    async def generate(self, tab: Tab) -> object:
+        """Generate the component of a tab, also for one that runs and is to be reloaded."""
+        source = tab.shown
+        generated = await self.services.running.generate(source)
+        tab.generated = source.document
+        return generated
+
+    async def control(self, component: str, action: str, arguments: Mapping[str, Any]) -> object:
+        """Steer a component, or ask for its past."""
+        result = await self.services.live.control(component, action, arguments)
+        if action == "reload":
+            for tab in self._tabs.values():
+                if tab.is_running and tab.component == component:
+                    tab.take_generated()
+            self.publish_state()
+        return result
 
     async def emergency_stop(self) -> object:
         """Stop the robot and all that runs in its realm, then what was started here and does not answer."""
@@ -432,6 +456,7 @@ class Workspace:
             dialect=shown.dialect,
             recovered=tab.recovered,
             outside="" if tab.outside is None else tab.outside.state,
+            changed=tab.differs_from_run,
         )
 
     def _name(self, path: Path | None) -> str:

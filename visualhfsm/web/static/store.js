@@ -31,7 +31,7 @@
  *   is the revision that the problems are those of
  *
  * @typedef {{tab: number, title: string, path: string, component: string, dirty: boolean, dialect: string, recovered: boolean,
- *   outside: "" | "changed" | "deleted"}} TabState
+ *   outside: "" | "changed" | "deleted", changed: boolean}} TabState
  * @typedef {{journal: string, name: string, path: string, changedAt: number}} Recoverable
  * @typedef {{tabs: TabState[], recoverable: Recoverable[], running: {component: string}[],
  *   clipboard: number}} Workspace

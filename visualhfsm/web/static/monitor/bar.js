@@ -2,6 +2,7 @@
  * The line below the header: run, pause, step, stop and reload, what the followed component does, and STOP.
  *
  * @import {From} from "../element.js"
+ * @import {Breakpoint} from "./breakpoints.js"
  */
 
 import {html, nothing} from "lit";
@@ -21,11 +22,21 @@ const MORE = [
   ["attach", "openRecording"],
 ];
 
+/** Where somebody writes, who is not to be taken elsewhere. */
+const WRITING = "hfsm-code-panel, hfsm-data-panel, dialog";
+
 class MonitorBar extends MonitorElement {
   /** @type {typeof MonitorElement.kinds} */
   static kinds = ["shown", "mode", "structure", "running"];
   /** @type {typeof MonitorElement.watches} */
   static watches = {page: ["change"], store: ["connection", "document", "run", "workspace"]};
+
+  #stop = ""; // the breakpoints at which it paused last
+
+  connectedCallback() {
+    super.connectedCallback();
+    this.listen(monitor, "snapshot", () => this.#arrive());
+  }
 
   render() {
     const paused = monitor.newest && monitor.newest.component.status !== 0;
@@ -54,7 +65,7 @@ class MonitorBar extends MonitorElement {
             ${icon("chevron")}
           </button>
           ${this.#button("pauseResume", paused ? "run" : "pause", paused ? "Resume" : "Pause")}
-          ${["stepOne", "stepAll", "stopRun", "reload"].map((id) => this.#button(id))}
+          ${["stepOne", "stepAll", "stopRun"].map((id) => this.#button(id))}${this.#reload()}
         </div>
         ${monitor.isShownBeside(page.tab) ? this.#followed() : nothing}
       </div>
@@ -85,7 +96,7 @@ class MonitorBar extends MonitorElement {
         >${monitor.component.replace(/^recording:\d+:/, "")}</strong
       >
       <span class="time" title="Component time">${spokenSeconds(monitor.snapshot?.component.time ?? NaN)}</span>
-      ${this.#elsewhere()}
+      ${this.#stoppedAt()}${this.#elsewhere()}
       ${
         recording
           ? nothing
@@ -122,6 +133,55 @@ class MonitorBar extends MonitorElement {
         </button>
         ${recording ? nothing : this.#button("sendEvent")}${this.#button("livePanel")}${this.#button("detach")}
       </div>`;
+  }
+
+  /** What takes the changes over into the run; with words when there are some. */
+  #reload() {
+    const changed = page.tabState?.changed && isEnabled("reload", this.context);
+    return changed
+      ? html`<button
+          type="button"
+          class="action changed"
+          data-action="reload"
+          title="The drawing differs from what runs. ${actionOf("reload").hint} (${keyOf("reload")})"
+          @click=${() => perform("reload", this.context)}
+        >
+          ${icon("reload")}<span class="text">Changed: reload</span>
+        </button>`
+      : this.#button("reload");
+  }
+
+  /** The breakpoint at which it paused, which leads there. */
+  #stoppedAt() {
+    const {stoppedAt = []} = monitor.snapshot?.component ?? {};
+    const [first] = stoppedAt;
+    if (!first) return nothing;
+    const {automaton, state, transition} = first;
+    const name = state
+      ? `State ${monitor.stateName(automaton, state)}`
+      : `Transition ${monitor.transition(automaton, transition)?.name || transition}`;
+    const more = stoppedAt.length > 1 ? ` and ${stoppedAt.length - 1} more` : "";
+    return html`<button type="button" class="link" title="Show where it paused" @click=${() => this.#goTo(first)}>
+      ${name}${more}
+    </button>`;
+  }
+
+  /** Show a breakpoint, if its document is open. @param {Breakpoint} place */
+  #goTo({automaton, state, transition}) {
+    const {tab} = monitor;
+    if (!store.documents.get(tab)?.automata.has(automaton)) return;
+    page.show(tab);
+    page.jump({kind: state ? "state" : "transition", automaton, id: state || transition});
+  }
+
+  /** Go where the component has just paused, unless the user is writing. */
+  #arrive() {
+    const {stoppedAt = [], startedAt} = monitor.newest?.component ?? {};
+    const [first] = stoppedAt;
+    const stop = first ? JSON.stringify([startedAt, stoppedAt]) : "";
+    if (stop === this.#stop) return;
+    this.#stop = stop;
+    if (first && monitor.isLive && !document.activeElement?.closest(WRITING)) this.#goTo(first);
   }
 
   /** @param {MouseEvent & From<HTMLElement>} event */

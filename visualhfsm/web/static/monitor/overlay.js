@@ -114,7 +114,7 @@ export function showOn(canvas) {
     const planned = here || !page.automaton ? [] : monitor.breakpoints.of(page.tab);
     if (!here && !shown && !planned.length) return;
     shown = Boolean(here || planned.length);
-    if (here && monitor.follows) followDeepest(here);
+    if (here && monitor.follows && !here.component.stoppedAt.length) followDeepest(here);
     canvas.showLive(
       !page.automaton ? undefined : here ? liveOf(page.automaton.id, here) : plannedOf(page.automaton.id, planned),
     );
