@@ -115,6 +115,22 @@ def test_the_cursor_stays_where_it_is_when_the_code_changes_elsewhere(
     expect(code.locator(".cm-line")).to_have_text(["first = 1", "counts += 1"])
 
 
+def test_two_windows_type_into_the_same_code_at_once(
+    browser: Browser, shown: EditorPage, running: Editor, path: Path
+) -> None:
+    with editor_page(browser, running) as other:
+        for window in (shown, other):
+            edit(window, "wait")
+        shown.press("Control+Home")
+        for letter in range(20):
+            shown.type(chr(ord("a") + letter))
+            other.type(chr(ord("A") + letter))
+        code = "abcdefghijklmnopqrstcount += 1ABCDEFGHIJKLMNOPQRST"
+        for window in (shown, other):
+            expect(window.page.get_by_role("textbox", name="Code of the state wait")).to_have_text(code)
+        assert saved(shown, path).automata[0].states[0].code.text == code
+
+
 def test_what_is_typed_before_the_code_panel_is_there_is_typed_into_it(shown: EditorPage) -> None:
     waiting: list[Route] = []
     shown.page.route("**/panels/editor.js", lambda route: waiting.append(route))

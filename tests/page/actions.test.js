@@ -37,7 +37,7 @@ function show(...automata) {
 /** What was asked last. */
 const asked = () => socket.sent.at(-1);
 
-beforeEach(() => {
+beforeEach(async () => {
   store.documents.clear();
   page.show(0);
   page.forget(1);
@@ -45,6 +45,8 @@ beforeEach(() => {
     store.connect();
     socket = Socket.made.at(-1);
     socket.open();
+    socket.push({re: socket.sent[0].id, ok: {}});
+    await new Promise((resolve) => setImmediate(resolve));
   }
 });
 

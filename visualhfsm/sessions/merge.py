@@ -8,7 +8,9 @@ deleted, are left to the checks.
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Iterator, Sequence
+import re
+from collections import deque
+from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from difflib import SequenceMatcher
 from typing import Any, Final, NamedTuple, TypeVar
@@ -17,13 +19,16 @@ from codegen.hfsm.document import Automaton, Document, Node, State, Text, Transi
 from visualhfsm.editing.diff import KEYS, compared_fields, keyed, part_of, shown
 from visualhfsm.editing.nodes import free_ids, label
 
-__all__ = ["Merged", "merge_documents", "merge_lines"]
+__all__ = ["Merged", "Typed", "merge_documents", "merge_lines", "merge_typing"]
 
 _NodeT = TypeVar("_NodeT", bound=Node)
 _T = TypeVar("_T", bound=Hashable)
 
 _MOST_LINES: Final = 5000
 """Limit of the lines of a text that is compared line by line."""
+_WORDS: Final = re.compile(r"\w+|\W")
+_MOST_LETTERS: Final = 2000
+"""Limit of the letters that are compared one by one; a longer change counts as one."""
 
 
 class Merged(NamedTuple):
@@ -177,7 +182,7 @@ def _new_numbers(
 
 
 class _Hunk(NamedTuple):
-    """Lines of the base, from `start` up to but not with `end`, and what one side has in their place."""
+    """Lines (or letters) of the base, from `start` up to but not with `end`, and what is in their place."""
 
     start: int
     end: int
@@ -190,26 +195,143 @@ def merge_lines(base: str, mine: str, theirs: str) -> str | None:
     Changes of adjacent lines count as the same: together they might mean something that neither side has
     written.
     """
+    return _merged_text(base, mine, theirs, lambda *_: None)
+
+
+class Typed(NamedTuple):
+    """The result of typing on two sides; `conflict`: both replaced the same letters by different ones."""
+
+    text: str
+    conflict: bool
+
+
+def merge_typing(base: str, mine: str, theirs: str) -> Typed:
+    """Return the merge of two texts that were typed at the same time, with all letters of both.
+
+    What only one side deleted is gone. Where both wrote at the same place, mine comes first.
+    """
+    conflicts: list[bool] = []
+
+    def letters(*texts: str) -> str:
+        merged = _merged_letters(*texts)
+        conflicts.append(merged.conflict)
+        return merged.text
+
+    text = _merged_text(base, mine, theirs, letters)
+    return _merged_letters(base, mine, theirs) if text is None else Typed(text, any(conflicts))
+
+
+def _merged_text(
+    base: str, mine: str, theirs: str, resolve: Callable[[str, str, str], str | None]
+) -> str | None:
+    """Merge line by line; `resolve` merges lines that both changed, or returns None to give up."""
     lines, *others = (text.splitlines(keepends=True) for text in (_ended(base), _ended(mine), _ended(theirs)))
     if max(len(lines), *map(len, others)) > _MOST_LINES:
         return None
-    here, there = (list(_hunks(lines, other)) for other in others)
+    here, there = (deque(_hunks(lines, other)) for other in others)
     merged: list[str] = []
     done = 0
     while here or there:
-        if here and there and here[0] == there[0]:
-            hunk = here.pop(0)
-            there.pop(0)
-        else:
-            turn, other = (here, there) if not there or (here and here[0] < there[0]) else (there, here)
-            hunk = turn.pop(0)
-            if other and other[0].start <= hunk.end:
+        start = min(side[0].start for side in (here, there) if side)
+        own, other, end = _overlapping(here, there)
+        merged += lines[done:start]
+        if own and other and own != other:
+            texts = ("".join(_applied(lines, start, end, hunks)) for hunks in ([], own, other))
+            resolved = resolve(*texts)
+            if resolved is None:
                 return None
-        merged += lines[done : hunk.start]
-        merged += hunk.lines
-        done = hunk.end
+            merged.append(resolved)
+        else:
+            merged += _applied(lines, start, end, own or other)
+        done = end
     text = "".join(merged + lines[done:])
     return text if _ends(base, mine, theirs) else text.removesuffix("\n")
+
+
+def _overlapping(here: deque[_Hunk], there: deque[_Hunk]) -> tuple[list[_Hunk], list[_Hunk], int]:
+    """Take the first change from both sides, with all of the other side that touch it, and where they end."""
+    taken: tuple[list[_Hunk], list[_Hunk]] = ([], [])
+    end = -1
+    while True:
+        sides = [(side[0].start, index) for index, side in enumerate((here, there)) if side]
+        start, index = min(sides, default=(end + 1, 0))
+        if end >= 0 and (start > end or not sides):
+            return *taken, end
+        hunk = (here, there)[index].popleft()
+        taken[index].append(hunk)
+        end = max(end, hunk.end)
+
+
+def _applied(lines: Sequence[str], start: int, end: int, hunks: Iterable[_Hunk]) -> list[str]:
+    """Return lines of the base with the changes of one side."""
+    found: list[str] = []
+    for hunk in hunks:
+        found += [*lines[start : hunk.start], *hunk.lines]
+        start = hunk.end
+    return [*found, *lines[start:end]]
+
+
+def _merged_letters(base: str, mine: str, theirs: str) -> Typed:
+    changes = [list(_letters(base, text)) for text in (mine, theirs)]
+    written: dict[int, str] = {}
+    deleted = [False] * len(base)
+    for hunks in changes:
+        for start, end, letters in hunks:
+            written[start] = written.get(start, "") + "".join(letters)
+            deleted[start:end] = [True] * (end - start)
+    kept = ("" if gone else letter for letter, gone in zip(base, deleted, strict=True))
+    text = "".join(written.get(index, "") + letter for index, letter in enumerate((*kept, "")))
+    own, other = ([hunk for hunk in hunks if hunk.end > hunk.start and any(hunk.lines)] for hunks in changes)
+    return Typed(text, any(one.start < two.end and two.start < one.end for one in own for two in other))
+
+
+def _letters(base: str, changed: str) -> Iterator[_Hunk]:
+    """Yield in which letters two texts differ, in whole words where something was replaced."""
+    whole = _trimmed(base, _Hunk(0, len(base), [changed]))
+    old, new = base[whole.start : whole.end], "".join(whole.lines)
+    if not old or not new or max(len(old), len(new)) > _MOST_LETTERS:
+        if old or new:
+            yield whole
+        return
+    found = _insertions(old, new)
+    if found is None:
+        words, ends = _WORDS.findall(old), [0]
+        for word in words:
+            ends.append(ends[-1] + len(word))
+        found = [
+            _trimmed(old, _Hunk(ends[each.start], ends[each.end], each.lines))
+            for each in _hunks(words, _WORDS.findall(new))
+        ]
+    for hunk in found:
+        yield _Hunk(whole.start + hunk.start, whole.start + hunk.end, hunk.lines)
+
+
+def _insertions(old: str, new: str) -> list[_Hunk] | None:
+    """Return what was inserted at several places, or None when something is missing, too."""
+    found: list[_Hunk] = []
+    at = 0
+    for letter in new:
+        if at < len(old) and letter == old[at]:
+            at += 1
+        elif found and found[-1].start == at:
+            found[-1].lines.append(letter)
+        else:
+            found.append(_Hunk(at, at, [letter]))
+    return found if at == len(old) else None
+
+
+def _trimmed(base: str, hunk: _Hunk) -> _Hunk:
+    """Return a change of letters without those at its ends that stay."""
+    old, new = base[hunk.start : hunk.end], "".join(hunk.lines)
+    first = _equal(old, new)
+    last = _equal(old[first:][::-1], new[first:][::-1])
+    return _Hunk(hunk.start + first, hunk.end - last, [new[first : len(new) - last]])
+
+
+def _equal(one: str, other: str) -> int:
+    """Return how many letters at the beginning are equal."""
+    pairs = enumerate(zip(one, other, strict=False))
+    return next((index for index, (a, b) in pairs if a != b), min(len(one), len(other)))
 
 
 def _hunks(base: Sequence[str], changed: Sequence[str]) -> Iterator[_Hunk]:

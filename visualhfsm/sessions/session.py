@@ -16,6 +16,7 @@ from codegen.hfsm.document import Automaton, Document
 from visualhfsm.editing.commands import Command, decode_command
 from visualhfsm.editing.commands.items import DeleteItems
 from visualhfsm.editing.commands.paste import ReplaceDocument
+from visualhfsm.editing.diff import Difference, diff_documents
 from visualhfsm.editing.serialization import (
     MAX_SIZE,
     NATIVE,
@@ -27,7 +28,7 @@ from visualhfsm.errors import ChangedOutsideError, EditError, OldFormatError
 
 from .files import FileVersion, read_file, write_file
 from .journal import Done, Entry, Header, Journal, Redone, Saved, Undone, journal_directory
-from .merge import merge_documents
+from .merge import merge_documents, merge_typing
 
 __all__ = ["Change", "Choice", "DocumentSession", "Resolution", "Step"]
 
@@ -58,6 +59,8 @@ class Change:
     revision: int
     before: Document
     after: Document
+    conflict: bool = False
+    """Whether somebody else had replaced the same words, which stand beside each other now."""
 
     @property
     def added(self) -> tuple[Added, ...]:
@@ -143,6 +146,15 @@ def _added(before: Document, after: Document) -> Iterator[Added]:
         )
         if old is None or added.states or added.transitions:
             yield added
+
+
+def _merged_with_others(command: Command, base: str, document: Document) -> tuple[Command, bool]:
+    """Return a command with its typed text merged with that of the document, and whether they conflict."""
+    match diff_documents(command.with_text(base).apply(document), document):
+        case [Difference(kind="changed", after=theirs)]:
+            typed = merge_typing(base, command.text_typed, theirs)
+            return command.with_text(typed.text), typed.conflict
+    return command, False
 
 
 class Choice(StrEnum):
@@ -303,16 +315,23 @@ class DocumentSession:
         """The document as it was read or saved last, or None when it never was."""
         return self._saved
 
-    def do(self, command: Command) -> Change:
-        """Apply a command. Raises EditError and leaves the document as it was when that is not possible."""
-        merged = self._steps.merges(command.merge_key)
+    def do(self, command: Command, base: str | None = None) -> Change:
+        """Apply a command. Raises EditError and leaves the document as it was when that is not possible.
+
+        With `base`, the text over which that of the command was typed, it is merged with what others made of
+        `base` meanwhile.
+        """
         before = self.document
+        conflict = False
+        if base is not None:
+            command, conflict = _merged_with_others(command, base, before)
+        merged = self._steps.merges(command.merge_key)
         name = command.title(before)
         encoded = msgspec.json.encode(command)
         self._take(command.apply(before), command, name, merge=merged, size=len(encoded))
         if self.document is not before:
             self._note(Done(msgspec.Raw(encoded), merged), name)
-        return Change(name, self.revision, before, self.document)
+        return Change(name, self.revision, before, self.document, conflict)
 
     def undo(self) -> Change:
         """Undo the last step. Raises EditError when there is none."""

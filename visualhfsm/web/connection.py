@@ -152,8 +152,8 @@ class _Connection:
     async def _do(self, request: p.Request) -> object:
         """Execute a request and return its answer. Raises VisualHfsmError."""
         match request:
-            case p.Do(tab=tab, command=command):
-                return _outcome(await self._workspace.tab(tab).edit(DocumentSession.do, command))
+            case p.Do(tab=tab, command=command, base=base):
+                return _outcome(await self._workspace.tab(tab).edit(DocumentSession.do, command, base))
             case p.TabEdit():
                 return await self._edit(request)
             case p.CodeHelp(tab=tab, wanted=wanted, place=place, code=code, line=line, column=column):
@@ -323,7 +323,8 @@ class _Connection:
 
 
 def _outcome(change: Change) -> dict[str, Any]:
-    return {"name": change.name, "revision": change.revision, "added": list(change.added)}
+    outcome = {"name": change.name, "revision": change.revision, "added": list(change.added)}
+    return {**outcome, "conflict": True} if change.conflict else outcome
 
 
 def _compared(before: Document, after: Document) -> dict[str, Any]:

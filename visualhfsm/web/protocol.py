@@ -108,9 +108,13 @@ class TabEdit(_Request):
 
 
 class Do(TabEdit):
-    """Apply a command of `visualhfsm.editing.commands` to the document."""
+    """Apply a command of `visualhfsm.editing.commands` to the document.
+
+    `base` is the text over which that of the command was typed: what others made of it meanwhile is kept.
+    """
 
     command: AnyCommand
+    base: Code | None = None
 
 
 class Undo(TabEdit):

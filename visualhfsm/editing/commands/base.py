@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Hashable
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, Self
 
 import msgspec
 
 from codegen.hfsm.document import Document
 from codegen.hfsm.formats.native import MAX_ID
+from visualhfsm.errors import EditError
 
 __all__ = ["Command", "Id", "Ids", "Index"]
 
@@ -55,6 +56,25 @@ class Command(
         if not self.typed:
             return None
         return type(self), *(getattr(self, name) for name in self.__struct_fields__ if name not in self.typed)
+
+    @property
+    def text_typed(self) -> str:
+        """The text that is typed, of a command for one piece of text."""
+        text: str = getattr(self, self._text_field())
+        return text
+
+    def with_text(self, text: str) -> Self:
+        """Return the command with another text. Raises EditError when it is not one for a piece of text."""
+        return msgspec.structs.replace(self, **{self._text_field(): text})
+
+    def _text_field(self) -> str:
+        return self.only_one(self.typed)
+
+    def only_one(self, fields: tuple[str, ...]) -> str:
+        """Return the only one of the fields that are typed. Raises EditError when there are others."""
+        if len(fields) != 1:
+            raise EditError("Cannot merge what was typed", f"{type(self).__name__} sets no piece of text")
+        return fields[0]
 
     def own_fields(self, base: type[Command]) -> dict[str, Any]:
         """Return the fields of a command, by name, without those of its base class."""

@@ -8,7 +8,7 @@ An entry of a list is named by the list and its index.
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable
-from typing import Any, Final, Literal, NamedTuple, get_args
+from typing import Any, Final, Literal, NamedTuple, Self, get_args
 
 import msgspec
 
@@ -155,6 +155,16 @@ class ChangeEntry(_EntryCommand, frozen=True, kw_only=True):
     @property
     def merge_key(self) -> Hashable:
         return type(self), self.list, self.automaton, self.index, tuple(self.fields)
+
+    @property
+    def text_typed(self) -> str:
+        return self.fields[self._text_field()]
+
+    def with_text(self, text: str) -> Self:
+        return msgspec.structs.replace(self, fields={self._text_field(): text})
+
+    def _text_field(self) -> str:
+        return self.only_one(tuple(self.fields))
 
 
 class RemoveEntry(_EntryCommand, frozen=True, kw_only=True):

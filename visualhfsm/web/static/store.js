@@ -61,8 +61,8 @@
  *
  * @typedef {{root?: string, templates?: {name: string, description: string}[],
  *   worlds?: {name: string, description: string, balls: boolean}[]}} Greeting
- * @typedef {{name: string, revision: number, added: {automaton: number, states: number[], transitions: number[]}[]}}
- *   Done a step
+ * @typedef {{name: string, revision: number, added: {automaton: number, states: number[], transitions: number[]}[],
+ *   conflict?: boolean}} Done a step; `conflict` if somebody else had typed over the same words
  * @typedef {{tab: number, remarks?: string[]}} Opened
  * @typedef {{name: string, path: string, kind: "document" | "recording" | "directory", size?: number,
  *   changedAt?: number}} Entry of a directory
@@ -127,6 +127,7 @@ const NO_ROBOT = {
 };
 const FIRST_RETRY = 250; // ms
 const LAST_RETRY = 5000;
+const MERGED = 200_000; // characters; of a longer text what was typed last counts
 /** Requests that do not depend on what was typed before. */
 const ASIDE = new Set(["hello", "codeHelp", "interfaces", "listFiles"]);
 
@@ -197,7 +198,8 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
   request(op, fields = {}) {
     if (!ASIDE.has(op)) this.dispatchEvent(new Event("request"));
     return new Promise((resolve, reject) => {
-      if (this.#socket?.readyState !== WebSocket.OPEN) {
+      // Before the server has greeted, its tabs may be others than those that the page shows.
+      if (this.#socket?.readyState !== WebSocket.OPEN || (!this.online && op !== "hello")) {
         reject(new RequestError(this.whyOffline, "offline"));
         return;
       }
@@ -212,9 +214,10 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
    *
    * @param {number} tab
    * @param {{command: string} & Record<string, unknown>} command
+   * @param {string} [base] the text over which that of the command was typed: what others made of it is merged
    */
-  do(tab, command) {
-    return this.request("do", {tab, command});
+  do(tab, command, base) {
+    return this.request("do", {tab, command, base: (base?.length ?? Infinity) <= MERGED ? base : undefined});
   }
 
   /**

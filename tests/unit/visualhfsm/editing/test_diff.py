@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from random import Random
+from typing import Any
 
 import pytest
 from hypothesis import given, settings
@@ -25,7 +26,7 @@ from visualhfsm.editing.problems import find_problems
 from visualhfsm.editing.serialization import parse
 from visualhfsm.editing.subtrees import without_automata
 from visualhfsm.errors import EditError
-from visualhfsm.sessions.merge import Merged, merge_documents, merge_lines
+from visualhfsm.sessions.merge import Merged, Typed, merge_documents, merge_lines, merge_typing
 
 
 def done(document: Document, *commands: Command) -> Document:
@@ -124,6 +125,52 @@ def test_texts_are_merged_by_lines(base: str, mine: str, theirs: str, together: 
     assert merge_lines(base, mine, theirs) == together
     assert merge_lines(base, theirs, mine) == together
     assert merge_lines(base, mine, base) == merge_lines(base, base, mine) == mine
+
+
+@pytest.mark.parametrize(
+    ("base", "mine", "theirs", "together"),
+    [
+        ("", "mine", "theirs", "minetheirs"),
+        ("x", "xmm", "xtt", "xmmtt"),
+        ("xmm", "xmmmm", "xmmtt", "xmmmmtt"),
+        ("a = 1\nb = 2", "a = 1 + 1\nb = 2", "a = 1\nb = 23\nc", "a = 1 + 1\nb = 23\nc"),
+        ("red or green", "or green", "red or greenish", "or greenish"),
+        ("one two", "two", "two", "two"),
+        ("abc def", "ac def", "abc d", "ac d"),
+    ],
+)
+def test_what_both_type_is_kept(base: str, mine: str, theirs: str, together: str) -> None:
+    assert merge_typing(base, mine, theirs) == Typed(together, conflict=False)
+
+
+@pytest.mark.parametrize(
+    ("mine", "theirs", "together"),
+    [("color = green", "color = blue", "color = greenblue"), ("color = red", "color = blue", "color = blue")],
+)
+def test_words_that_both_replace_are_a_conflict(mine: str, theirs: str, together: str) -> None:
+    assert merge_typing("color = red", mine, theirs) == Typed(together, conflict="green" in together)
+
+
+@given(st.randoms(use_true_random=False))
+@settings(max_examples=50)
+def test_no_letter_is_lost_that_two_type_at_once(random: Random) -> None:
+    document = "".join(random.choices("abcdefghi \n", k=random.randrange(60)))
+    writers: list[dict[str, Any]] = [
+        {"base": document, "text": document, "at": random.randint(0, len(document))} for _ in "PQ"
+    ]
+    typed = {"P": 0, "Q": 0}
+    for _ in range(30):
+        letter, writer = random.choice([*zip("PQ", writers, strict=True)])
+        if random.random() < 0.6:
+            text, at = writer["text"], writer["at"]
+            writer.update(text=text[:at] + letter + text[at:], at=at + 1)
+            typed[letter] += 1
+        else:
+            document = merge_typing(writer["base"], writer["text"], document).text
+            writer.update(base=writer["text"])
+    for writer in writers:
+        document = merge_typing(writer["base"], writer["text"], document).text
+    assert {letter: document.count(letter) for letter in typed} == typed
 
 
 def test_code_that_both_changed_in_other_lines_is_merged() -> None:

@@ -13,6 +13,7 @@ import pytest
 from codegen.hfsm import write_document
 from tests.support.editing import tree
 from visualhfsm.child import child_environment
+from visualhfsm.editing.commands.component import AddEntry, ChangeEntry
 from visualhfsm.editing.commands.items import MoveItems
 from visualhfsm.editing.commands.states import AddState, RenameState, SetStateCode
 from visualhfsm.errors import ChangedOutsideError, EditError, OldFormatError
@@ -124,6 +125,30 @@ def test_typing_is_one_step_until_one_pauses(session: DocumentSession, time: Tim
     session.undo()
     session.undo()
     assert not session.dirty
+
+
+def test_what_was_typed_over_an_older_text_is_merged(session: DocumentSession) -> None:
+    session.do(code("x"))
+    session.do(code("x theirs"), "x")
+    change = session.do(code("mine x"), "x")
+    assert (session.document.automata[0].states[0].code.text, change.conflict) == ("mine x theirs", False)
+    assert session.do(code("mine y theirs"), "mine x theirs").conflict is False
+    assert session.do(code("mine z theirs"), "mine x theirs").conflict is True
+    assert session.document.automata[0].states[0].code.text == "mine zy theirs"
+    session.undo()
+    assert not session.dirty
+
+
+def test_a_field_of_an_entry_is_merged(session: DocumentSession) -> None:
+    session.do(AddEntry(list="properties", fields={"name": "p", "expression": "x"}))
+    for text in ("x theirs", "mine x"):
+        session.do(ChangeEntry(list="properties", index=0, fields={"expression": text}), "x")
+    assert session.document.properties[0].expression.text == "mine x theirs"
+
+
+def test_what_is_no_text_is_not_merged(session: DocumentSession) -> None:
+    with pytest.raises(EditError, match="no piece of text"):
+        session.do(AddState(automaton=1, x=0, y=0), "x")
 
 
 def test_typing_after_saving_is_another_step(session: DocumentSession) -> None:

@@ -131,8 +131,8 @@ export class CodeField extends LitElement {
     this.#editor?.insert(text);
   }
 
-  /** @param {Place} place @returns {(tab: number, text: string) => Promise<import("../store.js").Done>} */
-  #send = (place) => (tab, text) => store.do(tab, commandFor(place, text));
+  /** @param {Place} place @returns {import("./draft.js").Send} */
+  #send = (place) => (tab, text, base) => store.do(tab, commandFor(place, text), base);
 
   async #load() {
     try {

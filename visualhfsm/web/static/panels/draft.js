@@ -2,47 +2,162 @@
  * Texts that are being typed.
  *
  * What is typed is sent to the server after a short pause; the server makes one step for undo of what belongs
- * together. Changes from elsewhere (undo, another window) are shown at once, but never replace what is being typed.
+ * together. Changes from elsewhere (undo, another window) are shown at once, but never replace what is being typed: the
+ * server is sent the text over which it was typed, too, and merges.
  *
  * @import {Done} from "../store.js"
+ * @typedef {(tab: number, text: string, base: string) => Promise<Done>} Send
  */
 
-import {notifyError} from "../notices.js";
+import {notify, notifyError} from "../notices.js";
 import {RequestError, store} from "../store.js";
 
 const PAUSE = 250; // ms
 
-/** @type {Set<Draft>} */
-const waiting = new Set();
+/** The pieces of text that the server does not have yet, by what they are. @type {Map<string, Piece>} */
+const unsaved = new Map();
 
 /** Send everything that was typed and is not sent yet; resolves when the document has it. */
 export async function flushEdits() {
-  await Promise.all([...waiting].map((draft) => draft.flush()));
+  await Promise.all([...unsaved.values()].map((piece) => piece.flush()));
 }
+
+/** The texts that could not be sent, while the server is offline. */
+export const unsentTexts = () => [...unsaved.values()].filter((piece) => piece.typed).map(({text}) => text);
 
 // What was typed goes before saving, running, undo and other commands, so that it is part of what they work on.
 store.addEventListener("request", () => flushEdits());
 addEventListener("pagehide", () => flushEdits());
 // What was typed while the server was offline is sent after reconnecting.
 store.addEventListener("connection", () => store.online && flushEdits());
+store.addEventListener("closed", ({detail}) => {
+  for (const piece of unsaved.values()) if (piece.tab === detail.tab) piece.drop();
+});
 
-export class Draft {
-  /** What stands in the field. */
-  text = "";
-
-  #show;
-  /** @type {(tab: number, text: string) => Promise<Done>} */
-  #send = () => Promise.reject(new Error("there is no piece of text"));
-  #tab = 0;
-  #key = "";
-  #known = "";
-  #typed = false;
+/** One piece of text, until the server has all that was typed. */
+class Piece {
+  /** Whether something was typed that is not sent. */
+  typed = false;
+  /** The text of the server of which `text` was made. */
+  #base;
+  #unanswered = 0;
+  #dropped = false;
+  /** What was sent when the connection was lost: the document may have it. @type {Set<string>} */
+  #lost = new Set();
   #timer = 0;
-  #sending = 0;
+
+  /** @param {number} tab @param {string} key @param {string} text @param {Send} send */
+  constructor(tab, key, text, send) {
+    this.tab = tab;
+    this.key = key;
+    /** What stands in the field. */
+    this.text = text;
+    /** What the document has. */
+    this.known = text;
+    this.#base = text;
+    this.send = send;
+    /** Show another text; set by the field that shows the piece. @type {() => void} */
+    this.show = () => {};
+  }
+
+  /** Whether the document does not yet have what stands in the field. */
+  get busy() {
+    return this.typed || this.#unanswered > 0;
+  }
+
+  /** @param {string} text */
+  type(text) {
+    this.text = text;
+    this.typed = true;
+    unsaved.set(this.key, this);
+    clearTimeout(this.#timer);
+    this.#timer = setTimeout(() => this.flush(), PAUSE);
+  }
+
+  /** @param {string} text that the document has now */
+  take(text) {
+    this.known = text;
+    if (!this.busy) this.#settle();
+  }
+
+  async flush() {
+    clearTimeout(this.#timer);
+    if (!this.typed || !store.online) return;
+    this.typed = false;
+    if (this.#lost.has(this.known)) this.#base = this.known;
+    const [base, text] = [this.#base, this.text];
+    this.#base = text;
+    this.#unanswered += 1;
+    let revision = 0;
+    try {
+      const done = await this.send(this.tab, text, base);
+      this.#lost.clear();
+      revision = done.revision;
+      if (done.conflict) notify("Somebody else has changed the same words: both versions stand in the text now.");
+    } catch (error) {
+      if (this.#dropped) return;
+      if (error instanceof RequestError && error.kind === "offline") this.#keep(base, text);
+      else this.#refuse(error);
+    } finally {
+      this.#unanswered -= 1;
+    }
+    // A document that is older than the answer is still on its way, and comes to `take`.
+    if (!this.busy && (store.documents.get(this.tab)?.revision ?? 0) >= revision) this.#settle();
+  }
+
+  /** Forget what was typed: the document is closed. */
+  drop() {
+    clearTimeout(this.#timer);
+    this.#dropped = true;
+    this.typed = false;
+    unsaved.delete(this.key);
+  }
+
+  /** Go on waiting with what may not have arrived. @param {string} base @param {string} text */
+  #keep(base, text) {
+    if (!this.#lost.size) this.#base = base; // that of what was sent first
+    this.#lost.add(text);
+    this.typed = true;
+    unsaved.set(this.key, this);
+  }
+
+  /** @param {unknown} error */
+  #refuse(error) {
+    notifyError(error);
+    if (this.#unanswered < 2) return;
+    // What was sent meanwhile builds on what the server does not have: the text is sent again as a whole.
+    this.#base = this.known;
+    this.type(this.text);
+  }
+
+  /** Show what the document has. */
+  #settle() {
+    unsaved.delete(this.key);
+    this.#base = this.known;
+    if (this.text === this.known) return;
+    this.text = this.known;
+    this.show();
+  }
+}
+
+/** What a field shows: one piece of text after the other. */
+export class Draft {
+  #show;
+  #piece = new Piece(0, "", "", () => Promise.reject(new Error("there is no piece of text")));
 
   /** @param {(text: string, whole: boolean) => void} show show another text; `whole`: it is another piece altogether */
   constructor(show) {
     this.#show = show;
+  }
+
+  /** What stands in the field. */
+  get text() {
+    return this.#piece.text;
+  }
+
+  /** Whether the document does not yet have what stands in the field. */
+  get busy() {
+    return this.#piece.busy;
   }
 
   /**
@@ -51,73 +166,31 @@ export class Draft {
    * @param {number} tab
    * @param {string} key which piece of text it is
    * @param {string} text
-   * @param {(tab: number, text: string) => Promise<Done>} send
+   * @param {Send} send
    */
   take(tab, key, text, send) {
-    if (tab !== this.#tab || key !== this.#key) {
-      this.flush();
-      this.#tab = tab;
-      this.#key = key;
-      this.#send = send;
-      this.#known = text;
-      this.#replace(text, true);
+    const whole = `${tab} ${key}`;
+    if (whole === this.#piece.key) {
+      this.#piece.send = send;
+      if (text !== this.#piece.known) this.#piece.take(text);
       return;
     }
-    this.#send = send;
-    if (text === this.#known) return;
-    this.#known = text;
-    if (!this.busy) this.#replace(text, false);
+    this.flush();
+    this.#piece.show = () => {};
+    // One that was left before the server had it is gone on with.
+    const piece = (this.#piece = unsaved.get(whole) ?? new Piece(tab, whole, text, send));
+    piece.take(text);
+    piece.show = () => this.#show(piece.text, false);
+    this.#show(piece.text, true);
   }
 
   /** Say what was typed. @param {string} text */
   type(text) {
-    if (text === this.text) return;
-    this.text = text;
-    this.#typed = true;
-    waiting.add(this);
-    clearTimeout(this.#timer);
-    this.#timer = setTimeout(() => this.flush(), PAUSE);
+    if (text !== this.#piece.text) this.#piece.type(text);
   }
 
   /** Send what was typed, if anything was. */
-  async flush() {
-    clearTimeout(this.#timer);
-    waiting.delete(this);
-    if (!this.#typed) return;
-    this.#typed = false;
-    const [tab, key] = [this.#tab, this.#key];
-    this.#sending += 1;
-    let revision = 0;
-    try {
-      revision = (await this.#send(tab, this.text)).revision;
-    } catch (error) {
-      if (error instanceof RequestError && error.kind === "offline") this.#keep(tab, key);
-      else notifyError(error);
-    } finally {
-      this.#sending -= 1;
-    }
-    const isSame = tab === this.#tab && key === this.#key;
-    // A document that is older than the answer is still on its way, and shown by `take`.
-    if (isSame && !this.busy && (store.documents.get(tab)?.revision ?? 0) >= revision)
-      this.#replace(this.#known, false);
-  }
-
-  /** Go on waiting with what could not be sent. @param {number} tab @param {string} key */
-  #keep(tab, key) {
-    if (tab !== this.#tab || key !== this.#key) return;
-    this.#typed = true;
-    waiting.add(this);
-  }
-
-  /** Whether the document does not yet have what stands in the field. */
-  get busy() {
-    return this.#typed || this.#sending > 0;
-  }
-
-  /** @param {string} text @param {boolean} whole */
-  #replace(text, whole) {
-    if (text === this.text && !whole) return;
-    this.text = text;
-    this.#show(text, whole);
+  flush() {
+    return this.#piece.flush();
   }
 }

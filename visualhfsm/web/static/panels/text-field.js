@@ -73,12 +73,13 @@ export class TextField extends LitElement {
   }
 
   willUpdate() {
-    const {place, send} = this;
+    const {place, send, kind} = this;
     this.#draft.take(
       this.tab,
       keyOf(place),
       this.text,
-      send ?? ((tab, text) => store.do(tab, commandFor(place, text))),
+      // Numbers and names are not merged letter by letter.
+      send ?? ((tab, text, base) => store.do(tab, commandFor(place, text), kind === "area" ? base : undefined)),
     );
   }
 

@@ -1,0 +1,124 @@
+import assert from "node:assert/strict";
+import {afterEach, beforeEach, test} from "node:test";
+
+import {Socket, STATIC} from "./page.js";
+
+globalThis.addEventListener ??= () => {};
+globalThis.fetch = () => Promise.resolve({status: 200});
+
+const {Draft, flushEdits, unsentTexts} = await import(new URL("panels/draft.js", STATIC).href);
+const {store} = await import(new URL("store.js", STATIC).href);
+
+/** @type {Socket} */
+let socket;
+/** @type {string[]} */
+let shown = [];
+/** @type {InstanceType<typeof Draft>} */
+let draft;
+let key = 0;
+
+const settled = () => new Promise((resolve) => setImmediate(resolve));
+const send = (tab, text, base) => store.do(tab, {command: "setStateCode", text}, base);
+/** The document has a text: what the server pushes. */
+const has = (text) => draft.take(1, `${key}`, text, send);
+const asked = () => socket.sent.filter(({op}) => op === "do").map(({base, command}) => [base, command.text]);
+const answer = (ok = {revision: 0}) => socket.push({re: socket.sent.at(-1).id, ok});
+
+async function connect() {
+  store.connect();
+  socket = Socket.made.at(-1);
+  socket.open();
+  socket.push({re: socket.sent[0].id, ok: {}});
+  await settled();
+}
+
+beforeEach(async () => {
+  await connect();
+  shown = [];
+  key += 1;
+  draft = new Draft((text) => shown.push(text));
+  has("x");
+});
+
+afterEach(() => {
+  socket.push({push: "closed", tab: 1});
+  socket.lose();
+});
+
+test("what is typed is sent with the text over which it was typed", async () => {
+  draft.type("xa");
+  draft.flush();
+  draft.type("xab");
+  draft.flush();
+  assert.deepEqual(asked(), [
+    ["x", "xa"],
+    ["xa", "xab"],
+  ]);
+});
+
+test("what others typed is shown once the server has merged it, and not while one types", async () => {
+  draft.type("xa");
+  has("xB");
+  assert.equal(draft.text, "xa");
+  draft.flush();
+  assert.deepEqual(asked(), [["x", "xa"]]);
+  has("xaB");
+  answer();
+  await settled();
+  assert.equal(shown.at(-1), "xaB");
+  draft.type("xaBc");
+  draft.flush();
+  assert.deepEqual(asked().at(-1), ["xaB", "xaBc"]);
+});
+
+test("what is typed offline is kept, and sent over the text that the server has", async () => {
+  draft.type("xa");
+  socket.lose();
+  draft.flush();
+  draft.type("xab");
+  draft.flush();
+  assert.deepEqual(unsentTexts(), ["xab"]);
+  await connect();
+  assert.deepEqual(asked(), [["x", "xab"]]);
+  has("xab");
+  answer();
+  await settled();
+  assert.deepEqual(unsentTexts(), []);
+});
+
+test("what was on its way when the connection was lost is not typed twice", async () => {
+  draft.type("xa");
+  draft.flush();
+  draft.type("xab");
+  draft.flush();
+  socket.lose();
+  await settled();
+  has("xa"); // the first one had arrived
+  draft.type("xabc");
+  await connect();
+  assert.deepEqual(asked(), [["xa", "xabc"]]);
+  has("xabc");
+  answer();
+  await settled();
+});
+
+test("what was typed offline stays when another text is shown meanwhile", async () => {
+  draft.type("xa");
+  socket.lose();
+  draft.take(1, "another", "y", send);
+  assert.equal(draft.text, "y");
+  has("x");
+  assert.equal(draft.text, "xa");
+  await connect();
+  assert.deepEqual(asked(), [["x", "xa"]]);
+  has("xa");
+  answer();
+  await settled();
+});
+
+test("a closed document has nothing to send", async () => {
+  draft.type("xa");
+  socket.push({push: "closed", tab: 1});
+  await flushEdits();
+  assert.deepEqual(asked(), []);
+});
