@@ -28,6 +28,7 @@
     restart = "on-failure"                      # or "never": then its end ends the stack
     restart_limit = 5                           # failures in a row, none a minute after its start
     restart_pause = 1.0                         # seconds before it is started again
+    notify = true                               # under systemd, ready is when it says so itself, by READY=1
 
 `python` stands for the interpreter that runs the launcher; other programs are looked for beside that first.
 """
@@ -60,12 +61,13 @@ __all__ = [
 
 _VARIABLE: Final = re.compile(r"\{(\w+)\}")
 _STACKS: Final = Path(__file__).parent
-_STEADY: Final = 60.0  # s after its start from which a failure no longer counts as one in a row
+STEADY: Final = 60.0  # s after its start from which a failure no longer counts as one in a row
 ON_PURPOSE: Final = frozenset({0, 128 + SIGINT, 128 + SIGTERM, -SIGINT, -SIGTERM})  # codes of an orderly end
-_HOPELESS: Final = frozenset({2, CANNOT_RUN})  # codes after wrong usage, which another start does not change
+HOPELESS: Final = frozenset({2, CANNOT_RUN})  # codes after wrong usage, which another start does not change
 
 Name = Annotated[
-    str, Meta(pattern=r"^[\w.-]+\Z", description="it names a log file: write letters, digits, . _ - only")
+    str,
+    Meta(pattern=r"^[A-Za-z0-9_.-]+\Z", description="it names files: write a-z, A-Z, 0-9, . _ - only"),
 ]
 Command = Annotated[tuple[str, ...], Meta(min_length=1, description="write a program and its arguments")]
 Seconds = Annotated[float, Meta(gt=0.0, lt=3600.0, description="write seconds above 0 and below 3600")]
@@ -95,6 +97,8 @@ class ProcessSpec(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True)
     restart: Literal["never", "on-failure"] = "never"
     restart_limit: Limit = 5
     restart_pause: Seconds = 1.0
+    notify: bool = False
+    """Whether it reports to systemd that it is ready, as the commands of ours that get ready do."""
 
     def __post_init__(self) -> None:
         try:
@@ -119,16 +123,16 @@ class Restarts:
 
         `ran` is how long it ran, in s; `code` its exit code, or minus the number of the signal that ended it.
         """
-        if self._spec.restart == "never" or code in ON_PURPOSE | _HOPELESS:
+        if self._spec.restart == "never" or code in ON_PURPOSE | HOPELESS:
             return None
-        self._failures = 1 if ran >= _STEADY else self._failures + 1
+        self._failures = 1 if ran >= STEADY else self._failures + 1
         return self._spec.restart_pause if self._failures <= self._spec.restart_limit else None
 
 
 class Stack(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """The processes of a stack in the order of the file, with the variables not yet filled in."""
 
-    name: str = ""
+    name: Name = ""
     log_dir: str = ""
     endpoint: str = ""
     variables: dict[str, str] = {}
@@ -221,7 +225,7 @@ def load_stack(path: Path) -> Stack:
     repeated or unknown process, an unknown variable or two foreground processes.
     """
     stack = parse_toml(read_text(path, StackError), Stack, str(path), StackError)
-    name = stack.name or path.stem
+    name = stack.name or re.sub(r"[^A-Za-z0-9_.-]", "-", path.stem)
     return msgspec.structs.replace(stack, name=name, log_dir=stack.log_dir or f"{name}/logs")
 
 

@@ -9,6 +9,7 @@ import logging
 import math
 import os
 import signal
+import socket
 import sys
 import threading
 import time
@@ -116,6 +117,24 @@ def finite(value: float | None) -> float | None:
     if value is not None and not math.isfinite(value):
         raise typer.BadParameter(f"{value} is not a finite number")
     return value
+
+
+def report_ready(text: str = "") -> None:
+    """Print that the command is ready, if there is a text, and report it to systemd where that started it.
+
+    The protocol of sd_notify(3) is one datagram to the socket that the environment names; what the command
+    starts itself does not get the name.
+    """
+    if text:
+        typer.echo(text)
+    if not (address := os.environ.pop("NOTIFY_SOCKET", "")):
+        return
+    address = f"\0{address[1:]}" if address.startswith("@") else address
+    try:
+        with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as service_manager:
+            service_manager.sendto(b"READY=1", address)
+    except OSError as error:
+        _logger.warning("cannot report to systemd that the command is ready: %s", error)
 
 
 class Stop(threading.Event):

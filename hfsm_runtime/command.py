@@ -212,6 +212,7 @@ def _run(
 ) -> None:
     try:
         runtime.start()
+        cli.report_ready()
         _wait(runtime, seconds, stop, safety)
         if runtime.failed and stay_halted:
             _end(runtime)

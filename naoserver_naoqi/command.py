@@ -7,7 +7,7 @@ from typing import Annotated, Final
 
 import typer
 
-from hfsm_command.cli import stop_on_signals, with_settings
+from hfsm_command.cli import report_ready, stop_on_signals, with_settings
 from naoserver.options import ServerOptions
 from naoserver.server import serve
 from naoserver_naoqi.libqi import connect
@@ -65,7 +65,7 @@ def naoserver_naoqi(
         with serve(nao, adapter, ServerOptions()) as assembly:
             nao.report_to(assembly)
             adapter.activate()
-            typer.echo(f"ready: realm {settings.realm}, {', '.join(settings.reached_at)}, robot {address}")
+            report_ready(f"ready: realm {settings.realm}, {', '.join(settings.reached_at)}, robot {address}")
             stop.wait()
 
 

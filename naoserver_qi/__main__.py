@@ -32,7 +32,7 @@ def serve_fake(
 
     Prints a line that begins with 'ready' as soon as it can be called. Ctrl-C ends it.
     """
-    from hfsm_command.cli import stop_on_signals
+    from hfsm_command.cli import report_ready, stop_on_signals
     from naoserver.assembly import Assembly
     from naoserver.fake import FakeRobot, FastClock
     from naoserver.jobs import JobThreads
@@ -50,7 +50,7 @@ def serve_fake(
         for watched in assembly.watched:
             stack.callback(watched.close)
         url = stack.enter_context(serve_as_naoqi(robot, assembly, qi, faults=faults))
-        typer.echo(f"ready: {url}")
+        report_ready(f"ready: {url}")
         stop.wait()
 
 

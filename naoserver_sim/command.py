@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
-from hfsm_command.cli import stop_on_signals, with_settings
+from hfsm_command.cli import report_ready, stop_on_signals, with_settings
 from naoserver.options import CameraOptions, ServerOptions
 from naoserver.server import serve
 from naoserver_qi import serve_as_naoqi
@@ -133,7 +133,7 @@ def naoserver_sim(
                     typer.echo(f"NAOqi: {url}")
                 adapter.activate()
                 endpoints = ", ".join(settings.reached_at)
-                typer.echo(f"ready: realm {settings.realm}, {endpoints}, {len(robot.cameras)} cameras")
+                report_ready(f"ready: realm {settings.realm}, {endpoints}, {len(robot.cameras)} cameras")
 
                 def ended(seconds: float) -> bool:
                     robot.check()

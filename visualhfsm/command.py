@@ -10,7 +10,7 @@ from urllib.parse import urlsplit
 
 import typer
 
-from hfsm_command.cli import finite, with_settings
+from hfsm_command.cli import finite, report_ready, with_settings
 from visualhfsm.check import EPILOG as CHECK_EPILOG
 from visualhfsm.check import check
 from visualhfsm.convert import EPILOG as CONVERT_EPILOG
@@ -122,7 +122,7 @@ def _print_address(address: str) -> None:
         typer.echo(
             f"On the machine from which you logged in, run: ssh -L {port}:localhost:{port} THIS_MACHINE"
         )
-    typer.echo("Ctrl-C ends it.")
+    report_ready("Ctrl-C ends it.")
 
 
 @app.command(epilog=_WATCH_EPILOG)

@@ -14,7 +14,7 @@ import typer
 from deploy.nao.completion import complete_call, complete_camera, complete_servant, complete_stream
 from deploy.router import DEFAULTS as ROUTER_DEFAULTS
 from deploy.security.command import app as security
-from hfsm_command.cli import finite, with_settings
+from hfsm_command.cli import finite, report_ready, with_settings
 from zenoh_ice.settings import Settings
 
 __all__ = ["app"]
@@ -237,7 +237,7 @@ def router(*, settings: Settings) -> None:
     """
     from deploy.router import serve
 
-    serve(settings, typer.echo)
+    serve(settings, report_ready)
 
 
 _STACK_EXAMPLES = """Examples:
@@ -248,7 +248,9 @@ nao stack nao --set robot=tcp://nao.local
 
 nao stack lab --machine operator
 
-nao stack ./my.toml --set speed=5 --seconds 60"""
+nao stack ./my.toml --set speed=5 --seconds 60
+
+nao stack lab --machine robot --systemd units"""
 
 
 @app.command(epilog=_STACK_EXAMPLES)
@@ -256,6 +258,7 @@ def stack(
     name: Annotated[
         str, typer.Argument(metavar="NAME|FILE", help="demo, lab, nao, sim, or a stack file (TOML).")
     ],
+    *,
     machine: Annotated[
         str, typer.Option(metavar="NAME", help="Which part to start, of a stack for several machines.")
     ] = "",
@@ -267,17 +270,26 @@ def stack(
         list[str] | None,
         typer.Option("--set", metavar="NAME=VALUE", help="Change a variable of the stack; repeatable."),
     ] = None,
+    systemd: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Start nothing: write units of systemd into a folder.")
+    ] = None,
+    compose: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Start nothing: write a compose file for containers.")
+    ] = None,
 ) -> None:
     """Start the processes of a stack file and stop them all together.
 
     Each writes its own log file; the foreground process, if the stack has one, gets the terminal. Ctrl-C ends
     everything in reverse order; a second Ctrl-C at once.
     """
-    from deploy.command import parse_changes, start
+    from deploy import command
     from deploy.stack import load_stack, stack_path
 
-    part = load_stack(stack_path(name)).on_machine(machine)
-    raise typer.Exit(start(part, parse_changes(settings or []), seconds))
+    part, changes = load_stack(stack_path(name)).on_machine(machine), command.parse_changes(settings or [])
+    if systemd or compose:
+        command.write(part, changes, systemd, compose)
+    else:
+        raise typer.Exit(command.start(part, changes, seconds))
 
 
 app.add_typer(security, name="security")

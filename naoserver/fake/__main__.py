@@ -6,7 +6,7 @@ from contextlib import closing
 
 import typer
 
-from hfsm_command.cli import run, stop_on_signals, with_settings
+from hfsm_command.cli import report_ready, run, stop_on_signals, with_settings
 from naoserver.errors import RobotError
 from naoserver.fake import FakeRobot
 from naoserver.server import serve
@@ -35,7 +35,7 @@ def fake(*, settings: Settings) -> None:
         adapter = communicator.createObjectAdapter("FakeRobot")
         with serve(robot, adapter):
             adapter.activate()
-            typer.echo(f"ready: realm {settings.realm}, {', '.join(settings.reached_at)}")
+            report_ready(f"ready: realm {settings.realm}, {', '.join(settings.reached_at)}")
             stop.wait()
 
 

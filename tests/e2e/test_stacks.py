@@ -62,6 +62,7 @@ def test_a_laboratory_starts_in_order_and_roles_hold(tmp_path: Path) -> None:
 
     with stack_in(tmp_path, "lab", "--machine", "simulation") as stack:
         stack.wait_for("simulator is ready after", RUN_LIMIT)
+        assert "router is ready after" in stack.output
         assert call("Head.getPose").returncode == 0
         refused = call("Head.setPose", "0.3", "0", "0.5")
         assert refused.returncode == 1

@@ -66,7 +66,7 @@ def test_a_change_of_an_unknown_variable_names_the_known_ones(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ('name = "pair"', "name = 7", r"toml:2: name = 7: write text"),
+        ('name = "pair"', "name = 7", r"toml:2: name = 7: it names files"),
         (
             'name = "pair"',
             'nam = "pair"',
@@ -74,7 +74,7 @@ def test_a_change_of_an_unknown_variable_names_the_known_ones(tmp_path):
         ),
         ('name = "pair"', "name =", "not TOML"),
         ('name = "view"', 'name = "server"', "two processes are named server"),
-        ('name = "view"', 'name = "a/b"', r"toml:17: process\[1\]\.name = 'a/b': it names a log file"),
+        ('name = "view"', 'name = "a/b"', r"toml:17: process\[1\]\.name = 'a/b': it names files"),
         ('name = "view"', "", r"toml:16: process\[1\]: name is missing"),
         ('command = ["view"]', "", r"toml:16: process\[1\]: command is missing"),
         ('command = ["view"]', "command = [1]", r"toml:18: process\[1\]\.command\[0\] = 1: write text"),

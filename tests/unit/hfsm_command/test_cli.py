@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import os
 import shlex
+import socket
 import subprocess
 import sys
 import textwrap
+from contextlib import closing
 from pathlib import Path
 
 import pytest
 
+from hfsm_command.cli import report_ready
 from tests.support.limits import RUN_LIMIT
 
 HEADER = """
@@ -55,6 +59,34 @@ def test_options_become_settings_and_logs_go_to_stderr() -> None:
     code, out, err = finish(start(OPTIONS, "--realm", "lab", "--log-level", "info"))
     assert (code, out) == (0, "lab\n")
     assert "INFO     robot.arm: reached 3" in err
+
+
+@pytest.mark.parametrize("kind", ["path", "abstract"])
+def test_ready_is_printed_and_reported_to_systemd_once(
+    kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    name = f"{tmp_path}/notify"
+    with closing(socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)) as systemd:
+        systemd.bind(name if kind == "path" else f"\0{name}")
+        systemd.setblocking(False)
+        monkeypatch.setenv("NOTIFY_SOCKET", name if kind == "path" else f"@{name}")
+        report_ready("ready: now")
+        assert systemd.recv(64) == b"READY=1"
+        report_ready()  # nor do its own processes
+        assert "NOTIFY_SOCKET" not in os.environ
+        with pytest.raises(BlockingIOError):
+            systemd.recv(64)
+    assert capsys.readouterr().out == "ready: now\n"
+
+
+def test_a_lost_systemd_does_not_end_the_command(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setenv("NOTIFY_SOCKET", f"{tmp_path}/nowhere")
+    report_ready()
+    assert caplog.messages == [
+        "cannot report to systemd that the command is ready: [Errno 2] No such file or directory"
+    ]
 
 
 def test_show_config_reports_values_and_origins(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,0 +1,149 @@
+"""Write the processes of a stack as units of systemd, or as a compose file for containers.
+
+They start in the order of the stack and are restarted by its policy, but not ended together. What needs a
+terminal is left out: somebody has to start it.
+"""
+
+from __future__ import annotations
+
+import getpass
+import json
+import os
+import re
+import shutil
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any, Final
+
+from deploy.stack import HOPELESS, STEADY, ProcessSpec, StackError, program_path
+
+__all__ = ["write_compose_file", "write_units"]
+
+_HEADER: Final = "# Written by `nao stack`: change the stack and write it again."
+_PLAIN: Final = re.compile(r"[\w@+=:,./-]+", re.ASCII)  # words that systemd takes as they stand
+_IMAGE: Final = "${VISUALHFSM_IMAGE:-visualhfsm}"  # compose fills in the variable
+_FOLDER: Final = "/stack"  # in a container, the directory in which the command was run
+
+
+def write_units(name: str, processes: Sequence[ProcessSpec], folder: Path) -> list[Path]:
+    """Write a service of systemd for each process of a stack, and a target that starts all; return the files.
+
+    They are units of the system that run as the present user in the present directory. Raises StackError when
+    a file cannot be written, or is not one that this function wrote.
+    """
+    background = _background(name, processes)
+    services = {spec.name: f"{name}-{spec.name}.service" for spec in background}
+    units = {f"{name}.target": _target(name, services.values())}
+    for spec in background:
+        units[services[spec.name]] = _service(
+            name, spec, [services[other] for other in spec.after if other in services]
+        )
+    return [_write(folder / unit, text) for unit, text in units.items()]
+
+
+def _target(name: str, services: Iterable[str]) -> str:
+    return f"""{_HEADER}
+[Unit]
+Description=Stack {name}
+Wants={" ".join(services)}
+
+[Install]
+WantedBy=multi-user.target
+"""
+
+
+def _service(name: str, spec: ProcessSpec, after: Sequence[str]) -> str:
+    program, *arguments = spec.command
+    path = program_path(program)
+    words = [shutil.which(path) or path, *arguments]
+    environment = {"PYTHONUNBUFFERED": "1", **spec.environment}
+    pairs = " ".join(_word(f"{key}={value}") for key, value in environment.items())
+    # A minute without failure starts the launcher's count again; systemd counts starts in a time.
+    window = (spec.restart_limit + 1) * (STEADY + spec.restart_pause)
+    return f"""{_HEADER}
+[Unit]
+Description={spec.name} of stack {name}
+PartOf={name}.target
+Wants={" ".join(["network-online.target", *after])}
+After={" ".join(["network-online.target", "time-sync.target", *after])}
+StartLimitIntervalSec={window:g}
+StartLimitBurst={spec.restart_limit + 1}
+
+[Service]
+Type={"notify" if spec.notify else "exec"}
+NotifyAccess=all
+User={getpass.getuser()}
+WorkingDirectory={str(Path.cwd()).replace("%", "%%")}
+Environment={pairs}
+ExecStart={" ".join(_word(word).replace("$", "$$") for word in words)}
+KillMode=mixed
+KillSignal=SIGINT
+TimeoutStartSec={spec.ready_timeout:g}
+TimeoutStopSec={2 * spec.stop_timeout:g}
+SuccessExitStatus=130 143
+Restart={"no" if spec.restart == "never" else spec.restart}
+RestartSec={spec.restart_pause:g}
+RestartPreventExitStatus={" ".join(map(str, sorted(HOPELESS)))}
+NoNewPrivileges=yes
+"""
+
+
+def _word(text: str) -> str:
+    """Return a text as one word of a command in a unit, without what a `$` may mean there."""
+    text = text.replace("%", "%%")
+    return text if _PLAIN.fullmatch(text) else json.dumps(text, ensure_ascii=False)
+
+
+def write_compose_file(name: str, processes: Sequence[ProcessSpec], file: Path) -> Path:
+    """Write a compose file with a service for each process of a stack; return it.
+
+    The containers share the network and the process ids of the machine, so that loopback and images in memory
+    are what they are without containers; they run as the present user in the present directory. Raises
+    StackError as `write_units` does.
+    """
+    background = _background(name, processes)
+    names = {spec.name for spec in background}
+    services = {
+        spec.name: _container(spec, [each for each in spec.after if each in names]) for spec in background
+    }
+    # JSON is YAML, too.
+    return _write(file, f"{_HEADER}\n{json.dumps({'services': services}, indent=2, ensure_ascii=False)}\n")
+
+
+def _container(spec: ProcessSpec, after: Sequence[str]) -> dict[str, Any]:
+    literal = {
+        "command": list(spec.command),
+        "environment": {"PYTHONUNBUFFERED": "1", **spec.environment},
+        "volumes": [{"type": "bind", "source": str(Path.cwd()), "target": _FOLDER}],
+    }
+    return {
+        "image": _IMAGE,
+        # What is no variable of compose.
+        **json.loads(json.dumps(literal).replace("$", "$$")),
+        "working_dir": _FOLDER,
+        "user": f"{os.getuid()}:{os.getgid()}",
+        "network_mode": "host",
+        "pid": "host",
+        "stop_signal": "SIGINT",
+        "stop_grace_period": f"{2 * spec.stop_timeout:g}s",
+        "restart": "no" if spec.restart == "never" else f"{spec.restart}:{spec.restart_limit}",
+        "depends_on": {each: {"condition": "service_started"} for each in after},
+    }
+
+
+def _background(name: str, processes: Sequence[ProcessSpec]) -> list[ProcessSpec]:
+    background = [spec for spec in processes if not spec.foreground]
+    if not background:
+        raise StackError(f"{name}: all of it needs a terminal: start it with `nao stack`")
+    return background
+
+
+def _write(path: Path, text: str) -> Path:
+    try:
+        if path.exists() and not path.read_text("utf-8", "replace").startswith(_HEADER):
+            raise StackError(f"{path}: was not written by `nao stack`: delete it, or write elsewhere")
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, "utf-8")
+    except OSError as error:
+        raise StackError(f"{path}: cannot be written: {error.strerror}") from error
+    return path
