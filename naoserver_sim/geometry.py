@@ -1,7 +1,7 @@
 """Describe the visible shapes of the body and of the world, for viewers without MuJoCo.
 
 `python -m naoserver_sim.geometry FILE` writes the links with their joints, their visible shapes in the links'
-frames, and the balls, as JSON. Lengths in m, quaternions as (x, y, z, w), colors as red, green, blue from 0
+frames, as JSON. Lengths in m, quaternions as (x, y, z, w), colors as red, green, blue from 0
 to 1; what has a `glow`, from 0 to 1, shines by itself. Sizes are halves: half axes of an ellipsoid, half
 sides of a box; radius and half length, along z, of a cylinder and of a capsule without its ends. The vertices
 of meshes are int16 in units of 0.1 mm and their indices uint16, both little-endian in base64; a shape that is
@@ -26,7 +26,7 @@ from naoserver.capabilities import Pose, WorldShape
 from naoserver_sim.appearance import Shape, read_meshes, read_skin
 from naoserver_sim.model import Model
 from naoserver_sim.surroundings import WHITE, field_lines
-from naoserver_sim.world import BALL_RADIUS, DEFAULT_WORLD, Field, load_world
+from naoserver_sim.world import Field
 
 __all__ = ["describe_body", "describe_world"]
 
@@ -46,7 +46,7 @@ _KINDS: Final[dict[int, Literal["Plane", "Box", "Sphere", "Capsule"]]] = {
 
 
 def describe_body() -> dict[str, Any]:
-    """Return the body and the balls as plain data."""
+    """Return the body as plain data."""
     joints = {joint.child: joint for joint in H25.joints}
     links = []
     for link in H25.links:
@@ -80,10 +80,6 @@ def describe_body() -> dict[str, Any]:
             for mesh in meshes.values()
         ],
         "soles": soles,
-        "balls": {
-            ball.name: {"radius": BALL_RADIUS, "color": list(ball.color)}
-            for ball in load_world(DEFAULT_WORLD).carried_balls
-        },
     }
 
 

@@ -501,40 +501,68 @@ def test_the_poses_begin_with_the_body_and_go_on(robot: ServedRobot) -> None:
         stream = opened.service.poses()
         described = json.loads(await anext(stream))
         assert described["links"][0] == {"name": "torso"}
+        world = json.loads(await anext(stream))["world"]
+        assert {(shape["object"], shape["kind"]) for shape in world} == {
+            ("BallGreen", "sphere"),
+            ("BallRed", "sphere"),
+        }
         async for frame in stream:
             state = json.loads(frame)
-            if state["joints"] and state["tilt"] is not None and len(state["balls"]) == 2:
+            if state["joints"] and state["tilt"] is not None and len(state["objects"]) == 2:
                 break
         assert set(state["joints"]) == {link["joint"] for link in described["links"] if "joint" in link}
         assert state["tilt"] == pytest.approx(0.0, abs=0.01)
         assert state["torso"] is None
-        assert state["balls"].keys() == described["balls"].keys()
-        assert math.hypot(*state["balls"]["BallGreen"][:2]) == pytest.approx(1.0, abs=0.01)
+        assert math.hypot(*state["objects"]["BallGreen"][:2]) == pytest.approx(1.0, abs=0.01)
         await stream.aclose()
+        with pytest.raises(VisualHfsmError, match="no simulation"):
+            await opened.service.control("", "pushRobot", {})
 
     on_page(robot, go)
 
 
 @pytest.mark.sim
-def test_the_poses_match_the_simulation() -> None:
+def test_the_page_shows_the_world_of_a_simulation_and_moves_things_in_it() -> None:
     from naoserver_sim.robot import SimulatedRobot
+    from naoserver_sim.world import load_world
 
     async def go(opened: Page) -> None:
+        async def change(action: str, **arguments: object) -> None:
+            await opened.service.control("", action, arguments)
+
         stream = opened.service.poses()
         await anext(stream)
-        async for frame in stream:
-            state = json.loads(frame)
-            if state["joints"] and state["torso"] is not None and state["torso"][0] > 0.5:
+        frames = (json.loads(frame) async for frame in stream)
+        async for frame in frames:
+            if "world" in frame and {shape["object"] for shape in frame["world"]} >= {"Ball", "CubeBlue"}:
                 break
-        assert state["torso"][:2] == pytest.approx([1.0, 0.5], abs=0.05)
-        assert state["torso"][2] == pytest.approx(0.33, abs=0.05)
-        assert math.hypot(*state["torso"][3:]) == pytest.approx(1.0, abs=1e-5)
-        assert state["balls"]["BallRed"] == pytest.approx([2.0, -1.0, 0.7], abs=0.01)
+        assert {shape["kind"] for shape in frame["world"]} == {"plane", "box", "sphere"}
+        async for frame in frames:
+            if frame["joints"] and frame["torso"] is not None:
+                break
+        assert frame["torso"][:2] == pytest.approx([0.0, 0.0], abs=0.05)
+        assert math.hypot(*frame["torso"][3:]) == pytest.approx(1.0, abs=1e-3)
+
+        await change("placeObject", name="Ball", position={"x": 0.5, "y": -1.0, "z": 0.05})
+        async for frame in frames:
+            if frame["objects"]["Ball"][:2] == pytest.approx([0.5, -1.0], abs=0.01):
+                break
+        with pytest.raises(VisualHfsmError, match="no room"):
+            await change("placeObject", name="Ball", position={"x": 1.5, "y": 1.2, "z": 0.1})
+        for wrong in ({"seconds": "long"}, {"power": 9000}):
+            with pytest.raises(VisualHfsmError, match="the simulation cannot be asked to pushRobot"):
+                await change("pushRobot", **wrong)
+
+        push = {"force": {"x": 90.0, "y": 0.0, "z": 0.0}, "seconds": 0.3}
+        await change("emergencyStop")
+        with pytest.raises(VisualHfsmError, match="STOP was pressed"):
+            await change("pushRobot", **push)
+        await change("resetEmergencyStop")
+        await change("pushRobot", **push)
+        async for frame in frames:
+            if frame["torso"][2] < 0.2:
+                break
         await stream.aclose()
 
-    with served(SimulatedRobot(skin=False)) as robot:
-        stage = robot.robot.stage
-        assert stage is not None
-        stage.place_object("BallRed", (2.0, -1.0, 0.7))
-        stage.place_robot(1.0, 0.5, 0.8)
+    with served(SimulatedRobot(skin=False, world=load_world("room"))) as robot:
         on_page(robot, go)

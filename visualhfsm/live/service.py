@@ -47,6 +47,7 @@ _STOP_LIMIT: Final = 2.0
 """Seconds to wait for a component to end before the robot is stopped again."""
 _ANSWER_LIMIT: Final = 1.0
 """Wall seconds in which the robot has to answer to being stopped."""
+_SCENE: Final = "Scene"
 _REASON: Final = "STOP was pressed in the editor"
 
 _logger = logging.getLogger(__name__)
@@ -71,8 +72,9 @@ class Monitoring:
     Besides `OPERATIONS`, the page may request these actions of `control`: `timeline`, `at` (a moment of the
     past by its component time), `series` (numbers over time), `facts` of the robot, `identities` in the
     realm, `emergencyStop`, the operator's red button, which also ends all components,
-    `resetEmergencyStop`, and `standRobot`, which puts a simulated robot on its feet; the last five need no
-    component. The past of an open recording is requested by the name that `recording` returned.
+    `resetEmergencyStop`, and of a simulation `standRobot`, which puts the robot on its feet, `placeObject`
+    and `pushRobot`; from `facts` on they need no component. The past of an open recording is requested by the
+    name that `recording` returned.
     """
 
     def __init__(
@@ -83,7 +85,7 @@ class Monitoring:
         self._communicator: Final[Communicator] = initialize(settings)
         self._robot = RobotMonitor(self._communicator)
         self._cameras = Cameras(self._communicator)
-        self._poses = PoseStream(self._communicator, self._robot)
+        self._poses = PoseStream(self._robot)
         self._followers: dict[str, Follower] = {}
         self._recordings: dict[str, RecordedRun] = {}
         self._numbers = itertools.count(1)
@@ -129,6 +131,8 @@ class Monitoring:
                     return self._identities()
                 case "facts":
                     return self._robot.facts()
+                case "placeObject" | "pushRobot":
+                    return await self._set_scene(action, arguments)
                 case "timeline":
                     return self._log(component).timeline()
                 case "at":
@@ -235,6 +239,13 @@ class Monitoring:
             for identity in communicator.identities()
         }
 
+    async def _set_scene(self, action: str, arguments: Mapping[str, Any]) -> object:
+        """Move something in the world of a simulation, or push its robot."""
+        if _SCENE not in self._communicator.identities():
+            raise VisualHfsmError("there is no simulation: only its world can be changed")
+        scene = ScenePrx.uncheckedCast(self._communicator.stringToProxy(_SCENE))
+        return await _request(scene, getattr(ScenePrx, action), arguments, "the simulation")
+
     async def _emergency_stop(self) -> object:
         """Stop the robot and all components at once, and the robot again when they have ended.
 
@@ -292,15 +303,22 @@ async def control(monitor: HfsmMonitorPrx, action: str, arguments: Mapping[str, 
         raise VisualHfsmError(f"a component cannot be asked to {printable(action)[:40]}")
     if operation is HfsmMonitorPrx.reload:
         monitor = monitor.ice_invocationTimeout(RELOAD_PATIENCE)
+    return await _request(monitor, operation, arguments, "the component")
+
+
+async def _request(
+    proxy: ObjectPrx, operation: Operation[..., Any], arguments: Mapping[str, Any], whom: str
+) -> object:
+    """Call an operation with arguments from the page. Raises VisualHfsmError."""
     codec = operation.arguments
     try:
         if unknown := arguments.keys() - set(codec.fields):
             raise msgspec.ValidationError(f"it takes no {printable(min(unknown))[:40]}")
         values = msgspec.structs.asdict(msgspec.convert(arguments, codec.struct))
-        with refusals("the component"):
-            return await asyncio.wrap_future(getattr(monitor, operation.method).begin(**values))
+        with refusals(whom):
+            return await asyncio.wrap_future(getattr(proxy, operation.method).begin(**values))
     except msgspec.ValidationError as error:
-        raise VisualHfsmError(f"the component cannot be asked to {action}: {error}") from error
+        raise VisualHfsmError(f"{whom} cannot be asked to {operation.name}: {error}") from error
     except ZenohIceError as error:
         raise VisualHfsmError(str(error)) from error
 
@@ -352,7 +370,7 @@ async def reset_robot(communicator: Communicator) -> None:
 
 async def stand_robot(communicator: Communicator) -> None:
     """Put a simulated robot on its feet where it is. Raises VisualHfsmError where that is not possible."""
-    scene = ScenePrx.uncheckedCast(communicator.stringToProxy("Scene"))
+    scene = ScenePrx.uncheckedCast(communicator.stringToProxy(_SCENE))
     truth = GroundTruthPrx.uncheckedCast(communicator.stringToProxy("GroundTruth"))
     pose = (await asyncio.wrap_future(truth.getGroundTruth.begin())).torso
     turn = pose.orientation

@@ -12,6 +12,7 @@ from contextlib import contextmanager
 from typing import Final, Generic, TypeVar
 
 from interfaces.hfsm import InvalidValue, NoSuchElement, ReloadRefused
+from interfaces.jderobot import JderobotException
 from visualhfsm.errors import VisualHfsmError
 from zenoh_ice import Communicator, MarshalException, Sample, ZenohIceError
 from zenoh_ice.text import printable
@@ -94,7 +95,7 @@ def refusals(component: str) -> Iterator[None]:
     """Convert the refusal of a component to a VisualHfsmError, which says why in one line."""
     try:
         yield
-    except (NoSuchElement, InvalidValue) as error:
+    except (NoSuchElement, InvalidValue, JderobotException) as error:
         raise VisualHfsmError(printable(error.what)) from error
     except ReloadRefused as error:
         reason = printable(error.reason)

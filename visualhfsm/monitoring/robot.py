@@ -10,6 +10,7 @@ import msgspec
 from interfaces.jderobot import CameraPrx
 from interfaces.nao import ClockPrx, HealthPrx, HealthReport, JointLimits, JointsPrx, PoseHeadPrx, SafetyPrx
 from visualhfsm.monitoring.realm import Newest, PolledValue, has_interface
+from visualhfsm.monitoring.world import Placement, WorldMonitor
 from zenoh_ice import Communicator
 from zenoh_ice.text import printable
 
@@ -35,6 +36,10 @@ class RobotState(msgspec.Struct, frozen=True, rename="camel"):
     tilt: float | None = None
     """Pitch of the head in rad, positive downwards."""
     health: HealthReport | None = None
+    torso: Placement | None = None
+    """Where a simulation has the torso."""
+    objects: dict[str, Placement] = {}
+    """Where the balls are and what else can move, by name."""
     trouble: str = ""
     """Why the joints of a present robot are unknown."""
 
@@ -75,9 +80,11 @@ class RobotMonitor:
         self._clock = Newest(ClockPrx.uncheckedCast(proxy("Clock")).getTime.latest)
         self._names = PolledValue(body.getJointNames.begin)
         self._limits = PolledValue(body.getJointLimits.begin)
+        self.world: Final = WorldMonitor(communicator)
 
     def update(self) -> None:
         """Request what is missing; without a robot nothing is requested."""
+        self.world.update()
         if _BODY in self._communicator.identities():
             self._names.poll()
             self._limits.poll()
@@ -148,6 +155,8 @@ class RobotMonitor:
             pan=pose.pan if pose else None,
             tilt=pose.tilt if pose else None,
             health=health.value if health is not None and health.age <= oldest_health else None,
+            torso=self.world.torso(),
+            objects=self.world.objects(),
             trouble=self._trouble(),
         )
 

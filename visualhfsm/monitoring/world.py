@@ -1,0 +1,144 @@
+"""The world around the robot: its shapes, and where things are, as far as a simulation reports them.
+
+Where no simulation reports the truth, the balls are placed by the encoders of what carries them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from typing import Final
+
+import msgspec
+
+from interfaces.jderobot import Pose3DEncodersPrx
+from interfaces.nao import GroundTruthPrx, Pose, ScenePrx, WorldShape
+from visualhfsm.monitoring.realm import Newest, PolledValue
+from zenoh_ice import Communicator
+
+__all__ = ["MOST_SHAPES", "Placement", "Shape", "WorldMonitor", "placement", "sound_shapes"]
+
+MOST_SHAPES: Final = 1000
+_MOST_OBJECTS: Final = 100
+_FARTHEST: Final = 1000.0
+"""Metres from the origin within which something is shown."""
+_LONGEST_NAME: Final = 64
+_STALE: Final = 2.0
+"""Wall seconds after which a place is too old."""
+_DIGITS: Final = 4
+"""What moves by less than 0.1 mm is taken to rest."""
+_BALLS: Final = ("BallGreen", "BallRed")
+_BALL_RADIUS: Final = 0.06
+_BALL_COLORS: Final = {"BallGreen": (0.02, 0.85, 0.05), "BallRed": (0.95, 0.02, 0.02)}
+_SCENE: Final = "Scene"
+
+Placement = tuple[float, float, float, float, float, float, float]
+"""A position in m, and a unit quaternion (x, y, z, w)."""
+
+
+class Shape(msgspec.Struct, frozen=True):
+    """A shape as the page draws it, in the form of the shapes of `nao_h25.json`."""
+
+    object: str
+    """What it moves with; empty of what stands firm."""
+    kind: str
+    size: tuple[float, float, float]
+    position: tuple[float, float, float]
+    quaternion: tuple[float, float, float, float]
+    """As x, y, z, w."""
+    color: tuple[float, float, float]
+    opacity: float
+
+
+_DEFAULT: Final = tuple(
+    Shape(name, "sphere", (_BALL_RADIUS, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), color, 1.0)
+    for name, color in _BALL_COLORS.items()
+)
+"""The world where no simulation reports one: balls, of which those that are known are shown."""
+
+
+class WorldMonitor:
+    """Listen to the world of a realm; `update` it a few times a second."""
+
+    def __init__(self, communicator: Communicator) -> None:
+        self._communicator = communicator
+        proxy = communicator.stringToProxy
+        self._truth = Newest(GroundTruthPrx.uncheckedCast(proxy("GroundTruth")).getGroundTruth.latest, _STALE)
+        self._encoders = {
+            name: Newest(
+                Pose3DEncodersPrx.uncheckedCast(proxy(f"{name}Encoders")).getPose3DEncodersData.latest, _STALE
+            )
+            for name in _BALLS
+        }
+        self._reported = PolledValue(ScenePrx.uncheckedCast(proxy(_SCENE)).getShapes.begin)
+        self.shapes: Sequence[Shape] = _DEFAULT
+        """What there is to be seen; another object once it has changed."""
+
+    def update(self) -> None:
+        """Request the shapes of a simulation that has appeared; forget those of one that is gone."""
+        known = self._reported.value
+        if _SCENE in self._communicator.identities():
+            reported = self._reported.poll()
+            if known is None and reported is not None:
+                self.shapes = sound_shapes(reported)
+        elif known is not None:
+            self._reported.forget()
+            self.shapes = _DEFAULT
+
+    def torso(self) -> Placement | None:
+        """Return where a simulation has the torso; None while that is unknown."""
+        truth = self._truth()
+        return None if truth is None else placement(truth.value.torso)
+
+    def objects(self) -> dict[str, Placement]:
+        """Return where everything is that can move, as far as it is known."""
+        truth = self._truth()
+        if truth is None:
+            carried = {name: self._carried(name) for name in self._encoders}
+            return {name: at for name, at in carried.items() if at is not None}
+        found: dict[str, Placement] = {}
+        for name, pose in truth.value.objects.items():
+            at = placement(pose)
+            if at is not None and len(name) <= _LONGEST_NAME and len(found) < _MOST_OBJECTS:
+                found[name] = at
+        return found
+
+    def _carried(self, name: str) -> Placement | None:
+        """Return where a ball is: its mechanism turns by `pan`, reaches out by `x` and lifts by `z`."""
+        sample = self._encoders[name]()
+        if sample is None or not math.isfinite(sample.value.pan):
+            return None
+        arm = sample.value
+        return _sound((arm.x * math.cos(arm.pan), arm.x * math.sin(arm.pan), arm.z, 0.0, 0.0, 0.0, 1.0))
+
+
+def placement(pose: Pose) -> Placement | None:
+    """Return a pose as the page takes it; None when it cannot be one."""
+    at, turn = pose.position, pose.orientation
+    return _sound((at.x, at.y, at.z, turn.x, turn.y, turn.z, turn.w))
+
+
+def sound_shapes(reported: Iterable[WorldShape]) -> tuple[Shape, ...]:
+    """Return the shapes that can be drawn, the first `MOST_SHAPES` of them: any process may report any."""
+    found: list[Shape] = []
+    for shape in reported:
+        at = placement(shape.pose)
+        size = (shape.size.x, shape.size.y, shape.size.z)
+        color = (shape.color.x, shape.color.y, shape.color.z)
+        sizes = all(0.0 <= value <= _FARTHEST for value in size) and size[0] > 0.0
+        shares = all(0.0 <= value <= 1.0 for value in (*color, shape.opacity))
+        if at is None or not sizes or not shares or len(shape.object) > _LONGEST_NAME:
+            continue
+        kind = shape.kind.name.lower()
+        found.append(Shape(shape.object, kind, size, at[:3], at[3:], color, shape.opacity))
+        if len(found) == MOST_SHAPES:
+            break
+    return tuple(found)
+
+
+def _sound(at: Placement) -> Placement | None:
+    """Return a placement, rounded; None when it is not finite, too far, or its quaternion not of length 1."""
+    if not all(abs(value) <= _FARTHEST for value in at) or abs(math.hypot(*at[3:]) - 1.0) > 0.01:
+        return None
+    x, y, z, i, j, k, w = (round(value, _DIGITS) + 0.0 for value in at)
+    return x, y, z, i, j, k, w
