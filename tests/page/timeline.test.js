@@ -113,3 +113,27 @@ test("a moment of the past is asked for, the latest only, and the end of a run i
   scrubbing.to(9.9);
   assert.equal(monitor.looking, undefined);
 });
+
+test("the robot of the past is that of the moment that is looked at, and none while it is the present", () => {
+  const robot = (yaw, torso) => ({
+    joints: {HeadYaw: yaw},
+    pan: null,
+    tilt: null,
+    health: {torsoTilt: 0.2},
+    torso,
+    objects: {Ball: [1, yaw, 0, 0, 0, 0, 1]},
+  });
+  const then = [1, 2, 0.3, 0, 0, 0, 1];
+  monitor.newest = {at: 9, component: {time: 9, automata: []}, robot: robot(0.9, null)};
+  assert.equal(monitor.bodyOfPast, undefined);
+  monitor.lookAt({at: 1, component: {time: 1, automata: []}, robot: robot(0.1, then)});
+  assert.deepEqual(monitor.bodyOfPast, {
+    joints: {HeadYaw: 0.1},
+    tilt: 0.2,
+    torso: then,
+    objects: {Ball: [1, 0.1, 0, 0, 0, 0, 1]},
+  });
+  monitor.lookAt(undefined);
+  assert.equal(monitor.bodyOfPast, undefined);
+  monitor.newest = undefined;
+});

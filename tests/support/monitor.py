@@ -12,6 +12,7 @@ from playwright.sync_api import Browser, Locator, expect
 
 from codegen.diagnostics import Diagnostics
 from naoserver.fake import FakeRobot
+from naoserver.robot import Robot
 from tests.support.browser import EditorPage, editor_page
 from tests.support.editor import Editor, editor
 from tests.support.limits import CALL_LIMIT
@@ -60,10 +61,12 @@ self.mark("Camera", 80, 60, "red spot")</code>
 
 
 @contextlib.contextmanager
-def robot_and_editor(path: Path, document: str = DOCUMENT) -> Iterator[tuple[ServedRobot, Editor]]:
-    """Serve a fake robot, and the editor of a document in its realm."""
+def robot_and_editor(
+    path: Path, document: str = DOCUMENT, nao: Robot | None = None
+) -> Iterator[tuple[ServedRobot, Editor]]:
+    """Serve a robot, by default a fake one, and the editor of a document in its realm."""
     path.write_text(document)
-    with served(FakeRobot()) as robot:
+    with served(nao or FakeRobot()) as robot:
         settings = Settings(realm=robot.realm, connect=(robot.endpoint,), clock="wall", timeout=CALL_LIMIT)
         with editor(path.parent, path, make_services=make_services(settings)) as running:
             yield robot, running

@@ -1,6 +1,6 @@
 /** The links of the robot's body: nested three.js groups, as the links carry each other. */
 
-import {Group, Quaternion, Vector3} from "three";
+import {DoubleSide, Group, Mesh, MeshBasicMaterial, Quaternion, Shape, ShapeGeometry, Vector2, Vector3} from "three";
 
 import {required} from "../required.js";
 
@@ -16,6 +16,13 @@ const LEANING = 0.1;
 /** Metres from the origins of the links of a body that lies to the floor, about. */
 const THICKNESS = 0.05;
 
+/** Metres above the floor below which all of a sole is when it stands on it. */
+const TOUCHING = 0.006;
+
+/** By how much the mark of a contact is larger than the sole, and its height in m above the lower side. */
+const RIM = 1.3;
+const LIFT = 0.003;
+
 /**
  * What the server knows of the robot: angles of the joints in rad, the angle in rad between the torso's z axis and the
  * vertical, and where a simulation has the torso (position in m, and a quaternion x, y, z, w).
@@ -27,8 +34,8 @@ const THICKNESS = 0.05;
  */
 
 export class Body {
-  /** @param {DescribedBody} described */
-  constructor({links, soles}) {
+  /** @param {DescribedBody} described @param {import("three").ColorRepresentation} [color] of the marks of contacts */
+  constructor({links, soles}, color = 0x2f7de1) {
     /** Each sits at its parent joint, and is parallel to the torso when all joints are 0. @type {Map<string, Group>} */
     this.links = new Map();
     /** @type {{link: Group, joint: string, axis: Vector3}[]} */
@@ -41,10 +48,13 @@ export class Body {
       if (joint) this.joints.push({link, joint, axis: new Vector3(...axis)});
     }
     this.torso = this.#link(links[0].name);
-    this.soles = Object.entries(soles).map(([name, outline]) => ({
-      foot: this.#link(name),
-      outline: outline.map((point) => new Vector3(...point)),
-    }));
+    this.soles = Object.entries(soles).map(([name, outline]) => {
+      const foot = this.#link(name);
+      const points = outline.map((point) => new Vector3(...point));
+      const mark = contactMark(points, color);
+      foot.add(mark);
+      return {foot, outline: points, mark};
+    });
   }
 
   /** @param {string} name */
@@ -63,6 +73,18 @@ export class Body {
       if (tilt !== null) this.#fall(tilt);
     }
     this.torso.updateMatrixWorld(true);
+    for (const {foot, outline, mark} of this.soles)
+      mark.visible = outline.every((point) => point.clone().applyMatrix4(foot.matrixWorld).z < TOUCHING);
+  }
+
+  /** The link that carries the cameras. */
+  get head() {
+    return this.#link("head");
+  }
+
+  /** What is seen of the head. */
+  get headParts() {
+    return this.head.children;
   }
 
   /**
@@ -114,6 +136,22 @@ export class Body {
     const heights = [...this.links.values()].map((link) => link.getWorldPosition(new Vector3()).z);
     torso.position.z += THICKNESS - Math.min(...heights);
   }
+}
+
+/**
+ * A mark around a sole that stands on the floor.
+ *
+ * @param {Vector3[]} outline
+ * @param {import("three").ColorRepresentation} color
+ */
+function contactMark(outline, color) {
+  const middle = outline.reduce((sum, point) => sum.add(point), new Vector3()).divideScalar(outline.length);
+  const rim = outline.map((point) => point.clone().sub(middle).multiplyScalar(RIM));
+  const material = new MeshBasicMaterial({color, transparent: true, opacity: 0.45, side: DoubleSide});
+  const mark = new Mesh(new ShapeGeometry(new Shape(rim.map(({x, y}) => new Vector2(x, y)))), material);
+  mark.position.copy(middle).add({x: 0, y: 0, z: LIFT});
+  mark.visible = false;
+  return mark;
 }
 
 /** The least height of some points that are turned. @param {Vector3[]} points @param {Quaternion} turn */

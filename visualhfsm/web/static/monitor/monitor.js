@@ -28,7 +28,7 @@
  *   cameraRates: Record<string, number>, limitedCommands: number, velocityTimeouts: number,
  *   events: {time: number, level: number, source: string, message: string}[]}} HealthReport
  * @typedef {{joints: Record<string, number>, pan: number | null, tilt: number | null, health: HealthReport | null,
- *   trouble?: string}} RobotState
+ *   torso: Placement | null, objects: Record<string, Placement>, trouble?: string}} RobotState
  * @typedef {{at: number, component: ComponentNow, robot: RobotState}} Snapshot
  * @typedef {{name: string, lower: number, upper: number}} JointLimits
  * @typedef {{limits: JointLimits[], cameras: string[]}} Facts
@@ -37,13 +37,15 @@
  * @typedef {{state: number, ghost: boolean, transitions: TransitionExplanation[], summary: string}} Explanation
  * @typedef {{facts: Facts, at: Snapshot | null, explain: Explanation, pause: null, resume: null, step: null,
  *   series: {times: number[], values: Record<string, (number | null)[]>}, setBreakpoints: null, setVariable: null,
- *   forceTransition: null, sendEvent: null, reload: {generation: number, held: number, notKept: string[]},
+ *   forceTransition: null, sendEvent: null, placeObject: null, pushRobot: null, reload: {generation: number, held: number, notKept: string[]},
  *   emergencyStop: {stopped: string[], failed: Record<string, string>}}} Controls what each action answers
  * @typedef {{start: number, end: number, changes: [number, number, number, number, number][],
  *   spans: [number, number, boolean, number, number][], numbers: string[]}} Timeline
  * @typedef {{structure: LiveStructure | null, snapshot: Snapshot | null, timeline: Timeline, since: number | null,
  *   facts?: Facts}} Followed what attaching to a component, or opening a recording, answers
  * @import {Breakpoint} from "./breakpoints.js"
+ * @import {Moment} from "./robot-drawing.js"
+ * @import {Placement} from "./world-drawing.js"
  * @import {Target} from "../store.js"
  * @typedef {{mode: null, structure: null, snapshot: null, shown: null, running: null}} MonitorEvents
  */
@@ -194,6 +196,15 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
 
   get snapshot() {
     return this.looking ?? this.newest;
+  }
+
+  /** Where the robot and the things around it were at the moment of the past that is looked at. */
+  get bodyOfPast() {
+    if (!this.looking) return undefined;
+    const {joints, health, torso, objects} = this.looking.robot;
+    /** @type {Moment} */
+    const moment = {joints, tilt: health?.torsoTilt ?? null, torso, objects};
+    return moment;
   }
 
   get isLive() {

@@ -1,47 +1,100 @@
-/** The robot and the balls in 3D, as the server knows where they are. three.js is loaded with this module. */
+/** The robot and its world in 3D, at the moment that is looked at. three.js is loaded with this module. */
 
-import {html} from "lit";
+import {html, nothing} from "lit";
 
 import {messageOf} from "../notices.js";
 import {required} from "../required.js";
+import {store} from "../store.js";
 import {MonitorElement, whyUnknown} from "./element.js";
 import {receiveFrames} from "./frames.js";
+import {Grabbing} from "./grabbing.js";
 import {monitor} from "./monitor.js";
 import {RobotDrawing} from "./robot-drawing.js";
+
+const IDLE = 200; // ms between two frames of now that are not shown
+
+/** @type {{id: import("./viewpoints.js").View, label: string, title: string}[]} */
+const VIEWS = [
+  {id: "home", label: "Home", title: "The robot and what is near it; resets the view"},
+  {id: "top", label: "Top", title: "From above"},
+  {id: "follow", label: "Behind", title: "From behind the robot, wherever it walks"},
+  {id: "head", label: "Head", title: "As the robot's upper camera sees it"},
+];
 
 class RobotView extends MonitorElement {
   /** @type {typeof MonitorElement.kinds} */
   static kinds = ["mode", "shown"];
-  static properties = {problem: {state: true}};
+  static properties = {problem: {state: true}, message: {state: true}, simulated: {state: true}, pushes: {state: true}};
 
   constructor() {
     super();
-    /** @type {string | undefined} */
+    /** Why nothing is drawn. @type {string | undefined} */
     this.problem = undefined;
+    /** What came of moving something. */
+    this.message = "";
+    /** Whether it is a simulation, whose things can be moved. */
+    this.simulated = false;
+    /** Whether dragging the robot pushes it. */
+    this.pushes = false;
     /** @type {ReturnType<typeof receiveFrames> | undefined} */
     this.frames = undefined;
     /** @type {RobotDrawing | undefined} */
     this.drawing = undefined;
+    /** @type {Grabbing | undefined} */
+    this.grabbing = undefined;
   }
 
   render() {
-    return html`<div class="robot-view">
+    const {problem} = this;
+    return html`<div class="robot-view ${problem && monitor.looking ? "unknown" : ""}">
+      <div class="view-tools" role="toolbar" aria-label="View">
+        ${VIEWS.map(
+          ({id, label, title}) =>
+            html`<button type="button" title=${title} @click=${() => this.drawing?.look(id)}>${label}</button>`,
+        )}
+        ${
+          this.simulated && !monitor.looking
+            ? html`<button
+                type="button"
+                class="push"
+                title="Drag the robot to push it"
+                aria-pressed=${this.pushes}
+                @click=${() => (this.pushes = !this.pushes)}
+              >
+                Push
+              </button>`
+            : nothing
+        }
+      </div>
       <div class="stage"></div>
-      <p class="robot-hint faint" role="status">${this.problem ?? hint()}</p>
+      <p class="robot-hint faint" role="status">${problem ?? (this.message || this.#hint())}</p>
     </div>`;
+  }
+
+  #hint() {
+    if (!monitor.looking && monitor.newest?.robot.health?.fallen && !this.simulated)
+      return "It has fallen. A real robot reports how far it is tilted, but not to which side.";
+    if (this.pushes) return "Drag the robot to push it, a ball to carry it.";
+    const turning = "Drag to turn, with Shift to move, use the wheel to zoom.";
+    return this.simulated && !monitor.looking ? `${turning} Drag a ball to carry it.` : turning;
   }
 
   /** @param {import("lit").PropertyValues} changed */
   updated(changed) {
     super.updated(changed);
     if (!this.frames && this.isConnected) this.#begin();
+    this.#showPast();
+    if (!this.grabbing) return;
+    this.grabbing.enabled = this.simulated && !monitor.looking && store.online;
+    this.grabbing.pushes = this.pushes;
   }
 
   disconnectedCallback() {
     super.disconnectedCallback();
     this.frames?.close();
+    this.grabbing?.close();
     this.drawing?.close();
-    this.frames = this.drawing = undefined;
+    this.frames = this.drawing = this.grabbing = undefined;
   }
 
   #begin() {
@@ -54,29 +107,46 @@ class RobotView extends MonitorElement {
       this.frames = {close() {}};
       return;
     }
+    this.grabbing = new Grabbing(this.drawing, {
+      place: (name, position) => monitor.control("placeObject", {name, position}),
+      push: (force, seconds) => monitor.control("pushRobot", {force, seconds}),
+      report: (message) => (this.message = message),
+    });
     this.frames = receiveFrames("/poses", {
       draw: async (frame, isFirst) => {
         if (!this.drawing) return;
         const content = JSON.parse(new TextDecoder().decode(frame));
-        if (isFirst) {
-          this.drawing.build(content);
-          return;
-        }
-        const known = this.drawing.pose(content);
-        this.problem = known ? undefined : whyUnknown();
-        if (!document.hidden) await this.drawing.drawn();
+        if (isFirst) this.drawing.build(content);
+        else if (content.world) this.drawing.world.build(content.world);
+        else await this.#showNow(content);
       },
       lost: (reason) => (this.problem = reason || "The server is offline."),
     });
   }
-}
 
-function hint() {
-  if (monitor.newest?.robot.health?.fallen)
-    return "It has fallen. A real robot reports how far it is tilted, but not to which side.";
-  return monitor.looking
-    ? "The robot is shown as it is now, also while you look back."
-    : "Drag to turn, use the wheel to zoom.";
+  /** @param {import("./robot-drawing.js").Moment} moment */
+  async #showNow(moment) {
+    this.simulated = moment.torso !== null;
+    if (monitor.looking) {
+      this.#showPast();
+      await new Promise((resolve) => setTimeout(resolve, IDLE));
+      return;
+    }
+    const known = this.drawing?.pose(moment);
+    this.problem = known ? undefined : whyUnknown();
+    if (!document.hidden) await this.drawing?.drawn();
+  }
+
+  /** Show the moment of the past that is looked at: never the robot of now beside it. */
+  #showPast() {
+    const moment = monitor.bodyOfPast;
+    if (!moment || !this.drawing?.body) return;
+    const known = this.drawing.pose(moment);
+    const why = monitor.recording
+      ? "This recording does not contain the robot's joints."
+      : "The joints of then are unknown.";
+    this.problem = known ? undefined : why;
+  }
 }
 
 customElements.define("hfsm-robot-view", RobotView);

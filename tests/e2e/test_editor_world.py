@@ -1,0 +1,73 @@
+"""The world of a simulation in the page: a ball is carried with the mouse, and looking back shows where it was."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser
+
+from naoserver_sim.robot import SimulatedRobot
+from naoserver_sim.world import load_world
+from tests.support.browser import EditorPage
+from tests.support.monitor import monitor_page, robot_and_editor, run
+from tests.support.robot_server import ServedRobot, eventually
+
+pytestmark = pytest.mark.sim
+
+BALL = """async () => {
+  const drawing = document.querySelector("hfsm-robot-view")?.drawing;
+  const ball = drawing?.world.objects.get("Ball");
+  if (!ball?.visible) return null;
+  await drawing.drawn();
+  const {left, top, width, height} = drawing.stage.getBoundingClientRect();
+  const {x, y} = ball.position.clone().project(drawing.viewpoints.camera);
+  return [left + (1 + x) * width / 2, top + (1 - y) * height / 2, ...ball.position.toArray()];
+}"""
+NOW = """async () => {
+  const entry = document.querySelector('script[src$="/app.js"]').src;
+  return (await import(entry.replace("app.js", "monitor/monitor.js"))).monitor.newest.component.time;
+}"""
+LOOK_BACK = """async time => {
+  const entry = document.querySelector('script[src$="/app.js"]').src;
+  const {scrubbing} = await import(entry.replace("app.js", "monitor/scrubbing.js"));
+  await scrubbing.to(time);
+}"""
+
+
+@pytest.fixture
+def world(tmp_path: Path, browser: Browser) -> Iterator[tuple[ServedRobot, EditorPage]]:
+    nao = SimulatedRobot(skin=False, world=load_world("room"))
+    with (
+        robot_and_editor(tmp_path / "walk.xml", nao=nao) as (robot, running),
+        monitor_page(browser, running) as shown,
+    ):
+        run(shown)
+        shown.press("Alt+l")
+        shown.page.get_by_role("tab", name="3D").click()
+        yield robot, shown
+
+
+def test_a_ball_is_carried_and_looking_back_shows_where_it_was(world: tuple[ServedRobot, EditorPage]) -> None:
+    robot, shown = world
+    stage = robot.robot.stage
+    assert stage is not None
+    page = shown.page
+    eventually(lambda: page.evaluate(BALL) is not None)
+    page.locator(".view-tools").get_by_role("button", name="Top").click()
+    eventually(lambda: page.evaluate("document.querySelector('hfsm-robot-view').grabbing.enabled"))
+
+    x, y, *start = page.evaluate(BALL)
+    before = page.evaluate(NOW)
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + 60, y + 10, steps=4)
+    eventually(lambda: stage.truth().objects["Ball"].position[1] < start[1] - 0.1)
+    page.mouse.up()
+    eventually(lambda: page.evaluate(BALL)[3] < start[1] - 0.1)
+
+    page.evaluate(LOOK_BACK, before)
+    eventually(lambda: page.evaluate(BALL)[2:] == pytest.approx(start, abs=0.02))
+    assert stage.truth().objects["Ball"].position[1] < start[1] - 0.1
+    assert not page.evaluate("document.querySelector('hfsm-robot-view').grabbing.enabled")

@@ -1,0 +1,145 @@
+/**
+ * Where the robot is looked at from.
+ *
+ * @import {Body} from "./body.js"
+ * @import {Object3D} from "three"
+ * @typedef {"home" | "top" | "follow" | "head"} View
+ */
+
+import {Box3, Matrix4, MOUSE, OrbitControls, PerspectiveCamera, Quaternion, Sphere, Vector3} from "three";
+
+const ANGLE = 40; // degrees from the lower edge to the upper
+/** As the cameras of the head have it, which look straight ahead from above the eyes. */
+const HEAD_ANGLE = 44;
+const IN_HEAD = new Vector3(0.07, 0, 0.062);
+/** How a camera of three.js is turned that looks along x, z up. */
+const AHEAD = new Quaternion().setFromRotationMatrix(
+  new Matrix4().makeBasis(new Vector3(0, -1, 0), new Vector3(0, 0, 1), new Vector3(-1, 0, 0)),
+);
+
+/** Directions relative to where the robot looks: its left, half behind it; and above. */
+const FROM = {home: new Vector3(-0.55, 1, 0.5), top: new Vector3(-0.001, 0, 1)};
+
+/** Place behind the robot, and what is looked at before it. */
+const BEHIND = new Vector3(-1.25, 0, 0.85);
+const BEFORE = new Vector3(0.35, 0, 0.25);
+const SWING = 0.2; // part of the way to there, at each moment
+
+const FAR = 2.5; // m from the robot beyond which things are not framed
+/** Metres that a robot may sway before it is followed: one that stands is not. */
+const NEAR = 0.05;
+
+const UP = new Vector3(0, 0, 1);
+
+export class Viewpoints {
+  /** @param {HTMLElement} element that is dragged on @param {() => void} changed */
+  constructor(element, changed) {
+    this.camera = new PerspectiveCamera(ANGLE, 1, 0.02, 60);
+    this.camera.up.copy(UP);
+    this.camera.position.set(1.05, 0.75, 0.62);
+    this.controls = new OrbitControls(this.camera, element);
+    this.controls.target.set(0.05, 0, 0.27);
+    this.controls.maxDistance = 20;
+    this.controls.maxPolarAngle = Math.PI / 2 + 0.2;
+    this.controls.mouseButtons = {LEFT: MOUSE.ROTATE, MIDDLE: MOUSE.PAN, RIGHT: MOUSE.PAN};
+    this.controls.listenToKeyEvents(element);
+    this.controls.update();
+    this.controls.addEventListener("change", changed);
+    this.controls.addEventListener("start", () => (this.view = undefined));
+    /** The chosen view; undefined once the user has turned it. @type {View | undefined} */
+    this.view = "home";
+    /** Where the robot was when it was followed last. */
+    this.at = new Vector3();
+    this.#changed = changed;
+  }
+
+  #changed;
+  #framed = -1; // things that were framed
+  #heading = 0;
+
+  /** @param {View} view @param {Body | undefined} body @param {Object3D[]} things */
+  choose(view, body, things) {
+    this.view = view;
+    this.#framed = -1;
+    this.camera.fov = view === "head" ? HEAD_ANGLE : ANGLE;
+    this.camera.updateProjectionMatrix();
+    this.controls.enabled = view !== "head";
+    if (body) {
+      for (const each of body.headParts) each.visible = view !== "head";
+      this.keep(body, things, 1);
+    }
+    this.#changed();
+  }
+
+  /**
+   * Keep to the chosen view as the robot and the things around it move.
+   *
+   * @param {Body} body
+   * @param {Object3D[]} things
+   */
+  keep(body, things, swing = SWING) {
+    const {torso} = body;
+    if (!torso.visible) return;
+    const ahead = new Vector3(1, 0, 0).applyQuaternion(torso.quaternion);
+    if (Math.hypot(ahead.x, ahead.y) > 0.3) this.#heading = Math.atan2(ahead.y, ahead.x);
+    const moved = new Vector3(torso.position.x, torso.position.y, 0).sub(this.at);
+    const follows = moved.length() >= NEAR;
+    if (follows) this.at.add(moved);
+    if (this.view === "head") this.#lookAhead(body);
+    else if (this.view === "follow") this.#trail(torso, swing);
+    else {
+      if (follows) {
+        this.camera.position.add(moved);
+        this.controls.target.add(moved);
+      }
+      if (this.view) this.#frame(things, FROM[this.view]);
+      if (follows) this.controls.update();
+    }
+  }
+
+  /** Include things in the view as they become known. @param {Object3D[]} things @param {Vector3} from */
+  #frame(things, from) {
+    const near = things.filter(({position}) => Math.hypot(position.x - this.at.x, position.y - this.at.y) < FAR);
+    if (near.length <= this.#framed) return;
+    this.#framed = near.length;
+    const box = new Box3(new Vector3(-0.15, -0.3, 0), new Vector3(0.15, 0.3, 0.58)).translate(this.at);
+    for (const {position} of near) box.expandByPoint(position);
+    const around = box.getBoundingSphere(new Sphere());
+    const distance = (around.radius + 0.08) / Math.sin((this.camera.fov * Math.PI) / 360);
+    this.controls.target.copy(around.center);
+    this.camera.position
+      .copy(from)
+      .applyAxisAngle(UP, this.#heading)
+      .setLength(distance / Math.min(1, this.camera.aspect))
+      .add(around.center);
+    this.controls.update();
+  }
+
+  /** @param {Object3D} torso @param {number} swing */
+  #trail(torso, swing) {
+    const {x, y} = torso.position;
+    const place = (/** @type {Vector3} */ offset) => offset.clone().applyAxisAngle(UP, this.#heading).add({x, y, z: 0});
+    this.camera.position.lerp(place(BEHIND), swing);
+    this.controls.target.lerp(place(BEFORE), swing);
+    this.controls.update();
+  }
+
+  /** @param {Body} body */
+  #lookAhead({head}) {
+    head.getWorldQuaternion(this.camera.quaternion);
+    this.camera.position.copy(IN_HEAD).applyQuaternion(this.camera.quaternion);
+    this.camera.position.add(head.getWorldPosition(new Vector3()));
+    this.camera.quaternion.multiply(AHEAD);
+  }
+
+  /** @param {number} width @param {number} height */
+  resize(width, height) {
+    this.camera.aspect = width / height;
+    this.camera.updateProjectionMatrix();
+    this.#framed = -1;
+  }
+
+  close() {
+    this.controls.dispose();
+  }
+}
