@@ -92,6 +92,11 @@ def test_all_that_runs_is_stopped_under_any_name_with_a_menu_open(browser: Brows
         expect(shown.button("STOP the robot and all that runs")).to_be_visible()
 
 
+STOP_AREA = """() => {
+  const button = document.querySelector(".stop-button");
+  const {left, right, top, bottom} = button.getBoundingClientRect();
+  return [left, right, top, document.elementFromPoint(left + 3, (top + bottom) / 2) === button];
+}"""
 WIDTHS = (320, 390, 480, 560, 640, 683, 768, 800, 860, 900, 960, 1018, 1100, 1280, 1440, 1920)
 
 
@@ -104,17 +109,19 @@ def test_stop_is_inside_the_window_in_every_width_and_state(browser: Browser, tm
         def measure(state: str) -> None:
             for width in WIDTHS:
                 shown.page.set_viewport_size({"width": width, "height": 800})
-                left, right, top = shown.page.evaluate(
-                    "() => {const {left, right, top} = document.querySelector('.stop-button')"
-                    ".getBoundingClientRect(); return [left, right, top]}"
-                )
-                if not (0 <= left < right <= width and top < 50):
-                    outside.append(f"{state}, {width} px: {left:g} to {right:g}, {top:g} px below the top")
+                left, right, top, is_above = shown.page.evaluate(STOP_AREA)
+                if not (0 <= left < right <= width and top < 50 and is_above):
+                    where = f"{left:g} to {right:g}, {top:g} px below the top"
+                    outside.append(f"{state}, {width} px: {where}{'' if is_above else ', covered'}")
             shown.page.set_viewport_size({"width": 1280, "height": 800})
 
         measure("nothing runs")
         run(shown)
         measure("running")
+        shown.button("1 running").click()
+        expect(shown.page.get_by_role("menuitem", name="followed")).to_be_focused()
+        measure("a menu is open")
+        shown.press("Escape")
         shown.state("go").locator(".body").click()
         shown.press("b")
         shown.transition("late").locator(".handle").click()
@@ -139,4 +146,7 @@ def test_stop_is_inside_the_window_in_every_width_and_state(browser: Browser, tm
         shown.press("Control+Shift+Space")
         expect(status(shown)).to_have_text("Ended: stopped by STOP")
         measure("ended")
+        shown.button("Start page").click()
+        expect(shown.page.locator("hfsm-start")).to_be_visible()
+        measure("start page")
     assert not outside, "\n".join(outside)

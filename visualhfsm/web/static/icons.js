@@ -58,6 +58,7 @@ const PATHS = {
   pause: "M8 5v14M16 5v14",
   previous: "M18 5l-9 7 9 7zM6 5v14",
   reload: "M20 12a8 8 0 1 1-2.500-5.800M20 3v4h-4",
+  resume: "M5 5v14M9 5l11 7-11 7z",
   step: "M5 5l9 7-9 7zM18 5v14",
   stepAll: "M3 6l6 6-6 6zM11 6l6 6-6 6zM20 6v12",
   target: "M12 16a4 4 0 1 0 0-8 4 4 0 0 0 0 8zM12 2v4M12 18v4M2 12h4M18 12h4",

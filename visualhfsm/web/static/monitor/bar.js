@@ -16,6 +16,7 @@ import {clockTime, MonitorElement, spokenSeconds} from "./element.js";
 import {monitor, STATUS} from "./monitor.js";
 import {STOP_KEY} from "./stop.js";
 
+const PAUSED = STATUS.indexOf("Paused");
 /** What the menu beside Run offers. */
 const MORE = [
   ["startHere", "generate"],
@@ -39,7 +40,7 @@ class MonitorBar extends MonitorElement {
   }
 
   render() {
-    const paused = monitor.newest && monitor.newest.component.status !== 0;
+    const paused = monitor.isLive && !monitor.ended && monitor.newest?.component.status === PAUSED;
     return html`<div class="live-bar" role="region" aria-label="Run and stop">
       <div class="controls">
         <div role="group" aria-label="Run and steer">
@@ -64,7 +65,7 @@ class MonitorBar extends MonitorElement {
           >
             ${icon("chevron")}
           </button>
-          ${this.#button("pauseResume", paused ? "run" : "pause", paused ? "Resume" : "Pause")}
+          ${this.#button("pauseResume", paused ? "resume" : "pause", paused ? "Resume" : "Pause")}
           ${["stepOne", "stepAll", "stopRun"].map((id) => this.#button(id))}${this.#reload()}
         </div>
         ${monitor.isShownBeside(page.tab) ? this.#followed() : nothing}
