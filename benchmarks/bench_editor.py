@@ -2,7 +2,8 @@
 
 `usable` is the time from the navigation until the first state is drawn, `transferred` the data until then.
 `command` is the time from a command to the next frame with the new state, in a document of 300 states and 600
-transitions. `drag` counts the frames per second while one state, or all of them, are dragged on that canvas.
+transitions. `drag` counts the frames per second while one state, or all of them, are dragged on that canvas;
+`wheel` does so while it is zoomed in each frame.
 `open` is the time from the request for a document of 2000 states to the frame with all of them.
 
     python benchmarks/bench_editor.py [--states 300] [--transitions 600] [--large 2000]
@@ -37,6 +38,7 @@ LIMITS: Final = {
     "command (ms)": 30.0,
     "drag of one (1/s)": 30.0,
     "drag of all (1/s)": 30.0,
+    "wheel (1/s)": 30.0,
     "open (s)": 2.0,
 }
 """The limits: upper ones, and lower ones for rates."""
@@ -44,6 +46,7 @@ LIMITS: Final = {
 COMMANDS: Final = 30
 LOADS: Final = 5
 DRAG_SECONDS: Final = 3.0
+WHEEL_SECONDS: Final = 3.0
 ENDING: Final = 10.0  # s within which the server must end
 
 _WATCH_FIRST_STATE: Final = """
@@ -168,7 +171,31 @@ def measure_drawing(page: Page) -> dict[str, float]:
         "command (ms)": statistics.median(times),
         "drag of one (1/s)": one,
         "drag of all (1/s)": drag(page),
+        "wheel (1/s)": turn_wheel(page),
     }
+
+
+def turn_wheel(page: Page) -> float:
+    """Zoom in and out by a factor of 3 around the middle, in each frame; return the frames per second."""
+    page.keyboard.press("Escape")
+    page.keyboard.press("f")
+    rate: float = page.evaluate(
+        f"""async () => {{
+            const surface = document.querySelector('hfsm-canvas .surface');
+            const {{left, top, width, height}} = surface.getBoundingClientRect();
+            const [clientX, clientY] = [left + width / 2, top + height / 2];
+            const began = performance.now();
+            let frames = 0;
+            for (let now = began; now < began + {1000 * WHEEL_SECONDS}; frames++) {{
+                const deltaY = frames % 32 < 16 ? -10 : 10;
+                const options = {{clientX, clientY, deltaY, ctrlKey: true, bubbles: true, cancelable: true}};
+                surface.dispatchEvent(new WheelEvent('wheel', options));
+                now = await new Promise(requestAnimationFrame);
+            }}
+            return 1000 * frames / (performance.now() - began);
+        }}"""
+    )
+    return rate
 
 
 def drag(page: Page) -> float:

@@ -32,8 +32,10 @@ export class HfsmCanvas extends HTMLElement {
     () => this.#transform(),
   );
   sketch = make("g", {class: "sketch"});
-  world = make("g", {class: "world"}, ...this.drawing.layers, this.sketch);
-  svg = make("svg", {role: "application", "aria-roledescription": "canvas", tabindex: "-1"}, this.world);
+  /** The drawing, at its own scale: the browser zooms it without a new layout. */
+  svg = make("svg", {role: "none"}, ...this.drawing.layers, this.sketch);
+  /** What takes the pointer and the focus, as large as the canvas. */
+  surface = division("surface");
   /** The text beside the pointer. */
   tip = make("title");
   /** The text for screen readers. */
@@ -70,10 +72,13 @@ export class HfsmCanvas extends HTMLElement {
   }
 
   connectedCallback() {
-    if (this.contains(this.svg)) return;
+    if (this.contains(this.surface)) return;
     this.speech.setAttribute("aria-live", "polite");
     this.hint.hidden = true;
-    this.append(this.svg, this.empty, this.hint, this.minimap.element, this.rename.input, this.speech);
+    for (const [name, value] of Object.entries({role: "application", "aria-roledescription": "canvas", tabindex: "-1"}))
+      this.surface.setAttribute(name, value);
+    this.surface.append(this.svg);
+    this.append(this.surface, this.empty, this.hint, this.minimap.element, this.rename.input, this.speech);
     new ResizeObserver(() => this.#resized()).observe(this);
     for (const kind of /** @type {const} */ (["document", "problems"])) {
       store.addEventListener(kind, ({detail}) => detail.tab === page.tab && this.pointer.whenFree(() => this.redraw()));
@@ -99,7 +104,7 @@ export class HfsmCanvas extends HTMLElement {
       marks,
     });
     this.#shown = key;
-    this.svg.setAttribute("aria-label", automaton ? `Automaton ${page.title()}` : "No automaton");
+    this.surface.setAttribute("aria-label", automaton ? `Automaton ${page.title()}` : "No automaton");
     this.#showEmpty(automaton);
     if (other) this.#arrive(key);
     else this.#look();
@@ -170,7 +175,7 @@ export class HfsmCanvas extends HTMLElement {
     this.tool = Tool && page.automaton && !this.readOnly ? new Tool(this) : undefined;
     this.classList.toggle("placing", Boolean(this.tool));
     this.showHint(this.tool?.hint);
-    if (this.tool) this.svg.focus({preventScroll: true});
+    if (this.tool) this.surface.focus({preventScroll: true});
     this.dispatchEvent(new Event("tool"));
   }
 
@@ -283,7 +288,7 @@ export class HfsmCanvas extends HTMLElement {
 
   #transform() {
     const {x, y, scale} = this.viewport;
-    this.world.setAttribute("transform", `translate(${x.toFixed(2)},${y.toFixed(2)}) scale(${scale.toFixed(4)})`);
+    this.svg.style.transform = `translate(${x.toFixed(2)}px, ${y.toFixed(2)}px) scale(${scale.toFixed(4)})`;
     this.classList.toggle("far", scale < FAR);
     this.classList.toggle("very-far", scale < VERY_FAR);
     this.classList.toggle("tiny", scale < TINY);

@@ -61,7 +61,13 @@ export class Band {
     const point = this.canvas.point(event);
     const [left, right] = [Math.min(start.x, point.x), Math.max(start.x, point.x)];
     const [top, bottom] = [Math.min(start.y, point.y), Math.max(start.y, point.y)];
-    for (const [name, value] of Object.entries({x: left, y: top, width: right - left, height: bottom - top})) {
+    for (const [name, value] of Object.entries({
+      x: left,
+      y: top,
+      width: right - left,
+      height: bottom - top,
+      "stroke-width": 1 / this.canvas.viewport.scale,
+    })) {
       this.box.setAttribute(name, String(value));
     }
     /** @param {string} key */

@@ -11,7 +11,7 @@ export class Order {
   /** @param {import("./canvas.js").HfsmCanvas} canvas */
   constructor(canvas) {
     this.canvas = canvas;
-    canvas.svg.addEventListener("focusin", (event) => this.#focused(event));
+    canvas.surface.addEventListener("focusin", (event) => this.#focused(event));
   }
 
   /** Forget what was current, as for another automaton. */
@@ -54,7 +54,7 @@ export class Order {
   focusSelected() {
     const {canvas} = this;
     const key = canvas.selectedKeys()[0] ?? this.#current;
-    (canvas.drawing.view(key || "s")?.group ?? canvas.svg).focus({preventScroll: true});
+    (canvas.drawing.view(key || "s")?.group ?? canvas.surface).focus({preventScroll: true});
   }
 
   /** Select the nearest element in a direction. @param {[number, number]} direction */

@@ -41,15 +41,18 @@ export class Pointer {
   /** @param {HfsmCanvas} canvas */
   constructor(canvas) {
     this.canvas = canvas;
-    const {svg} = canvas;
-    svg.addEventListener("pointerdown", (event) => this.#down(event));
-    svg.addEventListener("pointermove", (event) => this.#isOther(event) || (this.#gesture ?? canvas.tool)?.move(event));
-    svg.addEventListener("pointerup", (event) => this.#isOther(event) || this.#up());
-    svg.addEventListener("pointercancel", (event) => this.#isOther(event) || canvas.cancel());
-    svg.addEventListener("pointerover", (event) => this.#showTip(event));
-    svg.addEventListener("dblclick", (event) => this.#doubleClick(event));
-    svg.addEventListener("contextmenu", (event) => this.#menu(event));
-    svg.addEventListener("wheel", (event) => this.#wheel(event), {passive: false});
+    const {surface} = canvas;
+    surface.addEventListener("pointerdown", (event) => this.#down(event));
+    surface.addEventListener(
+      "pointermove",
+      (event) => this.#isOther(event) || (this.#gesture ?? canvas.tool)?.move(event),
+    );
+    surface.addEventListener("pointerup", (event) => this.#isOther(event) || this.#up());
+    surface.addEventListener("pointercancel", (event) => this.#isOther(event) || canvas.cancel());
+    surface.addEventListener("pointerover", (event) => this.#showTip(event));
+    surface.addEventListener("dblclick", (event) => this.#doubleClick(event));
+    surface.addEventListener("contextmenu", (event) => this.#menu(event));
+    surface.addEventListener("wheel", (event) => this.#wheel(event), {passive: false});
     canvas.addEventListener("keydown", (event) => this.#key(event));
     canvas.addEventListener("keyup", (event) => event.key === " " && (this.#spaceHeld = false));
     // Let go elsewhere.
@@ -126,12 +129,12 @@ export class Pointer {
     } else if (group) {
       this.#gesture = this.#grab(event, group.dataset.key ?? "");
     } else {
-      canvas.svg.focus({preventScroll: true});
+      canvas.surface.focus({preventScroll: true});
       this.#gesture = new Band(canvas, event);
     }
     this.#finger = event.pointerId;
     // The group itself, or a double click would go to the whole drawing.
-    if (this.#gesture) (group ?? canvas.svg).setPointerCapture(event.pointerId);
+    if (this.#gesture) (group ?? canvas.surface).setPointerCapture(event.pointerId);
   }
 
   /** @param {PointerEvent} event @param {string} key */

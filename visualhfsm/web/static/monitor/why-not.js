@@ -26,7 +26,7 @@ let shown;
  * @param {HfsmCanvas} canvas
  */
 export function explainUnderPointer(canvas) {
-  canvas.svg.addEventListener("pointerover", (event) => {
+  canvas.surface.addEventListener("pointerover", (event) => {
     /** @type {SVGElement | null} */
     const group = event.target instanceof Element ? event.target.closest("[data-key]") : null;
     clearTimeout(timer);
@@ -35,11 +35,11 @@ export function explainUnderPointer(canvas) {
     canvas.tip.remove();
     timer = setTimeout(() => show(canvas, group, false), PATIENCE);
   });
-  canvas.svg.addEventListener("pointerleave", () => {
+  canvas.surface.addEventListener("pointerleave", () => {
     clearTimeout(timer);
     if (!shown?.pinned) hide();
   });
-  canvas.svg.addEventListener("pointerdown", () => {
+  canvas.surface.addEventListener("pointerdown", () => {
     clearTimeout(timer);
     hide();
   });
