@@ -119,14 +119,14 @@ def test_the_selected_states_are_grouped_and_what_is_typed_at_once_is_the_name(s
     shown.expect_states("followBall", "dance")
 
 
-def test_a_handle_bends_its_arc_and_a_double_click_resets_it(shown: EditorPage) -> None:
+def test_a_handle_bends_its_arc_and_a_key_resets_it(shown: EditorPage) -> None:
     knob = shown.transition("enough").locator(".knob")
     x, y = shown.middle(knob)
     shown.drag((x, y), (x + 20, y - 80))
     expect(shown.page.locator(".last-step")).to_have_text("Move “enough”")
     shown.expect_at(knob, (x + 20, y - 80))
     x, y = shown.middle(knob)
-    shown.page.mouse.dblclick(x, y)
+    shown.press("r")
     expect(shown.page.locator(".last-step")).to_have_text("Reset the handle of “enough”")
     assert abs(shown.middle(knob)[1] - y) > LEAST_MOVE
 
@@ -159,7 +159,7 @@ def test_the_box_and_shift_select_several_which_move_and_align_together(shown: E
 def test_the_wheel_zooms_at_the_cursor_and_space_pans(shown: EditorPage) -> None:
     x, y = shown.middle_of("dance")
     radius = shown.radius_of("dance")
-    # The browser lays out no text anew, which would make large automata slow: what is drawn stays as it is.
+    # What is drawn stays as it is: a new layout of every text would make large automata slow.
     shown.page.evaluate(COUNT_CHANGES)
     shown.page.mouse.move(x, y)
     shown.page.mouse.wheel(0, -300)

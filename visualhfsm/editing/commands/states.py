@@ -23,6 +23,7 @@ from ..nodes import (
     with_state,
 )
 from .base import Command, Id
+from .transitions import AddTransition
 
 __all__ = [
     "AddState",
@@ -39,20 +40,22 @@ _DEFAULT_NAME: Final = "state"
 
 
 class AddState(Command, frozen=True, kw_only=True):
-    """Add a state; the first one of an automaton is its initial one."""
+    """Add a state, and a transition to it from `origin`; the first one of an automaton is its initial one."""
 
     automaton: Id
     x: float
     y: float
     name: str = ""
+    origin: Id | None = None
 
     def apply(self, document: Document) -> Document:
+        number = next(state_ids(find_automaton(document, self.automaton)))
+
         def add(automaton: Automaton) -> Automaton:
             if automaton.imported is not None:
                 why = "its content comes from another file"
                 raise EditError("Cannot draw in this automaton", why, "change that file, or inline it first")
             taken = {state.name for state in automaton.states}
-            number = next(state_ids(automaton))
             state = State(
                 id=number,
                 name=checked(self.name, "the name") or free_name(f"{_DEFAULT_NAME} {number}", taken),
@@ -62,10 +65,13 @@ class AddState(Command, frozen=True, kw_only=True):
             )
             return replace(automaton, states=(*automaton.states, state))
 
-        return with_automaton(document, self.automaton, add)
+        drawn = with_automaton(document, self.automaton, add)
+        if self.origin is None:
+            return drawn
+        return AddTransition(automaton=self.automaton, origin=self.origin, destination=number).apply(drawn)
 
     def title(self, document: Document) -> str:
-        return "Add a state"
+        return "Add a state" if self.origin is None else "Add a state and a transition to it"
 
 
 class _StateCommand(Command, frozen=True, kw_only=True):

@@ -96,6 +96,16 @@ def test_a_first_state_is_initial_and_all_get_numbers_and_names_of_their_own() -
     assert (second.id, second.name, second.initial, second.x) == (2, "state 2", False, 50.12)
 
 
+def test_a_state_is_drawn_with_a_transition_to_it_in_one_step() -> None:
+    command = AddState(automaton=1, x=300, y=0, origin=1)
+    document = command.apply(tree())
+    drawn = automaton(document).transitions[-1]
+    assert (drawn.origin, drawn.destination) == (1, automaton(document).states[-1].id)
+    assert command.title(tree()) == "Add a state and a transition to it"
+    with pytest.raises(EditError, match="state 99"):
+        AddState(automaton=1, x=0, y=0, origin=99).apply(tree())
+
+
 def test_the_number_of_a_deleted_state_does_not_come_back_while_a_transition_names_it() -> None:
     document = Document(automata=(Automaton(id=1, transitions=(Transition(id=1, origin=5, destination=5),)),))
     assert state(AddState(automaton=1, x=0, y=0).apply(document), 6).name == "state 6"

@@ -9,7 +9,7 @@ import * as commands from "../commands.js";
 import {outgoing} from "../outline.js";
 import {page} from "../page.js";
 import {required} from "../required.js";
-import {StateTool, TransitionTool} from "./pointer.js";
+import {StateTool, TransitionTool} from "./tools.js";
 
 const hasDocument = () => Boolean(page.document);
 const drawable = () => page.automaton !== undefined && !page.automaton.imported;

@@ -5,7 +5,7 @@
  * @import {Comparison} from "./comparison.js"
  * @import {Point} from "./geometry.js"
  * @import {Live} from "./live-marks.js"
- * @import {DrawingTool} from "./pointer.js"
+ * @import {DrawingTool} from "./tools.js"
  */
 
 import {applyHere, selectAdded} from "../commands.js";
@@ -22,8 +22,6 @@ import {Rename} from "./rename.js";
 import {Drawing} from "./drawing.js";
 import {make} from "./svg.js";
 import {FAR, TINY, VERY_FAR, Viewport} from "./viewport.js";
-
-const BORDER = 28; // pixels from the edge, where a drag makes the drawing move along
 
 export class HfsmCanvas extends HTMLElement {
   drawing = new Drawing();
@@ -50,7 +48,7 @@ export class HfsmCanvas extends HTMLElement {
   target = undefined;
   /** Whether it had the focus before another automaton was shown. */
   hadFocus = false;
-  /** The tool in use, see pointer.js. @type {DrawingTool | undefined} */
+  /** The tool in use, see tools.js. @type {DrawingTool | undefined} */
   tool = undefined;
   /** A comparison with another version, see comparison.js. @type {Comparison | undefined} */
   comparison = undefined;
@@ -169,7 +167,7 @@ export class HfsmCanvas extends HTMLElement {
     return [...[...page.states].map((id) => `s${id}`), ...[...page.transitions].map((id) => `t${id}`)];
   }
 
-  /** Use a tool of pointer.js, or none. @param {(new (canvas: HfsmCanvas) => DrawingTool) | undefined} Tool */
+  /** Use a tool of tools.js, or none. @param {(new (canvas: HfsmCanvas) => DrawingTool) | undefined} Tool */
   useTool(Tool) {
     this.tool?.cancel();
     this.tool = Tool && page.automaton && !this.readOnly ? new Tool(this) : undefined;
@@ -231,16 +229,6 @@ export class HfsmCanvas extends HTMLElement {
   /** Focus what is selected, or the first state. */
   focusSelected() {
     this.order.focusSelected();
-  }
-
-  /** While something is dragged at the edge, the drawing moves along. @param {MouseEvent} event */
-  autoPan({clientX, clientY}) {
-    const box = this.getBoundingClientRect();
-    /** @param {number} before @param {number} after */
-    const step = (before, after) => (before < BORDER ? 8 : after < BORDER ? -8 : 0);
-    const dx = step(clientX - box.left, box.right - clientX);
-    const dy = step(clientY - box.top, box.bottom - clientY);
-    if (dx || dy) this.viewport.pan(dx, dy);
   }
 
   #reveal() {

@@ -1,5 +1,5 @@
 /**
- * Gestures of the pointer: pan, select in a box, move, bend, connect.
+ * Gestures of the pointer: pan, pinch, select in a box, move, bend, connect.
  *
  * Each gesture has `move(event)`, `end(event)` and `cancel()`; nothing of it is in the document before the end.
  *
@@ -11,10 +11,11 @@
 import {moveSelected} from "../commands.js";
 import {page} from "../page.js";
 import {required} from "../required.js";
-import {drawnArc} from "./geometry.js";
+import {drawnArc, RADIUS} from "./geometry.js";
 import {make} from "./svg.js";
 
 const CLICK = 3; // pixels; less is a click
+const CLEAR = 2.2; // radii; a new state that is nearer would lie on the one before it
 
 export class Pan {
   /** @param {HfsmCanvas} canvas @param {PointerEvent} event */
@@ -41,8 +42,42 @@ export class Pan {
   }
 }
 
+/** Pan and zoom with two fingers. */
+export class Pinch {
+  /** @param {HfsmCanvas} canvas @param {Map<number, PointerEvent>} fingers where they are, now and later */
+  constructor(canvas, fingers) {
+    this.canvas = canvas;
+    this.fingers = fingers;
+    this.before = this.#between();
+  }
+
+  move() {
+    const {before, canvas} = this;
+    const now = (this.before = this.#between());
+    const {left, top} = canvas.getBoundingClientRect();
+    canvas.viewport.pan(now.x - before.x, now.y - before.y);
+    canvas.viewport.zoom(now.spread / before.spread, now.x - left, now.y - top);
+  }
+
+  end() {}
+
+  cancel() {}
+
+  /** The point between the fingers, and how far they are from each other. */
+  #between() {
+    const [one, other] = this.fingers.values();
+    return {
+      x: (one.clientX + other.clientX) / 2,
+      y: (one.clientY + other.clientY) / 2,
+      spread: Math.max(1, Math.hypot(one.clientX - other.clientX, one.clientY - other.clientY)),
+    };
+  }
+}
+
 /** Select all states and handles in a box. */
 export class Band {
+  scrolls = true;
+
   /** @param {HfsmCanvas} canvas @param {PointerEvent} event */
   constructor(canvas, event) {
     this.canvas = canvas;
@@ -97,6 +132,8 @@ export class Band {
 
 /** Move the selected states and handles; the other handles at these states follow. */
 export class Move {
+  scrolls = true;
+
   /**
    * @param {HfsmCanvas} canvas
    * @param {PointerEvent} event
@@ -124,7 +161,6 @@ export class Move {
     this.dx = Math.round(point.x - this.start.x);
     this.dy = Math.round(point.y - this.start.y);
     this.canvas.drawing.preview(this.#places(), {dx: this.dx, dy: this.dy, keys: this.carried});
-    this.canvas.autoPan(event);
   }
 
   #begin() {
@@ -165,6 +201,8 @@ export class Move {
 
 /** Draw a transition from a state to where the pointer is released. */
 export class Link {
+  scrolls = true;
+
   /** @param {HfsmCanvas} canvas @param {number} origin */
   constructor(canvas, origin) {
     this.canvas = canvas;
@@ -172,6 +210,7 @@ export class Link {
     this.from = required(canvas.drawing.places.get(`s${origin}`), "state");
     /** @type {number | undefined} */
     this.destination = undefined;
+    this.point = this.from;
     this.path = make("path", {class: "line"});
     this.head = make("path", {class: "head"});
     this.group = make("g", {class: "transition drawn"}, this.path, this.head);
@@ -182,24 +221,25 @@ export class Link {
   /** @param {PointerEvent} event */
   move(event) {
     this.lead(this.canvas.stateAt(this.canvas.point(event)), this.canvas.point(event));
-    this.canvas.autoPan(event);
   }
 
   /** Set its end to a state, or to a point. @param {State | undefined} state @param {Point} point */
   lead(state, point) {
     this.destination = state?.id;
+    this.point = point;
     const made = drawnArc(this.from, state ?? point, Boolean(state));
     this.path.setAttribute("d", made.path);
     this.head.setAttribute("d", made.head);
     this.canvas.markTarget(state?.id);
   }
 
-  /** @returns {Promise<boolean>} whether there is a new transition */
+  /** Connect the states; on empty ground, with a new one. */
   async end() {
     this.cancel();
-    if (this.destination === undefined) return false;
-    const {origin, destination} = this;
-    return (await this.canvas.add("transition", "addTransition", {origin, destination})) !== undefined;
+    const {canvas, origin, destination, from, point} = this;
+    if (destination !== undefined) await canvas.add("transition", "addTransition", {origin, destination});
+    else if (Math.hypot(point.x - from.x, point.y - from.y) > CLEAR * RADIUS)
+      await canvas.add("state", "addState", {x: Math.round(point.x), y: Math.round(point.y), origin});
   }
 
   cancel() {

@@ -1,37 +1,46 @@
 /**
- * The pointer on the canvas: gestures, tools, opening, zooming, tips and the menu.
+ * The pointer on the canvas: gestures, opening, zooming, tips and the menu.
  *
- * A tool works without holding a button: a new state or transition is placed with arrows and Enter, or with clicks.
- *
- * @import {State} from "../store.js"
  * @import {HfsmCanvas} from "./canvas.js"
- * @import {Point} from "./geometry.js"
- * @typedef {{hint: string, move: (event: PointerEvent) => void, click: (point: Point) => void,
- *   key: (event: KeyboardEvent) => boolean, cancel: () => void}} DrawingTool `key` says whether it took the key
- * @typedef {{move: (event: PointerEvent) => void, end: () => unknown, cancel: () => void}} Gesture
+ * @typedef {{move: (event: PointerEvent) => void, end: () => unknown, cancel: () => void, scrolls?: boolean}} Gesture
+ *   one that `scrolls` moves the drawing along at the edge
  */
 
-import {applyHere} from "../commands.js";
 import {page} from "../page.js";
-import {distance, neighbor, RADIUS} from "./geometry.js";
-import {Band, Link, Move, Pan} from "./gestures.js";
+import {Band, Link, Move, Pan, Pinch} from "./gestures.js";
 import {idOf} from "./order.js";
-import {make} from "./svg.js";
 
 const WHEEL = 600; // pixels of a wheel for a zoom by e
+const PINCH = 150; // the same for two fingers on a trackpad
 const LINE = 16; // pixels of a line, for wheels that count those
-const STEP = 20;
-/** @type {Record<string, [number, number]>} */
-const ARROWS = {ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1]};
+const NOTCH = 120; // what browsers count for one notch of a mouse's wheel
+const TRACKPAD = 400; // ms for which a trackpad is remembered
+const SLOP = 10; // pixels; a finger that moves less rests
+const LONG = 500; // ms that a finger rests before the menu opens
+const BORDER = 28; // pixels from the edge, where a drag makes the drawing move along
+const FASTEST = 20; // pixels in one frame
 
 /** The state or transition at an element. @param {EventTarget | null} target @returns {SVGElement | null} */
 const groupAt = (target) => (target instanceof Element ? target.closest("[data-key]") : null);
 
+/** Whether two events are further apart than a resting finger. @param {MouseEvent} one @param {MouseEvent} other */
+const far = (one, other) => Math.hypot(one.clientX - other.clientX, one.clientY - other.clientY) > SLOP;
+
 export class Pointer {
   /** @type {Gesture | undefined} */
   #gesture;
-  /** The pointer of the gesture; others are ignored. @type {number | undefined} */
-  #finger;
+  /** The pointers of the gesture; others are ignored. @type {Set<number>} */
+  #owners = new Set();
+  /** Where fingers touch the screen. @type {Map<number, PointerEvent>} */
+  #fingers = new Map();
+  /** Opens the menu. */
+  #longPress = 0;
+  #opened = false; // the menu, by the finger that still rests
+  /** Where the gesture began, until the pointer has moved far enough. @type {PointerEvent | undefined} */
+  #resting;
+  /** Where the pointer is at the edge. @type {PointerEvent | undefined} */
+  #atEdge;
+  #trackpadSeen = -Infinity;
   /** What it was last pressed on. @type {EventTarget | null} */
   #pressed = null;
   #spaceHeld = false;
@@ -43,12 +52,11 @@ export class Pointer {
     this.canvas = canvas;
     const {surface} = canvas;
     surface.addEventListener("pointerdown", (event) => this.#down(event));
-    surface.addEventListener(
-      "pointermove",
-      (event) => this.#isOther(event) || (this.#gesture ?? canvas.tool)?.move(event),
-    );
-    surface.addEventListener("pointerup", (event) => this.#isOther(event) || this.#up());
-    surface.addEventListener("pointercancel", (event) => this.#isOther(event) || canvas.cancel());
+    surface.addEventListener("pointermove", (event) => this.#move(event));
+    surface.addEventListener("pointerup", (event) => this.#lift(event) && this.#up());
+    surface.addEventListener("pointercancel", (event) => this.#lift(event) && canvas.cancel());
+    // The menu keeps the focus when the finger is lifted.
+    surface.addEventListener("touchend", (event) => this.#opened && event.cancelable && event.preventDefault());
     surface.addEventListener("pointerover", (event) => this.#showTip(event));
     surface.addEventListener("dblclick", (event) => this.#doubleClick(event));
     surface.addEventListener("contextmenu", (event) => this.#menu(event));
@@ -73,11 +81,6 @@ export class Pointer {
     else action();
   }
 
-  /** @param {PointerEvent} event */
-  #isOther(event) {
-    return Boolean(this.#gesture) && event.pointerId !== this.#finger;
-  }
-
   /** Cancel a drag; return whether there was one. */
   cancel() {
     const gesture = this.#gesture;
@@ -88,6 +91,7 @@ export class Pointer {
 
   #finish() {
     this.#gesture = undefined;
+    this.#rest();
     const action = this.#whenDone;
     this.#whenDone = undefined;
     action?.();
@@ -111,6 +115,7 @@ export class Pointer {
 
   /** @param {PointerEvent} event */
   #down(event) {
+    if (event.pointerType === "touch" && this.#touch(event)) return;
     if (this.#gesture) return;
     const {canvas} = this;
     canvas.rename.commit();
@@ -132,9 +137,87 @@ export class Pointer {
       canvas.surface.focus({preventScroll: true});
       this.#gesture = new Band(canvas, event);
     }
-    this.#finger = event.pointerId;
+    this.#owners = new Set([event.pointerId]);
+    this.#resting = event;
     // The group itself, or a double click would go to the whole drawing.
     if (this.#gesture) (group ?? canvas.surface).setPointerCapture(event.pointerId);
+  }
+
+  /** Put a finger down; two of them pan and zoom. @param {PointerEvent} event @returns {boolean} whether they do */
+  #touch(event) {
+    const {canvas} = this;
+    if (event.isPrimary) this.#fingers.clear(); // of one that was lifted elsewhere
+    this.#fingers.set(event.pointerId, event);
+    this.#opened = false;
+    clearTimeout(this.#longPress);
+    if (this.#fingers.size === 1 && !canvas.tool) this.#longPress = setTimeout(() => this.#hold(event), LONG);
+    if (this.#fingers.size !== 2) return this.#fingers.size > 2;
+    canvas.cancel();
+    this.#gesture = new Pinch(canvas, this.#fingers);
+    this.#owners = new Set(this.#fingers.keys());
+    return true;
+  }
+
+  /** A finger has rested: open the menu. @param {PointerEvent} event */
+  #hold(event) {
+    this.cancel();
+    this.#opened = true;
+    this.#menu(event, this.#pressed);
+  }
+
+  /** @param {PointerEvent} event */
+  #move(event) {
+    if (this.#fingers.has(event.pointerId)) this.#fingers.set(event.pointerId, event);
+    if (this.#resting && far(event, this.#resting)) this.#rest();
+    if (!this.#gesture) this.canvas.tool?.move(event);
+    else if (this.#owners.has(event.pointerId)) {
+      this.#gesture.move(event);
+      this.#scroll(event);
+    }
+  }
+
+  /** The pointer no longer rests where it was pressed. */
+  #rest() {
+    clearTimeout(this.#longPress);
+    this.#resting = undefined;
+    this.#atEdge = undefined;
+  }
+
+  /** While something is dragged at the edge, move the drawing along. @param {PointerEvent} event */
+  #scroll(event) {
+    const scrolls = !this.#resting && this.#gesture?.scrolls && this.#beyond(event).some(Boolean);
+    const goesOn = this.#atEdge !== undefined;
+    this.#atEdge = scrolls ? event : undefined;
+    if (scrolls && !goesOn) requestAnimationFrame(() => this.#scrollOn());
+  }
+
+  #scrollOn() {
+    const event = this.#atEdge;
+    if (!event || !this.#gesture) return;
+    const [dx, dy] = this.#beyond(event);
+    this.canvas.viewport.pan(dx, dy);
+    this.#gesture.move(event);
+    requestAnimationFrame(() => this.#scrollOn());
+  }
+
+  /** How far the drawing moves in one frame for a pointer at the edge. @param {MouseEvent} event */
+  #beyond({clientX, clientY}) {
+    const {left, top, right, bottom} = this.canvas.getBoundingClientRect();
+    /** @param {number} before @param {number} after */
+    const step = (before, after) =>
+      before < BORDER
+        ? Math.min(FASTEST, (BORDER - before) / 2)
+        : after < BORDER
+          ? -Math.min(FASTEST, (BORDER - after) / 2)
+          : 0;
+    return [step(clientX - left, right - clientX), step(clientY - top, bottom - clientY)];
+  }
+
+  /** Take a pointer away. @param {PointerEvent} event @returns {boolean} whether its gesture is over */
+  #lift({pointerId}) {
+    this.#fingers.delete(pointerId);
+    clearTimeout(this.#longPress);
+    return !this.#gesture || this.#owners.has(pointerId);
   }
 
   /** @param {PointerEvent} event @param {string} key */
@@ -163,6 +246,7 @@ export class Pointer {
   async #up() {
     const gesture = this.#gesture;
     this.#gesture = undefined;
+    this.#rest();
     try {
       await gesture?.end();
     } finally {
@@ -184,36 +268,47 @@ export class Pointer {
     const kind = key.startsWith("s") ? "state" : "transition";
     const id = idOf(key);
     const state = kind === "state" ? page.shownAutomaton.states.find((each) => each.id === id) : undefined;
-    if (target.closest(".label")) canvas.beginRename(kind, id);
-    else if (target.closest(".handle") && !canvas.readOnly) applyHere("resetHandles", {transitions: [id]});
+    if (target.closest(".title")) canvas.beginRename(kind, id);
     else if (state?.children.length) page.open(state.children[0]);
     else page.edit({kind, automaton: page.shownAutomaton.id, id, part: state ? "code" : "trigger"});
   }
 
-  /** @param {MouseEvent} event */
-  #menu(event) {
+  /** @param {MouseEvent} event @param {EventTarget | null} target */
+  #menu(event, target = event.target) {
     event.preventDefault();
     const {canvas} = this;
-    /** @param {KeyboardEvent} event */
-    const key = groupAt(event.target)?.dataset.key;
+    const key = groupAt(target)?.dataset.key;
     if (key && !canvas.selectedKeys().includes(key)) canvas.order.select(key);
     else if (!key) page.select({});
     const detail = {x: event.clientX, y: event.clientY, point: canvas.point(event)};
     canvas.dispatchEvent(new CustomEvent("hfsm-menu", {bubbles: true, detail}));
   }
 
-  /** @param {WheelEvent} event */
+  /** A mouse's wheel zooms; two fingers on a trackpad pan, and zoom when they pinch. @param {WheelEvent} event */
   #wheel(event) {
     event.preventDefault();
     const {viewport} = this.canvas;
     const unit = event.deltaMode === WheelEvent.DOM_DELTA_LINE ? LINE : 1;
-    if (event.shiftKey) {
-      viewport.pan(-(event.deltaX || event.deltaY) * unit, 0);
+    const mouse = this.#isMouse(event);
+    const [dx, dy] = [event.deltaX * unit, event.deltaY * unit];
+    if (!event.ctrlKey && (!mouse || event.shiftKey || !dy)) {
+      viewport.pan(event.shiftKey ? -(dx || dy) : -dx, event.shiftKey ? 0 : -dy);
       return;
     }
     const {left, top} = this.canvas.getBoundingClientRect();
-    const factor = Math.exp((-event.deltaY * unit) / (event.ctrlKey ? WHEEL / 4 : WHEEL)); // a pinch comes with Ctrl
+    const factor = Math.exp(-dy / (mouse ? WHEEL : PINCH)); // a pinch comes with Ctrl
     viewport.zoom(factor, event.clientX - left, event.clientY - top);
+  }
+
+  /**
+   * Whether a mouse's wheel was turned: it counts lines, or whole notches where no trackpad was just used.
+   *
+   * @param {WheelEvent & {wheelDeltaX?: number, wheelDeltaY?: number}} event
+   */
+  #isMouse({deltaMode, wheelDeltaX = 1, wheelDeltaY = 1, timeStamp}) {
+    const notches = wheelDeltaX % NOTCH === 0 && wheelDeltaY % NOTCH === 0;
+    if (deltaMode === WheelEvent.DOM_DELTA_PIXEL && !notches) this.#trackpadSeen = timeStamp;
+    return timeStamp - this.#trackpadSeen > TRACKPAD;
   }
 
   /**
@@ -230,157 +325,4 @@ export class Pointer {
     tip.textContent = drawing.view(group.dataset.key ?? "")?.tip ?? "";
     group.append(tip);
   }
-}
-
-/** Place a new state. */
-export class StateTool {
-  hint = "New state: click, or move it with the arrows and press Enter. Esc cancels.";
-
-  /** @param {HfsmCanvas} canvas */
-  constructor(canvas) {
-    this.canvas = canvas;
-    this.circle = make("circle", {class: "placed", r: RADIUS});
-    canvas.sketch.append(this.circle);
-    this.point = freePlace(canvas);
-    this.#to(this.point);
-  }
-
-  /** @param {PointerEvent} event */
-  move(event) {
-    this.#to(this.canvas.point(event));
-  }
-
-  /** @param {Point} point */
-  click(point) {
-    this.#to(point);
-    this.canvas.useTool(undefined);
-    this.canvas.add("state", "addState", this.point);
-  }
-
-  /** @param {KeyboardEvent} event */
-  key(event) {
-    const arrow = ARROWS[event.key];
-    if (arrow) this.#to({x: this.point.x + arrow[0] * STEP, y: this.point.y + arrow[1] * STEP});
-    else if (event.key === "Enter") this.click(this.point);
-    else return false;
-    this.canvas.viewport.reveal(this.point);
-    return true;
-  }
-
-  cancel() {
-    this.circle.remove();
-  }
-
-  /** @param {Point} point */
-  #to({x, y}) {
-    this.point = {x: Math.round(x), y: Math.round(y)};
-    this.circle.setAttribute("cx", String(x));
-    this.circle.setAttribute("cy", String(y));
-  }
-}
-
-/** Connect two states; starts at the selected one, if there is one. */
-export class TransitionTool {
-  /** @param {HfsmCanvas} canvas */
-  constructor(canvas) {
-    this.canvas = canvas;
-    /** The transition that is drawn, once it is known where it begins. @type {Link | undefined} */
-    this.link = undefined;
-    /** The state that was chosen last. @type {State | undefined} */
-    this.chosen = undefined;
-    const origin = page.state;
-    if (origin) this.#begin(origin);
-  }
-
-  get hint() {
-    return this.link
-      ? "New transition: click its destination, or choose it with the arrows and press Enter. Esc cancels."
-      : "New transition: click its origin, or choose it with the arrows and press Enter. Esc cancels.";
-  }
-
-  /** @param {PointerEvent} event */
-  move(event) {
-    this.link?.move(event);
-  }
-
-  /** @param {Point} point */
-  click(point) {
-    const state = this.canvas.stateAt(point);
-    if (!state) this.canvas.useTool(undefined);
-    else if (this.link) this.#end(state);
-    else this.#begin(state);
-  }
-
-  /** @param {KeyboardEvent} event */
-  key(event) {
-    const arrow = ARROWS[event.key];
-    if (arrow) this.#choose(arrow);
-    else if (event.key === "Enter") {
-      const chosen = this.chosen ?? page.state;
-      if (!chosen) return true;
-      if (this.link) this.#end(chosen);
-      else this.#begin(chosen);
-    } else return false;
-    return true;
-  }
-
-  cancel() {
-    this.link?.cancel();
-    this.canvas.markTarget(undefined);
-  }
-
-  /** @param {State} state */
-  #begin(state) {
-    this.canvas.markTarget(undefined);
-    this.link = new Link(this.canvas, state.id);
-    this.chosen = undefined;
-    this.#lead(state);
-    this.canvas.showHint(this.hint);
-  }
-
-  /** The first arrow leads on from where it begins; until then it is a loop. @param {[number, number]} arrow */
-  #choose(arrow) {
-    const {states} = page.shownAutomaton;
-    const origin = this.link?.origin;
-    const from = this.chosen ?? states.find((each) => each.id === origin) ?? page.state;
-    const next = from ? neighbor(states, from, arrow) : states[0];
-    if (next) this.#lead(next);
-  }
-
-  /** @param {State} state */
-  #lead(state) {
-    this.chosen = state;
-    if (this.link) this.link.lead(state, state);
-    else this.canvas.markTarget(state.id);
-    this.canvas.viewport.reveal(state);
-    this.canvas.announce(this.link ? `to ${state.name}` : `from ${state.name}`);
-  }
-
-  /** @param {State} state */
-  #end(state) {
-    const {link} = this;
-    link?.lead(state, state);
-    this.link = undefined;
-    this.canvas.useTool(undefined);
-    link?.end();
-  }
-}
-
-/** A free place near the middle of the visible part. @param {HfsmCanvas} canvas */
-function freePlace(canvas) {
-  const {left, top, right, bottom} = canvas.viewport.seen;
-  const middle = {x: Math.round((left + right) / 2), y: Math.round((top + bottom) / 2)};
-  const states = page.automaton?.states ?? [];
-  for (let ring = 0; ring < 12; ring++) {
-    const count = Math.max(1, ring * 6);
-    for (let turn = 0; turn < count; turn++) {
-      const angle = (turn / count) * 2 * Math.PI;
-      const place = {
-        x: Math.round(middle.x + Math.cos(angle) * ring * 60),
-        y: Math.round(middle.y + Math.sin(angle) * ring * 60),
-      };
-      if (states.every((state) => distance(state, place) > RADIUS * 2.6)) return place;
-    }
-  }
-  return middle;
 }

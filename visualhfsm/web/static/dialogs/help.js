@@ -81,10 +81,11 @@ export async function showHelp(context) {
           )}
         </div>
         <p>
-          Drag from the rim of a state to another state to connect them. Drag the handle of an arc to bend it;
-          double-click the handle to reset it. The wheel zooms. The middle button pans, and so does the left button
-          while Space is held. A dot on a handle: code runs when the transition fires. A number: the order in which the
-          transitions of a state are evaluated.
+          Drag from the rim of a state to another state to connect them, or to the ground for a new state. Drag the
+          handle of an arc to bend it; double-click it to edit the condition. The wheel zooms. The middle button pans,
+          and so does the left button while Space is held. Two fingers on a trackpad or a screen pan, and zoom when they
+          pinch; a finger that rests opens the menu. A dot on a handle: code runs when the transition fires. A number:
+          the order in which the transitions of a state are evaluated.
         </p>
         <div class="help">
           ${keyTable().map(

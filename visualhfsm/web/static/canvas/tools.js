@@ -1,0 +1,171 @@
+/**
+ * The drawing tools: a new state or transition is placed with arrows and Enter, or with clicks, without a held button.
+ *
+ * @import {State} from "../store.js"
+ * @import {HfsmCanvas} from "./canvas.js"
+ * @import {Point} from "./geometry.js"
+ * @typedef {{hint: string, move: (event: PointerEvent) => void, click: (point: Point) => void,
+ *   key: (event: KeyboardEvent) => boolean, cancel: () => void}} DrawingTool `key` says whether it took the key
+ */
+
+import {page} from "../page.js";
+import {distance, neighbor, RADIUS} from "./geometry.js";
+import {Link} from "./gestures.js";
+import {make} from "./svg.js";
+
+const STEP = 20;
+/** @type {Record<string, [number, number]>} */
+const ARROWS = {ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1]};
+
+/** Place a new state. */
+export class StateTool {
+  hint = "New state: click, or move it with the arrows and press Enter. Esc cancels.";
+
+  /** @param {HfsmCanvas} canvas */
+  constructor(canvas) {
+    this.canvas = canvas;
+    this.circle = make("circle", {class: "placed", r: RADIUS});
+    canvas.sketch.append(this.circle);
+    this.point = freePlace(canvas);
+    this.#to(this.point);
+  }
+
+  /** @param {PointerEvent} event */
+  move(event) {
+    this.#to(this.canvas.point(event));
+  }
+
+  /** @param {Point} point */
+  click(point) {
+    this.#to(point);
+    this.canvas.useTool(undefined);
+    this.canvas.add("state", "addState", this.point);
+  }
+
+  /** @param {KeyboardEvent} event */
+  key(event) {
+    const arrow = ARROWS[event.key];
+    if (arrow) this.#to({x: this.point.x + arrow[0] * STEP, y: this.point.y + arrow[1] * STEP});
+    else if (event.key === "Enter") this.click(this.point);
+    else return false;
+    this.canvas.viewport.reveal(this.point);
+    return true;
+  }
+
+  cancel() {
+    this.circle.remove();
+  }
+
+  /** @param {Point} point */
+  #to({x, y}) {
+    this.point = {x: Math.round(x), y: Math.round(y)};
+    this.circle.setAttribute("cx", String(x));
+    this.circle.setAttribute("cy", String(y));
+  }
+}
+
+/** Connect two states; starts at the selected one, if there is one. */
+export class TransitionTool {
+  /** @param {HfsmCanvas} canvas */
+  constructor(canvas) {
+    this.canvas = canvas;
+    /** The transition that is drawn, once it is known where it begins. @type {Link | undefined} */
+    this.link = undefined;
+    /** The state that was chosen last. @type {State | undefined} */
+    this.chosen = undefined;
+    const origin = page.state;
+    if (origin) this.#begin(origin);
+  }
+
+  get hint() {
+    return this.link
+      ? "New transition: click its destination, or the ground for a new state, or choose with the arrows and press Enter. Esc cancels."
+      : "New transition: click its origin, or choose it with the arrows and press Enter. Esc cancels.";
+  }
+
+  /** @param {PointerEvent} event */
+  move(event) {
+    this.link?.move(event);
+  }
+
+  /** @param {Point} point */
+  click(point) {
+    const state = this.canvas.stateAt(point);
+    if (this.link) this.#end(state, point);
+    else if (state) this.#begin(state);
+    else this.canvas.useTool(undefined);
+  }
+
+  /** @param {KeyboardEvent} event */
+  key(event) {
+    const arrow = ARROWS[event.key];
+    if (arrow) this.#choose(arrow);
+    else if (event.key === "Enter") {
+      const chosen = this.chosen ?? page.state;
+      if (!chosen) return true;
+      if (this.link) this.#end(chosen, chosen);
+      else this.#begin(chosen);
+    } else return false;
+    return true;
+  }
+
+  cancel() {
+    this.link?.cancel();
+    this.canvas.markTarget(undefined);
+  }
+
+  /** @param {State} state */
+  #begin(state) {
+    this.canvas.markTarget(undefined);
+    this.link = new Link(this.canvas, state.id);
+    this.chosen = undefined;
+    this.#lead(state);
+    this.canvas.showHint(this.hint);
+  }
+
+  /** The first arrow leads on from where it begins; until then it is a loop. @param {[number, number]} arrow */
+  #choose(arrow) {
+    const {states} = page.shownAutomaton;
+    const origin = this.link?.origin;
+    const from = this.chosen ?? states.find((each) => each.id === origin) ?? page.state;
+    const next = from ? neighbor(states, from, arrow) : states[0];
+    if (next) this.#lead(next);
+  }
+
+  /** @param {State} state */
+  #lead(state) {
+    this.chosen = state;
+    if (this.link) this.link.lead(state, state);
+    else this.canvas.markTarget(state.id);
+    this.canvas.viewport.reveal(state);
+    this.canvas.announce(this.link ? `to ${state.name}` : `from ${state.name}`);
+  }
+
+  /** @param {State | undefined} state @param {Point} point */
+  #end(state, point) {
+    const {link} = this;
+    link?.lead(state, point);
+    this.link = undefined;
+    this.canvas.useTool(undefined);
+    link?.end();
+  }
+}
+
+/** A free place near the middle of the visible part. @param {HfsmCanvas} canvas */
+function freePlace(canvas) {
+  const {left, top, right, bottom} = canvas.viewport.seen;
+  const middle = {x: Math.round((left + right) / 2), y: Math.round((top + bottom) / 2)};
+  const states = page.automaton?.states ?? [];
+  for (let ring = 0; ring < 12; ring++) {
+    const count = Math.max(1, ring * 6);
+    for (let turn = 0; turn < count; turn++) {
+      const angle = (turn / count) * 2 * Math.PI;
+      const place = {
+        x: Math.round(middle.x + Math.cos(angle) * ring * 60),
+        y: Math.round(middle.y + Math.sin(angle) * ring * 60),
+      };
+      if (states.every((state) => distance(state, place) > RADIUS * 2.6)) return place;
+    }
+  }
+  return middle;
+}
