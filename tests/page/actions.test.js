@@ -200,3 +200,19 @@ test("on a Mac keys are shown with its signs, and what the system takes with its
   ])
     assert.equal(spoken(key, true), wanted);
 });
+
+test("undo and redo that follow each other quickly are all done, each after the one before", async () => {
+  show(automaton(1, 0, [state(1)]));
+  const steps = [];
+  const undone = {name: "Move", revision: 0};
+  for (const op of ["undo", "redo", "undo", "redo", "redo"]) perform(op, context);
+  for (let revision = 2; revision < 6; revision += 1) {
+    await new Promise((resolve) => setImmediate(resolve));
+    const {id, op} = socket.sent.at(-1);
+    steps.push(op);
+    const [undo, redo] = op === "undo" ? [[], [undone]] : [[undone], []];
+    socket.push({push: "document", tab: 1, revision, undo, redo, dirty: true, patch: {}});
+    socket.push({re: id, ok: {...undone, revision, added: [], place: null}});
+  }
+  assert.deepEqual(steps, ["undo", "redo", "undo", "redo"]);
+});

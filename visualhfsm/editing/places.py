@@ -12,12 +12,16 @@ import msgspec
 
 from codegen.hfsm.document import Automaton, Document, Node, Parameter, State, Text, Transition
 
-__all__ = ["Hit", "Located", "Locator", "Place", "Spot", "search", "spots"]
+__all__ = ["TEXTS", "Hit", "Located", "Locator", "Place", "Spot", "search", "spots"]
 
 _CODE: Final = frozenset(
     ("argument", "code", "entry", "exit", "fired", "functions", "guard", "trigger", "variables")
 )
 """The parts that hold code."""
+TEXTS: Final = _CODE | frozenset(
+    ("description", "import", "language", "name", "onError", "onRefused", "period", "priority")
+)
+"""The parts of a document, automaton, state or transition that are typed."""
 
 _MOST_HITS: Final = 1000
 _LONGEST_EXCERPT: Final = 160

@@ -17,6 +17,7 @@ from visualhfsm.editing.commands import Command, decode_command
 from visualhfsm.editing.commands.items import DeleteItems
 from visualhfsm.editing.commands.paste import ReplaceDocument
 from visualhfsm.editing.diff import Difference, diff_documents
+from visualhfsm.editing.places import TEXTS, Place
 from visualhfsm.editing.serialization import (
     MAX_SIZE,
     NATIVE,
@@ -66,6 +67,21 @@ class Change:
     def added(self) -> tuple[Added, ...]:
         """What is new, for example to select it; empty when nothing is."""
         return tuple(_added(self.before, self.after))
+
+    @property
+    def place(self) -> Place | None:
+        """The first place that differs and is still there, to show it; None when there is none."""
+        for difference in diff_documents(self.before, self.after):
+            place, part = difference.place, difference.part
+            if difference.kind == "removed":
+                place = Place(kind="automaton" if place.automaton else "document", automaton=place.automaton)
+            elif place.part:
+                place = msgspec.structs.replace(place, name=place.name or part)
+            elif part in TEXTS:
+                place = msgspec.structs.replace(place, part=part)
+            if not place.automaton or self.after.automaton(place.automaton) is not None:
+                return place
+        return None
 
 
 @dataclass(frozen=True, slots=True)

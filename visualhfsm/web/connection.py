@@ -178,11 +178,11 @@ class _Connection:
         tab = workspace.tab(request.tab)
         match request:
             case p.Undo():
-                return _outcome(await tab.edit(DocumentSession.undo))
+                return await tab.edit(lambda session: _step(session.undo()))
             case p.Redo():
-                return _outcome(await tab.edit(DocumentSession.redo))
+                return await tab.edit(lambda session: _step(session.redo()))
             case p.GoTo(revision=revision):
-                return _outcome(await tab.edit(DocumentSession.go_to, revision))
+                return await tab.edit(lambda session: _step(session.go_to(revision)))
             case p.Copy(automaton=automaton, states=states):
                 text = await tab.edit(lambda session: copy_states(session.document, automaton, states))
                 workspace.keep_copied(text, len(states))
@@ -325,6 +325,11 @@ class _Connection:
 def _outcome(change: Change) -> dict[str, Any]:
     outcome = {"name": change.name, "revision": change.revision, "added": list(change.added)}
     return {**outcome, "conflict": True} if change.conflict else outcome
+
+
+def _step(change: Change) -> dict[str, Any]:
+    """Return the outcome of undoing or redoing, with the place to show: it may be far from what is shown."""
+    return {**_outcome(change), "place": change.place}
 
 
 def _compared(before: Document, after: Document) -> dict[str, Any]:

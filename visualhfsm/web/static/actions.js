@@ -173,7 +173,7 @@ const LIST = [
     label: "Undo",
     icon: "undo",
     keys: ["Ctrl+Z"],
-    enabled: () => Boolean(page.document?.undo.length),
+    enabled: () => commands.canStep("undo"),
     run: () => commands.step("undo"),
   },
   {
@@ -181,7 +181,7 @@ const LIST = [
     label: "Redo",
     icon: "redo",
     keys: ["Ctrl+Shift+Z", "Ctrl+Y"],
-    enabled: () => Boolean(page.document?.redo.length),
+    enabled: () => commands.canStep("redo"),
     run: () => commands.step("redo"),
   },
 

@@ -3,7 +3,7 @@
  *
  * Nothing is drawn before the server has changed the document; refusals are shown.
  *
- * @import {Answers, Automaton, Done, State} from "./store.js"
+ * @import {Answers, Automaton, Done, Place, State} from "./store.js"
  */
 
 import {notify, notifyError} from "./notices.js";
@@ -84,13 +84,46 @@ export function rename(kind, id, name) {
 export const copy = () => askTab("copy", {automaton: page.shownAutomaton.id, states: [...page.states]});
 export const cut = () => askTab("cut", {automaton: page.shownAutomaton.id, states: [...page.states]});
 
-/** Undo or redo a step, and show the automaton that it changed. @param {"undo" | "redo"} op */
-export async function step(op) {
+/** The steps that are being undone or redone, in order. */
+let turn = Promise.resolve();
+let waiting = 0;
+
+/** Whether a step is possible, or may be once those before it are done. @param {"undo" | "redo"} op */
+export const canStep = (op) => waiting > 0 || Boolean(page.document?.[op].length);
+
+/**
+ * Undo or redo a step, after those before it, and show what it changed; says so unless it is in sight.
+ *
+ * @param {"undo" | "redo"} op
+ * @param {(place: Place) => boolean} [isHere] whether a place is what the user edits; without it, it is the canvas
+ */
+export function step(op, isHere) {
   const {tab} = page;
-  const before = new Map(page.shownDocument.automata);
-  if (!(await askTab(op)) || page.tab !== tab) return;
-  const changed = [...page.shownDocument.automata].filter(([id, automaton]) => before.get(id) !== automaton);
-  if (changed.length && !changed.some(([id]) => id === page.automaton?.id)) page.open(changed[0][0]);
+  waiting += 1;
+  turn = turn.then(() => takeStep(op, tab, isHere)).finally(() => (waiting -= 1));
+  return turn;
+}
+
+/** @param {"undo" | "redo"} op @param {number} tab @param {(place: Place) => boolean} [isHere] */
+async function takeStep(op, tab, isHere) {
+  const former = store.documents.get(tab);
+  if (!former?.[op].length) return;
+  const done = await ask(op, {tab});
+  const document = store.documents.get(tab);
+  if (!done?.place || !document || page.tab !== tab) return;
+  const {name, place} = done;
+  const isText = Boolean(place.part && place.part !== "name");
+  if (isHere) {
+    if (isHere(place)) return;
+    if (!isText) page.dispatchEvent(new Event("focus-canvas"));
+    page.jump(place);
+  } else {
+    const changed = [...document.automata].filter(([id, automaton]) => former.automata.get(id) !== automaton);
+    const isShown = !changed.length || changed.some(([id]) => id === page.automaton?.id);
+    if (!isShown) page.open(changed[0][0]);
+    else if (!isText) return;
+  }
+  notify(`${op === "undo" ? "Undone" : "Redone"}: ${name}.`);
 }
 
 /**

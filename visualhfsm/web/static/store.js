@@ -63,6 +63,7 @@
  *   worlds?: {name: string, description: string, balls: boolean}[]}} Greeting
  * @typedef {{name: string, revision: number, added: {automaton: number, states: number[], transitions: number[]}[],
  *   conflict?: boolean}} Done a step; `conflict` if somebody else had typed over the same words
+ * @typedef {Done & {place: Place | null}} Undone a step that was undone or redone, and where
  * @typedef {{tab: number, remarks?: string[]}} Opened
  * @typedef {{name: string, path: string, kind: "document" | "recording" | "directory", size?: number,
  *   changedAt?: number}} Entry of a directory
@@ -72,7 +73,7 @@
  * @typedef {{name: string, scoped: string, operations: {name: string, signature: string, result: string,
  *   documentation: string, streamed: boolean}[]}} InterfaceDescription
  * @typedef {Followed & {component: string, file: string, document: string, complete: boolean}} Recording
- * @typedef {{hello: Greeting, do: Done, undo: Done, redo: Done, goTo: Done, copy: null, cut: Done, paste: Done, extract: Done,
+ * @typedef {{hello: Greeting, do: Done, undo: Undone, redo: Undone, goTo: Undone, copy: null, cut: Done, paste: Done, extract: Done,
  *   inline: Done, open: Opened, new: Opened, openText: Opened, recover: Opened, discard: null, close: null,
  *   save: {path: string}, saveAs: {path: string}, resolve: {conflicts?: string[]} | null,
  *   listFiles: {directory: string, parent: string | null, entries: Entry[]}, export: {name: string, text: string},

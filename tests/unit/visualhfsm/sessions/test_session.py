@@ -13,9 +13,11 @@ import pytest
 from codegen.hfsm import write_document
 from tests.support.editing import tree
 from visualhfsm.child import child_environment
+from visualhfsm.editing.commands import Command
 from visualhfsm.editing.commands.component import AddEntry, ChangeEntry
 from visualhfsm.editing.commands.items import MoveItems
 from visualhfsm.editing.commands.states import AddState, RenameState, SetStateCode
+from visualhfsm.editing.places import Place
 from visualhfsm.errors import ChangedOutsideError, EditError, OldFormatError
 from visualhfsm.sessions.journal import find_abandoned
 from visualhfsm.sessions.session import Choice, DocumentSession, Step
@@ -105,6 +107,25 @@ def test_a_step_that_no_longer_is_there_is_not_gone_to(session: DocumentSession)
     with pytest.raises(EditError, match="changed since"):
         session.go_to(3)
     assert session.document is after
+
+
+@pytest.mark.parametrize(
+    ("command", "place"),
+    [
+        (code("new"), Place(kind="state", automaton=1, id=1, part="code")),
+        (MoveItems(automaton=1, states=(2,), dx=1, dy=0), Place(kind="state", automaton=1, id=2)),
+        (AddState(automaton=2, x=0, y=0), Place(kind="automaton", automaton=2)),
+        (
+            ChangeEntry(list="properties", index=0, fields={"expression": "x"}),
+            Place(kind="document", part="properties", index=0, name="expression"),
+        ),
+        (AddEntry(list="events"), Place(kind="document")),
+    ],
+)
+def test_a_step_that_is_undone_says_where(session: DocumentSession, command: Command, place: Place) -> None:
+    session.do(AddEntry(list="properties", fields={"name": "p", "expression": "y"}))
+    session.do(command)
+    assert session.undo().place == place
 
 
 def test_typing_is_one_step_until_one_pauses(session: DocumentSession, time: Time) -> None:

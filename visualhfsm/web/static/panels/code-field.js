@@ -7,7 +7,8 @@
 import {LitElement, css, html, nothing} from "lit";
 import {page} from "../page.js";
 import {store} from "../store.js";
-import {messageOf, notifyError} from "../notices.js";
+import {step} from "../commands.js";
+import {messageOf} from "../notices.js";
 import {required} from "../required.js";
 import {Draft, flushEdits} from "./draft.js";
 import {commandFor, keyOf} from "./places.js";
@@ -185,14 +186,10 @@ export class CodeField extends LitElement {
     return {items: problems, current: checked === revision && !this.#draft.busy};
   }
 
-  /** @param {"undo" | "redo"} op */
+  /** Undo what was typed here; the step before that is elsewhere, and shown. @param {"undo" | "redo"} op */
   async #step(op) {
     await flushEdits();
-    try {
-      if (store.documents.get(this.tab)?.[op].length) await store.request(op, {tab: this.tab});
-    } catch (error) {
-      notifyError(error);
-    }
+    await step(op, (place) => keyOf(place) === keyOf(this.place));
   }
 
   /** @param {CustomEvent<{tab: number}>} event */
