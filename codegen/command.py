@@ -171,9 +171,15 @@ def _run(job: _Job) -> _Result:
     if job.documents:
         from codegen.hfsm import compile_document
 
-        for path in job.documents:
+        packages = {file.path.resolve(): file.text for file in result.generated}
+        for path in job.documents if not result.diagnostics.has_errors else ():
             made = compile_document(
-                path, job.document_output, result.diagnostics, job.include, with_model=True
+                path,
+                job.document_output,
+                result.diagnostics,
+                job.include,
+                with_model=True,
+                generated=packages,
             )
             result.generated += made or []
     return result

@@ -14,7 +14,7 @@ from types import ModuleType
 from typing import Any, Final
 
 from codegen.diagnostics import Diagnostics
-from codegen.hfsm import compile_document, read_document, resolve
+from codegen.hfsm import compile_document, interface_directories, read_document, resolve
 from codegen.hfsm.document import Document
 from hfsm_runtime import Component
 from hfsm_runtime.debugger.reload import components_in
@@ -48,6 +48,18 @@ def find_document(path: Path, directories: Sequence[Path]) -> Path:
     raise FileNotFoundError(f"there is no document {path}; looked for {', '.join(map(str, tried))}")
 
 
+def find_directories(wanted: Sequence[str | Path], directories: Sequence[Path]) -> list[Path]:
+    """Return where directories are: a relative one below the first directory that has it."""
+    found: list[Path] = []
+    for each in [wanted] if isinstance(wanted, str) else wanted:
+        tried = [directory / each for directory in directories]
+        place = next((candidate for candidate in tried if candidate.is_dir()), None)
+        if place is None:
+            raise FileNotFoundError(f"there is no directory {each}; looked for {', '.join(map(str, tried))}")
+        found.append(place)
+    return found
+
+
 def document_of(component: type[Component]) -> Path | None:
     """Return the document that stands beside a generated component, or None."""
     path = Path(component.automaton.__code__.co_filename).resolve().with_name(component._hfsm_document or " ")
@@ -74,7 +86,7 @@ def load_component(document: Path, include: Sequence[Path] = ()) -> type[Compone
     vars(module)["__builtins__"] = dict(vars(builtins))  # its imports are its own, for `time` to be virtual
     sys.modules[module.__name__] = module  # where dataclasses and pickle look for the module of a class
     try:
-        with _importable(target.parent, *include), naming_libraries(file):
+        with _importable(target.parent, *include, *interface_directories(path)), naming_libraries(file):
             exec(_code(text, file), vars(module))  # noqa: S102 - the component under test
         (found,) = components_in(module)
     except BaseException:

@@ -38,14 +38,15 @@ class MakeBehavior(Protocol):
         stubs: Mapping[str, Object | Mapping[str, object]] | None = None,
         on_error: str | None = None,
         camera: CameraKind = "auto",
-        include: Sequence[Path] = (),
+        include: Sequence[str | Path] = (),
         **settings: Any,  # noqa: ANN401
     ) -> Behavior:
         """Run a document, or a component, in virtual time; it is closed after the test.
 
         A relative path is looked for beside the test, then below the root of the project. `robot` is `fake`,
-        `sim` or None; `stubs` answer interfaces by hand; `include` are directories with packages of stub
-        interfaces; `settings` are those of the robot, such as `posture`.
+        `sim` or None; `stubs` answer interfaces by hand; `include` are directories with packages of
+        interfaces that are neither beside the document nor in the project's folder `interfaces`; `settings`
+        are those of the robot, such as `posture`.
         """
 
 
@@ -79,7 +80,7 @@ def pytest_configure(config: pytest.Config) -> None:
 def behavior(request: pytest.FixtureRequest) -> Iterator[MakeBehavior]:
     """Make behaviors that run in virtual time; each is closed after the test."""
     from .behavior import Behavior
-    from .loading import document_of, find_document, forget, load_component
+    from .loading import document_of, find_directories, find_document, forget, load_component
 
     made: list[Behavior] = []
     loaded: list[type[Component]] = []
@@ -89,14 +90,15 @@ def behavior(request: pytest.FixtureRequest) -> Iterator[MakeBehavior]:
     def make(
         document: str | Path | type[Component],
         *,
-        include: Sequence[Path] = (),
+        include: Sequence[str | Path] = (),
         **options: Any,  # noqa: ANN401 - those of Behavior
     ) -> Behavior:
         if isinstance(document, type):
             component, path = document, document_of(document)
         else:
-            path = find_document(Path(document), [request.path.parent, request.config.rootpath])
-            component = load_component(path, include)
+            places = [request.path.parent, request.config.rootpath]
+            path = find_document(Path(document), places)
+            component = load_component(path, find_directories(include, places))
             loaded.append(component)
         behavior = Behavior(component(), document=path, **options)
         made.append(behavior)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from .loading import load_extension, prepare_program
+from .loading import add_to_path, load_extension, prepare_program
 
 prepare_program()  # before what takes long to import
 
@@ -31,6 +31,7 @@ __all__ = [
     "State",
     "Transition",
     "VirtualRun",
+    "add_to_path",
     "load_extension",
     "main",
     "run",

@@ -58,6 +58,12 @@ def naming_libraries(file: str) -> Iterator[None]:
 def _missing_library(error: ImportError, file: str) -> MissingLibraryError | None:
     """Return the problem of a component's library, None when the error has another cause."""
     line, row = last_line(error, file)
+    if row is None and isinstance(error, ModuleNotFoundError) and _raised_in(error) == file:
+        return MissingLibraryError(
+            f"{PurePath(file).name} does not find the package {error.name}: generate both again, "
+            "as `codegen interfaces/*.idl behaviors/*.xml`",
+            name=error.name,
+        )
     if row is None or row.part != "library":
         return None
     place = row.place_of(line)
@@ -69,6 +75,26 @@ def _missing_library(error: ImportError, file: str) -> MissingLibraryError | Non
             "or `pip install 'visualhfsm[vision]'` for what the examples see with"
         )
     return MissingLibraryError(f"{place}: {text}", name=error.name)
+
+
+def _raised_in(error: BaseException) -> str:
+    """Return the file whose own line raised an error."""
+    trace = error.__traceback__
+    while trace is not None and trace.tb_next is not None:
+        trace = trace.tb_next
+    return trace.tb_frame.f_code.co_filename if trace else ""
+
+
+def add_to_path(file: str, *directories: str) -> None:
+    """Let a component import packages of interfaces; the directories are relative to that of its `file`.
+
+    What is on the path already comes first. A component without a file, as in a test, was loaded by something
+    that has set the path.
+    """
+    component = Path(file)
+    if component.is_file():
+        found = [str((component.parent / each).resolve()) for each in directories]
+        sys.path += [each for each in found if each not in sys.path]
 
 
 def load_extension(file: str, package: str | None, module: str, name: str) -> type[Any]:

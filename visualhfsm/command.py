@@ -10,12 +10,15 @@ from urllib.parse import urlsplit
 
 import typer
 
+from codegen.options import require_directories
 from hfsm_command.cli import finite, report_ready, with_settings
 from visualhfsm.check import EPILOG as CHECK_EPILOG
 from visualhfsm.check import check
 from visualhfsm.convert import EPILOG as CONVERT_EPILOG
 from visualhfsm.convert import convert
 from visualhfsm.errors import MissingPackageError
+from visualhfsm.new import EPILOG as NEW_EPILOG
+from visualhfsm.new import new
 from visualhfsm.replay import EPILOG as REPLAY_EPILOG
 from visualhfsm.replay import replay
 from visualhfsm.steer.commands import register as register_steering
@@ -23,7 +26,7 @@ from zenoh_ice.settings import Settings
 
 __all__ = ["app"]
 
-app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, no_args_is_help=True)
+app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 
 _PACKAGES: Final = frozenset({"h11", "jedi", "starlette", "uvicorn", "websockets"})
 """Packages of the extra `web` that the server needs from the start."""
@@ -34,7 +37,9 @@ visualhfsm edit
 
 visualhfsm edit behaviors/dance_and_follow.xml
 
-visualhfsm edit --root ~/robots --port 8800 --no-browser"""
+visualhfsm edit --root ~/robots --port 8800 --no-browser
+
+visualhfsm edit -I ~/robots/shared"""
 _WATCH_EPILOG: Final = """Examples:
 
 visualhfsm watch
@@ -44,9 +49,14 @@ visualhfsm watch dance_and_follow --seconds 60 --report report.html
 visualhfsm watch follow_ball --plain > log.txt"""
 
 
-@app.callback()
-def visualhfsm() -> None:
-    """Draw, check and convert automata, and watch, steer and replay the components that are made of them."""
+@app.callback(invoke_without_command=True)
+def visualhfsm(context: typer.Context) -> None:
+    """Draw, check and convert automata, and watch, steer and replay the components that are made of them.
+
+    Without a command it is `visualhfsm edit`.
+    """
+    if context.invoked_subcommand is None:
+        context.invoke(context.command.commands["edit"])  # type: ignore[attr-defined]
 
 
 @app.command(epilog=_EDIT_EPILOG)
@@ -57,6 +67,16 @@ def edit(
     files: Annotated[
         list[Path] | None,
         typer.Argument(metavar="FILES", exists=True, dir_okay=False, help="Documents to open."),
+    ] = None,
+    include: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "-I",
+            "--include",
+            metavar="DIR",
+            help="Also search DIR for packages of interfaces; may be repeated. Those beside a document, and "
+            "those in interfaces/ there or one folder up, are found without it.",
+        ),
     ] = None,
     port: Annotated[
         int,
@@ -98,12 +118,14 @@ def edit(
             raise
         raise MissingPackageError(package, "web") from error
 
+    directories = [directory.resolve() for directory in require_directories(include)]
     options = Options(
         files=files or [],
         root=root,
         port=port,
         hosts=allow_host or [],
-        make_services=make_services(settings),
+        make_services=make_services(settings, directories),
+        include=directories,
     )
     serve(options, _print_address, launch=launch_browser if browser else None)
 
@@ -171,6 +193,7 @@ def watch(
 
 
 register_steering(app)
+app.command(epilog=NEW_EPILOG)(new)
 app.command(epilog=CHECK_EPILOG)(check)
 app.command(epilog=CONVERT_EPILOG)(convert)
 app.command(epilog=REPLAY_EPILOG)(replay)

@@ -17,7 +17,13 @@ from tempfile import TemporaryDirectory
 from typing import Final, Literal, NamedTuple
 
 from codegen.diagnostics import Diagnostics
-from codegen.hfsm import component_path, extension_path, read_document, write_document
+from codegen.hfsm import (
+    component_path,
+    extension_path,
+    interface_directories,
+    read_document,
+    write_document,
+)
 from codegen.hfsm.document import Document
 from codegen.hfsm.source_map import SourceMap, SourceRow
 from visualhfsm.child import Lines, WatchedProcess, child_environment, describe_exit
@@ -46,11 +52,15 @@ _TRANSITION: Final = frozenset({"trigger", "guard", "fired"})
 class RunningComponents:
     """At most one child process for each tab. All methods raise VisualHfsmError.
 
-    Work that has begun is completed, also when the window that requested it is closed.
+    Work that has begun is completed, also when the window that requested it is closed. `include` are
+    directories with packages of interfaces.
     """
 
-    def __init__(self, publish: Publish, settings: Settings | None = None) -> None:
+    def __init__(
+        self, publish: Publish, settings: Settings | None = None, include: Sequence[Path] = ()
+    ) -> None:
         self._publish = publish
+        self._include = tuple(include)
         self._environment = settings.environment() if settings else {}
         self._runs: dict[int, _Run] = {}
 
@@ -112,7 +122,7 @@ class RunningComponents:
         await asyncio.gather(*(run.close(_CLOSE_PATIENCE) for run in runs))
 
     def _run_of(self, tab: int) -> _Run:
-        return self._runs.setdefault(tab, _Run(tab, self._publish, self._environment))
+        return self._runs.setdefault(tab, _Run(tab, self._publish, self._environment, self._include))
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,11 +139,13 @@ class _Run:
     Its output and its changes are published on the event loop. It ends with `close`, on every way out.
     """
 
-    def __init__(self, tab: int, publish: Publish, environment: Mapping[str, str]) -> None:
+    def __init__(
+        self, tab: int, publish: Publish, environment: Mapping[str, str], include: tuple[Path, ...]
+    ) -> None:
         self._tab = tab
         self._publish = publish
         self._environment = environment
-        self._directory = _Directory()
+        self._directory = _Directory(include)
         self._generated: _Generated | None = None
         self._process = WatchedProcess(self._take, self._end)
         self._busy = asyncio.Lock()
@@ -234,7 +246,8 @@ class _Directory:
     there, too, unless one beside the file is to be updated.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, include: tuple[Path, ...]) -> None:
+        self._include = include
         self._aside: TemporaryDirectory[str] | None = None
         self._target: Path | None = None
 
@@ -246,12 +259,12 @@ class _Directory:
         """
         diagnostics = Diagnostics()
         path = source.path
-        include: tuple[Path, ...] = ()
+        include: Sequence[Path] = self._include
         if path is not None and not source.dirty:
             file = path
         else:
             file = self._copy(source.document, path.name if path else f"{source.component}.xml")
-            include = (path.parent,) if path else ()
+            include = interface_directories(path or Path.cwd() / file.name, include)
         target = self._target or (path.parent if beside and path else file.parent)
         if path is not None and self._aside is not None and target == Path(self._aside.name):
             _copy_extension(path, file)

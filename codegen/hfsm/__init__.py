@@ -13,6 +13,7 @@ from .extension import component_path, extension_path
 from .formats.reader import parse_document, read_document
 from .formats.writer import DocumentNotWritableError, write_document
 from .imports import resolve
+from .known_interfaces import interface_directories
 from .loading import compile_document
 
 __all__ = [
@@ -20,6 +21,7 @@ __all__ = [
     "compile_document",
     "component_path",
     "extension_path",
+    "interface_directories",
     "parse_document",
     "read_document",
     "resolve",

@@ -5,6 +5,7 @@ It ends with a source map, from the lines of people's code to their places in th
 
 from __future__ import annotations
 
+import os
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -172,8 +173,13 @@ class _Generator:
         used |= {"Parameter"} if document.parameters else set()
         used |= {"Proxy"} if document.interfaces else set()
         used |= {"load_extension"} if extension else set()
+        directories = self._package_directories()
+        used |= {"add_to_path"} if directories else set()
         names = sorted(used, key=lambda name: (name[0].islower(), name))
         yield f"from hfsm_runtime import {', '.join(names)}"
+        if directories:
+            yield ""
+            yield f"add_to_path(__file__, {', '.join(map(quoted, directories))})"
         packages: dict[str, set[str]] = {}
         for interface, local_name in self._proxy_classes().items():
             alias = "" if local_name == interface.proxy else f" as {local_name}"
@@ -193,6 +199,12 @@ class _Generator:
             where = f"__file__, __package__, {quoted(extension.path.stem)}, {quoted(extension.class_name)}"
             yield ""
             yield f"{extension.class_name} = load_extension({where})"
+
+    def _package_directories(self) -> list[str]:
+        """Return where the packages of proxies are that are not installed, relative to the component."""
+        beside = (self._analysis.output or self._path.parent).resolve()
+        found = {interface.directory for interface in self._interfaces.values() if interface.directory}
+        return sorted(Path(os.path.relpath(each, beside)).as_posix() for each in found)
 
     def _class(self) -> Iterator[Line]:
         document = self._document

@@ -1,4 +1,8 @@
-"""Find the proxies that a document may use, in packages that codegen generated, and their operations."""
+"""Find the proxies that a document may use, in packages that codegen generated, and their operations.
+
+They are in the namespace package `interfaces`: ours, those of the document's project, and others that are
+installed; and in packages beside the document or in directories that are named.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +10,7 @@ import importlib.util
 import json
 import keyword
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
@@ -14,9 +18,19 @@ from typing import Any, Final
 
 from ..diagnostics import Location
 
-__all__ = ["DescriptionError", "KnownInterface", "KnownInterfaces", "Operation", "find_interfaces"]
+__all__ = [
+    "DescriptionError",
+    "KnownInterface",
+    "KnownInterfaces",
+    "Operation",
+    "find_interfaces",
+    "interface_directories",
+]
 
 _PACKAGE: Final = "interfaces"
+_OURS: Final = Path(__file__).resolve().parents[2]
+"""The directory of the package `interfaces` that is installed beside this one."""
+_SCHEMA: Final = "schema.json"
 _PROXY: Final = re.compile(r"^class (\w+)Prx\(", re.MULTILINE)
 _MAX_DEPTH: Final = 4
 
@@ -49,12 +63,14 @@ class Operation:
 class KnownInterface:
     """An IDL interface: its scoped name (`nao::PoseHead`) and the Python package of its proxy.
 
-    `file` is the module of the proxy.
+    `file` is the module of the proxy. `directory` is the one in which Python has to look for the package;
+    None if that is installed.
     """
 
     scoped_name: str
     package: str
     file: Path = field(compare=False)
+    directory: Path | None = field(default=None, compare=False)
 
     @property
     def proxy(self) -> str:
@@ -64,9 +80,10 @@ class KnownInterface:
 
 @dataclass(frozen=True, slots=True)
 class KnownInterfaces:
-    """The known interfaces by their plain name."""
+    """The known interfaces by their plain name; `generated` are files that are about to be written."""
 
     by_name: Mapping[str, tuple[KnownInterface, ...]]
+    generated: Mapping[Path, str] = field(default_factory=dict)
 
     def find(self, name: str) -> tuple[KnownInterface, ...]:
         """Return the interfaces that a plain or a scoped name may mean (`Camera`, `nao::PoseHead`).
@@ -89,6 +106,12 @@ class KnownInterfaces:
             if "::" not in scoped or known.scoped_name.casefold() == scoped.casefold()
         )
 
+    @property
+    def directories(self) -> tuple[Path, ...]:
+        """Where Python has to look for the packages that are not installed."""
+        found = (each.directory for several in self.by_name.values() for each in several)
+        return tuple(sorted({directory for directory in found if directory}))
+
     def operations(self, interface: KnownInterface) -> dict[str, Operation] | None:
         """Return the operations of an interface and of its bases, by the names of their methods.
 
@@ -98,9 +121,9 @@ class KnownInterfaces:
         found: dict[str, Operation] = {}
         pending = [interface]
         for each in pending:  # grows
-            schema = each.file.with_name("schema.json")
+            schema = each.file.with_name(_SCHEMA)
             try:
-                definition = _definitions(schema, schema.stat().st_mtime_ns).get(f"::{each.scoped_name}", {})
+                definition = self._definitions(schema).get(f"::{each.scoped_name}", {})
                 operations = [_operation(described) for described in definition.get("operations", ())]
                 bases = [self.find(base) for base in definition.get("bases", ())]
             except FileNotFoundError:
@@ -120,10 +143,18 @@ class KnownInterfaces:
             pending += [base for (base,) in bases if base not in pending]
         return found
 
+    def _definitions(self, schema: Path) -> dict[str, Any]:
+        text = self.generated.get(schema)
+        return _read_definitions(schema, schema.stat().st_mtime_ns) if text is None else _parse(text)
+
 
 @lru_cache(maxsize=64)
-def _definitions(schema: Path, _changed_at: int) -> dict[str, Any]:
-    definitions: dict[str, Any] = json.loads(schema.read_bytes())["definitions"]
+def _read_definitions(schema: Path, _changed_at: int) -> dict[str, Any]:
+    return _parse(schema.read_bytes())
+
+
+def _parse(schema: str | bytes) -> dict[str, Any]:
+    definitions: dict[str, Any] = json.loads(schema)["definitions"]
     return definitions
 
 
@@ -143,42 +174,83 @@ def _python_name(name: str) -> str:
     return f"_{name}" if keyword.iskeyword(name) else name
 
 
-def find_interfaces(directories: Iterable[Path] = ()) -> KnownInterfaces:
-    """Return the interfaces of the package `interfaces` and of the packages in further directories."""
+def interface_directories(document: Path, include: Sequence[Path] = ()) -> list[Path]:
+    """Return where Python finds the packages of a document's proxies, besides what is installed.
+
+    They are the document's directory, the one above if that has a folder `interfaces`, and `include`.
+    """
+    beside = document.parent.resolve()
+    project = [beside.parent] if (beside.parent / _PACKAGE).is_dir() else []
+    return [beside, *project, *(directory.resolve() for directory in include)]
+
+
+def find_interfaces(
+    document: Path | None = None, include: Sequence[Path] = (), generated: Mapping[Path, str] | None = None
+) -> KnownInterfaces:
+    """Return the interfaces that a document finds, by their plain name; without one, the installed ones.
+
+    Of two with one scoped name, the first is known: ours, then those of the project, of the directories to
+    `include`, and of other packages that are installed. `generated` are the texts of files, by their resolved
+    path, that are about to be written.
+    """
+    finder = _Finder(generated or {})
     found: dict[str, dict[str, KnownInterface]] = {}
-    for known in _all_interfaces(directories):
+    for known in finder.all_interfaces(document, include):
         found.setdefault(known.scoped_name.rsplit("::", 1)[-1], {}).setdefault(known.scoped_name, known)
-    return KnownInterfaces({name: tuple(by_scope.values()) for name, by_scope in found.items()})
+    by_name = {name: tuple(by_scope.values()) for name, by_scope in found.items()}
+    return KnownInterfaces(by_name, finder.generated)
 
 
-def _all_interfaces(directories: Iterable[Path]) -> Iterator[KnownInterface]:
-    spec = importlib.util.find_spec(_PACKAGE)
-    for location in (spec.submodule_search_locations or ()) if spec else ():
-        for package in _packages(Path(location)):
-            yield from _in_package(package, (_PACKAGE, package.name), (package.name,))
-    for directory in directories:
-        for package in _packages(directory):
-            yield from _in_package(package, (package.name,), (package.name,))
+class _Finder:
+    def __init__(self, generated: Mapping[Path, str]) -> None:
+        self.generated = generated
 
+    def all_interfaces(self, document: Path | None, include: Sequence[Path]) -> Iterator[KnownInterface]:
+        yield from self._in_namespace(_OURS / _PACKAGE, None)
+        for directory in interface_directories(document, include) if document else ():
+            yield from self._in_namespace(directory / _PACKAGE, directory)
+        places = [(each.resolve(), False) for each in include]
+        # Any package beside a document may be of another program.
+        for directory, generated_only in [(document.parent.resolve(), True), *places] if document else places:
+            for package in self._packages(directory):
+                if not generated_only or self._is_file(package / _SCHEMA):
+                    yield from self._in_package(package, (package.name,), (package.name,), directory)
+        spec = importlib.util.find_spec(_PACKAGE)
+        for location in (spec.submodule_search_locations or ()) if spec else ():
+            yield from self._in_namespace(Path(location), None)
 
-def _in_package(
-    directory: Path, package: tuple[str, ...], scope: tuple[str, ...]
-) -> Iterator[KnownInterface]:
-    for module in sorted(directory.glob("*.py")):
+    def _in_namespace(self, namespace: Path, directory: Path | None) -> Iterator[KnownInterface]:
+        for package in self._packages(namespace):
+            yield from self._in_package(package, (_PACKAGE, package.name), (package.name,), directory)
+
+    def _in_package(
+        self, folder: Path, package: tuple[str, ...], scope: tuple[str, ...], directory: Path | None
+    ) -> Iterator[KnownInterface]:
+        on_disk = set(folder.glob("*.py"))
+        for module in sorted(on_disk.union(path for path in self.generated if path.parent == folder)):
+            for name in self._proxies(module):
+                yield KnownInterface("::".join((*scope, name)), ".".join(package), module, directory)
+        if len(scope) < _MAX_DEPTH:
+            for inner in self._packages(folder):
+                yield from self._in_package(inner, (*package, inner.name), (*scope, inner.name), directory)
+
+    def _proxies(self, module: Path) -> Iterable[str]:
+        text = self.generated.get(module)
+        if text is not None:
+            return _PROXY.findall(text)
         status = module.stat()
-        for name in _proxies(module, status.st_mtime_ns, status.st_size):
-            yield KnownInterface("::".join((*scope, name)), ".".join(package), module)
-    if len(scope) < _MAX_DEPTH:
-        for inner in _packages(directory):
-            yield from _in_package(inner, (*package, inner.name), (*scope, inner.name))
+        return _read_proxies(module, status.st_mtime_ns, status.st_size)
+
+    def _packages(self, directory: Path) -> list[Path]:
+        found = {path.parent for path in directory.glob("*/__init__.py")}
+        found |= {path.parent for path in self.generated if path.parent.parent == directory}
+        return sorted(package for package in found if package.name.isidentifier())
+
+    def _is_file(self, path: Path) -> bool:
+        return path in self.generated or path.is_file()
 
 
 @lru_cache(maxsize=256)
-def _proxies(module: Path, _changed_at: int, _size: int) -> tuple[str, ...]:
+def _read_proxies(module: Path, _changed_at: int, _size: int) -> tuple[str, ...]:
     """Return the interfaces whose proxies a module defines; cached until the module changes."""
     return tuple(_PROXY.findall(module.read_text(encoding="utf-8", errors="replace")))
-
-
-def _packages(directory: Path) -> list[Path]:
-    found = (path.parent for path in directory.glob("*/__init__.py"))
-    return sorted(package for package in found if package.name.isidentifier())

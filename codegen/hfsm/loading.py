@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -45,16 +45,18 @@ def compile_document(
     include: Sequence[Path] = (),
     *,
     with_model: bool = False,
+    generated: Mapping[Path, str] | None = None,
 ) -> list[GeneratedFile] | None:
     """Return the component of a document as a file, or None after reporting errors.
 
     `output` is the directory of the file, by default that of the document. `include` are directories with
-    further packages of proxies. With `with_model`, a short run of the model checker reports what can never
+    further packages of proxies, and `generated` the texts of such packages that are about to be written, by
+    their resolved path. With `with_model`, a short run of the model checker reports what can never
     happen, and each violated property as an error. Errors and warnings are reported, notes are not. Nothing
     is written.
     """
     found = Diagnostics()
-    loaded = load_document(path, output, found, include)
+    loaded = load_document(path, output, found, include, generated=generated)
     if loaded is not None and with_model:
         _report_violations(loaded, path, found)
     diagnostics.add_all(found, leave_out=[Severity.NOTE])
@@ -121,12 +123,13 @@ def load_document(
     include: Sequence[Path] = (),
     *,
     document: Document | None = None,
+    generated: Mapping[Path, str] | None = None,
 ) -> LoadedDocument | None:
     """Return a loaded document, or None after reporting errors.
 
     `output` is the directory of its component, by default that of the document. `include` are directories
     with packages of proxies, and with files to import. `document` is the parsed content if it has not been
-    saved yet.
+    saved yet; `generated` are packages of proxies that are about to be written.
     """
     errors = len(diagnostics.errors)
     if document is None:
@@ -136,7 +139,7 @@ def load_document(
     document = resolve(document, path, diagnostics, include)
     if len(diagnostics.errors) > errors:
         return None
-    interfaces = find_interfaces(include)
+    interfaces = find_interfaces(path, include, generated)
     analysis = analyze(document, path, output)
     extension = analysis.extension
     if extension is not None and extension.problem:

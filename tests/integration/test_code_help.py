@@ -355,7 +355,7 @@ def test_a_question_that_is_out_of_date_ends_at_once(typing: Type) -> None:
 
 def test_the_interfaces_are_described(typing: Type) -> None:
     async def go(person: Typing) -> None:
-        found = {each["scoped"]: each for each in await person.helper.interfaces()}
+        found = {each["scoped"]: each for each in await person.helper.interfaces(Path.cwd())}
         operations = {each["name"]: each for each in found["nao::PoseHead"]["operations"]}
         assert operations["getPose"]["streamed"]
         assert operations["setPose"]["signature"] == ("(self, pan: float, tilt: float, fraction: float)")
@@ -366,7 +366,7 @@ def test_the_interfaces_are_described(typing: Type) -> None:
 
 def test_every_window_that_asks_gets_the_interfaces(typing: Type) -> None:
     async def go(person: Typing) -> None:
-        first, *others = await asyncio.gather(*(person.helper.interfaces() for _ in range(4)))
+        first, *others = await asyncio.gather(*(person.helper.interfaces(Path.cwd()) for _ in range(4)))
         assert first
         assert others == [first] * 3
 

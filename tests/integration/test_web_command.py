@@ -110,6 +110,17 @@ def test_the_browser_gets_an_address_of_its_own(tmp_path: Path) -> None:
     assert launched != printed
 
 
+def test_without_a_command_it_is_the_editor(tmp_path: Path) -> None:
+    environment = {
+        "BROWSER": "true %s",
+        "XDG_STATE_HOME": str(tmp_path),
+        "VISUALHFSM_CONNECT": free_endpoint(),
+    }
+    with ComponentProcess(module("visualhfsm"), environment) as process:
+        process.wait_for(ADDRESS)
+        process.wait_for("Ctrl-C ends it")
+
+
 def test_without_a_display_no_browser_of_text_takes_the_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
     opened: list[str] = []
     monkeypatch.setattr(webbrowser, "open", opened.append)

@@ -339,7 +339,7 @@ def test_so_many_questions_at_a_time_and_no_more(root: Path) -> None:
     gate = threading.Event()
 
     class SlowHelp(NoService):
-        async def interfaces(self) -> object:
+        async def interfaces(self, _folder: Path) -> object:
             return await asyncio.to_thread(gate.wait, FOREVER)
 
     limits = Limits(concurrent_operations=2)
@@ -359,7 +359,7 @@ def test_nothing_that_is_under_way_keeps_a_run_or_a_stop_out(root: Path) -> None
     gate = threading.Event()
 
     class SlowHelp(NoService):
-        async def interfaces(self) -> object:
+        async def interfaces(self, _folder: Path) -> object:
             return await asyncio.to_thread(gate.wait, FOREVER)
 
     class Steered(NoService):

@@ -194,7 +194,7 @@ def _ask(module: TypedComponent, path: Path, question: Callable[[Any], list[Any]
     script = jedi.Script(
         module.source,
         path=path.with_name("_being_typed.py"),
-        project=_project(path.parent),
+        project=_project(path.parent, module.directories),
         environment=_environment(),
     )
     # Which branch of an `if` runs depends on more than jedi sees, and it would infer all conditions for that.
@@ -211,11 +211,11 @@ def _ask(module: TypedComponent, path: Path, question: Callable[[Any], list[Any]
 
 
 @lru_cache(maxsize=8)
-def _project(directory: Path) -> Any:  # noqa: ANN401
+def _project(directory: Path, packages: tuple[Path, ...]) -> Any:  # noqa: ANN401
     # Compiled modules of the document's directory would be run to be looked into.
     return jedi.Project(
         directory,
-        sys_path=[str(_STUBS), *sys.path, str(directory)],
+        sys_path=[str(_STUBS), *sys.path, str(directory), *map(str, packages)],
         smart_sys_path=False,
         load_unsafe_extensions=False,
     )

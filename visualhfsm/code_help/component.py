@@ -47,7 +47,7 @@ class TypedComponent:
     """A component with a piece of code, between `before` and `after`, which moves right by `indent`.
 
     `own_names` are those that the document itself gives: proxies, parameters, functions, variables;
-    `internal_names` those that only the generator uses.
+    `internal_names` those that only the generator uses. `directories` have packages that it imports.
     """
 
     before: str
@@ -55,6 +55,7 @@ class TypedComponent:
     after: str
     own_names: frozenset[str] = frozenset()
     internal_names: frozenset[str] = frozenset()
+    directories: tuple[Path, ...] = ()
     code: str = ""
 
     def with_code(self, code: str) -> TypedComponent:
@@ -125,7 +126,12 @@ def generate_around(
         code = "\n".join(textwrap.dedent(_lines(each)) for each in texts)
         text = replace(_around(text, placeholder), code=code).source
     hidden = internal - own - analysis.libraries.keys()
-    return replace(_around(text, _TYPED), own_names=frozenset(own), internal_names=frozenset(hidden))
+    return replace(
+        _around(text, _TYPED),
+        own_names=frozenset(own),
+        internal_names=frozenset(hidden),
+        directories=interfaces.directories,
+    )
 
 
 def _with_placeholders(automaton: Automaton, place: Place) -> Automaton:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
@@ -37,11 +38,12 @@ class CodeHelper:
     """Answers questions about code in two processes, so that no check delays completion.
 
     Of several questions of a kind that arrive while one is being answered, only the newest waits; the others
-    get None at once.
+    get None at once. `include` are directories with packages of interfaces.
     """
 
-    def __init__(self, patience: float = _PATIENCE) -> None:
+    def __init__(self, patience: float = _PATIENCE, include: Sequence[Path] = ()) -> None:
         self._patience = patience
+        self._include = tuple(map(str, include))
         self._desks = {wanted: _Desk() for wanted in ("complete", "explain", "signature", "lint")}
         self._interfaces: asyncio.Task[Any] | None = None
         self._reading = LineProcess(f"{__package__}.worker")
@@ -69,14 +71,16 @@ class CodeHelper:
         if not await desk.enter():
             return None
         try:
-            return await self._answer(Question(wanted, document, str(path), place, code, line, column))
+            question = Question(wanted, document, str(path), place, code, line, column, self._include)
+            return await self._answer(question)
         finally:
             desk.leave()
 
-    async def interfaces(self) -> Any:  # noqa: ANN401
-        """Return the interfaces that a document may declare, with operations and documentation."""
+    async def interfaces(self, folder: Path) -> Any:  # noqa: ANN401
+        """Return the interfaces that documents in a folder may declare, with operations and documentation."""
         if self._interfaces is None or self._interfaces.done():
-            self._interfaces = asyncio.create_task(self._answer(Question("interfaces")))
+            question = Question("interfaces", path=str(folder / _UNTITLED), include=self._include)
+            self._interfaces = asyncio.create_task(self._answer(question))
             self._interfaces.add_done_callback(retrieve)
         return await asyncio.shield(self._interfaces)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final, Literal
@@ -38,6 +38,7 @@ class Question(msgspec.Struct, frozen=True, omit_defaults=True):
     """What is asked: of the piece of code at a place of a document, which is given as its text.
 
     The document of `lint` contains the code; for the other questions it may contain any code at that place.
+    `include` are directories with packages of interfaces.
     """
 
     wanted: Wanted
@@ -47,6 +48,7 @@ class Question(msgspec.Struct, frozen=True, omit_defaults=True):
     code: str = ""
     line: int = 1
     column: int = 0
+    include: tuple[str, ...] = ()
 
 
 class InterfaceDescription(msgspec.Struct, frozen=True):
@@ -73,28 +75,28 @@ def answer(line: bytes) -> bytes:
 
 
 def _answer(question: Question) -> Any:  # noqa: ANN401 - one of several
+    path, include = Path(question.path), tuple(Path(each) for each in question.include)
     if question.wanted == "interfaces":
-        return describe_interfaces()
+        return describe_interfaces(path, include)
     if question.place is None:
         return None
-    path = Path(question.path)
     if question.wanted == "lint":
-        return lint(question.document, path, question.place)
+        return lint(question.document, path, question.place, include)
     period = int(time.monotonic() / _INTERFACES_AGE)
-    module = _around(question.document, question.place, path, period).with_code(question.code)
+    module = _around(question.document, question.place, path, include, period).with_code(question.code)
     find = _FINDERS[question.wanted]
     return with_readable_files(lambda: find(module, path, question.line, question.column))
 
 
-def lint(document: str, path: Path, place: Place) -> list[Problem]:
+def lint(document: str, path: Path, place: Place, include: Sequence[Path] = ()) -> list[Problem]:
     """Return what is wrong with the piece of code at a place."""
-    problems = find_problems(document, path, limit=0)
+    problems = find_problems(document, path, include, limit=0)
     return [found for found in problems if found.place == place][:_MOST_PROBLEMS]
 
 
-def describe_interfaces() -> list[InterfaceDescription]:
-    """Return the interfaces that are known, by name."""
-    interfaces = find_interfaces()
+def describe_interfaces(path: Path, include: Sequence[Path] = ()) -> list[InterfaceDescription]:
+    """Return the interfaces that a document at `path` finds, by name."""
+    interfaces = find_interfaces(path, include)
     known = [each for several in interfaces.by_name.values() for each in several]
     return [
         InterfaceDescription(
@@ -139,9 +141,9 @@ def _document(text: str, path: Path) -> Document:
 
 
 @lru_cache(maxsize=16)
-def _around(text: str, place: Place, path: Path, _period: int) -> TypedComponent:
+def _around(text: str, place: Place, path: Path, include: tuple[Path, ...], _period: int) -> TypedComponent:
     """Return what is around a piece of code; it is the same while the piece is typed."""
-    return generate_around(_document(text, path), place, path, find_interfaces())
+    return generate_around(_document(text, path), place, path, find_interfaces(path, include))
 
 
 if __name__ == "__main__":

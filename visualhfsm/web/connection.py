@@ -162,7 +162,7 @@ class _Connection:
                     wanted, source, place, code, line=line, column=column
                 )
             case p.Interfaces():
-                return await self._workspace.services.code_help.interfaces()
+                return await self._workspace.services.code_help.interfaces(self._workspace.root.directory)
             case _ if isinstance(request, _Reading):
                 return await self._read(request)
             case _ if isinstance(request, _Running):

@@ -65,7 +65,7 @@ class Options:
 
     Opening, saving and listing are confined to `root`, apart from `files`. `hosts` are names, beside those of
     loopback, under which a reverse proxy serves the page. `journals` is where unsaved changes are kept, by
-    default the user's directory of journals.
+    default the user's directory of journals. `include` are directories with packages of interfaces.
     """
 
     make_services: MakeServices
@@ -75,6 +75,7 @@ class Options:
     hosts: Sequence[str] = ()
     limits: Limits = field(default_factory=Limits)
     journals: Path | None = None
+    include: Sequence[Path] = ()
 
 
 class Server:
@@ -99,7 +100,8 @@ class Server:
         """
         options = self._options
         root = Root(options.root, granted=options.files)
-        async with Workspace(root, options.limits, options.make_services, options.journals) as workspace:
+        made = Workspace(root, options.limits, options.make_services, options.journals, options.include)
+        async with made as workspace:
             for file in options.files:
                 await open_file(workspace, str(file.resolve()))
             app = make_app(workspace, self.credentials, options.hosts)

@@ -100,11 +100,11 @@ MakeServices = Callable[[Publish], Services]
 """Creates the services once the event loop runs; called on it."""
 
 
-def make_services(settings: Settings) -> MakeServices:
+def make_services(settings: Settings, include: Sequence[Path] = ()) -> MakeServices:
     """Return a factory of the services of a realm, which the settings name.
 
-    Components and robots that are started here connect to the editor, too: so it finds them, and they each
-    other, whatever else runs on this machine.
+    `include` are directories with packages of interfaces. Components and robots that are started here connect
+    to the editor, too: so it finds them, and they each other, whatever else runs on this machine.
     """
 
     def make(publish: Publish) -> Services:
@@ -113,9 +113,11 @@ def make_services(settings: Settings) -> MakeServices:
         meeting = settings.connect if settings.mode == "client" else listen
         robots = Robots(publish, settings.override(connect=meeting), settings.connect)
         return Services(
-            code_help=CodeHelper(),
+            code_help=CodeHelper(include=include),
             running=RunningComponents(
-                publish, settings.override(connect=tuple(dict.fromkeys((*meeting, *settings.connect))))
+                publish,
+                settings.override(connect=tuple(dict.fromkeys((*meeting, *settings.connect)))),
+                include,
             ),
             live=Monitoring(publish, settings.override(listen=listen), robots.observe),
             robots=robots,
@@ -128,13 +130,18 @@ class Workspace:
     """The open documents and their windows. Used on one event loop, as an asynchronous context.
 
     Every window gets what changes. Leaving it ends running components, and keeps unsaved changes for
-    recovery.
+    recovery. `include` are directories with packages of interfaces.
     """
 
     services: Services
 
     def __init__(
-        self, root: Root, limits: Limits, make_services: MakeServices, journals: Path | None = None
+        self,
+        root: Root,
+        limits: Limits,
+        make_services: MakeServices,
+        journals: Path | None = None,
+        include: Sequence[Path] = (),
     ) -> None:
         self.root = root
         self.limits = limits
@@ -153,7 +160,7 @@ class Workspace:
         self._robot = Robot()
         self._abandoned: dict[str, Abandoned] = {}
         self._published: WorkspacePush | None = None
-        self._checking = Checking(limits.quiet_seconds, self._show_problems)
+        self._checking = Checking(limits.quiet_seconds, self._show_problems, include)
         self._tasks: list[asyncio.Task[None]] = []
         self._stops: set[asyncio.Task[None]] = set()
 
@@ -488,12 +495,16 @@ async def _compare_with_file(tab: Tab) -> Outside | None:
 class Checking:
     """Checks documents that have not changed for a moment, one at a time, in their newest revision.
 
-    `quiet` is that moment in seconds, `report` gets what was found.
+    `quiet` is that moment in seconds, `report` gets what was found. `include` are directories with packages
+    of interfaces.
     """
 
-    def __init__(self, quiet: float, report: Callable[[Tab, Problems], None]) -> None:
+    def __init__(
+        self, quiet: float, report: Callable[[Tab, Problems], None], include: Sequence[Path] = ()
+    ) -> None:
         self._quiet = quiet
         self._report = report
+        self._include = include
         self._process = CheckProcess()
         self._threads = Threads(1)
         self._waiting: dict[int, Tab] = {}
@@ -535,7 +546,7 @@ class Checking:
         shown = tab.shown
         if tab.problems is not None and tab.problems.revision == shown.revision:
             return
-        look = partial(self._process.find_problems, shown.document, shown.path)
+        look = partial(self._process.find_problems, shown.document, shown.path, self._include)
         try:
             items = await self._threads.do(look)
         except EditError as error:

@@ -1,0 +1,177 @@
+"""A project of one's own, as `visualhfsm new` makes it: its interface in the compiler, the editor and in tests."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from codegen.diagnostics import Diagnostics
+from codegen.hfsm import read_document
+from tests.support.codegen_command import codegen
+from tests.support.limits import EVENT_LIMIT, RUN_LIMIT, START_LIMIT
+from tests.support.processes import REPOSITORY, ComponentProcess, free_endpoint, module
+from tests.support.pushes import Pushes
+from visualhfsm.code_help.service import CodeHelper
+from visualhfsm.editing.places import Place
+from visualhfsm.editing.problems import find_problems
+from visualhfsm.errors import VisualHfsmError
+from visualhfsm.new import new
+from visualhfsm.running import RunningComponents
+from visualhfsm.services import RunPush, Source
+from zenoh_ice import Settings
+
+LEFT = Place(kind="state", automaton=1, id=1, part="entry")
+SOURCES = ("interfaces/lamp.idl", "behaviors/blinker.xml")
+
+
+@pytest.fixture
+def project(tmp_path: Path) -> Path:
+    """A new project."""
+    folder = tmp_path / "my-robot"
+    new(folder)
+    return folder
+
+
+def opened(project: Path) -> Source:
+    path = project / "behaviors" / "blinker.xml"
+    document = read_document(path, Diagnostics())
+    assert document is not None
+    return Source(1, 1, document, path, False)
+
+
+def run(*command: str | Path, cwd: Path) -> subprocess.CompletedProcess[str]:
+    environment = {**os.environ, "PYTHONPATH": str(REPOSITORY)}
+    return subprocess.run(
+        [sys.executable, *map(str, command)],
+        cwd=cwd,
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=RUN_LIMIT,
+        check=False,
+    )
+
+
+def remove_generated(project: Path) -> None:
+    shutil.rmtree(project / "interfaces" / "home")
+    (project / "behaviors" / "blinker.py").unlink()
+
+
+def test_interface_and_behavior_are_generated_in_one_call(project: Path) -> None:
+    remove_generated(project)
+    done = codegen("--check", *SOURCES, cwd=project)
+    assert done.returncode == 1
+    assert "5 of 5 files are out of date" in done.stderr
+    done = codegen(*SOURCES, cwd=project)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert codegen("--check", *SOURCES, cwd=project).returncode == 0
+
+
+def test_a_folder_with_files_is_left_alone(project: Path) -> None:
+    before = (project / "lamp.py").read_text()
+    (project / "lamp.py").write_text(f"{before}# mine\n")
+    with pytest.raises(VisualHfsmError, match="not empty"):
+        new(project)
+    assert (project / "lamp.py").read_text().endswith("# mine\n")
+
+
+def test_the_component_finds_its_interfaces_wherever_it_is_started(project: Path, tmp_path: Path) -> None:
+    done = run(project / "behaviors" / "blinker.py", "--help", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert run("-m", "behaviors.blinker", "--help", cwd=project).returncode == 0
+    remove_generated_package = project / "interfaces" / "home"
+    shutil.rmtree(remove_generated_package)
+    done = run(project / "behaviors" / "blinker.py", "--help", cwd=tmp_path)
+    assert done.returncode == 1
+    assert "blinker.py does not find the package interfaces.home: generate both again" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_its_test_passes_wherever_pytest_is_started(project: Path) -> None:
+    for folder in (project, project / "tests"):
+        done = run("-m", "pytest", "-q", "-p", "no:cacheprovider", cwd=folder)
+        assert done.returncode == 0, done.stdout
+
+
+def test_packages_of_tests_are_named_by_texts(project: Path) -> None:
+    (project / "api").mkdir()
+    (project / "interfaces" / "home").rename(project / "api" / "home")
+    (project / "tests" / "test_blinker.py").write_text(
+        "import pytest\n\n"
+        "def test_the_package_is_found(behavior):\n"
+        "    stubs = {'Lamp': {'setOn': None}}\n"
+        "    b = behavior('behaviors/blinker.xml', robot='fake', stubs=stubs, include=['api'])\n"
+        "    b.run_until('right')\n"
+        "    with pytest.raises(FileNotFoundError, match='no directory nowhere'):\n"
+        "        behavior('behaviors/blinker.xml', include=['nowhere'])\n"
+    )
+    done = run("-m", "pytest", "-q", "-p", "no:cacheprovider", cwd=project)
+    assert done.returncode == 0, done.stdout
+
+
+def test_the_editor_finds_no_problem_with_the_interface(project: Path) -> None:
+    path = project / "behaviors" / "blinker.xml"
+    assert find_problems(path.read_text(), path) == []
+    (project / "interfaces").rename(project / "api")
+    assert "E532" in [each.code for each in find_problems(path.read_text(), path)]
+    assert find_problems(path.read_text(), path, [project / "api"]) == []
+
+
+@pytest.mark.parametrize("folder", ["interfaces", "api"])
+def test_the_editor_completes_the_operations_of_the_interface(project: Path, folder: str) -> None:
+    (project / "interfaces").rename(project / folder)
+    include = [] if folder == "interfaces" else [project / folder]
+
+    async def go() -> tuple[set[str], set[str]]:
+        helper = CodeHelper(START_LIMIT, include)
+        try:
+            code = "self.Lamp."
+            found = await helper.ask("complete", opened(project), LEFT, code, line=1, column=len(code))
+            known = await helper.interfaces(project)
+        finally:
+            await helper.close()
+        return {each["label"] for each in found["options"]}, {each["scoped"] for each in known}
+
+    labels, known = asyncio.run(asyncio.wait_for(go(), RUN_LIMIT))
+    assert {"setOn", "isOn"} <= labels
+    assert {"home::Lamp", "nao::PoseHead"} <= known
+
+
+@pytest.fixture
+def endpoint(project: Path) -> Iterator[str]:
+    """A fake robot and the project's lamp run at this endpoint."""
+    where = free_endpoint()
+    robot = ComponentProcess(module("naoserver.fake", "--listen", where, "--clock", "wall"))
+    lamp = ComponentProcess([sys.executable, str(project / "lamp.py")], {"VISUALHFSM_CONNECT": where})
+    with robot:
+        robot.wait_for("^ready")
+        with lamp:
+            lamp.wait_for("^ready")
+            yield where
+            lamp.wait_for("^on")
+
+
+@pytest.mark.parametrize("unsaved", [False, True])
+def test_the_editor_runs_the_behavior(project: Path, endpoint: str, *, unsaved: bool) -> None:
+    async def go() -> None:
+        pushes = Pushes()
+        service = RunningComponents(pushes, Settings(connect=(endpoint,)))
+        source = replace(opened(project), dirty=unsaved)
+        try:
+            await service.run(source, ["--seconds", "1", "--clock", "wall"])
+            end = await pushes.until(
+                lambda: next((each for each in pushes.of(RunPush) if each.status == "ended"), None)
+            )
+        finally:
+            await service.close()
+        assert end.exit_code == 0, end.message
+
+    asyncio.run(asyncio.wait_for(go(), RUN_LIMIT + EVENT_LIMIT))
