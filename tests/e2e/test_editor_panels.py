@@ -115,6 +115,22 @@ def test_the_cursor_stays_where_it_is_when_the_code_changes_elsewhere(
     expect(code.locator(".cm-line")).to_have_text(["first = 1", "counts += 1"])
 
 
+def test_a_huge_paste_is_refused_in_the_field(shown: EditorPage, path: Path) -> None:
+    code = edit(shown, "wait")
+    shown.type("1")
+    shown.page.context.grant_permissions(["clipboard-read", "clipboard-write"])
+    shown.page.evaluate("navigator.clipboard.writeText('x'.repeat(5_000_000))")
+    shown.press("Control+v")
+    refusal = shown.page.get_by_role("alert").filter(has_text="at most 1,000,000")
+    expect(refusal).to_contain_text("That would be 5,000,011 characters")
+    expect(code).to_have_text("count += 11")
+    name = "hfsm-text-field[data-part=name] input"
+    shown.page.locator(name).first.fill("y" * 1_000_001)
+    expect(shown.page.locator(name).first).to_have_value("wait")
+    assert saved(shown, path).automata[0].states[0].code.text == "count += 11"
+    expect(shown.page.get_by_role("alert").filter(has_text="No connection")).to_have_count(0)
+
+
 def test_two_windows_type_into_the_same_code_at_once(
     browser: Browser, shown: EditorPage, running: Editor, path: Path
 ) -> None:

@@ -86,6 +86,17 @@ test("a request is settled by the answer with its number", async () => {
   await assert.rejects(first, {message: "not so", kind: "refused"});
 });
 
+test("what is too large for a message is refused, and the connection stands", async () => {
+  const before = socket.sent.length;
+  await assert.rejects(store.request("openText", {text: "x".repeat(5 * 2 ** 20)}), {
+    message: "This is too large for the editor: 5.0 MB, and at most 4 MB.",
+    kind: "refused",
+  });
+  await assert.rejects(store.request("openText", {text: "球".repeat(1.5 * 2 ** 20)}), {kind: "refused"});
+  assert.equal(socket.sent.length, before);
+  assert.equal(store.online, true);
+});
+
 test("what waits for an answer is rejected when the connection is lost", async () => {
   const waiting = store.request("one");
   socket.lose();

@@ -128,6 +128,8 @@ const NO_ROBOT = {
 };
 const FIRST_RETRY = 250; // ms
 const LAST_RETRY = 5000;
+/** Bytes of a message; a larger one would close the connection (`Limits` of visualhfsm/web/workspace.py). */
+const LARGEST = 4 * 2 ** 20;
 const MERGED = 200_000; // characters; of a longer text what was typed last counts
 /** Requests that do not depend on what was typed before. */
 const ASIDE = new Set(["hello", "codeHelp", "interfaces", "listFiles"]);
@@ -205,8 +207,15 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
         return;
       }
       const id = ++this.#number;
+      const message = JSON.stringify({id, op, ...fields});
+      const size = message.length > LARGEST / 3 ? new TextEncoder().encode(message).length : 0;
+      if (size > LARGEST) {
+        const megabytes = (size / 2 ** 20).toFixed(1);
+        reject(new RequestError(`This is too large for the editor: ${megabytes} MB, and at most 4 MB.`, "refused"));
+        return;
+      }
       this.#waiting.set(id, {resolve, reject});
-      this.#socket.send(JSON.stringify({id, op, ...fields}));
+      this.#socket.send(message);
     });
   }
 

@@ -13,6 +13,7 @@ import {notify, notifyError} from "../notices.js";
 import {RequestError, store} from "../store.js";
 
 const PAUSE = 250; // ms
+const LONGEST = 1_000_000; // characters, as the server has it (`Code` of visualhfsm/web/protocol.py)
 
 /** The pieces of text that the server does not have yet, by what they are. @type {Map<string, Piece>} */
 const unsaved = new Map();
@@ -20,6 +21,22 @@ const unsaved = new Map();
 /** Send everything that was typed and is not sent yet; resolves when the document has it. */
 export async function flushEdits() {
   await Promise.all([...unsaved.values()].map((piece) => piece.flush()));
+}
+
+/**
+ * Whether a text is too long to be typed or pasted; says so. What grows beyond is refused in the field.
+ *
+ * @param {number} length
+ */
+export function isTooLong(length) {
+  if (length <= LONGEST) return false;
+  const [count, most] = [length, LONGEST].map((each) => each.toLocaleString("en"));
+  notify(
+    `That would be ${count} characters, and a text here holds at most ${most}: nothing was changed. ` +
+      "Put large code or data into a Python module, and import that as a library.",
+    "error",
+  );
+  return true;
 }
 
 /** The texts that could not be sent, while the server is offline. */

@@ -36,11 +36,20 @@ import {
   tooltips,
 } from "codemirror";
 import {assistance, recheck} from "./assistance.js";
+import {isTooLong} from "./draft.js";
+
+const fromDocument = Annotation.define();
+
+/** What grows beyond what the server takes is refused here, where nothing of it is lost. */
+const refuseTooLong = EditorState.changeFilter.of(
+  (change) =>
+    Boolean(change.annotation(fromDocument)) ||
+    change.changes.newLength <= change.startState.doc.length ||
+    !isTooLong(change.changes.newLength),
+);
 
 /** Ctrl+M is the page's; Escape leaves the editor, so that Tab need not. */
 const standardKeys = defaultKeymap.filter(({key}) => key !== "Ctrl-m");
-
-const fromDocument = Annotation.define();
 
 const colors = HighlightStyle.define([
   {tag: [tags.keyword, tags.operatorKeyword, tags.controlKeyword], color: "var(--code-keyword)"},
@@ -142,6 +151,7 @@ const shared = [
   lintGutter(),
   tooltips({position: "fixed"}),
   typedOverSelection,
+  refuseTooLong,
   syntaxHighlighting(colors),
   theme,
   EditorView.cspNonce.of(

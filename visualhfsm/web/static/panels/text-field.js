@@ -7,7 +7,7 @@
 
 import {LitElement, html, live, nothing} from "lit";
 import {store} from "../store.js";
-import {Draft} from "./draft.js";
+import {Draft, isTooLong} from "./draft.js";
 import {commandFor, keyOf, problemsAt} from "./places.js";
 import {isVerdict} from "./verdicts.js";
 
@@ -172,7 +172,10 @@ export class TextField extends LitElement {
   }
 
   /** @param {From<HTMLInputElement | HTMLTextAreaElement>} event */
-  #type = ({target}) => this.#draft.type(target.value);
+  #type = ({target}) => {
+    if (isTooLong(target.value.length)) target.value = this.#draft.text;
+    else this.#draft.type(target.value);
+  };
 
   /** @param {From<HTMLSelectElement>} event */
   #choose = ({target}) => {
