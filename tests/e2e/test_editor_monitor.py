@@ -330,6 +330,17 @@ def test_reload_reports_what_was_not_kept(shown: EditorPage) -> None:
     expect_current(shown, "go")
 
 
+def test_a_run_that_is_refused_leads_to_the_errors(shown: EditorPage) -> None:
+    shown.state("go").locator(".body").click()
+    shown.press("Shift+Enter")
+    expect(shown.page.get_by_role("textbox", name="Code of the state go")).to_be_focused()
+    shown.type("if x y")
+    shown.press("F5")
+    notice(shown, "nothing was generated")
+    expect(shown.page.get_by_role("tab", name="Problems")).to_have_attribute("aria-selected", "true")
+    expect(shown.page.get_by_role("list", name="Problems")).to_contain_text("invalid syntax")
+
+
 @pytest.mark.parametrize("key", [True, False], ids=["key", "button"])
 def test_stop_ends_the_component_even_while_only_watching_it(
     shown: EditorPage, robot: ServedRobot, path: Path, key: bool

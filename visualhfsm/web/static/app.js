@@ -24,6 +24,7 @@ import {monitor} from "./monitor/monitor.js";
 import {planned} from "./monitor/breakpoints.js";
 import {listenForStop} from "./monitor/stop.js";
 import {outputLog} from "./panels/output-log.js";
+import {countOf} from "./problems.js";
 import {runs} from "./runs.js";
 import {actionButton, banner, resizer, restoreSizes} from "./shell.js";
 import {currentTheme, initTheme, switchTheme} from "./theme.js";
@@ -156,7 +157,8 @@ export class HfsmApp extends PageElement {
   /** Write the component; returns undefined when that was not possible. */
   async generate({quiet = false} = {}) {
     const done = await askTab("generate");
-    if (done && !quiet) notify(`Generated ${done.path}.`);
+    if (!done) this.#showErrors();
+    else if (!quiet) notify(`Generated ${done.path}.`);
     return done;
   }
 
@@ -172,6 +174,13 @@ export class HfsmApp extends PageElement {
     this.showBottom("hfsm-output");
     const started = await askTab("run", {arguments: [...options, ...planned.argumentsFor(tab)]});
     if (started) monitor.expect(started.component);
+    else this.#showErrors();
+  }
+
+  /** Show the errors of the document, for which no component was generated; they may not be known yet. */
+  #showErrors() {
+    const {problems = [], checked, revision} = page.document ?? {};
+    if (checked !== revision || countOf(problems, "error")) this.showBottom("hfsm-problems");
   }
 
   /** Show which components run. */
