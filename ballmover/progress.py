@@ -1,7 +1,8 @@
-"""Show how a ball gets on: a bar on a terminal, a line for each event elsewhere."""
+"""Show how a ball gets on: a bar on a terminal, the log elsewhere."""
 
 from __future__ import annotations
 
+import logging
 import time
 from types import TracebackType
 from typing import Final, Self
@@ -21,11 +22,14 @@ __all__ = ["Progress"]
 _BAR_WIDTH: Final = 12
 _REFRESH_PERIOD: Final = 0.1  # s of wall time
 
+_logger = logging.getLogger(__name__)
+
 
 class Progress:
-    """Print the ball's goals to stdout, and the loss of its server to stderr.
+    """Draw the ball's goals as a bar if stdout is a terminal, or log them at level debug.
 
-    A context manager: at the end it removes the bar and restores the terminal.
+    The loss of its server is a warning in the log, or stands above the bar. A context manager: at the end it
+    removes the bar and restores the terminal.
     """
 
     def __init__(
@@ -42,6 +46,9 @@ class Progress:
     def __enter__(self) -> Self:
         if self._console.is_terminal:
             self._live.start()
+        else:
+            self._console.print(f"{self._color}: {self._count} waypoints")
+            self._console.file.flush()
         return self
 
     def __exit__(
@@ -60,7 +67,7 @@ class Progress:
             f"{stop.waypoint.point} at {stop.speed:.3g} m/s"
         )
         if not self._live.is_started:
-            self._say(self._console, self._heading)
+            _logger.debug("%s", self._heading)
 
     def moved(self, target: Point, fraction: float) -> None:
         """Redraw the bar, at most ten times a second."""
@@ -78,7 +85,7 @@ class Progress:
         """Report that the ball is at a stop."""
         if not self._live.is_started:
             dwell = f", staying {stop.waypoint.dwell:g} s" if stop.waypoint.dwell else ""
-            self._say(self._console, f"{self._color}: arrived, {error * 100:.1f} cm off{dwell}")
+            _logger.debug("%s: arrived, %.1f cm off%s", self._color, error * 100, dwell)
 
     def lost(self, reason: str) -> None:
         """Report that the server does not answer."""
@@ -89,11 +96,8 @@ class Progress:
         self._warn(f"{self._color}: the ball is back; continuing")
 
     def _warn(self, text: str) -> None:
-        # On a terminal that shows the bar only the bar's own console writes above it.
-        shared = self._live.is_started and self._errors.is_terminal
-        self._say(self._console if shared else self._errors, text)
-
-    @staticmethod
-    def _say(console: Console, text: str) -> None:
-        console.print(Text(text))
-        console.file.flush()
+        if self._live.is_started and self._errors.is_terminal:
+            # On a terminal that shows the bar only the bar's own console writes above it.
+            self._console.print(Text(text))
+        else:
+            _logger.warning("%s", text)

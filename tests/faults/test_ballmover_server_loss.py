@@ -14,6 +14,8 @@ from tests.support.limits import END_LIMIT, RUN_LIMIT
 from tests.support.processes import ComponentProcess, announced, module
 from zenoh_ice import initialize
 
+DEBUG = ("--log-level", "debug")
+
 
 def serve(endpoint: str) -> ComponentProcess:
     return ComponentProcess(module("naoserver.fake", "--listen", endpoint))
@@ -35,7 +37,9 @@ def test_a_killed_server_is_reported_and_the_ball_goes_on_when_it_is_back(
     file.write_text("0.9,0.2,0.5\n0.9,-0.5,0.5\n")
     with serve(endpoint) as server:
         server.wait_for("ready")
-        mover = ComponentProcess(module("ballmover", "green", str(file), "--once", "--connect", endpoint))
+        mover = ComponentProcess(
+            module("ballmover", "green", str(file), "--once", "--connect", endpoint, *DEBUG)
+        )
         with mover:
             mover.wait_for("waypoint 2 of 2")
             server.process.kill()
@@ -54,7 +58,7 @@ def test_a_killed_server_is_reported_and_the_ball_goes_on_when_it_is_back(
 def test_a_server_that_hangs_is_reported_and_waited_for(endpoint: str) -> None:
     with serve(endpoint) as server:
         server.wait_for("ready")
-        with ComponentProcess(module("ballmover", "green", "--connect", endpoint)) as mover:
+        with ComponentProcess(module("ballmover", "green", "--connect", endpoint, *DEBUG)) as mover:
             mover.wait_for("waypoint 1 of")
             server.process.send_signal(signal.SIGSTOP)
             try:
@@ -68,7 +72,7 @@ def test_a_server_that_hangs_is_reported_and_waited_for(endpoint: str) -> None:
 def test_the_end_does_not_wait_for_a_server_that_is_away(endpoint: str) -> None:
     with serve(endpoint) as server:
         server.wait_for("ready")
-        with ComponentProcess(module("ballmover", "green", "--connect", endpoint)) as mover:
+        with ComponentProcess(module("ballmover", "green", "--connect", endpoint, *DEBUG)) as mover:
             mover.wait_for("waypoint 1 of")
             server.process.kill()
             mover.wait_for("lost the ball")

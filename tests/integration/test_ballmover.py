@@ -15,6 +15,8 @@ from tests.support.limits import END_LIMIT, EVENT_LIMIT, RUN_LIMIT
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from zenoh_ice import initialize
 
+DEBUG = ("--log-level", "debug")
+
 
 @pytest.fixture(scope="module")
 def robot() -> Iterator[str]:
@@ -50,10 +52,12 @@ def test_once_carries_the_ball_to_the_last_waypoint_and_ends(robot: str, tmp_pat
     file = write(
         tmp_path / "path.csv", "x,y,z,speed,dwell", "0.9,0.1,0.5", "0.9,-0.1,0.6,1,0.1", "1,-0.1,0.6"
     )
-    result = run("red", file, "--once", "--speed", "0.8", "--connect", robot)
-    assert result.stderr == ""
+    result = run("red", file, "--once", "--speed", "0.8", "--connect", robot, *DEBUG)
     assert result.returncode == 0
-    assert [line for line in result.stdout.splitlines() if "waypoint" in line] == [
+    assert result.stdout == "red: 3 waypoints\n"
+    assert "WARNING" not in result.stderr
+    log = [line.partition("ballmover.progress: ")[2] for line in result.stderr.splitlines()]
+    assert [line for line in log if "waypoint" in line] == [
         "red: waypoint 1 of 3 (0.9, 0.1, 0.5) at 0.8 m/s",
         "red: waypoint 2 of 3 (0.9, -0.1, 0.6) at 1 m/s",
         "red: waypoint 3 of 3 (1, -0.1, 0.6) at 0.8 m/s",
@@ -65,7 +69,7 @@ def test_the_ball_keeps_to_the_line_on_its_way(robot: str, tmp_path: Path) -> No
     file = write(tmp_path / "path.csv", "0.8,0.4,0.5", "0.8,-0.4,0.7")
     with initialize(connect=[robot]) as communicator:
         encoders = Pose3DEncodersPrx.checkedCast(communicator.stringToProxy("BallGreenEncoders"))
-        command = module("ballmover", "green", file, "--once", "--speed", "0.4", "--connect", robot)
+        command = module("ballmover", "green", file, "--once", "--speed", "0.4", "--connect", robot, *DEBUG)
         with ComponentProcess(command) as mover:
             mover.wait_for("waypoint 2 of 2")
             places = []
@@ -88,7 +92,7 @@ def test_a_signal_ends_it_cleanly_and_stops_the_ball(
     file = write(tmp_path / "path.csv", "x,y,z,speed", "0.8,0.4,0.5,1", "0.8,-0.4,0.5,0.02")
     with initialize(connect=[robot]) as communicator:
         encoders = Pose3DEncodersPrx.checkedCast(communicator.stringToProxy("BallGreenEncoders"))
-        with ComponentProcess(module("ballmover", "green", file, "--connect", robot)) as mover:
+        with ComponentProcess(module("ballmover", "green", file, "--connect", robot, *DEBUG)) as mover:
             mover.wait_for("waypoint 2 of 2")
             moving = next(s for s in encoders.getPose3DEncodersData.samples() if place(s.value)[1] < 0.39)
             mover.process.send_signal(number)
@@ -103,7 +107,7 @@ def test_a_signal_ends_it_cleanly_and_stops_the_ball(
 
 def test_built_in_waypoints_are_within_reach_of_the_served_balls(robot: str) -> None:
     for color in ("green", "red"):
-        command = module("ballmover", color, "--connect", robot)
+        command = module("ballmover", color, "--connect", robot, *DEBUG)
         with ComponentProcess(command) as mover:
             mover.wait_for("waypoint 1 of")
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import logging
 import re
 
 import pytest
@@ -40,25 +41,25 @@ def show(route: Route, *, terminal: bool, errors_there_too: bool = False) -> tup
     return out.getvalue(), errors.getvalue()
 
 
-def test_lines_where_there_is_no_terminal(route: Route) -> None:
-    out, errors = show(route, terminal=False)
-    assert out == (
-        "green: lap 2, waypoint 2 of 2 (0.9, 0.3, 0.5) at 0.25 m/s\n"
-        "green: arrived, 1.2 cm off, staying 1.5 s\n"
-    )
-    assert errors == (
-        "green: lost the ball; waiting for its server: the server [ball] is offline\n"
-        "green: the ball is back; continuing\n"
-    )
+def test_the_log_has_it_where_there_is_no_terminal(route: Route, caplog: pytest.LogCaptureFixture) -> None:
+    caplog.set_level(logging.DEBUG)
+    assert show(route, terminal=False) == ("green: 2 waypoints\n", "")
+    assert [(record.levelname, record.message) for record in caplog.records] == [
+        ("DEBUG", "green: lap 2, waypoint 2 of 2 (0.9, 0.3, 0.5) at 0.25 m/s"),
+        ("WARNING", "green: lost the ball; waiting for its server: the server [ball] is offline"),
+        ("WARNING", "green: the ball is back; continuing"),
+        ("DEBUG", "green: arrived, 1.2 cm off, staying 1.5 s"),
+    ]
 
 
-def test_a_bar_on_a_terminal_that_goes_away(route: Route) -> None:
+def test_a_bar_on_a_terminal_that_goes_away(route: Route, caplog: pytest.LogCaptureFixture) -> None:
     out, errors = show(route, terminal=True)
     assert "waypoint 2 of 2" in out
     assert "━" in out
     assert "arrived" not in out
     assert out.rstrip().endswith("\x1b[2K")  # the line is erased
-    assert "lost the ball" in errors
+    assert not errors
+    assert "lost the ball" in caplog.text
 
 
 def test_what_is_printed_on_the_terminal_of_the_bar_stands_above_it(route: Route) -> None:
