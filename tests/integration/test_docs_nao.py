@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import shlex
 from pathlib import Path
@@ -45,6 +46,32 @@ def test_the_page_works_as_it_stands(tmp_path: Path, monkeypatch: pytest.MonkeyP
                 ran += 1
                 assert matches(expected.rstrip(), outcome.text.rstrip()), f"{command}\n{outcome.text}"
     assert ran == 17
+
+
+JSON_TYPES = {str: "text", int: "integer", float: "number", bool: "boolean", list: "list", dict: "object"}
+
+
+def test_the_form_of_the_status_is_that_of_the_page() -> None:
+    rows = re.findall(r"^\| `([\w.\[\]*]+)` \| ([\w ]+) \| (.*) \|$", PAGE, re.M)
+    with served(FakeRobot()) as robot, at(robot.endpoint, robot.realm):
+        status = json.loads(nao("status", "--json").out)
+    (process,) = status["processes"]
+    servant = process["servants"][f"Head@{status['realm']}"]
+    found = {
+        prefix + key: JSON_TYPES[type(value)]
+        for prefix, part in {
+            "": status,
+            "robot.": status["robot"],
+            "processes[].": process,
+            "processes[].servants.*.": servant,
+        }.items()
+        for key, value in part.items()
+    }
+    assert {key: kind.removesuffix(" of text") for key, kind, _ in rows} == found
+    for key, _, meaning in rows:
+        if (name := key.removeprefix("robot.")) in status["robot"]:
+            written = set(re.findall(r"`(\w+)`", meaning.partition(": ")[2]))
+            assert written == set(status["robot"][name]), name
 
 
 def test_the_stack_file_is_one(tmp_path: Path) -> None:
