@@ -122,7 +122,8 @@ class Launcher:
             except OSError as error:
                 return _End(1, f"{spec.name} cannot be started: {error}")
             was_ready = was_ready or process.ready.is_set()
-            pause = restarts.pause_after(code, time.monotonic() - started_at)
+            ran = time.monotonic() - started_at if process.ready.is_set() else 0.0
+            pause = restarts.pause_after(code, ran)
             if pause is None:
                 break
             self._report(f"{spec.name} {what} ({process.log}); starting it again in {pause:g} s")

@@ -48,16 +48,7 @@ from hfsm_command.tether import CANNOT_RUN
 from zenoh_ice import ZenohIceError
 from zenoh_ice.toml_file import parse_toml, read_text
 
-__all__ = [
-    "ON_PURPOSE",
-    "ProcessSpec",
-    "Restarts",
-    "Stack",
-    "StackError",
-    "load_stack",
-    "program_path",
-    "stack_path",
-]
+__all__ = ["ProcessSpec", "Restarts", "Stack", "StackError", "load_stack", "program_path", "stack_path"]
 
 _VARIABLE: Final = re.compile(r"\{(\w+)\}")
 _STACKS: Final = Path(__file__).parent
@@ -121,7 +112,8 @@ class Restarts:
     def pause_after(self, code: int, ran: float) -> float | None:
         """Return after how many seconds the process is to be started again, or None if it is not.
 
-        `ran` is how long it ran, in s; `code` its exit code, or minus the number of the signal that ended it.
+        `code` is its exit code, or minus the number of the signal that ended it; `ran` how long it ran, in s,
+        and 0 if it never was ready.
         """
         if self._spec.restart == "never" or code in ON_PURPOSE | HOPELESS:
             return None
@@ -143,10 +135,7 @@ class Stack(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
             raise ValueError("it has no [[process]]")
         names = [process.name for process in self.processes]
         for machine in self.machines or [""]:
-            on_it = [
-                each for each in self.processes if not machine or machine in (each.machines or [machine])
-            ]
-            foreground = [each.name for each in on_it if each.foreground]
+            foreground = [each.name for each in self._part(machine) if each.foreground]
             if len(foreground) > 1:
                 raise ValueError(f"only one process can be foreground, not {', '.join(foreground)}")
         for number, process in enumerate(self.processes):
@@ -184,15 +173,15 @@ class Stack(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
         if machine not in (self.machines or [""]):
             known = f"write --machine {' or '.join(self.machines)}" if self.machines else "it has no machines"
             raise StackError(f"{f'there is no machine {machine}' if machine else self.name}: {known}")
-        part = [each for each in self.processes if not machine or machine in (each.machines or [machine])]
-        names = {each.name for each in part}
-        return msgspec.structs.replace(
-            self,
-            processes=tuple(
-                msgspec.structs.replace(each, after=tuple(name for name in each.after if name in names))
-                for each in part
-            ),
-        )
+        names = {each.name for each in self._part(machine)}
+        part = [
+            msgspec.structs.replace(each, after=tuple(name for name in each.after if name in names))
+            for each in self._part(machine)
+        ]
+        return msgspec.structs.replace(self, processes=tuple(part))
+
+    def _part(self, machine: str) -> list[ProcessSpec]:
+        return [each for each in self.processes if not machine or machine in (each.machines or [machine])]
 
     def with_variables(self, changes: dict[str, str]) -> tuple[ProcessSpec, ...]:
         """Return the processes with every `{variable}` filled in.

@@ -11,7 +11,7 @@ import json
 import os
 import re
 import shutil
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -33,23 +33,12 @@ def write_units(name: str, processes: Sequence[ProcessSpec], folder: Path) -> li
     """
     background = _background(name, processes)
     services = {spec.name: f"{name}-{spec.name}.service" for spec in background}
-    units = {f"{name}.target": _target(name, services.values())}
+    target = f"{_HEADER}\n[Unit]\nDescription=Stack {name}\nWants={' '.join(services.values())}\n"
+    units = {f"{name}.target": f"{target}\n[Install]\nWantedBy=multi-user.target\n"}
     for spec in background:
-        units[services[spec.name]] = _service(
-            name, spec, [services[other] for other in spec.after if other in services]
-        )
+        after = [services[other] for other in spec.after if other in services]
+        units[services[spec.name]] = _service(name, spec, after)
     return [_write(folder / unit, text) for unit, text in units.items()]
-
-
-def _target(name: str, services: Iterable[str]) -> str:
-    return f"""{_HEADER}
-[Unit]
-Description=Stack {name}
-Wants={" ".join(services)}
-
-[Install]
-WantedBy=multi-user.target
-"""
 
 
 def _service(name: str, spec: ProcessSpec, after: Sequence[str]) -> str:
@@ -59,7 +48,7 @@ def _service(name: str, spec: ProcessSpec, after: Sequence[str]) -> str:
     environment = {"PYTHONUNBUFFERED": "1", **spec.environment}
     pairs = " ".join(_word(f"{key}={value}") for key, value in environment.items())
     # A minute without failure starts the launcher's count again; systemd counts starts in a time.
-    window = (spec.restart_limit + 1) * (STEADY + spec.restart_pause)
+    window = (spec.restart_limit + 1) * (STEADY + spec.restart_pause + spec.ready_timeout)
     return f"""{_HEADER}
 [Unit]
 Description={spec.name} of stack {name}

@@ -64,7 +64,7 @@ def test_systemd_takes_the_units_of_the_laboratory(machine: str, tmp_path: Path)
 def test_a_unit_starts_in_order_is_ready_when_it_says_so_and_is_restarted(units: dict[str, str]) -> None:
     robot, ball = units["lab-robot.service"].splitlines(), units["lab-ball.service"].splitlines()
     assert {"Type=notify", "Restart=on-failure", "RestartSec=2", "StartLimitBurst=4", "KillSignal=SIGINT",
-            "StartLimitIntervalSec=248", "RestartPreventExitStatus=2 127", "PartOf=lab.target"} < set(robot)  # fmt: skip
+            "StartLimitIntervalSec=328", "RestartPreventExitStatus=2 127", "PartOf=lab.target"} < set(robot)  # fmt: skip
     assert {"Type=exec", "Restart=no", "TimeoutStopSec=15", f"WorkingDirectory={Path.cwd()}",
             "Wants=network-online.target lab-robot.service"} < set(ball)  # fmt: skip
     (after,) = (line for line in ball if line.startswith("After="))
