@@ -35,6 +35,8 @@ _EDIT_EPILOG: Final = """Examples:
 
 visualhfsm edit
 
+visualhfsm edit --demo
+
 visualhfsm edit behaviors/dance_and_follow.xml
 
 visualhfsm edit --root ~/robots --port 8800 --no-browser
@@ -53,10 +55,12 @@ visualhfsm watch follow_ball --plain > log.txt"""
 def visualhfsm(context: typer.Context) -> None:
     """Draw, check and convert automata, and watch, steer and replay the components that are made of them.
 
-    Without a command it is `visualhfsm edit`.
+    Without a command it is `visualhfsm edit --demo`.
     """
     if context.invoked_subcommand is None:
-        context.invoke(context.command.commands["edit"])  # type: ignore[attr-defined]
+        command = context.command.commands["edit"]  # type: ignore[attr-defined]
+        with command.make_context("edit", ["--demo"], parent=context) as own:
+            command.invoke(own)
 
 
 @app.command(epilog=_EDIT_EPILOG)
@@ -85,6 +89,12 @@ def edit(
     browser: Annotated[
         bool, typer.Option("--browser/--no-browser", help="Open the page in the browser.")
     ] = True,
+    demo: Annotated[
+        bool,
+        typer.Option(
+            "--demo", help="Run a dance on a simulated robot, unless there are files or a robot is there."
+        ),
+    ] = False,
     root: Annotated[
         Path,
         typer.Option(
@@ -126,6 +136,7 @@ def edit(
         hosts=allow_host or [],
         make_services=make_services(settings, directories),
         include=directories,
+        demo=demo,
     )
     serve(options, _print_address, launch=launch_browser if browser else None)
 

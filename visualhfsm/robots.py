@@ -12,7 +12,6 @@ import re
 import sys
 import time
 import tomllib
-from collections import deque
 from collections.abc import Sequence
 from importlib.util import find_spec
 from pathlib import Path
@@ -37,7 +36,6 @@ _CLOSE_PATIENCE: Final = (3.0, 2.0)
 _SPEED: Final = re.compile(r"max|\d{1,3}(\.\d{1,3})?")
 _ADDRESS: Final = re.compile(r"(?P<scheme>tcps?://)?[A-Za-z0-9][A-Za-z0-9.\-]{0,252}(:\d{1,5})?")
 _REPORTED: Final = re.compile(r"^[\w-]+: error: ")
-_LAST_LINES: Final = 20
 _LEAVING: Final = 3.0
 """Seconds in which a robot that was ended here may still be seen."""
 
@@ -80,7 +78,7 @@ class Robots:
         self._name = ""
         self._simulation = Simulation()
         self._ready = asyncio.Event()
-        self._last_lines: deque[str] = deque(maxlen=_LAST_LINES)
+        self._last_error = ""
         self._trouble = ""
         self._presence = RobotPresence()
         self._was_present = False
@@ -176,7 +174,7 @@ class Robots:
         async with self._busy:
             self._kind, self._name, self._trouble = kind, name, ""
             self._ready.clear()
-            self._last_lines.clear()
+            self._last_error = ""
             self._report()
             client = self._settings.mode == "client"
             listen = [] if client else [f"--listen={self._endpoint()}"]
@@ -230,19 +228,19 @@ class Robots:
 
     def _take(self, written: Lines) -> None:
         _log(written)
-        for _, text in written.lines:
-            if text.strip():
-                self._last_lines.append(text)
+        for stream, text in written.lines:
+            if stream == "err" and text.strip():
+                self._last_error = text
             if text.startswith("ready"):
                 self._ready.set()
 
     def _end(self, code: int, stopped: bool) -> None:
         if stopped:
             return
-        last = self._last_lines[-1] if self._last_lines else describe_exit(code, stopped=False)
+        reason = _REPORTED.sub("", self._last_error) if code > 0 and self._last_error else ""
         what = "The simulation" if self._kind == "simulation" else f"The connection to {self._name}"
         began = "has ended" if self._ready.is_set() else "could not be started"
-        self._trouble = f"{what} {began}: {_REPORTED.sub('', last)[:300]}"
+        self._trouble = f"{what} {began}: {reason[:300] or describe_exit(code, stopped=False)}"
         self._kind = ""
         if self._balls is not None:
             self._balls.cancel()

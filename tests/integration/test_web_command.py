@@ -22,7 +22,7 @@ from tests.support.editor import DOCUMENT, Window
 from tests.support.limits import END_LIMIT, PAGE_LIMIT, START_LIMIT
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from visualhfsm.command import app
-from visualhfsm.web.server import launch_browser
+from visualhfsm.web.server import Options, launch_browser
 
 ADDRESS = r"http://127\.0\.0\.1:(\d+)/\?token=[\w-]{40,}"
 
@@ -163,3 +163,11 @@ def content(file: Path) -> str:
         assert time.monotonic() < until, "the browser was not opened"
         time.sleep(0.01)
     return file.read_text()
+
+
+def test_without_a_command_the_editor_is_opened_with_a_demo(monkeypatch: pytest.MonkeyPatch) -> None:
+    served: list[Options] = []
+    monkeypatch.setattr("visualhfsm.web.server.serve", lambda options, *_, **__: served.append(options))
+    for arguments in ([], ["edit"]):
+        assert CliRunner().invoke(app, arguments).exit_code == 0
+    assert [options.demo for options in served] == [True, False]

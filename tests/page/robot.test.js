@@ -4,11 +4,12 @@ import {test} from "node:test";
 import {Socket, STATIC} from "./page.js";
 
 const {store} = await import(new URL("store.js", STATIC).href);
-const {shownOf} = await import(new URL("robot.js", STATIC).href);
+const {isReadyFor, needsRobot, robotComes, shownOf, simulationFor} = await import(new URL("robot.js", STATIC).href);
 
 store.connect();
 const socket = Socket.made.at(-1);
 socket.open();
+socket.push({re: socket.sent[0].id, ok: {}});
 
 /** What is shown after a push of the robot. @param {object} robot */
 function pushed(robot) {
@@ -38,4 +39,47 @@ test("a robot that is stopped or lost is not shown as one that works", () => {
   const lost = pushed({status: "lost", since: new Date(2026, 1, 3, 19, 52, 14).getTime() / 1000});
   assert.match(lost.word, /^Robot lost since (19|07):52/);
   assert.equal(lost.kind, "amber");
+});
+
+const uses = (...types) => ({interfaces: types.map((type) => ({name: type, type}))});
+const FOLLOWS = uses("PoseHead", "Camera");
+const DANCES = uses("Pose3DMotors");
+
+test("a document that looks for a ball gets balls that move", () => {
+  assert.deepEqual(simulationFor(FOLLOWS), {world: "balls", balls: true});
+  assert.deepEqual(simulationFor(uses("jderobot::CameraPrx")), {world: "balls", balls: true});
+  assert.deepEqual(simulationFor(DANCES), {});
+});
+
+test("a document that uses no robot runs without one", () => {
+  pushed({});
+  assert.equal(needsRobot(uses()), false);
+  assert.equal(isReadyFor(uses()), true);
+  assert.equal(isReadyFor(DANCES), false);
+});
+
+test("a robot that is stopped or lost, or whose balls stand still, is not ready", () => {
+  const here = {status: "present", simulated: true, started: "simulation", hasBalls: true};
+  pushed(here);
+  assert.deepEqual([isReadyFor(DANCES), isReadyFor(FOLLOWS)], [true, false]);
+  pushed({...here, simulation: {world: "balls", speed: "1", balls: true}});
+  assert.equal(isReadyFor(FOLLOWS), true);
+  pushed({...here, started: ""}); // somebody else decides about these balls
+  assert.equal(isReadyFor(FOLLOWS), true);
+  pushed({...here, stopped: "STOP was pressed"});
+  assert.equal(isReadyFor(DANCES), false);
+  pushed({status: "lost", since: 1});
+  assert.equal(isReadyFor(DANCES), false);
+});
+
+test("a robot is awaited until it is there or will not come", async () => {
+  pushed({status: "starting", started: "simulation"});
+  const coming = robotComes();
+  pushed({status: "starting", started: "simulation", speed: 1});
+  pushed({status: "present", started: "simulation"});
+  assert.equal(await coming, true);
+  pushed({status: "starting", started: "simulation"});
+  const failing = robotComes();
+  pushed({trouble: "mujoco is not installed"});
+  assert.equal(await failing, false);
 });

@@ -90,6 +90,10 @@ def chromium() -> Iterator[Browser]:
         yield browser()
 
 
+# The first run of a window shows the robot beside the automaton; a test that looks at that clears this.
+ROBOT_WAS_SHOWN: Final = "sessionStorage.setItem('visualhfsm.robotShown', 'yes')"
+
+
 class Connections:
     """The websockets between a page and its server, which can be cut."""
 
@@ -129,6 +133,7 @@ class EditorPage:
         page.on("console", lambda message: self._note(message.type, message.text))
         page.set_default_timeout(PAGE_LIMIT * 1000)
         page.add_init_script(KEEP_NOTICES)
+        page.add_init_script(ROBOT_WAS_SHOWN)
         page.goto(f"http://{editor.host}/?token={editor.server.credentials.token}")
 
     def _note(self, kind: str, text: str) -> None:

@@ -275,6 +275,7 @@ class _Connection:
                     "root": str(workspace.root.directory),
                     "templates": [{"name": each.name, "description": each.description} for each in templates],
                     "worlds": await workspace.threads.do(find_worlds),
+                    "demo": workspace.begin_demo(),
                 }
             case p.Open(path=path):
                 return await documents.open_file(workspace, path)

@@ -65,7 +65,8 @@ class Options:
 
     Opening, saving and listing are confined to `root`, apart from `files`. `hosts` are names, beside those of
     loopback, under which a reverse proxy serves the page. `journals` is where unsaved changes are kept, by
-    default the user's directory of journals. `include` are directories with packages of interfaces.
+    default the user's directory of journals. `include` are directories with packages of interfaces. With
+    `demo`, the first window runs a behavior on a simulated robot, unless a document or a robot is there.
     """
 
     make_services: MakeServices
@@ -76,6 +77,7 @@ class Options:
     limits: Limits = field(default_factory=Limits)
     journals: Path | None = None
     include: Sequence[Path] = ()
+    demo: bool = False
 
 
 class Server:
@@ -100,7 +102,14 @@ class Server:
         """
         options = self._options
         root = Root(options.root, granted=options.files)
-        made = Workspace(root, options.limits, options.make_services, options.journals, options.include)
+        made = Workspace(
+            root,
+            options.limits,
+            options.make_services,
+            options.journals,
+            options.include,
+            demo=options.demo,
+        )
         async with made as workspace:
             for file in options.files:
                 await open_file(workspace, str(file.resolve()))

@@ -142,9 +142,12 @@ class Workspace:
         make_services: MakeServices,
         journals: Path | None = None,
         include: Sequence[Path] = (),
+        *,
+        demo: bool = False,
     ) -> None:
         self.root = root
         self.limits = limits
+        self._demo = demo
         self.journals = journals or journal_directory()
         self.threads = Threads(limits.threads)
         self.opening = asyncio.Lock()
@@ -245,6 +248,11 @@ class Workspace:
     def unsaved(self) -> list[str]:
         """Return the names of the documents with unsaved changes."""
         return [tab.shown.title for tab in self._tabs.values() if tab.shown.is_unsaved]
+
+    def begin_demo(self) -> bool:
+        """Return whether a window is to run the demo: the first one, where neither document nor robot is."""
+        wanted, self._demo = self._demo, False
+        return wanted and not self._tabs and self._robot.status == "none"
 
     def require_rest(self) -> None:
         """Raise VisualHfsmError while components run: they would drive a robot that is connected now."""

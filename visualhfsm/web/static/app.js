@@ -25,6 +25,7 @@ import {planned} from "./monitor/breakpoints.js";
 import {listenForStop} from "./monitor/stop.js";
 import {outputLog} from "./panels/output-log.js";
 import {countOf} from "./problems.js";
+import {isReadyFor} from "./robot.js";
 import {runs} from "./runs.js";
 import {actionButton, banner, resizer, restoreSizes} from "./shell.js";
 import {currentTheme, initTheme, switchTheme} from "./theme.js";
@@ -49,6 +50,8 @@ const LAZY = {
   "hfsm-monitor-timeline": "./monitor/timeline.js",
   "hfsm-start": "./start.js",
 };
+const ROOMY = 900; // px of width from which on the robot is shown beside the automaton by itself
+const ROBOT_SHOWN = "visualhfsm.robotShown";
 const SIDE = [
   ["hfsm-code-panel", "Code"],
   ["hfsm-data-panel", "Data"],
@@ -128,6 +131,7 @@ export class HfsmApp extends PageElement {
     this.listen(monitor, "structure", () => this.#showBreakpoints());
     this.listen(page, "tab", () => this.#showBreakpoints());
     this.listen(store, "connection", () => this.#showBreakpoints());
+    this.listen(store, "connection", () => this.#welcome());
     listenForStop();
     showImports();
     store.connect();
@@ -168,8 +172,15 @@ export class HfsmApp extends PageElement {
    * @param {string[]} options
    */
   async run(options = []) {
-    const {tab} = page;
+    const {tab, document: shown} = page;
+    if (!shown) return;
+    if (!isReadyFor(shown.fields)) {
+      const {settle} = await import("./robot-run.js");
+      if (!(await settle(shown.fields))) return;
+      page.show(tab);
+    }
     runs.dismiss(tab);
+    this.#showRobot();
     if (!this.bottom) this.outputOpened = true;
     this.showBottom("hfsm-output");
     const started = await askTab("run", {arguments: [...options, ...planned.argumentsFor(tab)]});
@@ -181,6 +192,23 @@ export class HfsmApp extends PageElement {
   #showErrors() {
     const {problems = [], checked, revision} = page.document ?? {};
     if (checked !== revision || countOf(problems, "error")) this.showBottom("hfsm-problems");
+  }
+
+  /** Show the robot beside the automaton, at the first run of this window. */
+  async #showRobot() {
+    const isTyping = this.querySelector(".side")?.contains(document.activeElement);
+    if (store.robot.status !== "present" || isTyping || innerWidth < ROOMY || sessionStorage.getItem(ROBOT_SHOWN))
+      return;
+    sessionStorage.setItem(ROBOT_SHOWN, "yes");
+    await this.showRobot();
+  }
+
+  /** Show the robot in 3D beside the automaton. */
+  async showRobot() {
+    const panel = /** @type {import("./monitor/panel.js").MonitorPanel | undefined} */ (
+      await this.showSide("hfsm-monitor-panel")
+    );
+    await panel?.choose("view");
   }
 
   /** Show which components run. */
@@ -387,6 +415,12 @@ export class HfsmApp extends PageElement {
     if (!known && page.tab === 0) page.show(tabs[0]?.tab ?? 0);
     else if (known?.has(page.tab) && !this.knownTabs.has(page.tab)) page.show(tabs.at(-1)?.tab ?? 0);
     this.#titleWindow();
+  }
+
+  /** Show a newcomer a robot that dances, when the server asks for it. */
+  async #welcome() {
+    if (!store.online || !store.greeting.demo) return;
+    (await import("./robot-run.js")).watchDance(this);
   }
 
   #titleWindow() {

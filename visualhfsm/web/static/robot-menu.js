@@ -167,7 +167,7 @@ class RobotMenu extends PageElement {
 const control = (action) => store.request("control", {component: "", action, arguments: {}});
 
 /** Ask for the address of a real robot, and whether it may move; then connect to it. */
-async function connect() {
+export async function connect() {
   let address = localStorage.getItem(ADDRESS) ?? "nao.local";
   let start = "leave";
   let isSafe = false;

@@ -2,7 +2,7 @@
 
 import {store} from "./store.js";
 
-/** @import {Robot} from "./store.js" */
+/** @import {Fields, Robot} from "./store.js" */
 
 /** A time of the day without its seconds. @param {number} seconds since 1970 */
 const minutes = (seconds) => new Date(seconds * 1000).toLocaleTimeString([], {hour: "2-digit", minute: "2-digit"});
@@ -40,3 +40,44 @@ export function shownOf(robot) {
 
 /** Ask the server to start a simulation, as the last one was. @param {object} [changes] of it */
 export const simulate = (changes = {}) => store.request("simulate", {...store.robot.simulation, ...changes});
+
+const LONGEST_START = 60_000; // ms
+
+/** Whether a document uses parts of a robot. @param {Fields} fields */
+export const needsRobot = ({interfaces}) => interfaces.length > 0;
+
+/** Whether a document looks for something in the pictures of a camera. @param {Fields} fields */
+const looks = ({interfaces}) => interfaces.some(({type}) => /\bCamera(Prx)?$/.test(type));
+
+/** The simulation that a document needs: one that looks for a ball gets balls that move. @param {Fields} fields */
+export const simulationFor = (fields) => (looks(fields) ? {world: "balls", balls: true} : {});
+
+/** Whether a document can run at once: its robot is there, and accepts commands. @param {Fields} fields */
+export function isReadyFor(fields) {
+  const {status, stopped, started, hasBalls, simulation} = store.robot;
+  if (!needsRobot(fields)) return true;
+  const misses = started === "simulation" && hasBalls && looks(fields) && !simulation.balls;
+  return status === "present" && !stopped && !misses;
+}
+
+/** Wait until the robot that is being started is there. @returns {Promise<boolean>} whether it came */
+export function robotComes() {
+  return new Promise((resolve) => {
+    const end = () => {
+      const {status} = store.robot;
+      if (store.online && status === "starting") return;
+      store.removeEventListener("robot", end);
+      store.removeEventListener("connection", end);
+      clearTimeout(timer);
+      resolve(store.online && status === "present");
+    };
+    const timer = setTimeout(() => {
+      store.removeEventListener("robot", end);
+      store.removeEventListener("connection", end);
+      resolve(false);
+    }, LONGEST_START);
+    store.addEventListener("robot", end);
+    store.addEventListener("connection", end);
+    end();
+  });
+}

@@ -63,6 +63,11 @@ class Start extends PageElement {
     return html`<div class="start">
       <h1>Draw what your robot does</h1>
       <p class="lead">States, transitions between them, and automata inside states. Press Run and watch.</p>
+      <div class="offers">
+        <button type="button" class="button primary" @click=${() => this.#dance()}>Watch a robot dance</button>
+        <button type="button" class="button" @click=${() => this.#tour()}>Take the tour</button>
+        <button type="button" class="button" @click=${openFile}>Open a document</button>
+      </div>
       ${
         recoverable.length
           ? html`<h2>Not saved when the editor ended</h2>
@@ -98,11 +103,6 @@ class Start extends PageElement {
             </button>`,
         )}
       </div>
-      <h2>Or</h2>
-      <div class="offers">
-        <button type="button" class="button primary" @click=${openFile}>Open a document</button>
-        <button type="button" class="button" @click=${() => this.#tour()}>Take the tour (one minute)</button>
-      </div>
       ${
         recent.length
           ? html`<h2>Recent</h2>
@@ -116,6 +116,10 @@ class Start extends PageElement {
       }
       <p class="drop">You can also drop a document or SCXML anywhere on this page.</p>
     </div>`;
+  }
+
+  async #dance() {
+    (await import("./robot-run.js")).watchDance(this.context.app);
   }
 
   async #tour() {

@@ -59,7 +59,7 @@
 /**
  * The answers of the server, by request.
  *
- * @typedef {{root?: string, templates?: {name: string, description: string}[],
+ * @typedef {{root?: string, demo?: boolean, templates?: {name: string, description: string}[],
  *   worlds?: {name: string, description: string, balls: boolean}[]}} Greeting
  * @typedef {{name: string, revision: number, added: {automaton: number, states: number[], transitions: number[]}[],
  *   conflict?: boolean}} Done a step; `conflict` if somebody else had typed over the same words

@@ -30,7 +30,7 @@ class MonitorBar extends MonitorElement {
   /** @type {typeof MonitorElement.kinds} */
   static kinds = ["shown", "mode", "structure", "running"];
   /** @type {typeof MonitorElement.watches} */
-  static watches = {page: ["change"], store: ["connection", "document", "run", "workspace"]};
+  static watches = {page: ["change"], store: ["connection", "document", "robot", "run", "workspace"]};
 
   #stop = ""; // the breakpoints at which it paused last
 
@@ -235,6 +235,8 @@ function statusOf() {
       word: `${monitor.running.includes(monitor.component) ? "Silent" : "Gone"} since ${clockTime(since)}`,
     };
   if (looking) return {status: "past", word: "Looking back"};
+  if (store.robot.status === "lost")
+    return {status: "lost", word: `Robot lost since ${clockTime(store.robot.since)}`, why: "It may come back."};
   if (!newest) return {status: "waiting", word: "Waiting"};
   const {status, stoppedAt, refusal} = newest.component;
   if (refusal) return {status: "paused", word: "Paused: command refused", why: refusal};

@@ -65,7 +65,7 @@ const liveLegend = (open) =>
     </ul>
   </details>`;
 
-class MonitorPanel extends MonitorElement {
+export class MonitorPanel extends MonitorElement {
   static properties = {chosen: {state: true}};
 
   constructor() {

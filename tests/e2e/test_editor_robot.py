@@ -1,0 +1,76 @@
+"""From the page to a moving robot: real simulations, components and balls, in Chromium."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import psutil
+import pytest
+from playwright.sync_api import Browser, expect
+
+from tests.support.browser import EditorPage, editor_page
+from tests.support.editor import editor
+from tests.support.limits import CALL_LIMIT, START_LIMIT
+from tests.support.processes import free_endpoint
+from tests.support.robot_server import eventually
+from visualhfsm.web.workspace import make_services
+from zenoh_ice import Settings
+
+STARTED = START_LIMIT * 1000
+
+
+@pytest.fixture
+def shown(browser: Browser, tmp_path: Path) -> Iterator[EditorPage]:
+    settings = Settings(realm="test-robot", connect=(free_endpoint(),), clock="wall", timeout=CALL_LIMIT)
+    with (
+        editor(tmp_path, make_services=make_services(settings)) as running,
+        editor_page(browser, running) as shown,
+    ):
+        yield shown
+    assert not children("naoserver_sim")
+    assert not children("ballmover")
+
+
+def children(module: str) -> list[psutil.Process]:
+    """Return the processes that the editor has started of a module."""
+    found = psutil.Process().children(recursive=True)
+    return [each for each in found if each.status() != psutil.STATUS_ZOMBIE and module in each.cmdline()]
+
+
+def test_one_click_leads_to_a_robot_that_dances_in_3d_and_is_missed_when_it_is_lost(
+    shown: EditorPage,
+) -> None:
+    shown.page.evaluate("sessionStorage.clear()")
+    shown.button("Watch a robot dance").click()
+    status = shown.page.locator(".live-status")
+    expect(status).to_have_text("Running", timeout=STARTED)
+    expect(shown.page.get_by_role("tab", name="3D")).to_have_attribute("aria-selected", "true")
+    expect(shown.page.get_by_role("button", name=re.compile("^Simulated Nao"))).to_be_visible()
+    expect(shown.state("out")).to_have_attribute("aria-label", re.compile("active"), timeout=STARTED)
+    (simulation,) = children("naoserver_sim")
+    simulation.kill()
+    expect(status).to_have_text(re.compile("^Robot lost since"))
+    expect(status).to_have_class(re.compile(r"\blost\b"))
+    expect(shown.page.get_by_role("button", name=re.compile("^Robot lost since"))).to_be_visible()
+
+
+def test_run_asks_once_for_a_robot_and_for_the_reset_of_its_emergency_stop(shown: EditorPage) -> None:
+    shown.button("Follow the ball The head follows a ball, and searches for it when it is lost.").click()
+    shown.page.locator(".state").first.wait_for()
+    shown.press("F5")
+    shown.button("Start a simulation and run").click()
+    status = shown.page.locator(".live-status")
+    expect(status).to_have_text("Running", timeout=STARTED)
+    eventually(lambda: len(children("ballmover")) == 2)
+    shown.press("Control+Shift+Space")
+    expect(shown.page.get_by_role("button", name="Simulated Nao, stopped")).to_be_visible()
+    shown.press("F5")
+    shown.button("Reset the emergency stop and run").click()
+    expect(status).to_have_text("Running", timeout=STARTED)
+    shown.button("Robot").click()
+    shown.button("Stop the simulation").click()
+    shown.button("No robot: start a simulation").wait_for()
+    shown.press("F5")
+    expect(shown.page.get_by_role("button", name=re.compile("^Simulated Nao"))).to_be_visible(timeout=STARTED)

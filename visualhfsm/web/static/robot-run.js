@@ -1,0 +1,88 @@
+/** What has to be settled before a run: that a robot is there, and that it accepts commands. */
+
+import {ask} from "./commands.js";
+import {confirm} from "./dialogs/dialog.js";
+import {openNew} from "./files.js";
+import {notify, notifyError} from "./notices.js";
+import {page} from "./page.js";
+import {connect} from "./robot-menu.js";
+import {isReadyFor, needsRobot, robotComes, simulate, simulationFor} from "./robot.js";
+import {store} from "./store.js";
+
+/** @import {HfsmApp} from "./app.js" */
+/** @import {Fields} from "./store.js" */
+
+const DANCE = "dance";
+
+/** What the user has chosen where there is no robot; it is asked once. @type {string | undefined} */
+let chosen;
+
+/**
+ * Settle what a document needs to run; asks the user where needed.
+ *
+ * @param {Fields} fields of the document
+ * @returns {Promise<boolean>} whether it may run
+ */
+export async function settle(fields) {
+  if (store.robot.stopped && !(await resetStop())) return false;
+  if (!needsRobot(fields)) return true;
+  const {status} = store.robot;
+  if (status === "none" || status === "lost") {
+    const choice = chosen ?? (await choose());
+    if (choice === "connect") {
+      await connect().catch(notifyError);
+      return false; // the user looks at the real robot first, and runs then
+    }
+    if (!choice) return false;
+    chosen = choice;
+    if (choice === "without") return true;
+    return begin(simulate(simulationFor(fields)));
+  }
+  if (status !== "present") return begin(Promise.resolve());
+  if (!isReadyFor(fields)) await ask("moveBalls", {moving: true});
+  return true;
+}
+
+/** Open the behavior that ships, and run it on a simulated robot. @param {HfsmApp} app */
+export async function watchDance(app) {
+  const {status, simulated} = store.robot;
+  const isFree = status === "none" || status === "lost";
+  const coming = isFree ? begin(simulate()) : Promise.resolve(simulated);
+  await openNew(DANCE);
+  if (page.tabState?.title !== DANCE) return;
+  if (isFree) chosen = "simulate";
+  if (await coming) await app.run();
+  else if (status === "present") notify("A real robot is here. Press Run when it may move.");
+}
+
+/** Wait for the robot that was requested. @param {Promise<unknown>} request */
+async function begin(request) {
+  try {
+    await request;
+  } catch (error) {
+    notifyError(error);
+    return false;
+  }
+  return robotComes(); // the header shows why it did not come
+}
+
+const choose = () =>
+  confirm({
+    title: "There is no robot here",
+    text: "Start a simulated one and run? This is asked once.",
+    choices: [
+      ["without", "Run without a robot"],
+      ["connect", "Connect to a real one"],
+      ["simulate", "Start a simulation and run", "primary"],
+    ],
+  });
+
+async function resetStop() {
+  const choice = await confirm({
+    title: "The robot is stopped",
+    text: `It refuses commands: ${store.robot.stopped}. Look at the robot first.`,
+    choices: [["reset", "Reset the emergency stop and run", "primary"]],
+  });
+  if (choice !== "reset") return false;
+  return (await ask("control", {component: "", action: "resetEmergencyStop", arguments: {}})) !== undefined;
+}
