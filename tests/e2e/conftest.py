@@ -8,6 +8,7 @@ import pytest
 from playwright.sync_api import Browser
 
 from tests.support.browser import chromium_on_demand
+from tests.support.editor import shared_checks
 
 
 @pytest.fixture(scope="package", autouse=True)
@@ -16,6 +17,13 @@ def open_browser() -> Iterator[Callable[[], Browser]]:
     # Opened before the checks of each file for leaks, and closed before tests that run an event loop themselves.
     with chromium_on_demand() as open_browser:
         yield open_browser
+
+
+@pytest.fixture(scope="package", autouse=True)
+def checks() -> Iterator[None]:
+    """The process in which all editors of this folder check their documents."""
+    with shared_checks():
+        yield
 
 
 @pytest.fixture(scope="module")

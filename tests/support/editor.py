@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import dataclasses
+import functools
 import http.client
 import json
 import socket
@@ -12,12 +14,15 @@ import time
 from collections.abc import AsyncGenerator, Callable, Iterator
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Any, Final, Self
 
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Origin
 
+from codegen.hfsm.document import Document
 from tests.support.limits import END_LIMIT, PAGE_LIMIT, START_LIMIT
+from tests.support.processes import free_endpoint
+from visualhfsm.editing.problems import CheckProcess
 from visualhfsm.errors import VisualHfsmError
 from visualhfsm.services import Publish
 from visualhfsm.web.server import Options, Server
@@ -304,6 +309,48 @@ def _patched_items(items: list[dict[str, Any]], patch: dict[str, Any]) -> list[d
     return [by_id[number] for number in patch.get("order", list(by_id))]
 
 
+class SharedChecks(CheckProcess):
+    """Checks the documents of one editor after the other."""
+
+    def close(self) -> None:
+        """Do nothing: the next editor needs it."""
+
+
+SHARED_CHECKS: Final[list[SharedChecks]] = []
+"""What checks for all editors, if anything does."""
+
+
+@contextlib.contextmanager
+def shared_checks() -> Iterator[None]:
+    """Check the documents of all editors within the block in one process, which is started now."""
+    checks = SharedChecks()
+    checks.find_problems(Document(), None)
+    SHARED_CHECKS.append(checks)
+    try:
+        yield
+    finally:
+        SHARED_CHECKS.remove(checks)
+        CheckProcess.close(checks)
+
+
+def usual_port() -> int:
+    """Return the port of most editors of this process, of which a browser caches the page; 0 if it is not free."""
+    port = chosen_port()
+    with socket.socket() as probe:
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            probe.bind(("127.0.0.1", port))
+        except OSError:
+            return 0
+    return port
+
+
+@functools.cache
+def chosen_port() -> int:
+    """Return a port that was free when it was first asked for."""
+    return int(free_endpoint().rpartition(":")[2])
+
+
 @contextlib.contextmanager
 def editor(
     root: Path,
@@ -314,13 +361,18 @@ def editor(
     make_services: MakeServices = no_services,
 ) -> Iterator[Editor]:
     """Serve the editor in a directory; journals are kept beside that."""
+
+    def make(publish: Publish) -> Services:
+        made = make_services(publish)
+        return dataclasses.replace(made, checks=SHARED_CHECKS[-1]) if SHARED_CHECKS else made
+
     options = Options(
         files=files,
         root=root,
         hosts=hosts,
-        port=port,
+        port=port or usual_port(),
         limits=limits or Limits(file_check_seconds=0.05),
-        make_services=make_services,
+        make_services=make,
         journals=root.with_name("journals"),
     )
     with Editor(options) as running:

@@ -6,7 +6,7 @@ import asyncio
 import contextlib
 import logging
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from itertools import count
 from pathlib import Path
@@ -94,6 +94,7 @@ class Services:
     running: RunningComponents
     live: Monitoring
     robots: Robots
+    checks: CheckProcess = field(default_factory=CheckProcess)
 
 
 MakeServices = Callable[[Publish], Services]
@@ -134,6 +135,7 @@ class Workspace:
     """
 
     services: Services
+    _checking: Checking
 
     def __init__(
         self,
@@ -163,13 +165,16 @@ class Workspace:
         self._robot = Robot()
         self._abandoned: dict[str, Abandoned] = {}
         self._published: WorkspacePush | None = None
-        self._checking = Checking(limits.quiet_seconds, self._show_problems, include)
+        self._include = include
         self._tasks: list[asyncio.Task[None]] = []
         self._stops: set[asyncio.Task[None]] = set()
 
     async def __aenter__(self) -> Self:
         self._loop = asyncio.get_running_loop()
         self.services = self._make_services(self._publish_from_anywhere)
+        self._checking = Checking(
+            self.services.checks, self.limits.quiet_seconds, self._show_problems, self._include
+        )
         await self.look_for_abandoned()
         self._tasks = [
             asyncio.create_task(self._watch_files(), name="watch of the files"),
@@ -504,16 +509,20 @@ class Checking:
     """Checks documents that have not changed for a moment, one at a time, in their newest revision.
 
     `quiet` is that moment in seconds, `report` gets what was found. `include` are directories with packages
-    of interfaces.
+    of interfaces. Closing it closes `process`.
     """
 
     def __init__(
-        self, quiet: float, report: Callable[[Tab, Problems], None], include: Sequence[Path] = ()
+        self,
+        process: CheckProcess,
+        quiet: float,
+        report: Callable[[Tab, Problems], None],
+        include: Sequence[Path] = (),
     ) -> None:
+        self._process = process
         self._quiet = quiet
         self._report = report
         self._include = include
-        self._process = CheckProcess()
         self._threads = Threads(1)
         self._waiting: dict[int, Tab] = {}
         self._wanted = asyncio.Event()

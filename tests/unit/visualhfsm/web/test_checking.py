@@ -6,8 +6,6 @@ import asyncio
 from collections.abc import Sequence
 from pathlib import Path
 
-import pytest
-
 from codegen.hfsm.document import Document
 from tests.support.limits import RUN_LIMIT
 from visualhfsm.editing.problems import CheckProcess, Problem
@@ -17,22 +15,26 @@ from visualhfsm.web.tab import Tab, Threads
 from visualhfsm.web.workspace import Checking
 
 
-def test_a_check_that_fails_is_not_the_last_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    asked: list[str] = []
+class FailsOnce(CheckProcess):
+    """Finds nothing, from the second question on."""
+
+    asked = 0
 
     def find_problems(
-        _process: CheckProcess, document: Document, _path: Path | None, _include: Sequence[Path] = ()
+        self, document: Document, path: Path | None, include: Sequence[Path] = ()
     ) -> list[Problem]:
-        asked.append(document.description.text)
-        if len(asked) == 1:
+        self.asked += 1
+        if self.asked == 1:
             raise RuntimeError("a fault")
         return []
 
-    monkeypatch.setattr(CheckProcess, "find_problems", find_problems)
+
+def test_a_check_that_fails_is_not_the_last_one(tmp_path: Path) -> None:
+    process = FailsOnce()
 
     async def go() -> None:
         reported: asyncio.Queue[Problems] = asyncio.Queue()
-        checking = Checking(0.0, lambda _, problems: reported.put_nowait(problems))
+        checking = Checking(process, 0.0, lambda _, problems: reported.put_nowait(problems))
         running = asyncio.create_task(checking.run())
         threads = Threads(1)
         for number in (1, 2):
@@ -46,4 +48,4 @@ def test_a_check_that_fails_is_not_the_last_one(tmp_path: Path, monkeypatch: pyt
         await threads.close()
 
     asyncio.run(go())
-    assert len(asked) == 2
+    assert process.asked == 2
