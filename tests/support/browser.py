@@ -12,7 +12,16 @@ from pathlib import Path
 from typing import Any, Final
 
 import pytest
-from playwright.sync_api import Browser, Locator, Page, Playwright, WebSocketRoute, expect, sync_playwright
+from playwright.sync_api import (
+    Browser,
+    BrowserContext,
+    Locator,
+    Page,
+    Playwright,
+    WebSocketRoute,
+    expect,
+    sync_playwright,
+)
 
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import read_document
@@ -255,17 +264,44 @@ def editor_page(
     browser: Browser, editor: Editor, *, width: int = 1280, height: int = 800, dark: bool = False
 ) -> Iterator[EditorPage]:
     """Open the editor in a new window; fail if the page throws or logs an error."""
-    context = browser.new_context(
+    with window(browser, editor.host, width, height, dark) as page, recorded(page):
+        shown = EditorPage(page, editor)
+        yield shown
+        assert not shown.mishaps, shown.mishaps
+
+
+@functools.cache
+def kept_context(browser: Browser, width: int, height: int, dark: bool) -> BrowserContext:
+    """Return the context that windows of this kind have in turn: its cache keeps the page's modules."""
+    return new_context(browser, width, height, dark)
+
+
+def new_context(browser: Browser, width: int, height: int, dark: bool) -> BrowserContext:
+    """Return a context without any memory."""
+    return browser.new_context(
         viewport={"width": width, "height": height}, color_scheme="dark" if dark else "light"
     )
+
+
+@contextlib.contextmanager
+def window(browser: Browser, host: str, width: int, height: int, dark: bool) -> Iterator[Page]:
+    """Open a window that remembers nothing but unchanging files, of which it is the only one."""
+    context = kept_context(browser, width, height, dark)
+    if context.pages:
+        with contextlib.closing(new_context(browser, width, height, dark)) as context:
+            yield context.new_page()
+        return
+    page = context.new_page()
     try:
-        page = context.new_page()
-        with recorded(page):
-            shown = EditorPage(page, editor)
-            yield shown
-            assert not shown.mishaps, shown.mishaps
+        context.clear_cookies()
+        context.clear_permissions()
+        devtools = context.new_cdp_session(page)
+        devtools.send("Storage.clearDataForOrigin", {"origin": f"http://{host}", "storageTypes": "all"})
+        devtools.detach()
+        yield page
     finally:
-        context.close()
+        for each in context.pages:
+            each.close()
 
 
 def saved(shown: EditorPage, path: Path) -> Document:
