@@ -12,6 +12,7 @@
 import {canvasActions, drawnSelection} from "./canvas/actions.js";
 import * as commands from "./commands.js";
 import {monitorActions, monitoredSelection} from "./monitor/actions.js";
+import {monitor} from "./monitor/monitor.js";
 import {page} from "./page.js";
 import {required} from "./required.js";
 import {runs} from "./runs.js";
@@ -19,6 +20,9 @@ import {runs} from "./runs.js";
 const hasDocument = () => Boolean(page.document);
 /** @param {number} count @param {string} noun */
 const plural = (count, noun) => `${count} ${noun}${count === 1 ? "" : "s"}`;
+
+/** The tab whose component was started here and is to be stopped: the shown one, or that which is followed; or 0. */
+const startedHere = () => [page.tab, monitor.component && monitor.tab].find((tab) => tab && runs.isRunning(tab)) || 0;
 
 const files = () => import("./files.js");
 
@@ -160,8 +164,9 @@ const LIST = [
     icon: "stop",
     keys: ["Shift+F5"],
     scope: "typing",
-    enabled: () => runs.isRunning(page.tab),
-    run: () => commands.askTab("stopRun"),
+    enabled: () => startedHere() > 0 || monitor.steers,
+    run: () => (startedHere() ? commands.ask("stopRun", {tab: startedHere()}) : monitor.stop()),
+    hint: "the component of the shown document, or else the followed one",
   },
 
   ...canvasActions,

@@ -37,7 +37,7 @@
  * @typedef {{state: number, ghost: boolean, transitions: TransitionExplanation[], summary: string}} Explanation
  * @typedef {{facts: Facts, at: Snapshot | null, explain: Explanation, pause: null, resume: null, step: null,
  *   series: {times: number[], values: Record<string, (number | null)[]>}, setBreakpoints: null, setVariable: null,
- *   forceTransition: null, sendEvent: null, placeObject: null, pushRobot: null, reload: {generation: number, held: number, notKept: string[]},
+ *   forceTransition: null, sendEvent: null, stop: null, placeObject: null, pushRobot: null, reload: {generation: number, held: number, notKept: string[]},
  *   emergencyStop: {stopped: string[], failed: Record<string, string>}}} Controls what each action answers
  * @typedef {{start: number, end: number, changes: [number, number, number, number, number][],
  *   spans: [number, number, boolean, number, number][], numbers: string[]}} Timeline
@@ -407,6 +407,11 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
       notifyError(error);
       return undefined;
     }
+  }
+
+  /** End the component, which somebody else has started. */
+  async stop() {
+    if ((await this.steer("stop")) !== undefined) this.end("it was stopped");
   }
 
   /** @param {Followed} followed */
