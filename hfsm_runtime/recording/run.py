@@ -222,7 +222,8 @@ class RecordedRuntime(Runtime):
     ) -> float:
         """Raise ReloadRefusedError: a recording is of one document."""
         raise ReloadRefusedError(
-            "a component that is recorded is not reloaded: its recording is of one document"
+            "a component that is recorded is not reloaded, as its recording is of one document: "
+            "start it again without --record"
         )
 
     def send(self, name: str, data: object = None) -> None:
