@@ -207,7 +207,7 @@ def _run_in_process(
     `report` gets each line. `include` are directories in which the component finds packages. Raises
     VisualHfsmError.
     """
-    command = [sys.executable, "-m", "hfsm_runtime.replay", *arguments]
+    command = [sys.executable, "-P", "-m", "hfsm_runtime.replay", *arguments]
     with tempfile.TemporaryFile() as errors:
         child = subprocess.Popen(
             command,

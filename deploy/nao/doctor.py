@@ -250,7 +250,7 @@ def _check_rendering() -> Finding:
     """Return whether the simulated cameras can render."""
     try:
         done = subprocess.run(
-            [sys.executable, "-c", _GL_PROGRAM], capture_output=True, timeout=_GL_LIMIT, check=False
+            [sys.executable, "-P", "-c", _GL_PROGRAM], capture_output=True, timeout=_GL_LIMIT, check=False
         )
     except subprocess.TimeoutExpired:
         return _fail(f"GL: no picture within {_GL_LIMIT:g} s", _SOFTWARE_GL)
