@@ -13,18 +13,20 @@ import sys
 import time
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
+from datetime import datetime
 from pathlib import Path
 from typing import NamedTuple
 
 import hfsm_command
 from deploy.stack import ON_PURPOSE, ProcessSpec, Restarts, StackError, program_path
-from hfsm_command.logs import DATE_FORMAT, DATED, rotating
+from hfsm_command.logs import rotating
 
 __all__ = ["Launcher", "free_endpoint"]
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 _STDIN = 0
 _ENDPOINT = re.compile(r"tcp/(?P<host>[\w.-]+):(?P<port>\d+)")
+_DATED = re.compile(r"\d{4}-\d\d-\d\d |\{")  # how log lines begin, as text and as JSON
 _TAIL_LINES = 15
 _LONGEST_LINE = 8192
 _CHUNK = 65536
@@ -208,8 +210,8 @@ def _terminal_kept() -> Iterator[None]:
 class _StackProcess:
     """A started process.
 
-    Its output goes line by line, each with date and time, into `log`, which rotates; a foreground process has
-    the terminal instead. Everything it starts itself stays in its process group and ends with it.
+    Its output goes line by line into `log`, which rotates, with date and time where it has none; a foreground
+    process has the terminal instead. Everything it starts itself stays in its process group and ends with it.
     """
 
     def __init__(self, spec: ProcessSpec, log: Path) -> None:
@@ -246,7 +248,7 @@ class _StackProcess:
             if signal.SIGINT not in blocked:
                 signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
         if self._child.stdout is not None:
-            self._output = asyncio.create_task(self._copy_output(self._child.stdout))
+            self._output = asyncio.create_task(self._copy_output(self._child.stdout, rotating(self.log)))
         if not self.spec.ready:
             self.ready.set()
 
@@ -288,9 +290,8 @@ class _StackProcess:
         with contextlib.suppress(ProcessLookupError):
             os.killpg(self._child.pid, number)
 
-    async def _copy_output(self, output: asyncio.StreamReader) -> None:
-        with contextlib.closing(rotating(self.log, delay=True)) as log:
-            log.setFormatter(logging.Formatter(f"{DATED}%(message)s", DATE_FORMAT))
+    async def _copy_output(self, output: asyncio.StreamReader, log: logging.Handler) -> None:
+        with contextlib.closing(log):
             log.handleError = lambda record: self._cannot_log()  # type: ignore[method-assign]  # noqa: ARG005
             rest = b""
             while chunk := await output.read(_CHUNK):
@@ -310,7 +311,9 @@ class _StackProcess:
     def _note(self, raw: bytes, log: logging.Handler) -> None:
         line = raw.decode(errors="replace").rstrip("\r")
         if self._logging:
-            log.emit(logging.makeLogRecord({"msg": line}))
+            now = datetime.now().astimezone().replace(tzinfo=None)
+            stamp = "" if _DATED.match(line) else now.isoformat(" ", "milliseconds") + " "
+            log.emit(logging.makeLogRecord({"msg": stamp + line}))
         self.tail.append(line)
         if self.spec.ready and re.search(self.spec.ready, line):
             self.ready.set()

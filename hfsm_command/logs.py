@@ -14,13 +14,10 @@ from zenoh_ice.exceptions import ConfigurationException
 from zenoh_ice.settings import Settings
 from zenoh_ice.status import program_name
 
-__all__ = ["DATED", "DATE_FORMAT", "rotating", "set_up_logging"]
+__all__ = ["rotating", "set_up_logging"]
 
-DATED: Final = "%(asctime)s.%(msecs)03d "
-"""The beginning of a line: date and time of the machine, with `DATE_FORMAT`."""
-DATE_FORMAT: Final = "%Y-%m-%d %H:%M:%S"
-
-_TEXT: Final = DATED + "%(levelname)-8s %(name)s: %(message)s"
+_TEXT: Final = "%(asctime)s.%(msecs)03d %(levelname)-8s %(name)s: %(message)s"
+_DATE: Final = "%Y-%m-%d %H:%M:%S"
 _MOST_BYTES: Final = 10_000_000  # of a file; then it is renamed to FILE.1, that to FILE.2, and so on
 _OLD_FILES: Final = 5
 
@@ -59,16 +56,16 @@ def set_up_logging(settings: Settings) -> None:
             raise ConfigurationException(
                 f"{origin}: log_file = {settings.log_file!r}: cannot be written: {error.strerror}"
             ) from error
-    text = logging.Formatter(_TEXT, DATE_FORMAT)
+    text = logging.Formatter(_TEXT, _DATE)
     handler.setFormatter(_JsonFormatter() if settings.log_format == "json" else text)
     logging.basicConfig(level=settings.log_level.upper(), handlers=[handler], force=True)
 
 
-def rotating(path: Path, *, delay: bool = False) -> RotatingFileHandler:
+def rotating(path: Path) -> RotatingFileHandler:
     """Return a handler that appends to a file of at most 10 MB and keeps five older ones.
 
-    With `delay` the file is opened with the first record. Raises OSError when it cannot be opened.
+    Raises OSError when the file cannot be opened.
     """
     return RotatingFileHandler(
-        path, maxBytes=_MOST_BYTES, backupCount=_OLD_FILES, encoding="utf-8", errors="replace", delay=delay
+        path, maxBytes=_MOST_BYTES, backupCount=_OLD_FILES, encoding="utf-8", errors="replace"
     )

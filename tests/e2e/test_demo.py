@@ -75,7 +75,7 @@ def test_ctrl_c_ends_every_process_of_the_demo(demo: ComponentProcess) -> None:
 
 def test_the_death_of_a_component_ends_the_demo_and_is_reported(demo: ComponentProcess) -> None:
     running = components(demo)
-    robot = next(process for process in running if "naoserver_sim" in process.cmdline())
+    robot = next(process for process in running if "naoserver-sim" in " ".join(process.cmdline()))
     robot.kill()
 
     assert demo.wait(RUN_LIMIT) == 1, demo.output

@@ -164,6 +164,13 @@ def test_output_goes_to_a_log_with_date_and_time_of_each_line(bench):
     assert before < times[0] < times[1] < datetime.now(UTC)
 
 
+def test_lines_of_a_log_with_a_date_get_no_other(bench):
+    lines = ["2026-11-21 13:00:00.000 INFO     robot: up", '{"time": "2026-11-21T13:00:00.000+00:00"}']
+    bench.add("talker", "\n".join(f"print({line!r})" for line in lines))
+    bench.run()
+    assert bench.text("logs/talker.log").splitlines() == lines
+
+
 def test_a_log_rotates_at_its_size(bench):
     bench.add("talker", "for n in range(20_000): print('x' * 600)\nprint('last')")
     bench.run()
