@@ -12,13 +12,13 @@ from playwright.sync_api import Browser, expect
 
 from tests.support.browser import EditorPage, editor_page
 from tests.support.editor import editor
-from tests.support.limits import CALL_LIMIT, START_LIMIT
+from tests.support.limits import CALL_LIMIT, RUN_LIMIT
 from tests.support.processes import free_endpoint
 from tests.support.robot_server import eventually
 from visualhfsm.web.workspace import make_services
 from zenoh_ice import Settings
 
-STARTED = START_LIMIT * 1000
+STARTED = RUN_LIMIT * 1000
 
 
 @pytest.fixture
@@ -74,3 +74,23 @@ def test_run_asks_once_for_a_robot_and_for_the_reset_of_its_emergency_stop(shown
     shown.button("No robot: start a simulation").wait_for()
     shown.press("F5")
     expect(shown.page.get_by_role("button", name=re.compile("^Simulated Nao"))).to_be_visible(timeout=STARTED)
+
+
+def test_the_tour_runs_a_behavior_and_ends_with_a_change_of_it(shown: EditorPage) -> None:
+    shown.button("Take the tour").click()
+    tour = shown.page.locator(".tour")
+    for step in range(1, 8):
+        expect(tour).to_contain_text(f"{step} of 10")
+        shown.press("ArrowRight")
+    expect(tour).to_contain_text("It runs")
+    expect(shown.page.locator(".live-status")).to_have_text("Running", timeout=STARTED)
+    shown.button("Next").click()
+    shown.button("Next").click()
+    expect(tour).to_contain_text("10 of 10")
+    time = shown.page.get_by_label("After", exact=True)
+    expect(time).to_be_focused()
+    time.fill("500")
+    shown.press("F9")
+    expect(shown.state("dance")).to_have_attribute("aria-label", re.compile("active"))
+    shown.button("Done").click()
+    expect(tour).to_have_count(0)

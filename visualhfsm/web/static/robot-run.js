@@ -55,6 +55,12 @@ export async function watchDance(app) {
   else if (status === "present") notify("A real robot is here. Press Run when it may move.");
 }
 
+/** Run the shown document, on a simulated robot where there is none. @param {HfsmApp} app */
+export function runSimulated(app) {
+  chosen = "simulate";
+  return app.run();
+}
+
 /** Wait for the robot that was requested. @param {Promise<unknown>} request */
 async function begin(request) {
   try {

@@ -7,64 +7,113 @@
 import {html, render} from "lit";
 
 import {openNew} from "./files.js";
-import {keyOf} from "./keys.js";
+import {keyOf, spoken} from "./keys.js";
+import {STOP_KEY} from "./monitor/stop.js";
+import {notify} from "./notices.js";
 import {page} from "./page.js";
+import {store} from "./store.js";
+
+/** @import {Context} from "./actions.js" */
+
+/**
+ * An element of the page, and what is said of it. `enter` is done with it; with `types` the user types there, so the
+ * tour does not take the focus.
+ *
+ * @typedef {{selector: string, title: string, text: TemplateResult, next?: string, types?: boolean,
+ *   enter?: (context: Context) => Promise<unknown>}} Step
+ */
 
 const EXAMPLE = "dance_and_follow";
 const GAP = 12;
 
-/** The elements of the tour, with their texts. @type {[selector: string, title: string, text: TemplateResult][]} */
+/** @type {Step[]} */
 const STEPS = [
-  [
-    "hfsm-canvas",
-    "The canvas",
-    html`Circles are states: blue ones do something, green ones contain another automaton. The double circle is the
-    initial state. Arcs lead from state to state.`,
-  ],
-  [
-    ".state.parent",
-    "Going inside",
-    html`Double-click a green state to see what is inside. <kbd>${keyOf("up")}</kbd> leads back up.`,
-  ],
-  [
-    "hfsm-tree",
-    "The whole tree",
-    html`Every automaton with all its states. A selection here is also the selection on the canvas.`,
-  ],
-  [
-    '[aria-label="Figures"]',
-    "Drawing",
-    html`Press <kbd>S</kbd> for a state and <kbd>T</kbd> for a transition, or drag from the rim of one state to another.
-      <kbd>F2</kbd> renames.`,
-  ],
-  [
-    '[aria-label="Automaton data"]',
-    "Data and code",
-    html`<kbd>${keyOf("editCode")}</kbd> opens the code of what is selected beside the canvas. Here are the servants
-      that the component uses, its cycle, variables and functions.`,
-  ],
-  [
-    ".live-bar",
-    "Run and stop",
-    html`Run writes the component as Python and starts it. Then the canvas shows which states are current. The red
-      <strong>STOP</strong> stops the robot and all that runs, at any time.`,
-  ],
-  [
-    "hfsm-status",
-    "Problems",
-    html`The document is checked as you draw. Click here for the list of problems; each leads to its place.`,
-  ],
-  [
-    ".toolbar",
-    "Every step can be undone",
-    html`<kbd>${keyOf("undo")}</kbd> undoes any change, in any automaton. All keys are listed in the help: press
+  {
+    selector: "hfsm-canvas",
+    title: "The canvas",
+    text: html`Circles are states: blue ones do something, green ones contain another automaton. The double circle is
+    the initial state. Arcs lead from state to state.`,
+  },
+  {
+    selector: ".state.parent",
+    title: "Going inside",
+    text: html`Double-click a green state to see what is inside. <kbd>${keyOf("up")}</kbd> leads back up.`,
+  },
+  {
+    selector: "hfsm-tree",
+    title: "The whole tree",
+    text: html`Every automaton with all its states. A selection here is also the selection on the canvas.`,
+  },
+  {
+    selector: '[data-action="newState"]',
+    title: "Drawing",
+    text: html`Press <kbd>S</kbd> for a state and <kbd>T</kbd> for a transition, or drag from the rim of one state to
+      another. <kbd>F2</kbd> renames. <kbd>${keyOf("undo")}</kbd> undoes any change.`,
+  },
+  {
+    selector: '[data-action="interfaces"]',
+    title: "Data and code",
+    text: html`<kbd>${keyOf("editCode")}</kbd> opens the code of what is selected beside the canvas. Here are the parts
+      of the robot that the component uses, its cycle, variables and functions.`,
+  },
+  {
+    selector: "hfsm-status",
+    title: "Problems",
+    text: html`The document is checked as you draw. Click here for the list of problems; each leads to its place.`,
+  },
+  {
+    selector: ".robot-pill",
+    title: "The robot",
+    text: html`Here you see which robot there is, and start a simulated one. Run (<kbd>${keyOf("run")}</kbd>) does that
+    by itself where there is none. Let us run this behavior.`,
+    next: "Run",
+  },
+  {
+    selector: ".side",
+    title: "It runs",
+    text: html`The simulation takes some seconds to start. Then the filled state is the current one, and the head
+    follows a ball. Ten seconds later, the robot dances.`,
+    enter: runExample,
+  },
+  {
+    selector: ".stop-button",
+    title: "STOP",
+    text: html`This stops the robot and all that runs at once, and so does <kbd>${spoken(STOP_KEY)}</kbd>, wherever you
+      are.`,
+  },
+  {
+    selector: ".side",
+    title: "Change it while it runs",
+    text: html`So long it follows the ball before it dances. Write a shorter time, and press
+      <kbd>${keyOf("reload")}</kbd>: the robot goes on with the change, without a restart. The help lists all keys:
       <kbd>?</kbd>.`,
-  ],
+    enter: editExample,
+    types: true,
+  },
 ];
+
+/** Run the example, unless a real robot would move. @param {Context} context */
+async function runExample({app}) {
+  const {status, simulated} = store.robot;
+  const mayRun = status !== "present" || simulated;
+  if (!mayRun) notify("A real robot is here. Press Run when it may move.");
+  await Promise.all([app.showRobot(), mayRun && (await import("./robot-run.js")).runSimulated(app)]);
+}
+
+/** Show how long the example follows the ball. @param {Context} context */
+async function editExample({app}) {
+  const root = [...(page.document?.automata.values() ?? [])].find((each) => !each.father);
+  const initial = root?.states.find((each) => each.initial);
+  const timed = root?.transitions.find((each) => each.type === "time" && each.origin === initial?.id);
+  if (!root || !timed) return;
+  page.open(root.id, {transitions: [timed.id]});
+  await app.showSide("hfsm-code-panel");
+  page.edit({kind: "transition", automaton: root.id, id: timed.id, part: "trigger"});
+}
 
 /** @param {import("./actions.js").Context} context */
 export async function startTour(context) {
-  if (!page.document) await openNew(EXAMPLE);
+  if (page.tabState?.title !== EXAMPLE) await openNew(EXAMPLE);
   const bubble = document.createElement("div");
   bubble.className = "tour";
   bubble.setAttribute("role", "dialog");
@@ -81,13 +130,18 @@ export async function startTour(context) {
     context.canvas.focusSelected();
   };
   /** @param {number} step */
-  const go = (step) => {
+  const go = async (step) => {
     index += step;
-    if (index >= STEPS.length) end();
-    else show();
+    if (index >= STEPS.length) return end();
+    show();
+    const {enter} = STEPS[index];
+    if (step > 0 && enter) {
+      await enter(context);
+      if (bubble.isConnected) show(); // where it is now
+    }
   };
   const show = () => {
-    const [selector, title, text] = STEPS[index];
+    const {selector, title, text, next = "Next", types} = STEPS[index];
     const last = index === STEPS.length - 1;
     render(
       html`<h2 id="tour-title">${title}</h2>
@@ -96,12 +150,12 @@ export async function startTour(context) {
           <span class="count">${index + 1} of ${STEPS.length}</span>
           ${last ? "" : html`<button type="button" class="button" @click=${end}>End</button>`}
           ${index ? html`<button type="button" class="button" @click=${() => go(-1)}>Back</button>` : ""}
-          <button type="button" class="button primary" @click=${() => go(1)}>${last ? "Done" : "Next"}</button>
+          <button type="button" class="button primary" @click=${() => go(1)}>${last ? "Done" : next}</button>
         </div>`,
       bubble,
     );
     place(document.querySelector(selector) ?? context.canvas, frame, bubble);
-    /** @type {HTMLElement | null} */ (bubble.querySelector(".primary"))?.focus();
+    if (!types) /** @type {HTMLElement | null} */ (bubble.querySelector(".primary"))?.focus();
   };
   bubble.addEventListener("keydown", (event) => {
     const step = /** @type {Record<string, number>} */ ({ArrowRight: 1, ArrowLeft: -1})[event.key];
