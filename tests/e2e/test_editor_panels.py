@@ -229,7 +229,7 @@ def test_what_is_typed_while_the_server_is_away_comes_when_it_is_back(shown: Edi
     shown.type("\nspeed = 1")
     expect(code).to_contain_text("speed = 1")
     shown.press("Control+s")
-    expect(shown.page.locator(".notice.error")).to_contain_text("The server is offline")
+    expect(shown.page.locator(".notice.error")).to_contain_text("The editor is offline")
     shown.connections.restore()
     # On a busy machine the page may have tried by itself, and the button is gone.
     shown.button("Try now").evaluate_all("all => all.forEach((each) => each.click())")

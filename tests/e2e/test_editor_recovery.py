@@ -9,6 +9,8 @@ from playwright.sync_api import Browser, expect
 
 from tests.support.browser import editor_page
 from tests.support.editor import DOCUMENT, editor
+from tests.support.panels import edit
+from tests.support.processes import free_endpoint
 
 
 def test_unsaved_changes_are_recovered_in_the_place_of_their_file(browser: Browser, tmp_path: Path) -> None:
@@ -43,11 +45,45 @@ def test_a_page_says_what_to_do_when_the_editor_was_restarted(browser: Browser, 
         shown.expect_states("wait", "go")
         former.server.stop()
         banner = shown.page.get_by_role("alert").filter(has_text="No connection since")
-        expect(banner).to_contain_text("The server is offline")
+        expect(banner).to_contain_text("The editor is offline")
         with editor(root, file, port=former.port) as again:
             expect(banner).to_contain_text("open the address that it printed in its terminal")
             with contextlib.closing(shown.page.context.new_page()) as other:
                 other.goto(f"http://{again.host}/?token={again.server.credentials.token}")
                 expect(banner).to_have_count(0)
                 shown.expect_states("wait", "go")
+        shown.mishaps.clear()  # Chromium logs each request that is refused
+
+
+def test_a_page_connects_again_when_the_editor_was_restarted_on_its_port(
+    browser: Browser, tmp_path: Path
+) -> None:
+    root = tmp_path / "root"
+    root.mkdir()
+    file = root / "walk.xml"
+    file.write_text(DOCUMENT, "utf-8")
+    port = int(free_endpoint().rpartition(":")[2])
+    with contextlib.ExitStack() as first:
+        former = first.enter_context(editor(root, file, port=port))
+        shown = first.enter_context(editor_page(browser, former))
+        edit(shown, "go")
+        shown.type("1")
+        expect(shown.page.locator(".last-step")).to_contain_text("Edit the code of “go”")
+        former.server.stop()
+        offline = shown.page.get_by_role("alert").filter(has_text="No connection since")
+        expect(offline).to_contain_text(f"when it runs on port {port}")
+        shown.type("2")
+        expect(offline.get_by_role("button", name="Copy what was not sent")).to_be_visible()
+
+        with editor(root, file, port=port):
+            expect(offline).to_have_count(0)
+            recover = shown.page.get_by_role("alert").filter(has_text="were not saved")
+            unsent = shown.page.get_by_role("alert").filter(has_text="did not reach a document")
+            expect(unsent).to_contain_text("pass12")
+            recover.get_by_role("button", name="Recover them").click()
+            expect(edit(shown, "go")).to_have_text("pass1")
+            unsent.get_by_role("button", name="Discard it").click()
+            expect(unsent).to_have_count(0)
+            shown.page.reload()
+            shown.state("go").wait_for()
         shown.mishaps.clear()  # Chromium logs each request that is refused

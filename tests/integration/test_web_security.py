@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import contextlib
+import hashlib
+import hmac
+import json
 import logging
 import os
 import re
@@ -15,6 +18,7 @@ import pytest
 from websockets.exceptions import ConnectionClosedError
 
 from tests.support.editor import DOCUMENT, Editor, Refused, editor
+from tests.support.processes import free_endpoint
 from visualhfsm.web.workspace import Limits
 
 
@@ -88,6 +92,50 @@ def test_cookies_of_other_servers_on_loopback_keep_nobody_out(running: Editor, o
     cookies = f"{other.replace('PORT', str(running.port))}; {running.cookie()}; a=b"
     assert running.get("/", {"Cookie": cookies})[0] == 200
     assert _upgrade(running, cookie=cookies) == 101
+
+
+def test_a_page_comes_in_again_after_a_restart_on_the_same_port(root: Path) -> None:
+    port = int(free_endpoint().rpartition(":")[2])
+    with editor(root, port=port) as first, first.window() as window:
+        key = bytes.fromhex(window.hello["key"])
+        run = window.hello["run"]
+
+    def resume(running: Editor, proof: str) -> tuple[str, str]:
+        """Return the status of an answer to a challenge, and the cookie of its answer."""
+        offer = json.loads(running.get("/resume?nonce=ab")[2])
+        assert offer["proof"] == signed(f"server:ab:{offer['challenge']}")
+        answer = signed(f"page:{offer['challenge']}") if proof == "right" else proof
+        status, headers, _ = running.get(f"/resume?challenge={offer['challenge']}&proof={answer}")
+        return str(status), headers.get("set-cookie", "")
+
+    def signed(text: str) -> str:
+        return hmac.new(key, text.encode(), hashlib.sha256).hexdigest()
+
+    with editor(root, port=port) as again:
+        assert resume(again, "wrong") == ("403", "")
+        status, cookie = resume(again, "right")
+        assert status == "204"
+        assert "samesite=strict" in cookie.lower()
+        assert again.get("/", {"Cookie": cookie.partition(";")[0]})[0] == 200
+        with again.window() as window:
+            assert (window.hello["key"], window.hello["run"] == run) == (key.hex(), False)
+        for headers in ({"Origin": "http://evil.example"}, {"Host": "evil.example"}):
+            assert again.get("/resume?nonce=ab", headers)[0] == 403
+
+
+def test_a_port_that_the_system_picked_leaves_no_key_behind(tmp_path: Path) -> None:
+    (tmp_path / "root").mkdir()
+    with editor(tmp_path / "root") as running, running.window() as window:
+        assert len(window.hello["key"]) == 64
+    assert not (tmp_path / "keys").exists()
+
+
+def test_people_who_are_refused_get_a_page(running: Editor) -> None:
+    status, headers, content = running.get("/?token=<b>old", {"Accept": "text/html"})
+    assert (status, headers["content-type"]) == (403, "text/html; charset=utf-8")
+    assert "default-src 'none'" in headers["content-security-policy"]
+    assert b"in its terminal" in content
+    assert b"<b>" not in content
 
 
 def test_a_query_that_is_none_is_refused(running: Editor) -> None:

@@ -54,11 +54,11 @@ _SAVED: Final = "saved"  # a document may be compared with this instead of a fil
 _logger = logging.getLogger(__name__)
 
 
-async def converse(websocket: WebSocket, workspace: Workspace) -> None:
-    """Serve one window until it is closed."""
+async def converse(websocket: WebSocket, workspace: Workspace, key: bytes) -> None:
+    """Serve one window until it is closed; `key` is that of its resumption."""
     await websocket.accept()
     window = Window(workspace.limits.output_lines)
-    connection = _Connection(websocket, window, workspace)
+    connection = _Connection(websocket, window, workspace, key)
     try:
         await until_one_ends(connection.read(), window.write(websocket.send_text))
     except WebSocketDisconnect:
@@ -85,8 +85,9 @@ async def until_one_ends(*work: Coroutine[object, object, None]) -> None:
 class _Connection:
     """Reads requests and does them on the workspace; the answers go to the window."""
 
-    def __init__(self, websocket: WebSocket, window: Window, workspace: Workspace) -> None:
+    def __init__(self, websocket: WebSocket, window: Window, workspace: Workspace, key: bytes) -> None:
         self._websocket = websocket
+        self._key = key
         self._window = window
         self._workspace = workspace
         self._limits = workspace.limits
@@ -276,6 +277,8 @@ class _Connection:
                     "templates": [{"name": each.name, "description": each.description} for each in templates],
                     "worlds": await workspace.threads.do(find_worlds),
                     "demo": workspace.begin_demo(),
+                    "run": workspace.run_id,
+                    "key": self._key.hex(),
                 }
             case p.Open(path=path):
                 return await documents.open_file(workspace, path)

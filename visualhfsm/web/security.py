@@ -17,10 +17,12 @@ from typing import Final
 from urllib.parse import parse_qs
 
 from starlette.datastructures import Headers, MutableHeaders
-from starlette.responses import PlainTextResponse, RedirectResponse
+from starlette.responses import HTMLResponse, JSONResponse, PlainTextResponse, RedirectResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from visualhfsm.errors import ForbiddenPathError
+
+from .resumption import Resumption
 
 __all__ = [
     "DOCUMENT_SUFFIX",
@@ -54,6 +56,27 @@ _HEADERS: Final = {
 }
 """The default headers of every answer."""
 
+_RESUME: Final = "/resume"
+_UNKNOWN: Final = "open the address that the command printed in its terminal"
+_REFUSAL: Final = """<!doctype html>
+<html lang="en">
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width">
+<meta name="color-scheme" content="light dark">
+<title>VisualHFSM</title>
+<style nonce="{nonce}">
+body {{ font: 16px/1.5 system-ui, sans-serif; max-width: 38rem; margin: 15vh auto; padding: 0 1rem; }}
+</style>
+<h1>The editor runs, but does not know this page</h1>
+<p>Please {reason}.</p>
+<p>The address contains a key that is new whenever the editor is started. Look for the line with
+<code>?token=</code> in the terminal in which you started <code>visualhfsm</code>. Without that terminal,
+end the editor and start it again.</p>
+<p>Changes that were not saved are kept: the editor offers to recover them.</p>
+</html>
+"""
+"""The page for people who are refused; `reason` is one of ours, never something of the request."""
+
 _logger = logging.getLogger(__name__)
 
 
@@ -81,10 +104,12 @@ class Credentials:
     """The secrets of one run of the server.
 
     The `token` is part of the printed address. The browser sends it once and then has a cookie with another
-    secret, which scripts cannot read and other sites do not send.
+    secret, which scripts cannot read and other sites do not send. `resumption` lets in pages of an earlier
+    run.
     """
 
-    def __init__(self, port: int) -> None:
+    def __init__(self, port: int, resumption: Resumption) -> None:
+        self.resumption = resumption
         self.token = secrets.token_urlsafe(32)
         self.cookie_name = f"visualhfsm-{port}"  # cookies are the same for all ports
         self._cookie = secrets.token_urlsafe(32)
@@ -108,7 +133,7 @@ class Credentials:
         pairs = (each.strip().partition("=") for each in header.split(";"))
         return any(name == self.cookie_name and _same(value, self._cookie) for name, _, value in pairs)
 
-    def set_cookie(self, response: RedirectResponse) -> None:
+    def set_cookie(self, response: Response) -> None:
         """Set the cookie in a response."""
         response.set_cookie(self.cookie_name, self._cookie, httponly=True, samesite="strict", path="/")
 
@@ -136,36 +161,54 @@ class Guard:
             else:
                 await self._app(scope, receive, send)
             return
-        sender = _with_headers(send)
+        await self._answer(scope, headers, refusal)(scope, receive, _with_headers(send))
+
+    def _answer(self, scope: Scope, headers: Headers, refusal: str) -> ASGIApp:
+        """Return what answers a request over HTTP."""
+        if scope["path"] == _RESUME and refusal in {"", _UNKNOWN} and scope["method"] == "GET":
+            return self._resumed(_query(scope))
         if refusal:
             _logger.warning("refused a request: %s", refusal)
-            await PlainTextResponse(f"{refusal}\n", 403)(scope, receive, sender)
-        elif scope["method"] not in {"GET", "HEAD"}:
-            await PlainTextResponse("only GET and HEAD\n", 405, {"allow": "GET, HEAD"})(
-                scope, receive, sender
-            )
-        elif _token(scope):
+            if "text/html" in headers.get("accept", ""):
+                nonce = secrets.token_urlsafe(16)
+                policy = f"default-src 'none'; style-src 'nonce-{nonce}'; frame-ancestors 'none'"
+                page = _REFUSAL.format(nonce=nonce, reason=refusal)
+                return HTMLResponse(page, 403, {"content-security-policy": policy})
+            return PlainTextResponse(f"{refusal}\n", 403)
+        if scope["method"] not in {"GET", "HEAD"}:
+            return PlainTextResponse("only GET and HEAD\n", 405, {"allow": "GET, HEAD"})
+        if _query(scope).get("token"):
             response = RedirectResponse("/", 303)  # the token leaves the address bar and the history
             self._credentials.set_cookie(response)
-            await response(scope, receive, sender)
-        else:
-            await self._app(scope, receive, sender)
+            return response
+        return self._app
+
+    def _resumed(self, query: dict[str, str]) -> Response:
+        """Answer a page that the editor served before it was restarted."""
+        resumption = self._credentials.resumption
+        if "proof" not in query:
+            return JSONResponse(resumption.prove(query.get("nonce", "")))
+        if not resumption.accepts(query.get("challenge", ""), query["proof"]):
+            return PlainTextResponse(f"{_UNKNOWN}\n", 403)
+        response = Response(status_code=204)
+        self._credentials.set_cookie(response)
+        return response
 
     def _refusal(self, scope: Scope, headers: Headers) -> str:
         """Return why a request is refused, empty if it is not; nothing in it comes from the request."""
         host = headers.getlist("host")
         if len(host) != 1 or not self._is_ours(host[0]):
-            return "the header Host names another machine"
+            return "use the address that the command printed: the header Host names another machine"
         origins = headers.getlist("origin")
         if any(origin.partition("://")[2].lower() != host[0].lower() for origin in origins):
-            return "the request comes from another site"
+            return "open the editor itself: the request comes from another site"
         if scope["type"] == "websocket" and len(origins) != 1:
-            return "a websocket needs the header Origin"
-        if token := _token(scope):
+            return "use a browser: a websocket needs the header Origin"
+        if token := _query(scope).get("token"):
             known = scope["type"] == "http" and self._credentials.accepts_token(token)
         else:
             known = self._credentials.accepts_cookie(headers.get("cookie", ""))
-        return "" if known else "open the address that the command printed in its terminal"
+        return "" if known else _UNKNOWN
 
     def _is_ours(self, host: str) -> bool:
         match = _HOST.fullmatch(host)
@@ -180,10 +223,10 @@ class Guard:
             return False
 
 
-def _token(scope: Scope) -> str:
-    """Return the token of a request's query, empty without."""
+def _query(scope: Scope) -> dict[str, str]:
+    """Return the fields of a request's query, the first of each name."""
     query = scope["query_string"].decode("latin-1")
-    return parse_qs(query).get("token", [""])[0] if len(query) < 1024 else ""
+    return {name: values[0] for name, values in parse_qs(query).items()} if len(query) < 1024 else {}
 
 
 def _same(given: str, expected: str) -> bool:

@@ -10,6 +10,7 @@ import asyncio
 import contextlib
 import logging
 import os
+import secrets
 import socket
 import sys
 import threading
@@ -28,10 +29,12 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from hfsm_command.cli import stop_on_signals
 from visualhfsm.errors import VisualHfsmError
+from visualhfsm.sessions.journal import journal_directory
 
 from .assets import Assets
 from .connection import converse, until_one_ends
 from .documents import open_file
+from .resumption import Resumption, kept_key
 from .security import Credentials, Guard, Root
 from .workspace import Limits, MakeServices, Workspace
 
@@ -88,8 +91,15 @@ class Server:
         self._options = options
         self._listener = _listen(options.port)
         self.port: int = self._listener.getsockname()[1]
-        self.credentials = Credentials(self.port)
+        self.credentials = Credentials(self.port, Resumption(self._key()))
         self._stopping = stopping or threading.Event()
+
+    def _key(self) -> bytes:
+        """Return the key by which pages are let in again after a restart on the same port."""
+        if not self._options.port:
+            return secrets.token_bytes(32)
+        journals = self._options.journals or journal_directory()
+        return kept_key(journals.with_name("keys"), self._options.root, self.port)
 
     def address(self, token: str) -> str:
         """Return the address of the page with a token."""
@@ -216,7 +226,7 @@ def make_app(workspace: Workspace, credentials: Credentials, hosts: Iterable[str
     live = workspace.services.live
 
     async def talk(websocket: WebSocket) -> None:
-        await converse(websocket, workspace)
+        await converse(websocket, workspace, credentials.resumption.key)
 
     async def camera(websocket: WebSocket) -> None:
         await _send_frames(websocket, lambda: live.camera(websocket.path_params["name"]))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import logging
+import secrets
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
@@ -154,6 +155,8 @@ class Workspace:
         self.threads = Threads(limits.threads)
         self.opening = asyncio.Lock()
         """Held while a document is opened, so that two windows do not open it twice."""
+        self.run_id = secrets.token_hex(8)
+        """Distinguishes this run of the server from others, whose tabs had the same numbers."""
         self.clipboard = ""
         self._copied_states = 0
         self._make_services = make_services

@@ -124,7 +124,8 @@ export class HfsmApp extends PageElement {
     this.listen(
       window,
       "beforeunload",
-      (event) => store.workspace.tabs.some((each) => each.dirty) && !store.online && event.preventDefault(),
+      (event) =>
+        store.workspace.tabs.some((each) => each.dirty) && !store.online && !store.restarted && event.preventDefault(),
     );
     this.listen(monitor, "running", () => monitor.running.length && this.#showMonitor("hfsm-monitor-toolbar"));
     this.listen(monitor, "mode", () => this.#monitored());
@@ -270,7 +271,7 @@ export class HfsmApp extends PageElement {
         ${actionButton("help", this.context, {label: false})}
       </header>
       <hfsm-monitor-bar></hfsm-monitor-bar>
-      ${banner()}
+      ${banner(() => this.requestUpdate())}
       <div class="work ${starting ? "starting" : this.side ? "beside" : ""}">
         <nav class="left" aria-label="Tree of automata" ?hidden=${starting}>
           <hfsm-tree></hfsm-tree>

@@ -18,6 +18,7 @@ import {notify, notifyError} from "./notices.js";
 import {page} from "./page.js";
 import {countOf} from "./problems.js";
 import {store} from "./store.js";
+import {copyUnsent, unsentBanner} from "./unsent.js";
 
 /**
  * A button that does an action.
@@ -268,18 +269,22 @@ class Status extends PageElement {
   }
 }
 
-/** What stands above everything until it is settled: the server is offline, the robot is stopped, a file was changed by
- * another program, or changes
- * were not saved. */
-export function banner() {
+/**
+ * What stands above everything until it is settled: the server is offline, the robot is stopped, a file was changed by
+ * another program, changes were not saved, or what was typed was not sent.
+ *
+ * @param {() => void} redraw
+ */
+export function banner(redraw) {
   if (!store.online && store.offlineSince) {
     const since = new Date(store.offlineSince).toLocaleTimeString();
     return html`<div class="banner error" role="alert">
       No connection since ${since}. ${store.whyOffline}
       <button type="button" @click=${() => store.connect()}>Try now</button>
+      ${copyUnsent()}
     </div>`;
   }
-  return html`${stoppedBanner()}${fileBanner()}`;
+  return html`${stoppedBanner()}${unsentBanner(redraw)}${fileBanner()}`;
 }
 
 /** The robot refuses commands until the operator has looked at it and resets the stop. */

@@ -60,7 +60,9 @@
  * The answers of the server, by request.
  *
  * @typedef {{root?: string, demo?: boolean, templates?: {name: string, description: string}[],
- *   worlds?: {name: string, description: string, balls: boolean}[]}} Greeting
+ *   worlds?: {name: string, description: string, balls: boolean}[], run?: string, key?: string}} Greeting `run` is
+ *   another one after a restart of the editor, `key` that of `Resumption`
+ * @typedef {{tab: number, text: string, typed: boolean}} Unsaved a text; `typed` while it is not sent
  * @typedef {{name: string, revision: number, added: {automaton: number, states: number[], transitions: number[]}[],
  *   conflict?: boolean}} Done a step; `conflict` if somebody else had typed over the same words
  * @typedef {Done & {place: Place | null}} Undone a step that was undone or redone, and where
@@ -102,12 +104,12 @@
  */
 
 /**
- * @typedef {{connection: {code?: number, reason?: string}, workspace: Workspace, request: null,
+ * @typedef {{connection: {code?: number, reason?: string}, workspace: Workspace, request: null, restarted: null,
  *   document: {tab: number, changed: Set<number>, whole: boolean}, failure: {error: Error}, closed: {tab: number},
  *   problems: {tab: number, revision: number, items: Problem[]}, output: Output, run: Run, robot: Robot,
  *   snapshot: {component: string, value: Snapshot}, structure: {component: string, value: LiveStructure},
  *   stale: {component: string, since: number}, outside: {tab: number, state: string, message: string}}} StoreEvents
- * @typedef {Exclude<keyof StoreEvents, "connection" | "request" | "document" | "failure">} Pushed
+ * @typedef {Exclude<keyof StoreEvents, "connection" | "request" | "restarted" | "document" | "failure">} Pushed
  * @typedef {{[Kind in Pushed]: StoreEvents[Kind] & {push: Kind}}[Pushed]} Push
  * @typedef {{push?: undefined, re: number, ok?: unknown, error?: string, kind: string}} Answer
  * @typedef {Answer | Push | (DocumentPush & {push: "document"})} Message of the server
@@ -126,6 +128,8 @@ const NO_ROBOT = {
   hasBalls: false,
   trouble: "",
 };
+import {Resumption} from "./resumption.js";
+
 const FIRST_RETRY = 250; // ms
 const LAST_RETRY = 5000;
 /** Bytes of a message; a larger one would close the connection (`Limits` of visualhfsm/web/workspace.py). */
@@ -159,6 +163,10 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
   offlineSince = 0;
   /** Whether the server answers and does not know this page: it was restarted, and has new secrets. */
   refused = false;
+  /** Whether the server was restarted, so that the page is loaded again: its tabs are others. */
+  restarted = false;
+  /** Typed texts that the server does not have yet, by what they are. @type {Map<string, Unsaved>} */
+  unsaved = new Map();
   /** The answer of the server to `hello`. @type {Greeting} */
   greeting = {};
 
@@ -169,6 +177,7 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
   #waiting = new Map();
   #retry = FIRST_RETRY;
   #timer = 0;
+  #resumption = new Resumption();
 
   /** Connect, and again whenever the connection is lost. */
   connect() {
@@ -187,7 +196,7 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
   get whyOffline() {
     return this.refused
       ? "The editor was restarted: open the address that it printed in its terminal. Then this page connects again, too."
-      : "The server is offline; your work is kept there. This page connects again by itself.";
+      : `The editor is offline; your work is kept there. This page connects again when it runs on port ${location.port}.`;
   }
 
   /**
@@ -246,6 +255,7 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
   }
 
   async #greet() {
+    const former = this.greeting.run;
     const asked = this.request("hello");
     try {
       this.greeting = (await asked) ?? {};
@@ -253,6 +263,14 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
       this.#emit("failure", {error});
       return;
     }
+    const {run, key} = this.greeting;
+    if (former && run !== former) {
+      this.restarted = true;
+      this.#emit("restarted");
+      location.reload();
+      return;
+    }
+    await this.#resumption.learn(key);
     this.online = true;
     this.offlineSince = 0;
     this.refused = false;
@@ -277,7 +295,12 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
   /** Browsers do not say why a websocket was refused; a request is answered with the reason. */
   async #findOutWhy() {
     const answer = await fetch("/", {method: "HEAD"}).catch(() => undefined);
-    const refused = answer?.status === 403 && !this.online;
+    const isUnknown = answer?.status === 403 && !this.online;
+    if (isUnknown && (await this.#resumption.resume())) {
+      this.connect();
+      return;
+    }
+    const refused = isUnknown && !this.online;
     if (refused === this.refused) return;
     this.refused = refused;
     this.#emit("connection");

@@ -15,8 +15,8 @@ import {RequestError, store} from "../store.js";
 const PAUSE = 250; // ms
 const LONGEST = 1_000_000; // characters, as the server has it (`Code` of visualhfsm/web/protocol.py)
 
-/** The pieces of text that the server does not have yet, by what they are. @type {Map<string, Piece>} */
-const unsaved = new Map();
+/** @type {Map<string, Piece>} */
+const unsaved = (store.unsaved = new Map());
 
 /** Send everything that was typed and is not sent yet; resolves when the document has it. */
 export async function flushEdits() {
@@ -38,9 +38,6 @@ export function isTooLong(length) {
   );
   return true;
 }
-
-/** The texts that could not be sent, while the server is offline. */
-export const unsentTexts = () => [...unsaved.values()].filter((piece) => piece.typed).map(({text}) => text);
 
 // What was typed goes before saving, running, undo and other commands, so that it is part of what they work on.
 store.addEventListener("request", () => flushEdits());

@@ -1,0 +1,52 @@
+/** What was typed and did not reach the server: it is sent after reconnecting, or can at least be copied. */
+
+import {html, nothing} from "lit";
+
+import {notify, notifyError} from "./notices.js";
+import {store} from "./store.js";
+
+const KEPT = "visualhfsm.unsent";
+
+/** The texts that could not be sent, while the server is offline. */
+const waiting = () => [...store.unsaved.values()].filter((piece) => piece.typed).map((piece) => piece.text);
+
+// After a restart of the editor the page is loaded again: its documents are not the same ones.
+store.addEventListener("restarted", () => {
+  const texts = waiting();
+  if (texts.length) sessionStorage.setItem(KEPT, texts.join("\n\n"));
+});
+
+/** A button to copy what is not sent yet. */
+export function copyUnsent() {
+  const texts = waiting();
+  if (!texts.length) return nothing;
+  return html`<button type="button" @click=${() => copy(texts.join("\n\n"))}>Copy what was not sent</button>`;
+}
+
+/** What was not sent before the editor was restarted. @param {() => void} redraw */
+export function unsentBanner(redraw) {
+  const text = sessionStorage.getItem(KEPT);
+  if (!text) return nothing;
+  const drop = () => {
+    sessionStorage.removeItem(KEPT);
+    redraw();
+  };
+  return html`<div class="banner" role="alert">
+    What you typed while the editor was offline did not reach a document: <code>${shortened(text)}</code>
+    <button type="button" @click=${() => copy(text)}>Copy it</button>
+    <button type="button" @click=${drop}>Discard it</button>
+  </div>`;
+}
+
+/** @param {string} text */
+const shortened = (text) => (text.length > 80 ? `${text.slice(0, 80)}…` : text);
+
+/** @param {string} text */
+async function copy(text) {
+  try {
+    await navigator.clipboard.writeText(text);
+    notify("Copied to the clipboard.");
+  } catch (error) {
+    notifyError(error);
+  }
+}
