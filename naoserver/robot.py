@@ -110,7 +110,7 @@ class BodyState:
     fallen: bool
     """Whether that is above FALLEN_TILT."""
     real_time_factor: float
-    """Robot seconds in a wall second, over the last second."""
+    """Robot seconds in a wall second, over the last second; 0 while a real robot is unreachable."""
     lag: float
     """Wall seconds by which robot time lags behind its schedule; 0 on a real robot."""
 

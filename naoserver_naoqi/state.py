@@ -199,7 +199,8 @@ class NaoqiState:
         inertial = self.senses().inertial
         cosine = math.cos(inertial.roll) * math.cos(inertial.pitch)
         tilt = math.acos(min(1.0, max(-1.0, cosine)))
-        return BodyState(torso_tilt=tilt, fallen=tilt > FALLEN_TILT, real_time_factor=1.0, lag=0.0)
+        factor = 1.0 if self._frozen is None else 0.0
+        return BodyState(torso_tilt=tilt, fallen=tilt > FALLEN_TILT, real_time_factor=factor, lag=0.0)
 
     def _now(self) -> float:
         return self._clock.now() if self._frozen is None else self._frozen

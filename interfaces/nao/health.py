@@ -39,7 +39,7 @@ class HealthReport(ice.Struct):
     uptime: float = 0.0
     """Wall seconds since the server was started."""
     realTimeFactor: float = 0.0
-    """Robot seconds in a wall second, over the last second."""
+    """Robot seconds in a wall second, over the last second; 0 while a real robot is unreachable."""
     lag: float = 0.0
     """Wall seconds by which robot time lags behind its schedule."""
     torsoTilt: float = 0.0

@@ -123,12 +123,12 @@ class RobotMonitor:
         if _PARTS.isdisjoint(identities):
             return RobotPresence()
         clock, health = self._clock(), self._health()
+        simulated = clock is not None and clock.value.simulated
+        factor = math.nan if health is None else health.value.realTimeFactor
         return RobotPresence(
-            present=True,
-            simulated=clock is not None and clock.value.simulated,
-            speed=round(health.value.realTimeFactor, 1)
-            if health and math.isfinite(health.value.realTimeFactor)
-            else 0.0,
+            present=simulated or factor != 0.0,  # the server of a real robot is there also while that is lost
+            simulated=simulated,
+            speed=round(factor, 1) if math.isfinite(factor) else 0.0,
             has_balls="BallRedMotors" in identities,
             stopped=self.stop_reason(),
         )

@@ -53,8 +53,9 @@ def test_a_silent_robot_is_lost(naoqi, caplog):
 def test_while_it_is_lost_setpoints_stay_and_commands_do_nothing(naoqi):
     with naoqi.robot() as robot:
         robot.command_velocities({"HeadYaw": 0.5})
+        assert robot.state().real_time_factor == 1.0
         naoqi.lose()
-        eventually(lambda: robot._state._frozen is not None)
+        eventually(lambda: robot.state().real_time_factor == 0.0)
         setpoint = robot.read().commands[0]
         sent = len(naoqi.called("ALMotion.setAngles"))
         robot.command_positions({"HeadPitch": 0.2}, {"HeadPitch": 1.0})
