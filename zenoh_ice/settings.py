@@ -170,8 +170,12 @@ class Settings(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, di
         return self.connect if self.mode == "client" else self.listen
 
     def environment(self) -> dict[str, str]:
-        """Return the variables by which another process belongs to the same realm, as the same user."""
+        """Return the variables by which another process belongs to the same realm, as the same user.
+
+        It logs text to its stderr, for whoever started it to read.
+        """
         variables = {"realm": self.realm, "connect": ",".join(self.connect), "mode": self.mode}
+        variables |= {"log_file": "", "log_format": "text"}
         own = ("authority", "certificate", "key", "user", "password")
         variables |= {f"security_{name}": text for name in own if (text := getattr(self.security, name))}
         return {f"{ENVIRONMENT_PREFIX}{name.upper()}": text for name, text in variables.items()}

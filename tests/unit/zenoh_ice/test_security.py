@@ -92,7 +92,8 @@ def test_another_process_is_led_to_the_same_place_as_the_same_user(tmp_path: Pat
     settings = Settings(realm="lab", mode="client", connect=("tls/a:1", "tls/b:2")).override(
         security=security
     )
-    assert load_settings(environment=settings.environment()) == settings
+    logging = {"VISUALHFSM_LOG_FILE": "ours.log", "VISUALHFSM_LOG_FORMAT": "json"}
+    assert load_settings(environment=logging | settings.environment()) == settings
 
 
 class TestTogether:

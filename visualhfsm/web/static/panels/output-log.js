@@ -4,7 +4,7 @@ import {store} from "../store.js";
 
 const KEPT = 5000; // lines of a tab
 /** What comes before what is said of an error, in the component's log, and which line of which file it is behind it. */
-const BEFORE = /^[\d:.]+ ERROR +[^:]+: /;
+const BEFORE = /^[\d-]+ [\d:.]+ ERROR +[^:]+: /;
 const BEHIND = / at \S+:\d+ \(\S+:\d+\)$/;
 /** The line below a traceback. */
 const EXCEPTION = /^[A-Za-z_][\w.]*(Error|Exception|Interrupt|Exit)\b/;
