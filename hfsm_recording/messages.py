@@ -98,6 +98,34 @@ class Mark(Message, frozen=True):
     label: Text = ""
 
 
+class RobotPose(Message, frozen=True):
+    """Where the robot was, and in a simulation what can move: no input of the component.
+
+    Angles in rad by joint. A place is a position in m in the world's frame, then a quaternion x, y, z, w.
+    """
+
+    joints: dict[str, float]
+    torso: list[float] | None = None
+    objects: dict[str, list[float]] = {}
+
+
+class Shape(msgspec.Struct, frozen=True, omit_defaults=True):
+    """A shape of the world as `nao::WorldShape` has it; `at` is its place, and `kind` a word like box."""
+
+    object: str
+    kind: str
+    size: list[float]
+    at: list[float]
+    color: list[float]
+    opacity: float = 1.0
+
+
+class World(Message, frozen=True):
+    """What a simulation showed but the robot."""
+
+    shapes: list[Shape]
+
+
 class Action(Message, frozen=True):
     """A client steers the component: pauses it, forces a transition or sets a variable."""
 
@@ -211,8 +239,10 @@ class Overlap(Message, frozen=True):
 
 _OURS: Final[tuple[type[Message], ...]] = (
     Cycle, Change, Guard, Firing, Variables, Timers, Failure,
-    EventSent, Mark, Action, Reading, Result, Gap, Overlap,
+    EventSent, Mark, RobotPose, World, Action, Reading, Result, Gap, Overlap,
 )  # fmt: skip
+TO_LOOK_AT: Final[tuple[type[Message], ...]] = (Image, RobotPose, World)
+"""What a replay leaves aside: it is no input of the component, or, as an image, found by its hash."""
 MESSAGES: Final[dict[str, type[Message]]] = {
     "foxglove.Log": LogLine,
     "foxglove.RawImage": Image,

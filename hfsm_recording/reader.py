@@ -122,8 +122,8 @@ class RecordingFile:
         except OSError as error:
             raise RecordingError(f"the recording {self._path} cannot be read: {error.strerror}") from error
 
-    def image_at(self, place: int, hash: str) -> bytes | None:
-        """Return the bytes of the image of a hash, from the record of the file that begins at `place`."""
+    def image_at(self, place: int, hash: str) -> Image | None:
+        """Return the image of a hash, from the record of the file that begins at `place`."""
         with self._path.open("rb") as file:
             file.seek(place)
             for opcode, content in _unpack(*_read_record(file)):
@@ -131,7 +131,7 @@ class RecordingFile:
                 if opcode == _MESSAGE and hash.encode() in data:
                     image = msgspec.json.decode(data, type=Image)
                     if image.hash == hash:
-                        return image.data
+                        return image
         return None
 
     def _read_head(self) -> None:

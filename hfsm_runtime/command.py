@@ -158,13 +158,16 @@ Exit codes: 0 done, 1 an error, 2 wrong usage, 130 Ctrl-C, 143 SIGTERM."""
             if record is None:
                 runtime = Runtime(made, communicator.clock, on_error, present, on_refused=on_refused)
             else:
-                from .recording.run import RecordedRuntime, recording  # loaded only for a recording
+                # Loaded only for a recording.
+                from .recording.run import RecordedRuntime, recording
+                from .recording.surroundings import recorded_surroundings
 
                 recorder = stack.enter_context(recording(made, record, with_images=record_images))
                 runtime = RecordedRuntime(
                     made, communicator.clock, recorder, on_error, present, on_refused=on_refused
                 )
                 recorder.action("structure", **msgspec.to_builtins(structure_of(runtime)))
+                stack.enter_context(recorded_surroundings(communicator, recorder))
             if first is not None:
                 runtime.begin_at(*first)
             with Monitor(runtime, communicator, breakpoints):

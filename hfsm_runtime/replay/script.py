@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 from hfsm_recording.messages import (
+    TO_LOOK_AT,
     Action,
     Cycle,
     EventSent,
@@ -76,18 +77,20 @@ class Recording(RecordingFile):
                 if len(self._images) >= _MOST_IMAGES:
                     raise RecordingError(f"the recording {path} has more than {_MOST_IMAGES} images")
                 self._images[decode(raw, ImageHash).hash] = raw.place
+            if raw.kind in TO_LOOK_AT:
                 continue
             self.duration = max(self.duration, raw.time - self.start)
 
     def __iter__(self) -> Iterator[Record]:
         for raw in self.messages():
-            if raw.kind is not Image:
+            if raw.kind not in TO_LOOK_AT:
                 yield Record(raw.time - self.start, raw.topic, decode(raw, raw.kind), raw.data)
 
     def image(self, hash: str) -> bytes | None:
         """Return the bytes of an image, or None when the recording does not have them."""
         place = self._images.get(hash)
-        return None if place is None else self.image_at(place, hash)
+        image = None if place is None else self.image_at(place, hash)
+        return None if image is None else image.data
 
 
 @dataclass(frozen=True, slots=True)

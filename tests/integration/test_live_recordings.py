@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import asyncio
+import io
 import os
 import subprocess
 import sys
 from pathlib import Path
 
 import msgspec
+import PIL.Image
 import pytest
 import zstandard
 from mcap.data_stream import RecordBuilder
 from mcap.records import Chunk
 from mcap.stream_reader import StreamReader
 
+from hfsm_recording.messages import Change, Image, Message, RobotPose, Shape, Stamp, World
+from hfsm_runtime.recording.writer import Entry, RecordingWriter
 from tests.support.documents import compile_to, document, state, sub, transition
 from tests.support.limits import CALL_LIMIT, RUN_LIMIT
 from tests.support.processes import free_endpoint
@@ -23,6 +27,7 @@ from visualhfsm.child import child_environment
 from visualhfsm.errors import VisualHfsmError
 from visualhfsm.live.recordings import RecordedRun, open_recording
 from visualhfsm.live.service import Monitoring
+from visualhfsm.monitoring.robot import RobotState
 from visualhfsm.monitoring.run_log import LiveSnapshot, RunLog
 from zenoh_ice import Settings
 
@@ -36,6 +41,8 @@ DOCUMENT = document(
         variables="beats = 0", period="10"),
     head="<onerror>continue</onerror>",
 )  # fmt: skip
+
+START = 1_700_000_000_000_000_000
 
 
 @pytest.fixture(scope="module")
@@ -102,6 +109,75 @@ def test_numbers_can_be_plotted(run: RecordedRun) -> None:
     beats = [value for value in series["values"]["1.beats"] if value is not None]
     assert beats == sorted(beats)
     assert beats[-1] > beats[0]
+
+
+def recorded(path: Path, *entries: tuple[str, Message]) -> RecordedRun:
+    """Return a run of some messages, 0.2 s apart."""
+    metadata = {"name": "test", "start": str(START), "proxies": '{"Eye": "CameraBottom"}'}
+    writer = RecordingWriter(path, metadata, {}, START)
+    for number, (topic, message) in enumerate(entries):
+        writer.put(Entry(topic, START + number * 200_000_000, message))
+    writer.close()
+    return open_recording(path)
+
+
+CHANGE = ("/automata/walk", Change(1, "walk", 1, "go", "entered", 0))
+
+
+def test_the_robot_and_its_world_are_those_of_the_moment(tmp_path: Path) -> None:
+    upright = [0.0, 0.0, 0.0, 1.0]
+    ball = Shape("Ball", "sphere", [0.05, 0.0, 0.0], [0.0, 0.0, 0.0, *upright], [1.0, 0.5, 0.0])
+    run = recorded(
+        tmp_path / "run.mcap",
+        CHANGE,
+        ("/world", World([ball, Shape("", "teapot", [1.0, 1.0, 1.0], ball.at, ball.color)])),
+        (
+            "/robot",
+            RobotPose({"HeadYaw": 0.1}, [1.0, 0.0, 0.3, *upright], {"Ball": [2.0, 0.0, 0.0, *upright]}),
+        ),
+        ("/robot", RobotPose({"HeadYaw": 0.7}, [9e9, 0.0, 0.3, *upright], {"Ball": [2.0, 0.0]})),
+        CHANGE,
+    )
+    assert [(shape.object, shape.kind) for shape in run.world] == [("Ball", "sphere")]
+    assert at(run.log, 0.1).robot == RobotState()
+    then = at(run.log, 0.5).robot
+    assert (then.joints, then.pan, then.torso) == ({"HeadYaw": 0.1}, 0.1, (1.0, 0.0, 0.3, *upright))
+    assert then.objects == {"Ball": (2.0, 0.0, 0.0, *upright)}
+    later = at(run.log, 0.8).robot
+    assert (later.joints, later.torso, later.objects) == ({"HeadYaw": 0.7}, None, {})
+
+
+def test_pictures_are_those_that_the_component_saw(tmp_path: Path) -> None:
+    def image(red: int, hash: str, encoding: str = "rgb8") -> tuple[str, Message]:
+        pixels = bytes([red, 0, 0]) * 64
+        return "/images/Eye", Image(Stamp.of(0), "Eye", 8, 8, encoding, 24, pixels, hash)
+
+    run = recorded(
+        tmp_path / "run.mcap",
+        CHANGE,
+        image(250, "a" * 24),
+        image(20, "b" * 24),
+        CHANGE,
+        image(9, "c" * 24, "mono"),
+    )
+    pictures, start = run.pictures, START / 1e9
+    assert pictures.cameras == ["CameraBottom"]
+
+    def red(seconds: float) -> int | None:
+        jpeg = pictures.at("CameraBottom", start + seconds)
+        if jpeg is None:
+            return None
+        with PIL.Image.open(io.BytesIO(jpeg)) as shown:
+            pixel = shown.getpixel((4, 4))
+        assert isinstance(pixel, tuple)
+        return int(pixel[0])
+
+    assert red(0.1) is None
+    assert red(0.3) == pytest.approx(250, abs=5)
+    assert red(0.5) == pytest.approx(20, abs=5)
+    assert red(0.8) is None  # of a format that is not shown
+    assert red(60.0) is None  # too old by then
+    assert pictures.at("Camera", start + 0.3) is None
 
 
 def test_one_that_was_cut_off_is_shown_as_far_as_it_goes(file: Path, tmp_path: Path) -> None:

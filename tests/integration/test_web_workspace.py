@@ -453,7 +453,8 @@ class FakeLive(NoService):
 
     async def recording(self, path: Path) -> object:
         self.attached.append(path.name)
-        return {"component": f"recording:{path.name}", "content": path.read_text() if path.exists() else ""}
+        content = path.read_text() if path.exists() else ""
+        return {"component": f"recording:{path.name}", "content": content, "document": content}
 
     async def control(self, component: str, action: str, arguments: Mapping[str, Any]) -> object:
         if action == "crash":
@@ -583,6 +584,18 @@ def test_a_recording_is_let_go_of_by_the_window_that_opened_it(
         assert live.attached == ["run.mcap"]
         window.ask("detach", component=opened["component"])
         assert not live.attached
+
+
+def test_a_recording_belongs_to_the_open_document_that_is_the_recorded_one(
+    served: Editor, root: Path
+) -> None:
+    (root / "same.mcap").write_text(DOCUMENT.replace("<posx>", "<posx>1"))
+    (root / "other.mcap").write_text(DOCUMENT.replace("go", "away"))
+    (root / "none.mcap").write_text("no document")
+    with served.window() as window:
+        tab = window.ask("open", path="robot.xml")["tab"]
+        found = [window.ask("recording", path=f"{name}.mcap")["tab"] for name in ("same", "other", "none")]
+        assert found == [tab, 0, 0]
 
 
 def test_what_takes_too_long_or_fails_is_answered(served: Editor) -> None:

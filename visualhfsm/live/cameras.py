@@ -1,4 +1,4 @@
-"""Show the robot's cameras as JPEG: the newest image, encoded once however many look at it."""
+"""Show the robot's cameras as JPEG: the newest image, encoded once for all who look, and former ones."""
 
 from __future__ import annotations
 
@@ -6,6 +6,9 @@ import asyncio
 import contextlib
 import io
 import logging
+import math
+import time
+from collections import deque
 from collections.abc import AsyncGenerator
 from typing import Final, cast
 
@@ -15,7 +18,7 @@ from visualhfsm.monitoring.realm import has_interface
 from zenoh_ice import Communicator, Sample, ZenohIceError
 from zenoh_ice.text import printable
 
-__all__ = ["Cameras", "encode_jpeg"]
+__all__ = ["OLDEST", "Cameras", "Pictures", "encode_jpeg", "require_pillow"]
 
 QUALITY: Final = 80
 """Of 1 to 95; an image of 320 x 240 takes about 12 kB."""
@@ -24,13 +27,49 @@ _LARGEST: Final = 4096
 _PATIENCE: Final = 1.0
 """Seconds without an image after which the presence of the camera is checked again."""
 
+_KEPT_BYTES: Final = 32 << 20
+"""Bytes of former images, of all cameras; at two a second and 12 kB those of 22 minutes of one camera."""
+_KEPT_INTERVAL: Final = 0.45
+"""Wall seconds between two images of a camera that are kept."""
+OLDEST: Final = 2.0
+"""Seconds for which an image counts as that of a later moment."""
+
 _logger = logging.getLogger(__name__)
+
+
+class Pictures:
+    """Former images of the cameras, the newest that fit, by the wall time at which they came."""
+
+    def __init__(self, most_bytes: int = _KEPT_BYTES) -> None:
+        self._most_bytes = most_bytes
+        self._kept: deque[tuple[float, str, bytes]] = deque()
+        self._bytes = 0
+        self._latest: dict[str, float] = {}
+
+    def add(self, camera: str, at: float, jpeg: bytes) -> None:
+        """Keep an image, unless one of this camera was kept just before."""
+        if 0.0 <= at - self._latest.get(camera, -math.inf) < _KEPT_INTERVAL:
+            return
+        self._latest[camera] = at
+        self._kept.append((at, camera, jpeg))
+        self._bytes += len(jpeg)
+        while self._bytes > self._most_bytes:
+            self._bytes -= len(self._kept.popleft()[2])
+
+    def at(self, camera: str, at: float) -> bytes | None:
+        """Return the last image of a camera up to a wall time; None when there is none of about then."""
+        for taken, name, jpeg in reversed(self._kept):
+            if name == camera and taken <= at:
+                return jpeg if at - taken <= OLDEST else None
+        return None
 
 
 class Cameras:
     """The cameras of a realm; each is subscribed to while a window shows it."""
 
     def __init__(self, communicator: Communicator) -> None:
+        self.former: Final = Pictures()
+        """Images that some window was shown."""
         self._communicator = communicator
         self._encoded: dict[str, tuple[tuple[int, float], asyncio.Task[bytes]]] = {}
 
@@ -41,7 +80,7 @@ class Cameras:
         """
         if not has_interface(self._communicator, name, CameraPrx.ice_interface.type_id):
             raise VisualHfsmError(f"there is no camera {printable(name)[:100]}")
-        _require_pillow()
+        require_pillow()
         stream = CameraPrx.uncheckedCast(self._communicator.stringToProxy(name)).getImageData
         while True:
             try:
@@ -49,7 +88,9 @@ class Cameras:
                 async with contextlib.aclosing(samples):  # the subscription ends when no window shows it
                     async for sample in samples:
                         try:
-                            yield await self._encode(name, sample)
+                            jpeg = await self._encode(name, sample)
+                            self.former.add(name, time.time(), jpeg)
+                            yield jpeg
                         except VisualHfsmError as error:
                             _logger.warning("%s: %s", name, error)
             except ZenohIceError:  # it is gone, or sends nothing: it may come back
@@ -58,28 +99,25 @@ class Cameras:
     async def _encode(self, name: str, sample: Sample[ImageData]) -> bytes:
         which = sample.sequence, sample.wall_time
         if name not in self._encoded or self._encoded[name][0] != which:
-            work = asyncio.to_thread(encode_jpeg, sample.value)
+            image, shape = sample.value, sample.value.description
+            work = asyncio.to_thread(encode_jpeg, shape.width, shape.height, image.pixelData)
             self._encoded[name] = which, asyncio.create_task(work)
         return await asyncio.shield(self._encoded[name][1])
 
 
-def encode_jpeg(image: ImageData) -> bytes:
+def encode_jpeg(width: int, height: int, pixels: bytes) -> bytes:
     """Return an RGB8 image as JPEG; raises VisualHfsmError when its size does not fit its pixels."""
     from PIL import Image
 
-    width, height = image.description.width, image.description.height
-    if not (0 < width <= _LARGEST and 0 < height <= _LARGEST) or len(image.pixelData) != width * height * 3:
-        raise VisualHfsmError(
-            f"an image of {width} x {height} has {len(image.pixelData)} bytes, not 3 for each pixel"
-        )
+    if not (0 < width <= _LARGEST and 0 < height <= _LARGEST) or len(pixels) != width * height * 3:
+        raise VisualHfsmError(f"an image of {width} x {height} has {len(pixels)} bytes, not 3 for each pixel")
     buffer = io.BytesIO()
-    Image.frombuffer("RGB", (width, height), image.pixelData, "raw", "RGB", 0, 1).save(
-        buffer, "JPEG", quality=QUALITY
-    )
+    Image.frombuffer("RGB", (width, height), pixels, "raw", "RGB", 0, 1).save(buffer, "JPEG", quality=QUALITY)
     return buffer.getvalue()
 
 
-def _require_pillow() -> None:
+def require_pillow() -> None:
+    """Raise MissingPackageError without Pillow."""
     try:
         import PIL.Image  # noqa: F401
     except ModuleNotFoundError as error:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import bisect
+import math
 import time
 from contextlib import suppress
 from dataclasses import dataclass
@@ -17,12 +19,15 @@ from hfsm_recording.messages import (
     Failure,
     Firing,
     Guard,
+    Image,
     Mark,
     Message,
+    RobotPose,
     Timers,
     Variables,
+    World,
 )  # fmt: skip
-from hfsm_recording.reader import RawMessage, RecordingError, RecordingFile, decode
+from hfsm_recording.reader import ImageHash, RawMessage, RecordingError, RecordingFile, decode
 from interfaces import hfsm
 from interfaces.hfsm import (
     AutomatonSnapshot,
@@ -36,7 +41,11 @@ from interfaces.hfsm import (
     TimerSnapshot,
 )
 from visualhfsm.errors import VisualHfsmError
+from visualhfsm.monitoring.robot import RobotState
 from visualhfsm.monitoring.run_log import LiveSnapshot, RunLog, is_sound
+from visualhfsm.monitoring.world import MOST_SHAPES, Shape, sound_objects, sound_placement, sound_shape
+
+from .cameras import OLDEST, encode_jpeg, require_pillow
 
 __all__ = ["RecordedRun", "open_recording"]
 
@@ -48,6 +57,8 @@ _LONGEST_TEXT: Final = 120
 _MOST_ERRORS: Final = 20
 _MOST_AUTOMATA: Final = 10_000
 _MOST_MARKS: Final = 128
+_MOST_JOINTS: Final = 100
+_MOST_IMAGES: Final = 500_000
 _MARK_SHOWN: Final = 500_000_000
 """Nanoseconds for which a mark is shown, as by a running component."""
 _OF_AUTOMATA: Final = (Cycle, Failure, Firing, Guard, Timers, Variables)
@@ -57,7 +68,8 @@ _OF_AUTOMATA: Final = (Cycle, Failure, Firing, Guard, Timers, Variables)
 class RecordedRun:
     """A run that was recorded; `document` is the text of its document, empty when the recording lacks it.
 
-    `complete` says whether all of it was read: a long recording takes too long.
+    `complete` says whether all of it was read: a long recording takes too long. `world` are the shapes that a
+    simulation showed, and `pictures` what the component saw.
     """
 
     name: str
@@ -66,6 +78,53 @@ class RecordedRun:
     file: str
     document: str
     complete: bool
+    world: list[Shape]
+    pictures: RecordedPictures
+
+
+class RecordedPictures:
+    """The images of a recording, by camera and wall time; they stay in the file."""
+
+    def __init__(self, file: RecordingFile) -> None:
+        self._file = file
+        self._places: dict[str, list[tuple[float, str, int]]] = {}
+        try:
+            identities = msgspec.json.decode(file.metadata.get("proxies", "{}"), type=dict[str, str])
+        except msgspec.MsgspecError:
+            identities = {}
+        self._identities = identities
+
+    @property
+    def cameras(self) -> list[str]:
+        """The identities of the cameras."""
+        return sorted(self._places)
+
+    def take(self, message: RawMessage) -> None:
+        """Note where an image is. Raises RecordingError when it has no hash."""
+        attribute = message.topic.rpartition("/")[2]
+        camera = self._identities.get(attribute, attribute)[:_LONGEST_TEXT]
+        places = self._places.setdefault(camera, [])
+        if len(places) < _MOST_IMAGES:
+            places.append((message.time / 1e9, decode(message, ImageHash).hash, message.place))
+
+    def at(self, camera: str, at: float) -> bytes | None:
+        """Return the last image of a camera up to a wall time as JPEG; None when there is none of about then.
+
+        Raises VisualHfsmError when it is malformed, and MissingPackageError without Pillow.
+        """
+        places = self._places.get(camera, [])
+        found = bisect.bisect_right(places, at, key=lambda place: place[0]) - 1
+        if found < 0 or at - places[found][0] > OLDEST:
+            return None
+        _, wanted, place = places[found]
+        require_pillow()
+        try:
+            image = self._file.image_at(place, wanted)
+        except (OSError, msgspec.MsgspecError, RecordingError, ValueError) as error:
+            raise VisualHfsmError(f"an image of the recording cannot be read: {error}") from error
+        if image is None or image.encoding != "rgb8":
+            return None
+        return encode_jpeg(image.width, image.height, image.data)
 
 
 def open_recording(path: Path) -> RecordedRun:
@@ -77,7 +136,7 @@ def open_recording(path: Path) -> RecordedRun:
         structure = ComponentStructure(
             name=recording.name, document=file, generation=0, parameters=[], automata=[]
         )
-        run = _Run(structure, recording.start)
+        run = _Run(structure, recording.start, RecordedPictures(recording))
         deadline = time.monotonic() + _PATIENCE
         complete = True
         for message in recording.messages():
@@ -90,7 +149,7 @@ def open_recording(path: Path) -> RecordedRun:
     run.finish()
     if run.log.newest is None:
         raise VisualHfsmError(f"the recording {path.name} holds no state of {recording.name}")
-    return RecordedRun(recording.name, run.structure, run.log, file, text, complete)
+    return RecordedRun(recording.name, run.structure, run.log, file, text, complete, run.world, run.pictures)
 
 
 class _Automaton:
@@ -109,9 +168,12 @@ class _Automaton:
 
 
 class _Run:
-    def __init__(self, structure: ComponentStructure, start: int) -> None:
+    def __init__(self, structure: ComponentStructure, start: int, pictures: RecordedPictures) -> None:
         self.structure = structure
         self.log = RunLog()
+        self.world: list[Shape] = []
+        self.pictures = pictures
+        self._robot = RobotState()
         self._start = start
         self._automata: dict[int, _Automaton] = {}
         self._next = 0
@@ -122,9 +184,12 @@ class _Run:
 
     def take(self, message: RawMessage) -> None:
         """Process the next message; a malformed one is skipped."""
-        if message.kind not in (Action, Change, Mark, *_OF_AUTOMATA):
+        if message.kind not in (Action, Change, Image, Mark, RobotPose, World, *_OF_AUTOMATA):
             return
         try:
+            if message.kind is Image:
+                self.pictures.take(message)
+                return
             decoded = decode(message, message.kind)
         except RecordingError:
             return
@@ -138,6 +203,21 @@ class _Run:
             self._act(decoded)
         elif isinstance(decoded, Mark):
             self._mark(decoded)
+        elif isinstance(decoded, RobotPose):
+            self._pose(decoded)
+        elif isinstance(decoded, World):
+            shapes = (
+                sound_shape(
+                    each.object,
+                    each.kind,
+                    size=each.size,
+                    at=each.at,
+                    color=each.color,
+                    opacity=each.opacity,
+                )
+                for each in decoded.shapes[:MOST_SHAPES]
+            )
+            self.world = [shape for shape in shapes if shape is not None]
         elif isinstance(decoded, _OF_AUTOMATA) and decoded.automaton in self._automata:
             self._note(self._automata[decoded.automaton], decoded)
 
@@ -175,6 +255,15 @@ class _Run:
                 found = msgspec.convert(action.arguments, ComponentStructure)
                 if len(found.automata) <= _MOST_AUTOMATA:
                     self.structure = found
+
+    def _pose(self, pose: RobotPose) -> None:
+        joints = {
+            name: angle for name, angle in list(pose.joints.items())[:_MOST_JOINTS] if math.isfinite(angle)
+        }
+        torso = None if pose.torso is None else sound_placement(pose.torso)
+        self._robot = RobotState(
+            joints, joints.get("HeadYaw"), joints.get("HeadPitch"), None, torso, sound_objects(pose.objects)
+        )
 
     def _mark(self, mark: Mark) -> None:
         self._marks = {key: made for key, made in self._marks.items() if self._now - made[0] <= _MARK_SHOWN}
@@ -233,7 +322,7 @@ class _Run:
             marks=[mark for made, mark in self._marks.values() if self._now - made <= _MARK_SHOWN],
         )  # fmt: skip
         if is_sound(component):
-            self.log.add(LiveSnapshot((self._start + self._now) / 1e9, component))
+            self.log.add(LiveSnapshot((self._start + self._now) / 1e9, component, self._robot))
 
 
 def _shown(value: object) -> str:

@@ -66,11 +66,17 @@ class _Series(msgspec.Struct, forbid_unknown_fields=True):
     points: Annotated[int, Meta(ge=2, le=10_000)] = 1000
 
 
+class _Picture(msgspec.Struct, forbid_unknown_fields=True):
+    camera: Annotated[str, Meta(max_length=200)]
+    at: Number
+
+
 class Monitoring:
     """Follows and steers components. Create it on the event loop; it listens until `close`.
 
     Besides `OPERATIONS`, the page may request these actions of `control`: `timeline`, `at` (a moment of the
-    past by its component time), `series` (numbers over time), `facts` of the robot, `identities` in the
+    past by its component time), `series` (numbers over time), `picture` (what a
+    camera saw then), `facts` of the robot, `identities` in the
     realm, `emergencyStop`, the operator's red button, which also ends all components,
     `resetEmergencyStop`, and of a simulation `standRobot`, which puts the robot on its feet, `placeObject`
     and `pushRobot`; from `facts` on they need no component. The past of an open recording is requested by the
@@ -131,6 +137,9 @@ class Monitoring:
                     return self._identities()
                 case "facts":
                     return self._robot.facts()
+                case "picture":
+                    wanted = msgspec.convert(arguments, _Picture)
+                    return await self._picture(component, wanted.camera, wanted.at)
                 case "placeObject" | "pushRobot":
                     return await self._set_scene(action, arguments)
                 case "timeline":
@@ -170,6 +179,8 @@ class Monitoring:
             "file": run.file,
             "document": run.document,
             "complete": run.complete,
+            "world": run.world,
+            "cameras": run.pictures.cameras,
         }
 
     def camera(self, name: str) -> AsyncGenerator[bytes, None]:
@@ -238,6 +249,13 @@ class Monitoring:
             identity: sorted(communicator.presence.interfaces(Target(communicator.realm, identity)))
             for identity in communicator.identities()
         }
+
+    async def _picture(self, component: str, camera: str, at: float) -> bytes | None:
+        """Return what a camera saw at a wall time as JPEG; None when that was not kept, or not recorded."""
+        run = self._recordings.get(component)
+        if run is None:
+            return self._cameras.former.at(camera, at)
+        return await asyncio.to_thread(run.pictures.at, camera, at)
 
     async def _set_scene(self, action: str, arguments: Mapping[str, Any]) -> object:
         """Move something in the world of a simulation, or push its robot."""

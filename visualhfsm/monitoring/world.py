@@ -5,18 +5,29 @@ Where no simulation reports the truth, the balls are placed by the encoders of w
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Final
 
 import msgspec
 
 from interfaces.jderobot import Pose3DEncodersPrx
-from interfaces.nao import GroundTruthPrx, Pose, ScenePrx, WorldShape
+from interfaces.nao import GroundTruthPrx, Pose, ScenePrx, ShapeKind, WorldShape
 from visualhfsm.monitoring.realm import Newest, PolledValue
 from zenoh_ice import Communicator
 
-__all__ = ["MOST_SHAPES", "Placement", "Shape", "WorldMonitor", "placement", "sound_shapes"]
+__all__ = [
+    "MOST_SHAPES",
+    "Placement",
+    "Shape",
+    "WorldMonitor",
+    "placement",
+    "sound_objects",
+    "sound_placement",
+    "sound_shape",
+    "sound_shapes",
+]
 
 MOST_SHAPES: Final = 1000
 _MOST_OBJECTS: Final = 100
@@ -30,6 +41,7 @@ _DIGITS: Final = 4
 _BALLS: Final = ("BallGreen", "BallRed")
 _BALL_RADIUS: Final = 0.06
 _BALL_COLORS: Final = {"BallGreen": (0.02, 0.85, 0.05), "BallRed": (0.95, 0.02, 0.02)}
+_KINDS: Final = frozenset(kind.name.lower() for kind in ShapeKind)
 _SCENE: Final = "Scene"
 
 Placement = tuple[float, float, float, float, float, float, float]
@@ -96,12 +108,7 @@ class WorldMonitor:
         if truth is None:
             carried = {name: self._carried(name) for name in self._encoders}
             return {name: at for name, at in carried.items() if at is not None}
-        found: dict[str, Placement] = {}
-        for name, pose in truth.value.objects.items():
-            at = placement(pose)
-            if at is not None and len(name) <= _LONGEST_NAME and len(found) < _MOST_OBJECTS:
-                found[name] = at
-        return found
+        return sound_objects({name: _values(pose) for name, pose in truth.value.objects.items()})
 
     def _carried(self, name: str) -> Placement | None:
         """Return where a ball is: its mechanism turns by `pan`, reaches out by `x` and lifts by `z`."""
@@ -109,36 +116,74 @@ class WorldMonitor:
         if sample is None or not math.isfinite(sample.value.pan):
             return None
         arm = sample.value
-        return _sound((arm.x * math.cos(arm.pan), arm.x * math.sin(arm.pan), arm.z, 0.0, 0.0, 0.0, 1.0))
+        return sound_placement(
+            (arm.x * math.cos(arm.pan), arm.x * math.sin(arm.pan), arm.z, 0.0, 0.0, 0.0, 1.0)
+        )
 
 
 def placement(pose: Pose) -> Placement | None:
     """Return a pose as the page takes it; None when it cannot be one."""
-    at, turn = pose.position, pose.orientation
-    return _sound((at.x, at.y, at.z, turn.x, turn.y, turn.z, turn.w))
+    return sound_placement(_values(pose))
 
 
 def sound_shapes(reported: Iterable[WorldShape]) -> tuple[Shape, ...]:
     """Return the shapes that can be drawn, the first `MOST_SHAPES` of them: any process may report any."""
-    found: list[Shape] = []
-    for shape in reported:
-        at = placement(shape.pose)
-        size = (shape.size.x, shape.size.y, shape.size.z)
-        color = (shape.color.x, shape.color.y, shape.color.z)
-        sizes = all(0.0 <= value <= _FARTHEST for value in size) and size[0] > 0.0
-        shares = all(0.0 <= value <= 1.0 for value in (*color, shape.opacity))
-        if at is None or not sizes or not shares or len(shape.object) > _LONGEST_NAME:
-            continue
-        kind = shape.kind.name.lower()
-        found.append(Shape(shape.object, kind, size, at[:3], at[3:], color, shape.opacity))
-        if len(found) == MOST_SHAPES:
-            break
-    return tuple(found)
+    found = (
+        sound_shape(
+            shape.object,
+            shape.kind.name.lower(),
+            size=(shape.size.x, shape.size.y, shape.size.z),
+            at=_values(shape.pose),
+            color=(shape.color.x, shape.color.y, shape.color.z),
+            opacity=shape.opacity,
+        )
+        for shape in reported
+    )
+    return tuple(itertools.islice((shape for shape in found if shape is not None), MOST_SHAPES))
 
 
-def _sound(at: Placement) -> Placement | None:
-    """Return a placement, rounded; None when it is not finite, too far, or its quaternion not of length 1."""
-    if not all(abs(value) <= _FARTHEST for value in at) or abs(math.hypot(*at[3:]) - 1.0) > 0.01:
+def sound_shape(
+    name: str,
+    kind: str,
+    *,
+    size: Sequence[float],
+    at: Sequence[float],
+    color: Sequence[float],
+    opacity: float,
+) -> Shape | None:
+    """Return a shape of the object `name` as the page draws it; None when it cannot be drawn."""
+    place = sound_placement(at)
+    if place is None or len(size) != 3 or len(color) != 3 or len(name) > _LONGEST_NAME:
         return None
-    x, y, z, i, j, k, w = (round(value, _DIGITS) + 0.0 for value in at)
+    sizes = all(0.0 <= value <= _FARTHEST for value in size) and size[0] > 0.0
+    shares = all(0.0 <= value <= 1.0 for value in (*color, opacity))
+    if not sizes or not shares or kind not in _KINDS:
+        return None
+    x, y, z = size
+    red, green, blue = color
+    return Shape(name, kind, (x, y, z), place[:3], place[3:], (red, green, blue), opacity)
+
+
+def sound_objects(reported: Mapping[str, Sequence[float]]) -> dict[str, Placement]:
+    """Return the places of objects that can be ones, of no more objects than are shown."""
+    found: dict[str, Placement] = {}
+    for name, values in reported.items():
+        at = sound_placement(values)
+        if at is not None and len(name) <= _LONGEST_NAME and len(found) < _MOST_OBJECTS:
+            found[name] = at
+    return found
+
+
+def sound_placement(values: Sequence[float]) -> Placement | None:
+    """Return a place, rounded; None when it is not finite, too far, or its quaternion not of length 1."""
+    if len(values) != 7 or not all(abs(value) <= _FARTHEST for value in values):
+        return None
+    if abs(math.hypot(*values[3:]) - 1.0) > 0.01:
+        return None
+    x, y, z, i, j, k, w = (round(value, _DIGITS) + 0.0 for value in values)
     return x, y, z, i, j, k, w
+
+
+def _values(pose: Pose) -> tuple[float, ...]:
+    at, turn = pose.position, pose.orientation
+    return at.x, at.y, at.z, turn.x, turn.y, turn.z, turn.w

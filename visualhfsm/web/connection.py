@@ -249,7 +249,7 @@ class _Connection:
             case p.Control(component=component, action=action, arguments=values):
                 return await workspace.control(component, action, values)
             case p.Recording(path=path):
-                return await workspace.open_recording(window, workspace.root.recording(path))
+                return await documents.open_recording(workspace, window, workspace.root.recording(path))
 
     async def _change_robot(self, request: _Robot) -> None:
         """Start and end what is to be driven."""

@@ -6,18 +6,21 @@ Everything raises VisualHfsmError.
 from __future__ import annotations
 
 import stat
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any, Final
 
 from codegen.hfsm.scxml import is_scxml
+from visualhfsm.editing.diff import diff_documents
 from visualhfsm.editing.serialization import import_scxml, parse
-from visualhfsm.errors import MissingError, UnsavedError, WouldOverwriteError
+from visualhfsm.errors import EditError, MissingError, UnsavedError, WouldOverwriteError
 from visualhfsm.sessions.files import read_file
 from visualhfsm.sessions.session import Choice, DocumentSession
 from visualhfsm.sessions.templates import make_template
 
 from .security import DOCUMENT_SUFFIX, FOREIGN_SUFFIX, RECORDING_SUFFIX
+from .tab import Tab
+from .window import Window
 from .workspace import Workspace
 
 _MOST_ENTRIES: Final = 2000  # of a directory
@@ -50,6 +53,24 @@ async def open_text(workspace: Workspace, name: str, text: str) -> dict[str, Any
         if is_scxml(name, content := text.encode()):
             return await _import_scxml(workspace, name, content)
         return await _add(workspace, make)
+
+
+async def open_recording(workspace: Workspace, window: Window, path: Path) -> dict[str, Any]:
+    """Open a recording; `tab` of the answer is the open document that was recorded, 0 without one."""
+    found = await workspace.open_recording(window, path)
+    return {**found, "tab": await workspace.threads.do(lambda: _tab_with(workspace.tabs, found["document"]))}
+
+
+def _tab_with(tabs: Iterable[Tab], text: str) -> int:
+    """Return the tab whose document is that of a text, except in where things stand; 0 without one."""
+    try:
+        document = parse(text, "The recorded document cannot be read")
+    except EditError:
+        return 0
+    for tab in tabs:
+        if all(each.kind == "moved" for each in diff_documents(document, tab.shown.document)):
+            return tab.id
+    return 0
 
 
 async def new(workspace: Workspace, template: str) -> dict[str, Any]:

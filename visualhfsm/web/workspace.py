@@ -384,7 +384,7 @@ class Workspace:
             self._stops.add(stopping)
             stopping.add_done_callback(self._stops.discard)
 
-    async def open_recording(self, window: Window, recording: Path) -> object:
+    async def open_recording(self, window: Window, recording: Path) -> dict[str, Any]:
         """Open a recording, which is closed when the window leaves or detaches."""
         found = await self.services.live.recording(recording)
         self._followers.setdefault(found["component"], set()).add(window)

@@ -74,7 +74,8 @@
  *   after?: string}} Difference
  * @typedef {{name: string, scoped: string, operations: {name: string, signature: string, result: string,
  *   documentation: string, streamed: boolean}[]}} InterfaceDescription
- * @typedef {Followed & {component: string, file: string, document: string, complete: boolean}} Recording
+ * @typedef {Followed & {component: string, file: string, document: string, complete: boolean, tab: number,
+ *   world: import("./monitor/world-drawing.js").WorldShape[], cameras: string[]}} Recording
  * @typedef {{hello: Greeting, do: Done, undo: Undone, redo: Undone, goTo: Undone, copy: null, cut: Done, paste: Done, extract: Done,
  *   inline: Done, open: Opened, new: Opened, openText: Opened, recover: Opened, discard: null, close: null,
  *   save: {path: string}, saveAs: {path: string}, resolve: {conflicts?: string[]} | null,

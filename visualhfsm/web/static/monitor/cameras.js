@@ -7,6 +7,7 @@
 
 import {html, nothing} from "lit";
 
+import {messageOf} from "../notices.js";
 import {required} from "../required.js";
 import {MonitorElement} from "./element.js";
 import {receiveFrames} from "./frames.js";
@@ -25,37 +26,36 @@ class Cameras extends MonitorElement {
   static kinds = ["mode", "structure"];
 
   render() {
-    const names = monitor.recording ? markedCameras() : monitor.robot.cameras;
+    const {recording} = monitor;
+    const names = recording ? recordedCameras(recording.cameras) : monitor.robot.cameras;
     if (!names.length)
       return html`<p class="empty">
-        ${monitor.recording ? "A recording holds no images." : "No camera is there in this realm."}
+        ${recording ? "This recording contains no pictures." : "No camera is there in this realm."}
       </p>`;
-    const explanation = monitor.recording
-      ? "A recording has no images: these are the marks."
-      : monitor.looking && "Images are live, also while you look back.";
+    const explanation =
+      recording && !recording.cameras.length && "This recording contains no pictures: these are the marks.";
     return html`<div class="cameras">
       ${explanation ? html`<p class="faint explain">${explanation}</p>` : nothing}
-      ${names.map((name) => html`<hfsm-camera .name=${name} .images=${!monitor.recording}></hfsm-camera>`)}
+      ${names.map((name) => html`<hfsm-camera .name=${name} .past=${Boolean(monitor.looking)}></hfsm-camera>`)}
     </div>`;
   }
 }
 
-/** The cameras on whose pictures a recorded component marked something. */
-function markedCameras() {
-  const names = [...monitor.past.numbers].flatMap((name) => /^mark\.([^/]*)\//.exec(name)?.[1] || []);
-  return [...new Set(names)].sort();
+/** The cameras whose pictures a recording contains, or on which the component marked something. */
+function recordedCameras(/** @type {string[]} */ cameras) {
+  const marked = [...monitor.past.numbers].flatMap((name) => /^mark\.([^/]*)\//.exec(name)?.[1] || []);
+  return [...new Set([...cameras, ...marked])].sort();
 }
 
 /**
- * The marks on a camera's picture, of now or of the moment of a recording.
+ * The marks on a camera's picture at the moment that is shown.
  *
  * @param {string} camera
  * @returns {Mark[]}
  */
 function marksOn(camera) {
-  const snapshot = monitor.recording ? monitor.snapshot : monitor.newest;
-  const silent = !monitor.recording && (monitor.since || monitor.ended);
-  return silent || !snapshot ? [] : snapshot.component.marks.filter((mark) => mark.camera === camera);
+  const silent = !monitor.looking && (monitor.since || monitor.ended);
+  return silent ? [] : (monitor.snapshot?.component.marks ?? []).filter((mark) => mark.camera === camera);
 }
 
 /**
@@ -88,13 +88,13 @@ function drawMarks(canvas, marks) {
 class Camera extends MonitorElement {
   /** @type {typeof MonitorElement.kinds} */
   static kinds = ["shown"];
-  static properties = {name: {attribute: false}, images: {attribute: false}, problem: {state: true}};
+  static properties = {name: {attribute: false}, past: {attribute: false}, problem: {state: true}};
 
   constructor() {
     super();
     this.name = "";
-    /** Whether there are any; a recording has none. */
-    this.images = false;
+    /** Whether a moment of the past is looked at. */
+    this.past = false;
     /** @type {string | undefined} */
     this.problem = undefined;
     /** @type {ReturnType<typeof receiveFrames> | undefined} */
@@ -116,20 +116,20 @@ class Camera extends MonitorElement {
   /** @param {PropertyValues<Camera>} changed */
   updated(changed) {
     super.updated(changed);
-    if (!this.images) this.#drawWithoutImage();
-    if (!changed.has("name") && !changed.has("images")) return;
-    this.frames?.close();
-    this.frames = undefined;
-    if (!this.images) return;
+    if (changed.has("name") || changed.has("past")) {
+      this.frames?.close();
+      this.frames = undefined;
+      this.#former = undefined;
+      if (!this.past) this.#showNow();
+    }
+    if (this.past) this.#showPast();
+  }
+
+  #showNow() {
     let [count, since] = [0, performance.now()];
     this.frames = receiveFrames(`/camera/${encodeURIComponent(this.name)}`, {
       draw: async (frame) => {
-        const image = await createImageBitmap(new Blob([frame], {type: "image/jpeg"}));
-        const canvas = this.#canvas;
-        if (canvas.width !== image.width) Object.assign(canvas, {width: image.width, height: image.height});
-        penOf(canvas).drawImage(image, 0, 0);
-        image.close();
-        drawMarks(canvas, marksOn(this.name));
+        const canvas = await this.#paint(new Blob([frame], {type: "image/jpeg"}));
         this.problem = undefined;
         count += 1;
         const passed = performance.now() - since;
@@ -146,11 +146,45 @@ class Camera extends MonitorElement {
     });
   }
 
+  /** @param {Blob} jpeg */
+  async #paint(jpeg) {
+    const image = await createImageBitmap(jpeg);
+    const canvas = this.#canvas;
+    if (canvas.width !== image.width) Object.assign(canvas, {width: image.width, height: image.height});
+    penOf(canvas).drawImage(image, 0, 0);
+    image.close();
+    drawMarks(canvas, marksOn(this.name));
+    return canvas;
+  }
+
+  /** The wall time whose picture is asked for or shown. @type {number | undefined} */
+  #former;
+  #busy = false;
+
+  /** Show what the camera saw at the moment that is looked at, one request at a time. */
+  async #showPast() {
+    if (this.#busy) return;
+    this.#busy = true;
+    while (monitor.looking && monitor.looking.at !== this.#former) {
+      const at = (this.#former = monitor.looking.at);
+      try {
+        const picture = await monitor.control("picture", {camera: this.name, at});
+        this.problem = picture ? "" : "no picture of this moment";
+        if (picture) await this.#paint(new Blob([Uint8Array.from(atob(picture), (c) => c.charCodeAt(0))]));
+        else this.#drawWithoutImage();
+      } catch (error) {
+        this.problem = messageOf(error);
+        this.#drawWithoutImage();
+      }
+    }
+    this.#busy = false;
+  }
+
   get #canvas() {
     return required(this.querySelector("canvas"), "canvas");
   }
 
-  /** Draw the marks of a recording, on a picture that is at least as large as they need. */
+  /** Draw the marks alone, on a picture that is at least as large as they need. */
   #drawWithoutImage() {
     const canvas = this.#canvas;
     const marks = marksOn(this.name);

@@ -67,13 +67,19 @@ async function show(path, found) {
   if (!found.complete) notify("The recording is long: only its beginning was read.");
 }
 
-/** Show the document in a recording, unless it is open. @param {Recording} recording */
-async function showDocument({document, structure}) {
-  const shown = structure?.structure;
-  if (monitor.tab) page.show(monitor.tab);
-  else if (document) {
-    const name = shown?.document || `${shown?.name}.xml`;
-    const opened = await ask("openText", {name: name.replace(/^.*\//, ""), text: document});
-    if (opened) page.show(opened.tab);
-  } else notify("The recording does not contain its document: open it to see the states.");
+/** Show the document that was recorded: an open one that is the same, or else what the recording contains. */
+async function showDocument(/** @type {Recording} */ {document, structure, tab}) {
+  if (tab) {
+    page.show(tab);
+    return;
+  }
+  if (!document) {
+    notify("The recording does not contain its document: its states cannot be drawn.");
+    return;
+  }
+  const name = (structure?.structure.document || "document").replace(/^.*\//, "").replace(/\.xml$/i, "");
+  const opened = await ask("openText", {name: `${name} (recorded).xml`, text: document});
+  if (!opened) return;
+  monitor.showRecordingOn(opened.tab);
+  page.show(opened.tab);
 }

@@ -37,7 +37,8 @@
  * @typedef {{state: number, ghost: boolean, transitions: TransitionExplanation[], summary: string}} Explanation
  * @typedef {{facts: Facts, at: Snapshot | null, explain: Explanation, pause: null, resume: null, step: null,
  *   series: {times: number[], values: Record<string, (number | null)[]>}, setBreakpoints: null, setVariable: null,
- *   forceTransition: null, sendEvent: null, stop: null, placeObject: null, pushRobot: null, reload: {generation: number, held: number, notKept: string[]},
+ *   forceTransition: null, sendEvent: null, stop: null, placeObject: null, pushRobot: null, picture: string | null,
+ *   reload: {generation: number, held: number, notKept: string[]},
  *   emergencyStop: {stopped: string[], failed: Record<string, string>}}} Controls what each action answers
  * @typedef {{start: number, end: number, changes: [number, number, number, number, number][],
  *   spans: [number, number, boolean, number, number][], numbers: string[]}} Timeline
@@ -45,7 +46,7 @@
  *   facts?: Facts}} Followed what attaching to a component, or opening a recording, answers
  * @import {Breakpoint} from "./breakpoints.js"
  * @import {Moment} from "./robot-drawing.js"
- * @import {Placement} from "./world-drawing.js"
+ * @import {Placement, WorldShape} from "./world-drawing.js"
  * @import {Target} from "../store.js"
  * @typedef {{mode: null, structure: null, snapshot: null, shown: null, running: null}} MonitorEvents
  */
@@ -158,7 +159,11 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
   ended = undefined;
   /** Whether it may be steered, beside being stopped. */
   writable = false;
-  /** The recording that is looked at. @type {{file: string, complete: boolean} | undefined} */
+  /**
+   * The recording that is looked at; `tab` shows its document, 0 for none.
+   *
+   * @type {{file: string, complete: boolean, tab: number, world: WorldShape[], cameras: string[]} | undefined}
+   */
   recording = undefined;
   /** Whether the canvas shows the automaton that is active deepest. */
   follows = false;
@@ -238,6 +243,7 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
 
   /** The tab of the document of the component, first of all the one that it was started from; 0 without one. */
   get tab() {
+    if (this.recording) return this.recording.tab;
     const name = this.structure?.name ?? this.component;
     const fitting = store.workspace.tabs.filter((each) => each.component === name).map((each) => each.tab);
     const origin = this.#origins.get(name) ?? 0;
@@ -327,10 +333,17 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
     this.#attaching = undefined;
     this.component = found.component;
     this.writable = false;
-    this.recording = {file: path, complete: found.complete};
+    const {complete, tab, world, cameras} = found;
+    this.recording = {file: path, complete, tab, world, cameras};
     this.#begin(found);
     this.looking = found.snapshot ?? undefined;
     this.#emit("mode", "shown");
+  }
+
+  /** Show what was recorded on the document of a tab. @param {number} tab */
+  showRecordingOn(tab) {
+    if (this.recording) this.recording.tab = tab;
+    this.#emit("structure", "shown");
   }
 
   /** Follow nothing. */

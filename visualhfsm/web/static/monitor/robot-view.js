@@ -1,4 +1,8 @@
-/** The robot and its world in 3D, at the moment that is looked at. three.js is loaded with this module. */
+/**
+ * The robot and its world in 3D, at the moment that is looked at. three.js is loaded with this module.
+ *
+ * @import {WorldShape} from "./world-drawing.js"
+ */
 
 import {html, nothing} from "lit";
 
@@ -40,6 +44,10 @@ class RobotView extends MonitorElement {
     this.frames = undefined;
     /** @type {RobotDrawing | undefined} */
     this.drawing = undefined;
+    /** The world of now. @type {WorldShape[]} */
+    this.world = [];
+    /** The world that is drawn. @type {WorldShape[] | undefined} */
+    this.shown = undefined;
     /** @type {Grabbing | undefined} */
     this.grabbing = undefined;
   }
@@ -83,6 +91,7 @@ class RobotView extends MonitorElement {
   updated(changed) {
     super.updated(changed);
     if (!this.frames && this.isConnected) this.#begin();
+    this.#learn();
     this.#showPast();
     if (!this.grabbing) return;
     this.grabbing.enabled = this.simulated && !monitor.looking && store.online;
@@ -94,7 +103,7 @@ class RobotView extends MonitorElement {
     this.frames?.close();
     this.grabbing?.close();
     this.drawing?.close();
-    this.frames = this.drawing = this.grabbing = undefined;
+    this.frames = this.drawing = this.grabbing = this.shown = undefined;
   }
 
   #begin() {
@@ -117,7 +126,7 @@ class RobotView extends MonitorElement {
         if (!this.drawing) return;
         const content = JSON.parse(new TextDecoder().decode(frame));
         if (isFirst) this.drawing.build(content);
-        else if (content.world) this.drawing.world.build(content.world);
+        else if (content.world) this.#learn(content.world);
         else await this.#showNow(content);
       },
       lost: (reason) => (this.problem = reason || "The server is offline."),
@@ -135,6 +144,15 @@ class RobotView extends MonitorElement {
     const known = this.drawing?.pose(moment);
     this.problem = known ? undefined : whyUnknown();
     if (!document.hidden) await this.drawing?.drawn();
+  }
+
+  /** Show the world of now, or that of a recording. @param {WorldShape[]} [world] of now, if it is another one */
+  #learn(world = this.world) {
+    this.world = world;
+    const shown = monitor.recording?.world ?? world;
+    if (this.shown === shown || !this.drawing) return;
+    this.shown = shown;
+    this.drawing.world.build(shown);
   }
 
   /** Show the moment of the past that is looked at: never the robot of now beside it. */

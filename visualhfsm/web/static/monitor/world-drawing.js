@@ -3,6 +3,7 @@
  *
  * @import {Shape} from "./shapes.js"
  * @import {Raycaster, Vector3} from "three"
+ * @typedef {Shape & {object: string}} WorldShape `object` is what it moves with; empty of what stands firm
  * @typedef {[number, number, number, number, number, number, number]} Placement position in m, and a quaternion
  *   (x, y, z, w)
  */
@@ -53,7 +54,7 @@ export class WorldDrawing extends Group {
   /** What stands firm. */
   #firm = new Group();
 
-  /** Create everything. @param {(Shape & {object: string})[]} shapes */
+  /** Create everything. @param {WorldShape[]} shapes */
   build(shapes) {
     this.#clear();
     const workshop = new Workshop();

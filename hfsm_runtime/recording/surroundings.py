@@ -1,0 +1,119 @@
+"""Record where the robot and the things around it are, to be looked at later.
+
+It is no input of the component, and a replay leaves it out: what the component itself asks is recorded apart.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import threading
+from collections.abc import Iterator
+from concurrent.futures import Future
+from typing import Final
+
+from hfsm_recording.messages import RobotPose, Shape, World
+from interfaces.nao import GroundTruthPrx, JointsPrx, Pose, ScenePrx, WorldShape
+from zenoh_ice import Communicator, ZenohIceError
+
+from .recorder import Recorder
+
+__all__ = ["recorded_surroundings"]
+
+_PERIOD: Final = 0.1
+"""Wall seconds between two poses."""
+_OLDEST: Final = 1.0
+"""Wall seconds after which a sample says nothing of now."""
+_AGAIN: Final = 20
+"""Poses after which a call that failed is repeated."""
+_END: Final = 5.0
+_MOST_SHAPES: Final = 1000
+_DIGITS: Final = 4
+
+
+@contextlib.contextmanager
+def recorded_surroundings(communicator: Communicator, recorder: Recorder) -> Iterator[None]:
+    """Record poses ten times a second, as far as the robot reports them, in a `with` block."""
+    stopping = threading.Event()
+    surroundings = _Surroundings(communicator, recorder)
+
+    def watch() -> None:
+        while not stopping.wait(_PERIOD):
+            with contextlib.suppress(ZenohIceError):  # a robot that comes or goes, or another interface
+                surroundings.look()
+
+    thread = threading.Thread(target=watch, name="recording of the robot", daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        stopping.set()
+        thread.join(_END)
+
+
+class _Surroundings:
+    def __init__(self, communicator: Communicator, recorder: Recorder) -> None:
+        proxy = communicator.stringToProxy
+        self._communicator = communicator
+        self._recorder = recorder
+        self._body = JointsPrx.uncheckedCast(proxy("Body"))
+        self._truth = GroundTruthPrx.uncheckedCast(proxy("GroundTruth"))
+        self._scene = ScenePrx.uncheckedCast(proxy("Scene"))
+        self._names: list[str] | None = None
+        self._asked_names: Future[list[str]] | None = None
+        self._asked_shapes: Future[list[WorldShape]] | None = None
+        self._has_world = False
+        self._looks = 0
+        self._before: RobotPose | None = None
+
+    def look(self) -> None:
+        """Record the pose of now if it is another one. Raises ZenohIceError."""
+        present = self._communicator.identities()
+        self._looks += 1
+        if self._looks % _AGAIN == 1:
+            if "Body" in present and self._names is None:
+                self._asked_names = self._body.getJointNames.begin()
+            if "Scene" in present and not self._has_world:
+                self._asked_shapes = self._scene.getShapes.begin()
+        self._take_answers()
+        state = self._body.getJointState.latest() if "Body" in present else None
+        truth = self._truth.getGroundTruth.latest() if "GroundTruth" in present else None
+        joints: dict[str, float] = {}
+        if state is not None and state.age <= _OLDEST and self._names is not None:
+            pairs = zip(self._names, state.value.positions, strict=False)
+            joints = {name: round(angle, _DIGITS) for name, angle in pairs if math.isfinite(angle)}
+        pose = RobotPose(joints)
+        if truth is not None and truth.age <= _OLDEST:
+            objects = {name: _values(at) for name, at in truth.value.objects.items()}
+            pose = RobotPose(joints, _values(truth.value.torso), objects)
+        if pose != (self._before or RobotPose({})):
+            self._before = pose
+            self._recorder.put("/robot", pose, 2000)
+
+    def _take_answers(self) -> None:
+        asked, shapes = self._asked_names, self._asked_shapes
+        if asked is not None and asked.done():
+            self._asked_names = None
+            self._names = asked.result()
+        if shapes is not None and shapes.done():
+            self._asked_shapes = None
+            found = [_described(shape) for shape in shapes.result()[:_MOST_SHAPES]]
+            self._has_world = True
+            self._recorder.put("/world", World(found), 200 * len(found))
+
+
+def _values(pose: Pose) -> list[float]:
+    at, turn = pose.position, pose.orientation
+    return [round(value, _DIGITS) for value in (at.x, at.y, at.z, turn.x, turn.y, turn.z, turn.w)]
+
+
+def _described(shape: WorldShape) -> Shape:
+    size, color = shape.size, shape.color
+    return Shape(
+        object=shape.object,
+        kind=shape.kind.name.lower(),
+        size=[size.x, size.y, size.z],
+        at=_values(shape.pose),
+        color=[color.x, color.y, color.z],
+        opacity=shape.opacity,
+    )
