@@ -83,7 +83,7 @@ def draw(shown: EditorPage) -> None:
     shown.name("two seconds")
     shown.press("Shift+Enter")
     shown.choose("Time")
-    shown.page.get_by_label("After", exact=True).fill("2000")
+    shown.page.get_by_label("After", exact=True).fill("2 s")
     shown.press("Escape")
     shown.connect("right", "left")
     shown.name("there")

@@ -325,8 +325,13 @@ def test_an_argument_is_handed_to_an_input(shown: EditorPage, path: Path) -> Non
 def test_a_condition_becomes_a_time_and_keeps_its_expression_as_guard(shown: EditorPage, path: Path) -> None:
     choose(shown, "enough")
     shown.choose("Time")
-    shown.page.get_by_label("After", exact=True).fill("1500")
-    expect(shown.page.get_by_text("ms = 1.5 s")).to_be_visible()
+    after = shown.page.get_by_label("After", exact=True)
+    expect(after).to_be_focused()
+    expect(after).to_have_value("1 s")
+    shown.type("1500 ms")
+    expect(after).to_have_value("1500 ms")
+    shown.press("Tab")
+    expect(after).to_have_value("1.5 s")
     expect(shown.page.get_by_role("textbox", name="Guard of enough")).to_have_text("count > 5")
     transition = saved(shown, path).automata[0].transitions[0]
     assert (transition.type, transition.trigger.text, transition.guard.text) == ("time", "1500", "count > 5")

@@ -157,7 +157,7 @@ def test_every_panel_that_was_hidden_shows_what_changed_meanwhile(
     shown.type("novelty")
     expect(below).to_contain_text("Nothing has “novelty” in it.")
     shown.press("Alt+t")
-    expect(page.get_by_label("Period")).to_have_value("100")
+    expect(page.get_by_label("Period")).to_have_value("100 ms")
     edit(shown, "wait")
     for panel in (below, beside):
         panel.get_by_role("button", name="Close the panel").click()
@@ -179,7 +179,7 @@ def test_every_panel_that_was_hidden_shows_what_changed_meanwhile(
     shown.press("Shift+Enter")
     expect(page.get_by_role("textbox", name="Code of the state wait")).to_have_text("if novelty")
     shown.press("Alt+t")
-    expect(page.get_by_label("Period")).to_have_value("50")
+    expect(page.get_by_label("Period")).to_have_value("50 ms")
 
 
 @pytest.mark.slow

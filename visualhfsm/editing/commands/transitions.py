@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import ClassVar, Literal
+from typing import ClassVar, Final, Literal
 
 from codegen.hfsm.document import Automaton, Document, Transition
 
@@ -34,6 +34,8 @@ __all__ = [
     "SetTransitionType",
     "TransitionType",
 ]
+
+_DEFAULT_TIME: Final = "1000"  # ms
 
 TransitionType = Literal["time", "condition", "event", "finished"]
 
@@ -139,7 +141,8 @@ class RetargetTransition(_TransitionCommand, frozen=True, kw_only=True):
 class SetTransitionType(_TransitionCommand, frozen=True, kw_only=True):
     """Set the type of a transition, and its `trigger` unless that is kept.
 
-    A condition becomes the guard of the new type, and a guard the condition, so that no code is lost.
+    A condition becomes the guard of the new type, and a guard the condition, so that no code is lost. A new
+    time is one second.
     """
 
     type: TransitionType
@@ -155,6 +158,8 @@ class SetTransitionType(_TransitionCommand, frozen=True, kw_only=True):
                 trigger, guard = guard, ""
         if self.type == "finished":
             trigger = ""
+        elif self.type == "time" and not trigger.strip():
+            trigger = _DEFAULT_TIME
         if self.trigger is not None:
             trigger = self.trigger
         return changed(transition, type=self.type, trigger=trigger, guard=guard)

@@ -6,10 +6,11 @@
 
 import {html, nothing, render} from "lit";
 
-import {spokenTime, TRIGGERS} from "./canvas/glyphs.js";
+import {TRIGGERS} from "./canvas/glyphs.js";
 import {picture} from "./canvas/export.js";
 import {outgoing, ownerOf} from "./outline.js";
 import {page} from "./page.js";
+import {spokenTime} from "./times.js";
 
 /** Show the print dialog of the browser with the pages of the shown document. */
 export async function printComponent() {
@@ -72,7 +73,7 @@ function automatonPage(automaton) {
 /** @param {Automaton} automaton @param {Transition} transition */
 function transition(automaton, {name, destination, type, trigger, guard, code: fired}) {
   const to = automaton.states.find((each) => each.id === destination)?.name ?? "nothing";
-  const what = type === "time" ? `after ${spokenTime(trigger)}` : (TRIGGERS[type]?.word ?? type);
+  const what = type === "time" ? `after ${spokenTime(trigger) || "no time"}` : (TRIGGERS[type]?.word ?? type);
   return html`<p class="arc">
       → <strong>${to}</strong>: ${name ? `${name}, ` : ""}${type === "event" ? `on the event ${trigger}` : what}
     </p>

@@ -182,6 +182,14 @@ def test_a_condition_goes_on_as_a_guard_and_comes_back() -> None:
     assert (finished.trigger.text, finished.guard.text) == ("", "x > 1")
 
 
+def test_a_time_is_one_second_at_first_and_stays_as_it_was_set() -> None:
+    document = SetTransitionType(automaton=1, transition=1, type="time").apply(tree())
+    assert (transition(document, 1).trigger.text, transition(document, 1).guard.text) == ("1000", "x > 1")
+    document = SetTransitionCode(automaton=1, transition=1, part="trigger", text="250").apply(document)
+    again = SetTransitionType(automaton=1, transition=1, type="time").apply(document)
+    assert transition(again, 1).trigger.text == "250"
+
+
 def test_the_texts_of_a_transition_are_set() -> None:
     document = RenameTransition(automaton=1, transition=1, name="on").apply(tree())
     for part in ("trigger", "guard", "fired"):

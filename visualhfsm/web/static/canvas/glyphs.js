@@ -25,11 +25,3 @@ export const BADGES = {
   warning: {path: "M-2.6-2.2A2.6 2.4 0 1 1 1-.2Q0 .4 0 1.6M0 4.4V4.5", word: "warning"},
   restart: {path: "M3.6-1.5A4 4 0 1 0 4 1M4-4.5V-1.2H.8", word: "restarts on entry"},
 };
-
-/** A time in seconds or milliseconds, for people. @param {string} milliseconds */
-export function spokenTime(milliseconds) {
-  const value = Number(milliseconds);
-  if (!milliseconds.trim() || !Number.isFinite(value)) return milliseconds.trim() || "no time";
-  if (value >= 60_000 && value % 60_000 === 0) return `${value / 60_000} min`;
-  return value >= 1000 ? `${+(value / 1000).toFixed(2)} s` : `${value} ms`;
-}

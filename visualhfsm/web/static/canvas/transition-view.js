@@ -9,7 +9,8 @@
 
 import {sameProblem} from "../problems.js";
 import {arc} from "./geometry.js";
-import {spokenTime, TRIGGERS, UNKNOWN_TRIGGER} from "./glyphs.js";
+import {spokenTime} from "../times.js";
+import {TRIGGERS, UNKNOWN_TRIGGER} from "./glyphs.js";
 import {beside, HANDLE} from "./labels.js";
 import {set, template} from "./svg.js";
 import {shortened, width} from "./text.js";
@@ -267,7 +268,13 @@ function detailsOf(handle, label) {
 function whatFires({type, trigger, guard}) {
   const text = trigger.trim().split("\n")[0];
   const first =
-    type === "time" ? spokenTime(trigger) : type === "event" ? text || "no event" : type === "condition" ? text : "";
+    type === "time"
+      ? spokenTime(trigger) || "no time"
+      : type === "event"
+        ? text || "no event"
+        : type === "condition"
+          ? text
+          : "";
   const if_ = guard.trim().split("\n")[0];
   return [first, if_ && `[${if_}]`].filter(Boolean).join(" ");
 }

@@ -145,13 +145,12 @@ function automatonData({tab, document, automaton}) {
       ? html`<p class="explain">The content of this automaton comes from ${imported.file}; change it there.</p>`
       : html` <div data-section="period" class="section">
             <hfsm-text-field
-              kind="number"
+              kind="time"
               label="Period"
-              unit="ms"
               .tab=${tab}
               .place=${{...place, part: "period"}}
               .text=${automaton.period}
-              hint="100"
+              hint="100 ms"
             ></hfsm-text-field>
             <p class="explain">Time from one cycle to the next. ${rate(automaton.period)}</p>
           </div>
@@ -409,7 +408,7 @@ const LISTS = {
           ["never", "never"],
         ],
       },
-      {name: "within", label: "Within", kind: "number", unit: "ms", hint: "any time"},
+      {name: "within", label: "Within", kind: "time", hint: "any time"},
       {
         name: "expression",
         label: "Expression",

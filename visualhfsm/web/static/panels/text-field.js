@@ -7,6 +7,7 @@
 
 import {LitElement, html, live, nothing} from "lit";
 import {store} from "../store.js";
+import {spokenTime, toMilliseconds} from "../times.js";
 import {Draft, isTooLong} from "./draft.js";
 import {commandFor, keyOf, problemsAt} from "./places.js";
 import {isVerdict} from "./verdicts.js";
@@ -14,7 +15,7 @@ import {isVerdict} from "./verdicts.js";
 let count = 0;
 
 /**
- * `kind` is `text`, `number`, `area`, or `select` with `options` of [value, label]. `suggestions` are optional.
+ * `kind` is `text`, `number`, `time` (such as `1.5 s`, milliseconds in the document), `area`, or `select` with `options` of [value, label]. `suggestions` are optional.
  * `send(tab, text)` replaces the command for its place.
  */
 export class TextField extends LitElement {
@@ -52,6 +53,8 @@ export class TextField extends LitElement {
     /** @type {[value: string, label: string][]} */
     this.options = [];
     this.number = ++count;
+    /** The time that is being typed. @type {string | undefined} */
+    this.typed = undefined;
   }
 
   #draft = new Draft(() => this.requestUpdate());
@@ -112,13 +115,16 @@ export class TextField extends LitElement {
   }
 
   focus() {
-    /** @type {HTMLElement | null} */ (this.querySelector("input, textarea, select"))?.focus();
+    /** @type {HTMLInputElement | null} */
+    const input = this.querySelector("input, textarea, select");
+    input?.focus();
+    if (this.kind === "time") input?.select();
   }
 
   /** @param {string} id @param {Problem[]} problems */
   #input(id, problems) {
     const {kind, hint, readonly} = this;
-    const text = this.#draft.text;
+    const text = kind === "time" ? (this.typed ?? spokenTime(this.#draft.text)) : this.#draft.text;
     const invalid = problems.some((each) => each.severity === "error") ? "true" : nothing;
     const described = problems.length ? `${id}-problems` : nothing;
     if (kind === "select") {
@@ -153,7 +159,7 @@ export class TextField extends LitElement {
     }
     return html`<input
       id=${id}
-      class=${this.mono || kind === "number" ? "mono" : ""}
+      class=${this.mono || kind === "number" || kind === "time" ? "mono" : ""}
       type="text"
       inputmode=${kind === "number" ? "decimal" : nothing}
       spellcheck="false"
@@ -173,8 +179,12 @@ export class TextField extends LitElement {
 
   /** @param {From<HTMLInputElement | HTMLTextAreaElement>} event */
   #type = ({target}) => {
-    if (isTooLong(target.value.length)) target.value = this.#draft.text;
-    else this.#draft.type(target.value);
+    if (isTooLong(target.value.length)) {
+      target.value = this.#draft.text;
+      return;
+    }
+    if (this.kind === "time") this.typed = target.value;
+    this.#draft.type(this.kind === "time" ? toMilliseconds(target.value) : target.value);
   };
 
   /** @param {From<HTMLSelectElement>} event */
@@ -183,7 +193,12 @@ export class TextField extends LitElement {
     this.#draft.flush();
   };
 
-  #leave = () => this.#draft.flush();
+  #leave = () => {
+    this.#draft.flush();
+    if (this.typed === undefined) return;
+    this.typed = undefined;
+    this.requestUpdate();
+  };
 
   /** @param {KeyboardEvent} event */
   #press = (event) => {

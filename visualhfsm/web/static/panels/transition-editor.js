@@ -12,6 +12,7 @@ import {html, live, nothing} from "lit";
 import {apply} from "../commands.js";
 import {icon} from "../icons.js";
 import {outgoing} from "../outline.js";
+import {page} from "../page.js";
 import {placeOf} from "./places.js";
 
 const TYPES = [
@@ -115,8 +116,12 @@ export function transitionEditor(about) {
 
 /** @param {Transition} transition @param {Fields} fields @param {boolean} readonly */
 function typeChoice(transition, fields, readonly) {
-  /** @param {string} type */
-  const choose = (type) => apply("setTransitionType", {...fields, type});
+  /** @param {string} type @param {HTMLElement} radio */
+  const choose = async (type, radio) => {
+    const goesOn = radio.matches(":focus-visible"); // with the arrows, perhaps to the next type
+    if (!(await apply("setTransitionType", {...fields, type})) || goesOn || type === "finished") return;
+    page.edit({kind: "transition", automaton: fields.automaton, id: fields.transition, part: "trigger"});
+  };
   return html`<fieldset class="type-choice">
     <legend>Fires</legend>
     ${TYPES.map(
@@ -128,7 +133,7 @@ function typeChoice(transition, fields, readonly) {
             value=${type}
             .checked=${live(transition.type === type)}
             ?disabled=${readonly}
-            @change=${() => choose(type)}
+            @change=${(/** @type {From<HTMLInputElement>} */ {target}) => choose(type, target)}
           /><span>${label}</span></label
         >`,
     )}
@@ -145,14 +150,13 @@ function trigger({tab, document, transition, readonly}, place) {
       return html`<hfsm-text-field
         class="section"
         data-part="trigger"
-        kind="number"
+        kind="time"
         label="After"
-        unit=${seconds(transition.trigger)}
         .tab=${tab}
         .place=${where}
         .text=${transition.trigger}
         ?readonly=${readonly}
-        hint="milliseconds, such as 1000"
+        hint="1 s, or 500 ms"
       ></hfsm-text-field>`;
     case "event":
       return html`<hfsm-text-field
@@ -182,12 +186,6 @@ function trigger({tab, document, transition, readonly}, place) {
         ></hfsm-code-field>
       </div>`;
   }
-}
-
-/** The unit of a time, and the time in seconds where that is easier to read. @param {string} milliseconds */
-function seconds(milliseconds) {
-  const number = Number(milliseconds.trim());
-  return milliseconds.trim() && Number.isFinite(number) && Math.abs(number) >= 1000 ? `ms = ${number / 1000} s` : "ms";
 }
 
 /** @param {About} about @param {Place} place @param {Fields} fields */
