@@ -278,7 +278,7 @@ def test_a_document_without_automata_can_be_selected_in_and_exported(
 ) -> None:
     drop(shown, "nothing.xml", "<VisualHFSM></VisualHFSM>")
     expect(tab(shown, "nothing")).to_have_attribute("aria-selected", "true")
-    shown.page.locator("hfsm-canvas svg[role=application]").click()
+    shown.page.locator("hfsm-canvas [role=application]").click()
     shown.press("Control+a")
     x, y = shown.middle(shown.page.locator("hfsm-canvas"))
     shown.page.mouse.move(x, y)

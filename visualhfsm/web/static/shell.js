@@ -3,7 +3,7 @@
  * areas.
  *
  * @import {From} from "./element.js"
- * @import {Target} from "./store.js"
+ * @import {Automaton, Target} from "./store.js"
  */
 
 import {html, nothing} from "lit";
@@ -119,26 +119,40 @@ class Tabs extends PageElement {
   }
 }
 
+const MOST_CRUMBS = 4; // automata of a path that are shown; the middle of a longer one is a list
+
 class Breadcrumbs extends PageElement {
   render() {
     const {path} = page;
+    const hidden = path.length > MOST_CRUMBS ? path.slice(1, 2 - MOST_CRUMBS) : [];
+    const current = path.at(-1);
     return html`<nav aria-label="Path to the shown automaton">
         <ol>
-          ${path.map(
-            (automaton, index) =>
-              html`<li>
-                ${
-                  index === path.length - 1
-                    ? html`<span aria-current="location">${page.title(automaton)}</span>`
-                    : html`<button type="button" @click=${() => page.open(automaton.id)}>
-                        ${page.title(automaton)}
-                      </button>`
-                }
-              </li>`,
-          )}
+          ${path.map((automaton) => {
+            if (automaton === hidden[0]) return html`<li>${this.#between(hidden)}</li>`;
+            if (hidden.includes(automaton)) return nothing;
+            const title = page.title(automaton);
+            return automaton === current
+              ? html`<li class="current"><span aria-current="location" title=${title}>${title}</span></li>`
+              : html`<li>
+                  <button type="button" title=${title} @click=${() => page.open(automaton.id)}>${title}</button>
+                </li>`;
+          })}
         </ol>
       </nav>
       ${this.#siblings()}`;
+  }
+
+  /** What stands between the first automaton of a long path and its last ones. @param {Automaton[]} hidden */
+  #between(hidden) {
+    return html`<select
+      aria-label="${hidden.length} automata between"
+      title=${hidden.map((automaton) => page.title(automaton)).join(" / ")}
+      @change=${(/** @type {From<HTMLSelectElement>} */ {target}) => page.open(Number(target.value))}
+    >
+      <option selected disabled hidden>…</option>
+      ${hidden.map((automaton) => html`<option value=${automaton.id}>${page.title(automaton)}</option>`)}
+    </select>`;
   }
 
   /** Automata that run beside the shown one, below the same state. */

@@ -3,13 +3,14 @@
  *
  * @import {Automaton, Target} from "../store.js"
  * @import {Comparison} from "./comparison.js"
- * @import {Point} from "./geometry.js"
+ * @import {Box, Point} from "./geometry.js"
  * @import {Live} from "./live-marks.js"
  * @import {DrawingTool} from "./tools.js"
  */
 
 import {applyHere, selectAdded} from "../commands.js";
 import {holdKeys} from "../holding.js";
+import {keyOf} from "../keys.js";
 import {isImporting} from "../outline.js";
 import {page} from "../page.js";
 import {problemOf} from "../problems.js";
@@ -22,6 +23,8 @@ import {Rename} from "./rename.js";
 import {Drawing} from "./drawing.js";
 import {make} from "./svg.js";
 import {FAR, TINY, VERY_FAR, Viewport} from "./viewport.js";
+
+const REST = 300; // ms
 
 export class HfsmCanvas extends HTMLElement {
   drawing = new Drawing();
@@ -40,6 +43,7 @@ export class HfsmCanvas extends HTMLElement {
   speech = division("for-readers");
   hint = division("hint");
   empty = division("empty");
+  outside = document.createElement("button");
   minimap = new Minimap(this);
   rename = new Rename(this);
   order = new Order(this);
@@ -56,7 +60,7 @@ export class HfsmCanvas extends HTMLElement {
   compares = false;
 
   #size = {width: 0, height: 0};
-  /** The view of each automaton that was shown. @type {Map<string, Point & {scale: number}>} */
+  /** The middle of the view of each automaton that was shown. @type {Map<string, Point & {scale: number}>} */
   #views = new Map();
   #shown = "";
   #unfitted = false;
@@ -76,7 +80,18 @@ export class HfsmCanvas extends HTMLElement {
     for (const [name, value] of Object.entries({role: "application", "aria-roledescription": "canvas", tabindex: "-1"}))
       this.surface.setAttribute(name, value);
     this.surface.append(this.svg);
-    this.append(this.surface, this.empty, this.hint, this.minimap.element, this.rename.input, this.speech);
+    Object.assign(this.outside, {className: "outside", type: "button", hidden: true});
+    this.outside.textContent = `Everything is outside: show it (${keyOf("fit")})`;
+    this.outside.addEventListener("click", () => this.fit());
+    this.append(
+      this.surface,
+      this.empty,
+      this.outside,
+      this.hint,
+      this.minimap.element,
+      this.rename.input,
+      this.speech,
+    );
     new ResizeObserver(() => this.#resized()).observe(this);
     for (const kind of /** @type {const} */ (["document", "problems"])) {
       store.addEventListener(kind, ({detail}) => detail.tab === page.tab && this.pointer.whenFree(() => this.redraw()));
@@ -112,6 +127,7 @@ export class HfsmCanvas extends HTMLElement {
     this.rename.follow();
     if (other && this.hadFocus) this.focusSelected();
     this.minimap.draw();
+    this.#lookOutside();
   }
 
   /**
@@ -248,8 +264,7 @@ export class HfsmCanvas extends HTMLElement {
     this.drawing.automaton = undefined; // another document may have one of the same number
     if (this.#fitted === this.#view())
       this.#views.delete(this.#shown); // fitted again: panels may have come or gone
-    else if (this.#shown)
-      this.#views.set(this.#shown, {x: this.viewport.x, y: this.viewport.y, scale: this.viewport.scale});
+    else if (this.#shown) this.#views.set(this.#shown, {...this.viewport.middle, scale: this.viewport.scale});
     this.order.forget();
     this.hadFocus = this.contains(document.activeElement);
   }
@@ -258,8 +273,8 @@ export class HfsmCanvas extends HTMLElement {
   #arrive(key) {
     const known = this.#views.get(key);
     if (known) {
-      Object.assign(this.viewport, known);
-      this.#transform();
+      this.viewport.scale = known.scale;
+      this.viewport.center(known);
     } else {
       this.fit();
     }
@@ -283,7 +298,20 @@ export class HfsmCanvas extends HTMLElement {
     this.#look();
     this.minimap.frame();
     this.rename.follow();
+    this.#lookOutside();
     this.dispatchEvent(new Event("view"));
+  }
+
+  #resting = 0;
+
+  /** Say that everything is outside, once the view rests. */
+  #lookOutside() {
+    clearTimeout(this.#resting);
+    this.#resting = setTimeout(() => {
+      const places = [...this.drawing.places.values()];
+      const {seen} = this.viewport;
+      this.outside.hidden = !this.#size.width || !places.length || places.some((place) => isNear(place, seen));
+    }, REST);
   }
 
   /** Create what comes into view, once the size of the canvas is known. */
@@ -298,17 +326,24 @@ export class HfsmCanvas extends HTMLElement {
 
   #resized() {
     const before = this.#size;
+    const fitted = this.#unfitted || this.#fitted === this.#view();
     const whole = before.width > 0 && contains(this.viewport.seen, this.drawing.bounds());
     this.#size = {width: this.clientWidth, height: this.clientHeight};
-    if (this.#size.width && (this.#unfitted || this.#fitted === this.#view())) {
+    if (fitted) {
       this.fit();
-    } else if (before.width && this.#size.width) {
-      this.viewport.pan((this.#size.width - before.width) / 2, (this.#size.height - before.height) / 2);
+      return;
+    }
+    this.viewport.pan((this.#size.width - before.width) / 2, (this.#size.height - before.height) / 2);
+    if (before.width && this.#size.width) {
       if (whole && !contains(this.viewport.seen, this.drawing.bounds())) this.fit(); // what was fully visible stays so
       this.#reveal(); // a panel that opens for a state does not cover it
     }
   }
 }
+
+/** Whether a place is in a box, or the circle around it touches it. @param {Point} place @param {Box} box */
+const isNear = ({x, y}, {left, top, right, bottom}) =>
+  x > left - RADIUS && x < right + RADIUS && y > top - RADIUS && y < bottom + RADIUS;
 
 /**
  * Find the worst problem of a state or transition.

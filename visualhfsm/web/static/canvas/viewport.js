@@ -91,7 +91,13 @@ export class Viewport {
     if (dx || dy) this.pan(dx, dy);
   }
 
-  /** @param {Point} point */
+  /** The point of the drawing in the middle of the window. */
+  get middle() {
+    const {width, height} = this.size();
+    return this.toDrawing(width / 2, height / 2);
+  }
+
+  /** Show a point in the middle. @param {Point} point */
   center(point) {
     const {width, height} = this.size();
     this.x = width / 2 - point.x * this.scale;

@@ -1,0 +1,77 @@
+"""What of a document is seen: the middle of the view, the path to the shown automaton, and the tree."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, expect
+
+from tests.support.browser import EditorPage, editor_page
+from tests.support.documents import document, state, sub
+from tests.support.editor import editor
+
+LEVELS = 14
+
+
+@pytest.fixture
+def shown(browser: Browser, tmp_path: Path) -> Iterator[EditorPage]:
+    root = tmp_path / "work"
+    root.mkdir()
+    path = root / "deep.xml"
+    levels = range(1, LEVELS + 1)
+    path.write_text(
+        document(
+            *(sub(each, each - 1, state(1, f"level{each}", initial=True, child=each + 1)) for each in levels)
+        )
+    )
+    with editor(root, path) as running, editor_page(browser, running) as page:
+        page.state("level1").wait_for()
+        yield page
+
+
+def test_the_middle_of_the_view_is_kept_and_a_drawing_outside_can_be_shown(shown: EditorPage) -> None:
+    page = shown.page
+    outside = page.get_by_role("button", name="Everything is outside")
+    page.mouse.move(*shown.middle_of("level1"))
+    page.mouse.wheel(0, -300)
+    shown.press("Alt+n")
+    expect(page.locator("hfsm-canvas .empty")).to_be_visible()
+    page.set_viewport_size({"width": 900, "height": 600})
+    page.get_by_role("tab", name="deep").click()
+    expect(shown.state("level1")).to_be_visible()
+    box = page.locator("hfsm-canvas").bounding_box()
+    assert box is not None
+    shown.expect_at("level1", (box["x"] + box["width"] / 2, box["y"] + box["height"] / 2), within=8)
+    expect(outside).to_be_hidden()
+    for _ in range(6):
+        page.keyboard.down("Shift")
+        page.mouse.move(box["x"] + 100, box["y"] + 100)
+        page.mouse.wheel(0, 300)
+        page.keyboard.up("Shift")
+    outside.click()
+    expect(outside).to_be_hidden()
+    shown.expect_at("level1", (box["x"] + box["width"] / 2, box["y"] + box["height"] / 2), within=8)
+
+
+def test_a_long_path_shows_where_it_ends_and_the_tree_scrolls_sideways(shown: EditorPage) -> None:
+    page = shown.page
+    page.set_viewport_size({"width": 700, "height": 600})
+    for number in range(1, LEVELS):
+        shown.state(f"level{number}").focus()
+        shown.press("Control+Enter")
+        shown.state(f"level{number + 1}").wait_for()
+    crumbs = page.locator("hfsm-breadcrumbs")
+    expect(crumbs.get_by_role("listitem")).to_have_count(4)
+    current = crumbs.locator("[aria-current]")
+    expect(current).to_have_text(f"level{LEVELS - 1}")
+    width, needed = current.evaluate("each => [each.clientWidth, each.scrollWidth]")
+    assert width >= needed
+    tree = page.locator("hfsm-tree")
+    name = tree.locator(".text", has_text=f"level{LEVELS}").last
+    width, needed = name.evaluate("each => [each.clientWidth, each.scrollWidth]")
+    assert 0 < needed <= width
+    assert tree.evaluate("each => each.scrollWidth > each.clientWidth")
+    crumbs.get_by_role("combobox").select_option(label="level3")
+    expect(current).to_have_text("level3")
