@@ -38,11 +38,6 @@ class Runs {
     return ALIVE.includes(this.of(tab)?.status);
   }
 
-  /** The tabs whose components run. @returns {number[]} */
-  get tabs() {
-    return [...this.#runs.keys()].filter((tab) => this.isRunning(tab));
-  }
-
   /** Remove the message that the component of a tab has ended. @param {number} tab */
   dismiss(tab) {
     this.#notices.get(tab)?.();
