@@ -512,6 +512,7 @@ function showImports() {
   store.addEventListener("document", ({detail}) => detail.tab === page.tab && lookAtImports(detail.tab));
   store.addEventListener("closed", ({detail}) => imported.delete(detail.tab));
   page.addEventListener("tab", () => lookAtImports(page.tab, true)); // the other file may have been changed there
+  store.addEventListener("connection", () => store.online && lookAtImports(page.tab, true)); // none is asked before
 }
 
 /** @param {number} tab */
