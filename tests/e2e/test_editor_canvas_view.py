@@ -73,5 +73,6 @@ def test_a_long_path_shows_where_it_ends_and_the_tree_scrolls_sideways(shown: Ed
     width, needed = name.evaluate("each => [each.clientWidth, each.scrollWidth]")
     assert 0 < needed <= width
     assert tree.evaluate("each => each.scrollWidth > each.clientWidth")
+    expect(name).to_be_in_viewport()
     crumbs.get_by_role("combobox").select_option(label="level3")
     expect(current).to_have_text("level3")
