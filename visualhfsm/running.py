@@ -71,7 +71,7 @@ class RunningComponents:
         generated = await complete(self._run_of(source.tab).generate(source))
         return {"path": str(generated.component)}
 
-    async def run(self, source: Source, arguments: Sequence[str]) -> object:
+    async def run(self, source: Source, arguments: Sequence[str]) -> dict[str, str]:
         """Generate and start; the tab's former process is stopped first. Return the name of the component.
 
         Two components of one name are one to everybody who follows them: the second one is refused.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 import os
+import re
 import threading
 from collections.abc import AsyncGenerator, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -417,7 +418,7 @@ class FakeRunning(NoService):
         self._publish = publish
         self.closed = False
 
-    async def run(self, source: Source, arguments: Sequence[str]) -> object:
+    async def run(self, source: Source, arguments: Sequence[str]) -> dict[str, Any]:
         self._publish(RunPush(tab=source.tab, component="robot", status="starting"))
         lines = [OutputLine(text=f"line {index}") for index in range(3000)]
         self._publish(Output(tab=source.tab, lines=lines))
@@ -571,6 +572,20 @@ def test_only_who_follows_a_component_hears_of_it(served: Editor, services: list
     with served.window() as later:
         later.ask("listFiles")
         eventually(lambda: not live.attached)  # the window is gone
+
+
+def test_a_run_is_recorded_into_a_new_file_below_the_root(served: Editor, root: Path) -> None:
+    with served.window() as window:
+        answer = window.ask("run", tab=1, arguments=["--fast"], record=True)
+        name = answer["recording"]
+        assert re.fullmatch(r"recordings/robot-\d{8}-\d{6}\.mcap", name)
+        assert answer["arguments"] == ["--fast", "--record", str(root / name), "--record-images"]
+        assert (root / "recordings").is_dir()
+        (root / "recordings").rmdir()
+        (root / "recordings").symlink_to("/")
+        with pytest.raises(Refused) as refused:
+            window.ask("run", tab=1, record=True)
+        assert refused.value.kind == "forbidden"
 
 
 def test_a_recording_is_let_go_of_by_the_window_that_opened_it(

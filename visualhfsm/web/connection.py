@@ -235,8 +235,8 @@ class _Connection:
         match request:
             case p.Generate(tab=tab):
                 return await workspace.generate(workspace.tab(tab))
-            case p.Run(tab=tab, arguments=arguments):
-                return await workspace.run(workspace.tab(tab), arguments)
+            case p.Run(tab=tab, arguments=arguments, record=record):
+                return await workspace.run(workspace.tab(tab), arguments, record=record)
             case p.StopRun(tab=tab):
                 return await running.stop(tab)
             case p.Attach(component=component):

@@ -6,6 +6,7 @@ import asyncio
 import contextlib
 import logging
 import secrets
+import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
@@ -45,6 +46,7 @@ from .window import Window
 
 __all__ = ["Checking", "Limits", "MakeServices", "Services", "Workspace", "make_services"]
 
+_RECORDINGS: Final = "recordings"  # the directory of what is recorded from the page, below the root
 _CLOSE_LIMIT: Final = 8.0  # s that a service may take to close
 _LONGEST_WAIT: Final = 10  # quiet periods after which a document that keeps changing is checked anyway
 _ANY_PORT: Final = Settings().listen
@@ -334,8 +336,11 @@ class Workspace:
             self._lose(window, component)
             raise
 
-    async def run(self, tab: Tab, arguments: Sequence[str]) -> object:
-        """Start the component of a tab; refused when one of its name runs that was not started here."""
+    async def run(self, tab: Tab, arguments: Sequence[str], *, record: bool = False) -> dict[str, Any]:
+        """Start the component of a tab; refused when one of its name runs that was not started here.
+
+        With `record`, its run is recorded with the images that it sees.
+        """
         name = tab.shown.component
         for _ in range(_LEAVING_ROUNDS):  # one that has just ended may still be listed
             if not self._runs_elsewhere(name):
@@ -347,11 +352,25 @@ class Workspace:
                 "another name"
             )
         source = tab.shown
+        recording: dict[str, str] = {}
+        if record:
+            file = await self.threads.do(lambda: self._new_recording(name))
+            arguments = [*arguments, "--record", str(file), "--record-images"]
+            recording = {"recording": self.root.name(file)}
         started = await self.services.running.run(source, arguments)
         tab.generated = source.document
         tab.take_generated()
         self.publish_state()
-        return started
+        return {**started, **recording}
+
+    def _new_recording(self, component: str) -> Path:
+        """Return the path of a file for a recording, in a directory that exists. Raises VisualHfsmError."""
+        file = self.root.recording(f"{_RECORDINGS}/{component}-{time.strftime('%Y%m%d-%H%M%S')}.mcap")
+        try:
+            file.parent.mkdir(exist_ok=True)
+        except OSError as error:
+            raise VisualHfsmError(f"{file.parent} cannot be made: {error.strerror}") from error
+        return file
 
     def _runs_elsewhere(self, name: str) -> bool:
         return any(each["component"] == name for each in self._components.running) and not any(

@@ -172,7 +172,7 @@ export class HfsmApp extends PageElement {
    *
    * @param {string[]} options
    */
-  async run(options = []) {
+  async run(options = [], {record = false} = {}) {
     const {tab, document: shown} = page;
     if (!shown) return;
     if (!isReadyFor(shown.fields)) {
@@ -184,9 +184,10 @@ export class HfsmApp extends PageElement {
     this.#showRobot();
     if (!this.bottom) this.outputOpened = true;
     this.showBottom("hfsm-output");
-    const started = await askTab("run", {arguments: [...options, ...planned.argumentsFor(tab)]});
+    const started = await askTab("run", {arguments: [...options, ...planned.argumentsFor(tab)], record});
     if (started) monitor.expect(started.component);
-    else this.#showErrors();
+    if (started?.recording) (await import("./monitor/documents.js")).awaitRecording(tab, started.recording);
+    if (!started) this.#showErrors();
   }
 
   /** Show the errors of the document, for which no component was generated; they may not be known yet. */

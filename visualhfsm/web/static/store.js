@@ -82,7 +82,7 @@
  *   listFiles: {directory: string, parent: string | null, entries: Entry[]}, export: {name: string, text: string},
  *   search: {tab: number, hits: Hit[]}[], diff: {differences: Difference[], before: Automaton[]},
  *   imported: Automaton[], locate: {place: Place, line: number} | null, codeHelp: unknown,
- *   interfaces: InterfaceDescription[], generate: {path: string}, run: {component: string}, stopRun: null, simulate: null,
+ *   interfaces: InterfaceDescription[], generate: {path: string}, run: {component: string, recording?: string}, stopRun: null, simulate: null,
  *   connectRobot: null, moveBalls: null, endRobot: null, attach: Followed,
  *   detach: null, control: unknown, recording: Recording}} Answers `codeHelp` and
  *   `control` answer what is asked for

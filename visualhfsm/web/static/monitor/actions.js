@@ -80,6 +80,16 @@ export const monitorActions = [
     hint: "it keeps running",
   },
   {
+    id: "recordRun",
+    label: "Run and record",
+    icon: "film",
+    keys: ["Alt+Shift+R"],
+    scope: "typing",
+    enabled: () => Boolean(page.document),
+    run: ({app}) => app.run([], {record: true}),
+    hint: "states, values, robot, world and the pictures that the component sees; it cannot be reloaded",
+  },
+  {
     id: "openRecording",
     label: "Open a recording",
     icon: "film",
@@ -245,6 +255,7 @@ export const monitoredSelection = () =>
 export const MONITOR_KEYS = [
   "attach",
   "detach",
+  "recordRun",
   "openRecording",
   "pauseResume",
   "stepOne",

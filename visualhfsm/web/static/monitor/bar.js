@@ -19,7 +19,7 @@ import {STOP_KEY} from "./stop.js";
 const PAUSED = STATUS.indexOf("Paused");
 /** What the menu beside Run offers. */
 const MORE = [
-  ["startHere", "generate"],
+  ["startHere", "recordRun", "generate"],
   ["attach", "openRecording"],
 ];
 

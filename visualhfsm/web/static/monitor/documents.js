@@ -56,12 +56,30 @@ async function find(name) {
 /** Ask which recording, and open it into the views of a component that runs. */
 export async function openRecording() {
   const path = await chooseFile({title: "Open a recording", verb: "Open", kind: "recording"});
-  const found = path && (await ask("recording", {path}));
-  if (found) await show(path, found);
+  if (path) await play(path);
 }
 
-/** @param {string} path @param {Recording} found */
-async function show(path, found) {
+/**
+ * Offer to play what a run is recorded into, once the run has ended.
+ *
+ * @param {number} tab that it was started from
+ * @param {string} path
+ */
+export function awaitRecording(tab, path) {
+  notify(`The run is recorded into ${path}.`);
+  /** @param {CustomEvent<import("../store.js").Run>} event */
+  const ended = ({detail}) => {
+    if (detail.tab !== tab || detail.status !== "ended") return;
+    store.removeEventListener("run", ended);
+    notify(`The run was recorded into ${path}.`, "info", {label: "Play it", run: () => play(path)});
+  };
+  store.addEventListener("run", ended);
+}
+
+/** @param {string} path */
+async function play(path) {
+  const found = await ask("recording", {path});
+  if (!found) return;
   await monitor.lookAtRecording(path, found);
   await showDocument(found);
   if (!found.complete) notify("The recording is long: only its beginning was read.");
