@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -27,9 +28,9 @@ def child(stack: ComponentProcess, *words: str) -> psutil.Process | None:
     return None
 
 
-def stack_in(folder: Path, name: str, *options: str) -> ComponentProcess:
+def stack_in(folder: Path, name: str, *options: str, **environment: str) -> ComponentProcess:
     program = f"import os; os.chdir({str(folder)!r}); from deploy.nao.__main__ import main; main()"
-    return ComponentProcess([sys.executable, "-c", program, "stack", name, *options])
+    return ComponentProcess([sys.executable, "-c", program, "stack", name, *options], environment)
 
 
 def test_a_killed_ball_is_back_while_the_robot_runs_on(tmp_path: Path) -> None:
@@ -60,8 +61,14 @@ def test_a_laboratory_starts_in_order_and_roles_hold(tmp_path: Path) -> None:
         command = module("deploy.nao", "call", *words)
         return subprocess.run(command, env=environment, capture_output=True, text=True, timeout=RUN_LIMIT)
 
-    with stack_in(tmp_path, "lab", "--machine", "simulation") as stack:
+    with (
+        socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as systemd,
+        stack_in(tmp_path, "lab", "--machine", "simulation", NOTIFY_SOCKET=f"{tmp_path}/systemd") as stack,
+    ):
+        systemd.bind(f"{tmp_path}/systemd")
+        systemd.settimeout(RUN_LIMIT)
         stack.wait_for("simulator is ready after", RUN_LIMIT)
+        assert [systemd.recv(64) for _ in ("router", "simulator")] == [b"READY=1", b"READY=1"]
         assert "router is ready after" in stack.output
         assert call("Head.getPose").returncode == 0
         refused = call("Head.setPose", "0.3", "0", "0.5")

@@ -446,3 +446,12 @@ def test_a_log_that_cannot_be_written_does_not_hold_its_process_up(bench):
     bench.wait_for("talker.py.up")
     launcher.send_signal(signal.SIGINT)
     assert launcher.wait(END_LIMIT) == 130
+
+
+def test_a_log_that_cannot_be_written_is_reported_once(bench):
+    bench.add("talker", "import sys\nprint('one')\nprint('two')\nsys.exit('lost')")
+    bench.path("logs").mkdir()
+    bench.path("logs/talker.log").symlink_to("/dev/full")
+    _, output = bench.run()
+    full = "(cannot write more of its log: [Errno 28] No space left on device)"
+    assert [line.strip() for line in output.splitlines()[-4:]] == [full, "one", "two", "lost"]
