@@ -38,7 +38,7 @@ def test_a_command_is_taken_as_it_stands_there(
     module, name = APPS[program]
     command: Any = typer.main.get_command(getattr(import_module(module), name))
     arguments = [found for word in words for found in (sorted(map(str, Path().glob(word))) or [word])]
-    while hasattr(command, "commands"):
+    while arguments and hasattr(command, "commands"):
         program, *arguments = arguments
         command = command.commands[program]
     command.make_context(program, arguments)
