@@ -7,7 +7,7 @@ import time
 from collections.abc import Iterator, Sequence
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, Final, Literal
+from typing import Any, Final
 
 import msgspec
 
@@ -23,32 +23,12 @@ from visualhfsm.editing.problems import Problem, find_problems
 from .completion import complete, explain, signature
 from .component import TypedComponent, generate_around
 from .parsed_files import keep_parsed_files, with_readable_files
-
-__all__ = ["Question", "Wanted"]
-
-Wanted = Literal["complete", "explain", "signature", "lint", "interfaces"]
+from .service import Question
 
 _INTERFACES_AGE: Final = 30.0
 """Seconds after which generated interfaces are looked for again."""
 _MOST_PROBLEMS: Final = 100
 _FINDERS: Final = {"complete": complete, "explain": explain, "signature": signature}
-
-
-class Question(msgspec.Struct, frozen=True, omit_defaults=True):
-    """What is asked: of the piece of code at a place of a document, which is given as its text.
-
-    The document of `lint` contains the code; for the other questions it may contain any code at that place.
-    `include` are directories with packages of interfaces.
-    """
-
-    wanted: Wanted
-    document: str = ""
-    path: str = ""
-    place: Place | None = None
-    code: str = ""
-    line: int = 1
-    column: int = 0
-    include: tuple[str, ...] = ()
 
 
 class InterfaceDescription(msgspec.Struct, frozen=True):
