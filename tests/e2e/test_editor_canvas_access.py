@@ -23,9 +23,9 @@ def running(tmp_path: Path) -> Iterator[Editor]:
         yield running
 
 
-@pytest.fixture(params=[False, True], ids=["light", "dark"])
-def shown(browser: Browser, running: Editor, request: pytest.FixtureRequest) -> Iterator[EditorPage]:
-    with editor_page(browser, running, dark=request.param) as shown:
+@pytest.fixture
+def shown(browser: Browser, running: Editor) -> Iterator[EditorPage]:
+    with editor_page(browser, running) as shown:
         expect(shown.page.get_by_role("heading", name="Draw what your robot does")).to_be_visible()
         yield shown
 

@@ -7,9 +7,9 @@ import functools
 import os
 import shutil
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, Literal
 
 import pytest
 from playwright.sync_api import (
@@ -57,6 +57,8 @@ FLAGS: Final = (
     f"--disable-features={','.join(FEATURES_OFF)}",
 )
 AXE: Final = Path(__file__).parent / "vendor" / "axe.min.js"
+COLOR_RULES: Final = ("color-contrast", "link-in-text-block")
+"""All rules of axe about colors but that of level AAA, which it leaves out by itself."""
 
 expect.set_options(timeout=PAGE_LIMIT * 1000)
 
@@ -246,49 +248,67 @@ class EditorPage:
             expect(self.state(name)).to_have_count(1)
         assert self.names() == list(names)
 
-    def violations(self) -> list[str]:
-        """Return the violations that axe finds in the page."""
+    def violations(self, *areas: str) -> list[str]:
+        """Return what axe finds wrong in the page, or in those of some areas that are shown.
+
+        It looks at the light theme. Only colors differ in the dark one, so there it checks the colors again.
+        """
         if self.page.evaluate("!window.axe"):
             self.page.evaluate(AXE.read_text("utf-8"))
+        found = self._violations(areas, {})
+        self._use_theme("dark")
+        found += self._violations(areas, {"runOnly": COLOR_RULES})
+        self._use_theme("light")
+        return found
+
+    def _violations(self, areas: Sequence[str], options: dict[str, Any]) -> list[str]:
         # For what is not asked for, axe lists one element of each rule instead of all.
-        found: dict[str, Any] = self.page.evaluate("axe.run(document, {resultTypes: ['violations']})")
+        found: dict[str, Any] = self.page.evaluate(
+            """([areas, options]) => {
+              const shown = areas.filter((each) => document.querySelector(each)).map((each) => [each]);
+              return axe.run(areas.length ? {include: shown} : document, {resultTypes: ["violations"], ...options});
+            }""",
+            [areas, options],
+        )
         return [
             f"{each['id']}: {node['html'][:150]} {node['failureSummary']}"
             for each in found["violations"]
             for node in each["nodes"]
         ]
 
+    def _use_theme(self, theme: Literal["light", "dark"]) -> None:
+        self.page.emulate_media(color_scheme=theme)
+        self.page.wait_for_function("theme => document.documentElement.dataset.theme === theme", arg=theme)
+
 
 @contextlib.contextmanager
 def editor_page(
-    browser: Browser, editor: Editor, *, width: int = 1280, height: int = 800, dark: bool = False
+    browser: Browser, editor: Editor, *, width: int = 1280, height: int = 800
 ) -> Iterator[EditorPage]:
     """Open the editor in a new window; fail if the page throws or logs an error."""
-    with window(browser, editor.host, width, height, dark) as page, recorded(page):
+    with window(browser, editor.host, width, height) as page, recorded(page):
         shown = EditorPage(page, editor)
         yield shown
         assert not shown.mishaps, shown.mishaps
 
 
 @functools.cache
-def kept_context(browser: Browser, width: int, height: int, dark: bool) -> BrowserContext:
+def kept_context(browser: Browser, width: int, height: int) -> BrowserContext:
     """Return the context that windows of this kind have in turn: its cache keeps the page's modules."""
-    return new_context(browser, width, height, dark)
+    return new_context(browser, width, height)
 
 
-def new_context(browser: Browser, width: int, height: int, dark: bool) -> BrowserContext:
+def new_context(browser: Browser, width: int, height: int) -> BrowserContext:
     """Return a context without any memory."""
-    return browser.new_context(
-        viewport={"width": width, "height": height}, color_scheme="dark" if dark else "light"
-    )
+    return browser.new_context(viewport={"width": width, "height": height}, color_scheme="light")
 
 
 @contextlib.contextmanager
-def window(browser: Browser, host: str, width: int, height: int, dark: bool) -> Iterator[Page]:
+def window(browser: Browser, host: str, width: int, height: int) -> Iterator[Page]:
     """Open a window that remembers nothing but unchanging files, of which it is the only one."""
-    context = kept_context(browser, width, height, dark)
+    context = kept_context(browser, width, height)
     if context.pages:
-        with contextlib.closing(new_context(browser, width, height, dark)) as context:
+        with contextlib.closing(new_context(browser, width, height)) as context:
             yield context.new_page()
         return
     page = context.new_page()

@@ -6,7 +6,7 @@ import re
 
 from playwright.sync_api import Locator, expect
 
-from tests.support.browser import AXE, EditorPage
+from tests.support.browser import EditorPage
 
 DOCUMENT = """<?xml version="1.0" encoding="UTF-8"?>
 <VisualHFSM>
@@ -74,12 +74,4 @@ def undo_names(shown: EditorPage) -> list[str]:
 
 def panel_violations(shown: EditorPage) -> list[str]:
     """Return the violations that axe finds in the panels."""
-    shown.page.evaluate(AXE.read_text("utf-8"))
-    found = shown.page.evaluate(
-        "axe.run({include: [['.side'], ['.bottom']].filter(([each]) => document.querySelector(each))})"
-    )
-    return [
-        f"{each['id']}: {node['html'][:150]} {node['failureSummary']}"
-        for each in found["violations"]
-        for node in each["nodes"]
-    ]
+    return shown.violations(".side", ".bottom")
