@@ -68,10 +68,7 @@ const BOTTOM = [
 export class HfsmApp extends PageElement {
   static properties = {side: {state: true}, bottom: {state: true}};
   /** @type {typeof PageElement.watches} */
-  static watches = {
-    page: ["tab", "automaton", "selection"],
-    store: ["workspace", "document", "connection", "run", "robot", "outside"],
-  };
+  static watches = {page: ["change"], store: ["workspace", "document", "connection", "run", "robot", "outside"]};
 
   constructor() {
     super();

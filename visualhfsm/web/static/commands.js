@@ -100,7 +100,12 @@ export const canStep = (op) => waiting > 0 || Boolean(page.document?.[op].length
 export function step(op, isHere) {
   const {tab} = page;
   waiting += 1;
-  turn = turn.then(() => takeStep(op, tab, isHere)).finally(() => (waiting -= 1));
+  turn = turn
+    .then(() => takeStep(op, tab, isHere))
+    .finally(() => {
+      waiting -= 1;
+      page.dispatchEvent(new Event("change")); // what can be undone depends on it
+    });
   return turn;
 }
 
