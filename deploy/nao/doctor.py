@@ -157,6 +157,8 @@ def check_installation() -> Iterator[Finding]:
     for extra, problems in lacking.items():
         if problems:
             install = f"optional: pip install --upgrade '{_DISTRIBUTION}[{extra}]'"
+            if extra == "naoqi" and sys.version_info >= (3, 13):
+                install = "optional: use Python 3.11 or 3.12, as qi is not built for newer ones"
             yield _note(f"{_EXTRAS[extra]}: {'; '.join(problems)}", install)
     if ready := [_EXTRAS[extra] for extra, problems in lacking.items() if not problems]:
         yield _ok(f"installed: {'; '.join(ready)}")
