@@ -172,7 +172,7 @@ class Settings(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, di
     def environment(self) -> dict[str, str]:
         """Return the variables by which another process belongs to the same realm, as the same user.
 
-        It logs text to its stderr, for whoever started it to read.
+        It logs text to its stderr, for the program that started it.
         """
         variables = {"realm": self.realm, "connect": ",".join(self.connect), "mode": self.mode}
         variables |= {"log_file": "", "log_format": "text"}
