@@ -5,7 +5,7 @@ import {Socket, STATIC} from "./page.js";
 
 globalThis.addEventListener ??= () => {};
 
-const {actions, isEnabled, perform, selectionActions, selectionTitle} = await import(
+const {actions, findActions, isEnabled, perform, selectionActions, selectionTitle} = await import(
   new URL("actions.js", STATIC).href
 );
 const {keyTable, listenForKeys, spoken, written} = await import(new URL("keys.js", STATIC).href);
@@ -71,6 +71,20 @@ test("what is in the menus and in the list of keys are actions, each with words"
     page.select(selection);
     for (const id of selectionActions().flat()) assert.ok(actions.get(id)?.label, `${id} is no action`);
   }
+});
+
+test("actions that are possible are found by their words, those that begin so first", () => {
+  const found = (text) => findActions(text, context).map(({id}) => id);
+  show(automaton(1, 0, [state(1), state(2)], [transition(1, 1, 2)]));
+  assert.deepEqual(found("arr"), ["layout", "layoutAll"]);
+  assert.equal(found("final").includes("toggleFinal"), false);
+  page.select({states: [1]});
+  assert.equal(found("  FINAL on ")[0], "toggleFinal");
+  assert.equal(found("save as")[0], "saveAs");
+  const all = found("");
+  for (const {id} of actions.values())
+    assert.equal(all.includes(id), isEnabled(id, context) && id !== "palette" && id !== "cancel", id);
+  assert.deepEqual(found("no such thing"), []);
 });
 
 test("without a document only what needs none can be done", () => {

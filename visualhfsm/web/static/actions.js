@@ -11,6 +11,7 @@
 
 import {canvasActions, drawnSelection} from "./canvas/actions.js";
 import * as commands from "./commands.js";
+import {holdKeys} from "./holding.js";
 import {monitorActions, monitoredSelection} from "./monitor/actions.js";
 import {monitor} from "./monitor/monitor.js";
 import {page} from "./page.js";
@@ -252,6 +253,19 @@ const LIST = [
     run: ({app}) => app.toggleTheme(),
   },
   {
+    id: "palette",
+    label: "All actions",
+    icon: "search",
+    keys: ["Ctrl+K"],
+    scope: "typing",
+    run: (context) =>
+      holdKeys(async () => {
+        const {showPalette} = await import("./dialogs/palette.js");
+        showPalette(context);
+      }),
+    hint: "find one by its name",
+  },
+  {
     id: "tour",
     label: "Guided tour",
     icon: "help",
@@ -287,6 +301,24 @@ export const isEnabled = (id, context) => actionOf(id).enabled?.(context) ?? tru
 /** Perform an action, if it is possible now. @param {string} id @param {Context} context */
 export function perform(id, context) {
   return isEnabled(id, context) ? actionOf(id).run(context) : undefined;
+}
+
+/**
+ * The actions that are possible now and have all the words of a text; those whose label begins with it come first.
+ *
+ * @param {string} text
+ * @param {Context} context
+ */
+export function findActions(text, context) {
+  const sought = text.trim().toLowerCase();
+  const words = sought.split(/\s+/);
+  /** @param {Action} action */
+  const rank = ({label}) =>
+    [label.toLowerCase().startsWith(sought), label.toLowerCase().includes(sought), true].indexOf(true);
+  return LIST.filter(({id, label, hint = "", help = ""}) => {
+    const all = `${label} ${hint} ${help}`.toLowerCase();
+    return id !== "palette" && id !== "cancel" && words.every((word) => all.includes(word)) && isEnabled(id, context);
+  }).sort((one, other) => rank(one) - rank(other));
 }
 
 /** What is selected, in words. */

@@ -110,7 +110,7 @@ export const canvasActions = [
   },
   {
     id: "edit",
-    label: "Edit code",
+    label: "Open or edit",
     icon: "code",
     keys: ["Enter"],
     scope: "canvas",

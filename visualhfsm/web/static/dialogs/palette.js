@@ -1,0 +1,70 @@
+/** The palette: every action that is possible now, found by what is typed. */
+
+import {html, nothing} from "lit";
+
+import {findActions, perform} from "../actions.js";
+import {icon} from "../icons.js";
+import {spoken} from "../keys.js";
+import {showDialog} from "./dialog.js";
+
+/**
+ * Let the user choose an action, and perform it.
+ *
+ * @import {From} from "../element.js"
+ * @param {import("../actions.js").Context} context
+ */
+export async function showPalette(context) {
+  let text = "";
+  let chosen = 0;
+  const id = await showDialog({
+    title: "All actions",
+    content: (/** @type {import("./dialog.js").Close<string>} */ close, redraw) => {
+      const found = findActions(text, context);
+      /** @param {KeyboardEvent} event */
+      const key = (event) => {
+        const step = /** @type {Record<string, number>} */ ({ArrowDown: 1, ArrowUp: -1})[event.key];
+        if (step && found.length) chosen = (chosen + step + found.length) % found.length;
+        else if (event.key === "Enter") close(found[chosen]?.id);
+        else return;
+        event.preventDefault();
+        redraw();
+        document.getElementById(`action-${chosen}`)?.scrollIntoView({block: "nearest"});
+      };
+      return html`<div class="field">
+          <label for="palette-text">What to do</label>
+          <input
+            id="palette-text"
+            role="combobox"
+            aria-expanded="true"
+            aria-controls="palette-list"
+            aria-activedescendant=${found.length ? `action-${chosen}` : nothing}
+            autocomplete="off"
+            spellcheck="false"
+            autofocus
+            @input=${(/** @type {From<HTMLInputElement>} */ {target}) => {
+              text = target.value;
+              chosen = 0;
+              redraw();
+            }}
+            @keydown=${key}
+          />
+        </div>
+        <div class="files" id="palette-list" role="listbox" aria-label="Actions">
+          ${found.map(
+            ({id: each, label, hint, icon: image, keys = []}, index) =>
+              html`<div
+                role="option"
+                id="action-${index}"
+                aria-selected=${index === chosen}
+                @click=${() => close(each)}
+              >
+                ${icon(image)}<span>${label}${hint ? html`<span class="faint"> ${hint}</span>` : nothing}</span
+                ><span class="when">${keys.map((written) => html`<kbd>${spoken(written)}</kbd> `)}</span>
+              </div>`,
+          )}
+          ${found.length ? nothing : html`<p class="faint">No action that is possible now has these words.</p>`}
+        </div>`;
+    },
+  });
+  if (id) await perform(id, context);
+}
