@@ -104,7 +104,7 @@ def replay(
     """
     if since is not None and document is None:
         raise typer.BadParameter("--from needs the DOCUMENT that takes over", param_hint="DOCUMENT")
-    directories = require_directories(include)
+    directories = [*require_directories(include)]
     try:
         recorded = RecordingFile(recording)
     except RecordingError as error:
@@ -116,6 +116,7 @@ def replay(
         arguments = [str(recording)]
         if given is None or since is not None:
             arguments.append(str(_write_recorded(recorded, Path(folder, "recorded"))))
+            directories += _interfaces_beside(recording)
             if given is not None:
                 arguments += ["--edited", str(given), "--from", str(since)]
         else:
@@ -177,6 +178,13 @@ def _generate(document: Path, folder: Path, include: list[Path]) -> Path:
     for file in files:
         file.path.write_text(file.text, encoding="utf-8")
     return files[0].path
+
+
+def _interfaces_beside(recording: Path) -> list[Path]:
+    """Return where the project of a recording has its interfaces, which the recorded component imports."""
+    from codegen.hfsm import interface_directories
+
+    return [each for each in interface_directories(recording) if (each / "interfaces").is_dir()]
 
 
 def _write_recorded(recorded: RecordingFile, folder: Path) -> Path:

@@ -175,3 +175,13 @@ def test_the_editor_runs_the_behavior(project: Path, endpoint: str, *, unsaved: 
         assert end.exit_code == 0, end.message
 
     asyncio.run(asyncio.wait_for(go(), RUN_LIMIT + EVENT_LIMIT))
+
+
+def test_a_recording_of_it_is_replayed(project: Path, endpoint: str) -> None:
+    flags = ("--seconds", "1", "--clock", "wall", "--connect", endpoint, "--record", "run.mcap")
+    done = run("behaviors/blinker.py", *flags, cwd=project)
+    assert done.returncode == 0, done.stderr
+    for document in ([], ["behaviors/blinker.xml"]):
+        done = run("-P", "-m", "visualhfsm", "replay", "run.mcap", *document, cwd=project)
+        assert done.returncode == 0, done.stderr
+        assert "identical" in done.stdout
