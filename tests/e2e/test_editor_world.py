@@ -1,4 +1,4 @@
-"""The world of a simulation in the page: a ball is carried with the mouse, and looking back shows where it was."""
+"""The world of a simulation in the page: it is shown, a ball is carried, and looking back shows where it was."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser
+from playwright.sync_api import Browser, expect
 
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world
@@ -43,10 +43,19 @@ def world(tmp_path: Path, browser: Browser) -> Iterator[tuple[ServedRobot, Edito
         robot_and_editor(tmp_path / "walk.xml", nao=nao) as (robot, running),
         monitor_page(browser, running) as shown,
     ):
-        run(shown)
-        shown.press("Alt+l")
-        shown.page.get_by_role("tab", name="3D").click()
         yield robot, shown
+
+
+def test_the_robot_is_shown_while_nothing_is_followed(world: tuple[ServedRobot, EditorPage]) -> None:
+    _, shown = world
+    page = shown.page
+    expect(page.get_by_role("button", name="Simulated Nao")).to_be_visible()
+    shown.press("Alt+l")
+    expect(page.get_by_role("tab", name="3D")).to_have_attribute("aria-selected", "true")
+    expect(page.get_by_role("tab", name="Variables")).to_have_count(0)
+    eventually(lambda: page.evaluate(BALL) is not None)
+    page.get_by_role("tab", name="Cameras").click()
+    expect(page.locator("hfsm-camera").first).to_contain_text("camera")
 
 
 def test_a_ball_is_carried_and_looking_back_shows_where_it_was(world: tuple[ServedRobot, EditorPage]) -> None:
@@ -54,6 +63,9 @@ def test_a_ball_is_carried_and_looking_back_shows_where_it_was(world: tuple[Serv
     stage = robot.robot.stage
     assert stage is not None
     page = shown.page
+    run(shown)
+    shown.press("Alt+l")
+    page.get_by_role("tab", name="3D").click()
     eventually(lambda: page.evaluate(BALL) is not None)
     page.locator(".view-tools").get_by_role("button", name="Top").click()
     eventually(lambda: page.evaluate("document.querySelector('hfsm-robot-view').grabbing.enabled"))

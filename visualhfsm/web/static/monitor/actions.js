@@ -3,6 +3,7 @@
 import {page} from "../page.js";
 import {notify} from "../notices.js";
 import {required} from "../required.js";
+import {store} from "../store.js";
 import {breakpointAt} from "./breakpoints.js";
 import {monitor} from "./monitor.js";
 import {STOP_KEY, stopRobot} from "./stop.js";
@@ -169,7 +170,7 @@ export const monitorActions = [
     icon: "variables",
     keys: ["Alt+L"],
     scope: "typing",
-    enabled: attached,
+    enabled: () => attached() || store.robot.status === "present",
     run: ({app}) => app.showSide("hfsm-monitor-panel"),
     hint: "variables, plots, cameras, the robot",
   },

@@ -390,6 +390,11 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
     this.#emit("shown");
   }
 
+  /** Request what does not change of a robot that is there, unless it is known. */
+  async learnRobot() {
+    if (await this.robot.complete(() => this.control("facts"))) this.#emit("structure");
+  }
+
   /**
    * Send a control request to the component.
    *
@@ -474,8 +479,7 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
     if (!this.looking) this.#emit("shown");
     this.#emit("snapshot");
     if (wasLost || restarted || status !== value.component.status) this.#emit("mode");
-    if (Object.keys(value.robot.joints).length)
-      this.robot.complete(() => this.control("facts")).then((came) => came && this.#emit("structure"));
+    if (Object.keys(value.robot.joints).length) this.learnRobot();
   }
 
   /** Whether a run that has begun may be steered is asked for each. @param {number} startedAt which run it is */

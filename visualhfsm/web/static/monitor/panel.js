@@ -6,16 +6,21 @@ import {keyOf} from "../keys.js";
 import {messageOf, notifyError} from "../notices.js";
 import {tabStrip} from "../panels/tabs.js";
 import {required} from "../required.js";
+import {store} from "../store.js";
 import {MonitorElement} from "./element.js";
 import {monitor} from "./monitor.js";
 
-/** What each tab shows, and its module; loaded when it is first chosen. */
+/**
+ * What each tab shows, and its module; loaded when it is first chosen. Those of the `robot` alone need no component.
+ *
+ * @type {{id: string, label: string, tag: string, module: string, robot?: boolean}[]}
+ */
 const TABS = [
   {id: "variables", label: "Variables", tag: "hfsm-live-variables", module: "./variables.js"},
   {id: "plots", label: "Plots", tag: "hfsm-plots", module: "./plots.js"},
-  {id: "cameras", label: "Cameras", tag: "hfsm-cameras", module: "./cameras.js"},
+  {id: "cameras", label: "Cameras", tag: "hfsm-cameras", module: "./cameras.js", robot: true},
   {id: "robot", label: "Joints", tag: "hfsm-joints", module: "./joints.js"},
-  {id: "view", label: "3D", tag: "hfsm-robot-view", module: "./robot-view.js"},
+  {id: "view", label: "3D", tag: "hfsm-robot-view", module: "./robot-view.js", robot: true},
   {id: "cycles", label: "Cycles", tag: "hfsm-cycles", module: "./cycles.js"},
   {id: "errors", label: "Errors", tag: "hfsm-live-errors", module: "./errors.js"},
 ];
@@ -67,6 +72,8 @@ const liveLegend = (open) =>
 
 export class MonitorPanel extends MonitorElement {
   static properties = {chosen: {state: true}};
+  /** @type {typeof MonitorElement.watches} */
+  static watches = {page: [], store: ["robot"]};
 
   constructor() {
     super();
@@ -87,27 +94,51 @@ export class MonitorPanel extends MonitorElement {
     /** @type {HTMLElement | null} */ (this.querySelector("[role=tab][aria-selected=true]"))?.focus();
   }
 
+  /** The tabs that have something to show; without a component they are those of the robot, if there is one. */
+  get #tabs() {
+    return monitor.component ? TABS : TABS.filter(({robot}) => robot && store.robot.status === "present");
+  }
+
+  /** The tab that is shown: the chosen one, as far as it has something to show. */
+  get #shown() {
+    const tabs = this.#tabs;
+    return (tabs.find(({id}) => id === this.chosen) ?? tabs.at(-1))?.id ?? "";
+  }
+
   render() {
-    if (!monitor.component) {
+    const tabs = this.#tabs.map(({id, label}) => ({id, label, filled: id === "errors" && hasErrors()}));
+    const hint = html`Nothing is followed. Press F5 to run this component, or ${keyOf("attach")} to follow a running
+    one.`;
+    if (!tabs.length)
       return html`<div class="empty">
-        <p>Nothing is followed. Press F5 to run this component, or ${keyOf("attach")} to follow a running one.</p>
+        <p>${hint}</p>
       </div>`;
-    }
-    const errors = monitor.snapshot?.component.errors.length ?? 0;
-    const tabs = TABS.map(({id, label}) => ({id, label, filled: id === "errors" && errors > 0}));
+    const shown = this.#shown;
     return html`<div class="monitor-panel">
-      ${tabStrip({label: "Live values", tabs, chosen: this.chosen, choose: (id) => this.choose(id), prefix: "live"})}
-      <div class="tab-panel" role="tabpanel" tabindex="0" id="live-panel" aria-labelledby="live-tab-${this.chosen}">
-        ${this.elements.get(this.chosen) ?? nothing}
+      ${tabStrip({label: "Live values", tabs, chosen: shown, choose: (id) => this.choose(id), prefix: "live"})}
+      <div class="tab-panel" role="tabpanel" tabindex="0" id="live-panel" aria-labelledby="live-tab-${shown}">
+        ${this.elements.get(shown) ?? nothing}
       </div>
-      ${liveLegend(this.roomy)}
+      ${monitor.component ? liveLegend(this.roomy) : html`<p class="live-legend">${hint}</p>`}
     </div>`;
+  }
+
+  /** @param {import("lit").PropertyValues} changed */
+  updated(changed) {
+    super.updated(changed);
+    if (!monitor.component && this.#tabs.length) monitor.learnRobot();
+    this.#load(this.#shown);
   }
 
   /** Show one of the tabs. @param {string} id */
   async choose(id) {
     this.chosen = id;
-    if (this.elements.has(id)) return;
+    await this.#load(id);
+  }
+
+  /** @param {string} id */
+  async #load(id) {
+    if (!id || this.elements.has(id)) return;
     const {tag, module} = required(
       TABS.find((each) => each.id === id),
       "such tab",
@@ -122,5 +153,7 @@ export class MonitorPanel extends MonitorElement {
     this.requestUpdate();
   }
 }
+
+const hasErrors = () => Boolean(monitor.snapshot?.component.errors.length);
 
 customElements.define("hfsm-monitor-panel", MonitorPanel);
