@@ -60,14 +60,17 @@ def painted(shown: EditorPage, selector: str) -> bool:
     return found
 
 
-def test_libraries_are_loaded_when_they_are_first_needed(shown: EditorPage) -> None:
-    assert not loaded(shown, "uplot")
-    assert not loaded(shown, "three")
-    choose(shown, "Plots")
-    expect(shown.page.locator(".uplot")).to_be_visible()
-    choose(shown, "3D")
-    expect(shown.page.get_by_role("img", name="The robot in 3D")).to_be_visible()
-    eventually(lambda: loaded(shown, "uplot") and loaded(shown, "three"))
+def test_libraries_are_loaded_when_they_are_first_needed(browser: Browser, running: Editor) -> None:
+    with monitor_page(browser, running, cached=False) as shown:
+        run(shown)
+        shown.press("Alt+l")
+        assert not loaded(shown, "uplot")
+        assert not loaded(shown, "three")
+        choose(shown, "Plots")
+        expect(shown.page.locator(".uplot")).to_be_visible()
+        choose(shown, "3D")
+        expect(shown.page.get_by_role("img", name="The robot in 3D")).to_be_visible()
+        eventually(lambda: loaded(shown, "uplot") and loaded(shown, "three"))
 
 
 def test_numbers_are_plotted_as_they_change(shown: EditorPage) -> None:

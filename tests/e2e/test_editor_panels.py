@@ -53,7 +53,7 @@ def shown(browser: Browser, running: Editor) -> Iterator[EditorPage]:
 
 def test_nothing_of_codemirror_is_loaded_before_the_first_code(browser: Browser, running: Editor) -> None:
     loaded: list[str] = []
-    with editor_page(browser, running) as shown:
+    with editor_page(browser, running, cached=False) as shown:
         shown.page.on("request", lambda request: loaded.append(request.url))
         shown.state("wait").wait_for()
         entries = "performance.getEntriesByType('resource').map(each => each.name)"

@@ -41,6 +41,7 @@ __all__ = [
     "saved",
 ]
 
+COMMANDS: Final = ("chromium-headless-shell", "chromium", "chromium-browser")
 NO_CHROMIUM: Final = "needs Chromium: make browser as root, or apt-get install chromium"
 FEATURES_OFF: Final = (
     # Unseen pages for suggestions below the address bar, which take half of the time to open a window.
@@ -70,8 +71,8 @@ KEEP_NOTICES: Final = """
 
 
 def chromium_path() -> str | None:
-    """Return the path of Chromium, or None if it is not installed."""
-    return os.environ.get("CHROMIUM") or shutil.which("chromium") or shutil.which("chromium-browser")
+    """Return the path of Chromium, best of the one that has no windows, or None if it is not installed."""
+    return os.environ.get("CHROMIUM") or next(filter(None, map(shutil.which, COMMANDS)), None)
 
 
 def launch_chromium(playwright: Playwright) -> Browser:
@@ -283,10 +284,13 @@ class EditorPage:
 
 @contextlib.contextmanager
 def editor_page(
-    browser: Browser, editor: Editor, *, width: int = 1280, height: int = 800
+    browser: Browser, editor: Editor, *, width: int = 1280, height: int = 800, cached: bool = True
 ) -> Iterator[EditorPage]:
-    """Open the editor in a new window; fail if the page throws or logs an error."""
-    with window(browser, editor.host, width, height) as page, recorded(page):
+    """Open the editor in a new window; fail if the page throws or logs an error.
+
+    Its files may come from the browser's cache if `cached`; then it does not always list what it loads.
+    """
+    with window(browser, editor.host, width, height, cached) as page, recorded(page):
         shown = EditorPage(page, editor)
         yield shown
         assert not shown.mishaps, shown.mishaps
@@ -304,10 +308,10 @@ def new_context(browser: Browser, width: int, height: int) -> BrowserContext:
 
 
 @contextlib.contextmanager
-def window(browser: Browser, host: str, width: int, height: int) -> Iterator[Page]:
+def window(browser: Browser, host: str, width: int, height: int, cached: bool) -> Iterator[Page]:
     """Open a window that remembers nothing but unchanging files, of which it is the only one."""
     context = kept_context(browser, width, height)
-    if context.pages:
+    if context.pages or not cached:
         with contextlib.closing(new_context(browser, width, height)) as context:
             yield context.new_page()
         return

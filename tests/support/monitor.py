@@ -73,9 +73,9 @@ def robot_and_editor(
 
 
 @contextlib.contextmanager
-def monitor_page(browser: Browser, running: Editor) -> Iterator[EditorPage]:
+def monitor_page(browser: Browser, running: Editor, *, cached: bool = True) -> Iterator[EditorPage]:
     """Show the document in a window."""
-    with editor_page(browser, running) as shown:
+    with editor_page(browser, running, cached=cached) as shown:
         shown.state("wait").wait_for()
         yield shown
 
