@@ -49,7 +49,7 @@ test("the key stops once, also while it is held down, and nobody else gets it", 
 });
 
 test("other keys are left to others", () => {
-  const before = stops();
+  const former = stops();
   for (const fields of [{code: "KeyA"}, {ctrlKey: false}, {shiftKey: false}]) assert.ok(press(fields));
-  assert.equal(stops(), before);
+  assert.equal(stops(), former);
 });
