@@ -30,9 +30,8 @@ __all__ = ["Robots", "World", "find_worlds"]
 _BALLS: Final = ("red", "green")
 _SIMULATION_PATIENCE: Final = (3.0, 2.0)
 """Seconds from SIGINT to SIGTERM, and from there to SIGKILL."""
-_ROBOT_PATIENCE: Final = (10.0, 3.0)
+_ROBOT_PATIENCE: Final = (15.0, 3.0)
 """The same for a real robot, which may have to crouch first."""
-_CLOSE_PATIENCE: Final = (3.0, 2.0)
 _SPEED: Final = re.compile(r"max|\d{1,3}(\.\d{1,3})?")
 _ADDRESS: Final = re.compile(r"(?P<scheme>tcps?://)?[A-Za-z0-9][A-Za-z0-9.\-]{0,252}(:\d{1,5})?")
 _REPORTED: Final = re.compile(r"^[\w-]+: error: ")
@@ -158,9 +157,9 @@ class Robots:
         await complete(self._stop())
 
     async def close(self) -> None:
-        """End everything at once."""
+        """End everything, a real robot as it was requested; what takes too long is killed."""
         try:
-            await self._stop(_CLOSE_PATIENCE)
+            await self._stop()
         finally:
             for process in (self._server, *self._movers.values()):
                 process.kill()
@@ -180,14 +179,15 @@ class Robots:
             listen = [] if client else [f"--listen={self._endpoint()}"]
             command = [sys.executable, "-P", "-m", module, *listen, *options]
             try:
-                await self._server.start(command, self._environment())
-            except OSError as error:
+                await self._launch(self._server, command)
+            except VisualHfsmError:
                 self._kind = ""
-                raise VisualHfsmError(f"the robot cannot be started: {error.strerror or error}") from error
+                self._report()
+                raise
         if kind == "simulation" and self._simulation.balls:
             self._balls = asyncio.create_task(self._move_balls_when_ready())
 
-    async def _stop(self, patience: Sequence[float] | None = None) -> None:
+    async def _stop(self) -> None:
         """End what runs; the robot is not lost then."""
         if self._balls is not None:
             self._balls.cancel()
@@ -199,7 +199,7 @@ class Robots:
             if self._stopping:
                 self._report()
                 simulated = self._kind == "simulation"
-                await self._server.stop(patience or (_SIMULATION_PATIENCE if simulated else _ROBOT_PATIENCE))
+                await self._server.stop(_SIMULATION_PATIENCE if simulated else _ROBOT_PATIENCE)
                 self._left_at, self._stopping = time.monotonic(), False
             self._kind, self._name, self._trouble = "", "", ""
             self._was_present, self._lost_at = False, 0.0
@@ -214,13 +214,16 @@ class Robots:
         async with self._busy:
             for color, mover in self._movers.items():
                 if moving and not mover.is_running:
-                    await mover.start([sys.executable, "-P", "-m", "ballmover", color], self._environment())
+                    await self._launch(mover, [sys.executable, "-P", "-m", "ballmover", color])
             if not moving:
                 await asyncio.gather(*(mover.stop(_SIMULATION_PATIENCE) for mover in self._movers.values()))
             self._report()
 
-    def _environment(self) -> dict[str, str]:
-        return {**child_environment(), **self._settings.environment()}
+    async def _launch(self, process: WatchedProcess, command: Sequence[str]) -> None:
+        try:
+            await process.start(command, {**child_environment(), **self._settings.environment()})
+        except OSError as error:
+            raise VisualHfsmError(f"{command[3]} cannot be started: {error.strerror or error}") from error
 
     def _endpoint(self) -> str:
         """Return where the robot listens: where others look for it, if that is free and on this machine."""

@@ -69,7 +69,9 @@ def test_run_asks_once_for_a_robot_and_for_the_reset_of_its_emergency_stop(shown
     shown.press("F5")
     shown.button("Reset the emergency stop and run").click()
     expect(status).to_have_text("Running", timeout=STARTED)
-    shown.button("Robot").click()
+    shown.press("Alt+b")
+    shown.page.get_by_role("dialog", name="Robot").wait_for()
+    assert shown.violations() == []
     shown.button("Stop the simulation").click()
     shown.button("No robot: start a simulation").wait_for()
     shown.press("F5")

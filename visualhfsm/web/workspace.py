@@ -47,7 +47,7 @@ from .window import Window
 __all__ = ["Checking", "Limits", "MakeServices", "Services", "Workspace", "make_services"]
 
 _RECORDINGS: Final = "recordings"  # the directory of what is recorded from the page, below the root
-_CLOSE_LIMIT: Final = 8.0  # s that a service may take to close
+_CLOSE_LIMIT: Final = 20.0  # s that a service may take to close: a real robot crouches first
 _LONGEST_WAIT: Final = 10  # quiet periods after which a document that keeps changing is checked anyway
 _ANY_PORT: Final = Settings().listen
 _LONGEST_TITLE: Final = 18  # characters before a number: the name of a component has at most 100, in ASCII

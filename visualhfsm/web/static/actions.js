@@ -245,6 +245,15 @@ const LIST = [
     run: ({app}) => app.showNeighbor(-1),
   },
   {
+    id: "robot",
+    label: "Robot",
+    icon: "robot",
+    keys: ["Alt+B"],
+    scope: "typing",
+    run: ({app}) => app.showRobotMenu(),
+    hint: "start a simulation, connect to a real one",
+  },
+  {
     id: "theme",
     label: "Light or dark",
     icon: "moon",

@@ -210,6 +210,11 @@ export class HfsmApp extends PageElement {
     await panel?.choose("view");
   }
 
+  /** Show what can be done with the robot. */
+  showRobotMenu() {
+    /** @type {import("./robot-pill.js").RobotPill | null} */ (this.querySelector("hfsm-robot"))?.toggle(true);
+  }
+
   /** Show which components run. */
   async showRunning() {
     const toolbar = /** @type {import("./monitor/toolbar.js").MonitorToolbar | undefined} */ (

@@ -76,6 +76,7 @@ const PATHS = {
   properties: "M5 12l4 4L19 6",
   redo: "M20 8H9a5 5 0 0 0 0 10h4M16 4l4 4-4 4",
   rename: "M4 20l1-4L16 5l3 3L8 19zM14 7l3 3",
+  robot: "M5 9h14v10H5zM9 13.500v1M15 13.500v1M12 9V5M12 5h.01M2.500 12v4M21.500 12v4",
   run: "M7 4l13 8-13 8z",
   save: "M4 4h13l3 3v13H4zM8 4v5h8V4M8 20v-6h8v6",
   saveAs: "M12 20H4V4h13l3 3v4M8 4v5h8V4M14 21l1-3 5-5 2 2-5 5z",

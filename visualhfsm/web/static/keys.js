@@ -171,6 +171,7 @@ export function keyTable() {
       "problems",
       "output",
       "undoSteps",
+      "robot",
       "theme",
       "help",
     ],

@@ -4,11 +4,12 @@ import {html, nothing} from "lit";
 
 import {PageElement} from "./element.js";
 import {icon} from "./icons.js";
+import {keyOf} from "./keys.js";
 import {notify, notifyError} from "./notices.js";
 import {shownOf, simulate} from "./robot.js";
 import {store} from "./store.js";
 
-class RobotPill extends PageElement {
+export class RobotPill extends PageElement {
   static properties = {open: {state: true}};
   /** @type {typeof PageElement.watches} */
   static watches = {page: [], store: ["robot", "connection"]};
@@ -47,7 +48,8 @@ class RobotPill extends PageElement {
         type="button"
         class="robot-more"
         aria-label="Robot"
-        title="Robot: world, speed, balls, a real one"
+        title="Robot: world, speed, balls, a real one (${keyOf("robot")})"
+        aria-keyshortcuts="Alt+B"
         aria-haspopup="dialog"
         aria-expanded=${Boolean(this.open)}
         ?disabled=${!store.online}
