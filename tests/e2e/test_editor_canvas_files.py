@@ -187,6 +187,49 @@ def test_a_merge_names_what_both_changed_and_shows_what_no_longer_fits(shown: Ed
     expect(shown.page.get_by_role("button", name=re.compile("^1 error"))).to_be_visible()
 
 
+def test_the_save_dialog_keeps_the_name_after_an_error_and_makes_folders(
+    shown: EditorPage, root: Path
+) -> None:
+    open_file(shown, "dance.xml")
+    shown.expect_states("up", "out", "front", "low")
+    shown.press("Control+Shift+s")
+    dialog = shown.page.get_by_role("dialog").filter(has_text="Save the document as")
+    name = dialog.get_by_label("Name")
+    for wrong, why in (("../x", "is outside"), ("dance_and_follow.xml/x", "Cannot create the folder")):
+        name.fill(wrong)
+        name.press("Enter")
+        expect(dialog.get_by_role("alert")).to_contain_text(why)
+        expect(name).to_have_value(wrong)
+    name.fill("mine/deep/dance")
+    name.press("Enter")
+    expect(dialog).to_have_count(0)
+    assert (root / "mine" / "deep" / "dance.xml").is_file()
+
+
+def test_saving_over_a_file_that_changed_offers_what_is_possible(shown: EditorPage, root: Path) -> None:
+    open_file(shown, "dance.xml")
+    shown.expect_states("up", "out", "front", "low")
+    shown.state("up").click()
+    shown.press("F2")
+    shown.name("mine")
+    path = root / "dance.xml"
+    path.write_text(path.read_text().replace("<name>front</name>", "<name>theirs</name>"))
+    shown.page.get_by_role("alert").filter(has_text="changed the file").wait_for()
+    shown.press("Control+s")
+    shown.page.get_by_role("dialog").get_by_role("button", name="Merge both").click()
+    expect(shown.page.get_by_role("status").filter(has_text="Saved dance.xml")).to_be_visible()
+    assert {"<name>mine</name>", "<name>theirs</name>"} <= set(path.read_text().split())
+    shown.state("mine").click()
+    shown.press("F2")
+    shown.name("again")
+    path.unlink()
+    shown.page.get_by_role("alert").filter(has_text="deleted the file").wait_for()
+    shown.press("Control+s")
+    shown.page.get_by_role("dialog").get_by_role("button", name="Write it again").click()
+    expect(shown.page.get_by_role("alert").filter(has_text="deleted the file")).to_have_count(0)
+    assert "<name>again</name>" in path.read_text()
+
+
 def test_a_document_of_an_older_format_is_replaced_only_after_a_question(
     shown: EditorPage, root: Path
 ) -> None:
@@ -230,6 +273,23 @@ def test_a_comparison_marks_what_differs_and_draws_what_is_gone(shown: EditorPag
     shown.press("Escape")
     expect(legend).to_have_count(0)
     shown.expect_states("up", "front", "low", "bow")
+
+
+def test_a_comparison_shows_the_lines_that_differ(shown: EditorPage, running: Editor) -> None:
+    open_file(shown, "dance.xml")
+    shown.expect_states("up", "out", "front", "low")
+    with running.window() as window:
+        (tab,) = window.documents
+        state = next(each for each in window.documents[tab]["automata"][0]["states"] if each["name"] == "up")
+        command = {"command": "setStateCode", "automaton": 1, "state": state["id"], "part": "code"}
+        window.ask("do", tab=tab, command={**command, "text": f"{state['code']}\nlast = 1"})
+    shown.button("Compare").click()
+    shown.page.get_by_role("button", name="The saved version").click()
+    shown.button("Next").click()
+    expect(shown.page.get_by_role("region", name="Comparison")).to_contain_text("state up: code")
+    lines = shown.page.get_by_role("list", name="Lines that differ").get_by_role("listitem")
+    expect(lines.filter(has_text="last = 1")).to_have_class("added")
+    assert lines.count() < 5
 
 
 def test_an_automaton_is_exported_as_svg_and_png(shown: EditorPage, tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ import pytest
 from playwright.sync_api import Browser, Route, WebSocketRoute, expect
 
 from tests.support.browser import EditorPage, editor_page, saved
-from tests.support.editor import Editor, editor, services
+from tests.support.editor import Editor, NoService, editor, services
 from tests.support.limits import FOREVER, PAGE_LIMIT, START_LIMIT
 from tests.support.panels import DOCUMENT, add, choose, edit, panel_violations, undo_names
 from visualhfsm.code_help.service import CodeHelper
@@ -367,6 +367,35 @@ def test_an_interface_is_declared(shown: EditorPage, path: Path) -> None:
     entry.get_by_label("Identity", exact=True).fill("CameraBottom")
     (interface,) = saved(shown, path).interfaces
     assert (interface.name, interface.type, interface.proxy) == ("camera", "Camera", "CameraBottom")
+
+
+class Serving(NoService):
+    """A realm in which a robot serves its head."""
+
+    async def control(self, component: str, action: str, arguments: object) -> object:
+        assert action == "identities"
+        return {"Head": ["::nao::PoseHead"], "Camera": ["::nao::Camera"]}
+
+
+def test_what_the_robot_has_is_declared_by_a_click(browser: Browser, path: Path) -> None:
+    with (
+        editor(path.parent, path, make_services=lambda _: services(live=Serving())) as running,
+        editor_page(browser, running) as shown,
+    ):
+        code = edit(shown, "wait")
+        shown.type("\nself.Head.stop()")
+        squiggle = code.locator(".cm-lintRange-warning", has_text="Head")
+        squiggle.hover()
+        shown.page.get_by_role("button", name="Declare Head (PoseHead)").click()
+        expect(squiggle).to_have_count(0)
+        shown.press("Alt+i")
+        shown.page.get_by_text("What this robot has: 2").click()
+        assert panel_violations(shown) == []
+        shown.button("Declare Camera").click()
+        expect(shown.button("Declare Camera")).to_have_count(0)
+        expect(shown.button("Declare Head")).to_have_count(0)
+        declared = [(each.name, each.type) for each in saved(shown, path).interfaces]
+        assert declared == [("Head", "PoseHead"), ("Camera", "Camera")]
 
 
 def test_parameters_are_added_changed_moved_and_removed(shown: EditorPage, path: Path) -> None:

@@ -68,6 +68,16 @@ def test_a_problem_leads_to_its_line(shown: EditorPage, running: Editor) -> None
     expect(field.locator(".cm-line").nth(2)).to_contain_text("0")
 
 
+def test_a_run_of_a_document_with_errors_leads_to_the_first_one(shown: EditorPage) -> None:
+    edit(shown, "go")
+    shown.type("if count")
+    shown.press("F5")
+    error = shown.page.get_by_role("button", name=re.compile("^error: .*not valid Python"))
+    expect(error).to_be_focused()
+    shown.press("Enter")
+    expect(shown.page.get_by_role("textbox", name="Code of the state go")).to_be_focused()
+
+
 def test_problems_of_a_severity_are_left_out(shown: EditorPage) -> None:
     shown.press("Control+m")
     rows = shown.page.get_by_role("list", name="Problems").locator("button.row")

@@ -239,6 +239,30 @@ def test_no_file_is_replaced_without_asking(root: Path, window: Window) -> None:
     assert "away" not in (root / "other.xml").read_text()
 
 
+def test_the_folder_of_a_new_file_is_made(root: Path, window: Window) -> None:
+    assert window.ask("saveAs", tab=1, path="new/inner/robot.xml") == {"path": "new/inner/robot.xml"}
+    assert (root / "new" / "inner" / "robot.xml").is_file()
+    (root / "taken").touch()
+    with pytest.raises(Refused, match="Cannot create the folder taken"):
+        window.ask("saveAs", tab=1, path="taken/robot.xml")
+
+
+def test_a_comparison_has_the_lines_that_differ(window: Window) -> None:
+    text = "a\nb\nc\nd\ne"
+    for code in (text, text.replace("d", "D")):
+        command = {"command": "setStateCode", "automaton": 1, "state": 1, "part": "code", "text": code}
+        window.ask("do", tab=1, command=command)
+        if code is text:
+            window.ask("save", tab=1)
+    (difference,) = window.ask("diff", tab=1, against="saved")["differences"]
+    assert difference["lines"] == [" c", "-d", "+D", " e"]
+    window.ask("do", tab=1, command={**command, "text": "pass"})
+    window.ask("save", tab=1)
+    window.ask("do", tab=1, command={**command, "text": "go"})
+    (difference,) = window.ask("diff", tab=1, against="saved")["differences"]
+    assert "lines" not in difference
+
+
 def test_no_document_is_saved_over_one_in_another_tab(root: Path, window: Window) -> None:
     tab = window.ask("new")["tab"]
     with pytest.raises(Refused) as refused:

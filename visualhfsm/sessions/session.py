@@ -461,8 +461,12 @@ class DocumentSession:
             why = f"it is in the format of {self.dialect}, and would be replaced by the current format"
             raise OldFormatError(f"Cannot save {target.name}", why, "save it as another file, or replace it")
         if self.is_changed_outside():
-            why = "another program has changed it" if target.exists() else "another program has removed it"
-            raise ChangedOutsideError(f"Cannot save {target.name}", why, "merge, take theirs, or keep yours")
+            what = f"Cannot save {target.name}"
+            if target.exists():
+                why = "another program has changed it"
+                raise ChangedOutsideError(what, why, "merge both, take theirs, or keep yours")
+            why = "another program has deleted it"
+            raise ChangedOutsideError(what, why, "write it again, or save it elsewhere")
 
     def _take(self, document: Document, command: Command, name: str, *, merge: bool, size: int) -> None:
         """Keep the result of a command of `size` bytes; raises EditError when it is too large."""

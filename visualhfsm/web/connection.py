@@ -11,6 +11,8 @@ import asyncio
 import logging
 from collections import defaultdict
 from collections.abc import Coroutine
+from difflib import unified_diff
+from itertools import islice
 from typing import Any, Final
 
 import msgspec
@@ -18,7 +20,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from codegen.hfsm.document import Document
 from visualhfsm.editing.commands.paste import PasteStates
-from visualhfsm.editing.diff import diff_documents
+from visualhfsm.editing.diff import Difference, diff_documents
 from visualhfsm.editing.places import search
 from visualhfsm.editing.serialization import copy_states, parse_file
 from visualhfsm.editing.views import view
@@ -49,6 +51,8 @@ _Running = p.Attach | p.Control | p.Detach | p.Generate | p.Recording | p.Run | 
 CONCURRENT = CODE_HELP | _Reading | _Robot | p.Control | p.Generate | p.Recording | p.Run | p.StopRun
 """Requests that change no document: the connection goes on to the next one meanwhile."""
 
+_ONE_LINE: Final = 60  # letters of a text that is shown as it was and is
+_MOST_LINES: Final = 200  # of a text that differs
 _SAVED: Final = "saved"  # a document may be compared with this instead of a file
 
 _logger = logging.getLogger(__name__)
@@ -341,6 +345,18 @@ def _compared(before: Document, after: Document) -> dict[str, Any]:
     differences = diff_documents(before, after)
     affected = {each.place.automaton for each in differences}
     return {
-        "differences": differences,
+        "differences": [_with_lines(each) for each in differences],
         "before": [view(each) for each in before.automata if each.id in affected],
     }
+
+
+def _with_lines(difference: Difference) -> dict[str, Any]:
+    """Return a difference of longer texts with the lines that differ, as `diff -u` has them."""
+    shown: dict[str, Any] = msgspec.to_builtins(difference)
+    before, after = difference.before, difference.after
+    if difference.kind == "changed" and any(
+        "\n" in text or len(text) > _ONE_LINE for text in (before, after)
+    ):
+        lines = unified_diff(before.splitlines(), after.splitlines(), n=1, lineterm="")
+        shown["lines"] = [line for line in islice(lines, 2, _MOST_LINES) if not line.startswith("@@")]
+    return shown

@@ -121,9 +121,21 @@ async def save(
             raise WouldOverwriteError(f"{text} is open in another tab; close that first")
         if path.exists() and path != tab.shown.path and not overwrite:
             raise WouldOverwriteError(f"{text} already exists")
+        await workspace.threads.do(lambda: _make_folder(path.parent))
     saved = await tab.edit(DocumentSession.save, path, overwrite=overwrite)
     tab.outside = None
+    workspace.publish_state()
     return {"path": workspace.root.name(saved)}
+
+
+def _make_folder(folder: Path) -> None:
+    """Create a folder that a name has in front. Raises EditError."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise EditError(
+            f"Cannot create the folder {folder.name}", error.strerror or str(error), "choose another name"
+        ) from error
 
 
 async def resolve(workspace: Workspace, number: int, choice: Choice) -> dict[str, Any]:

@@ -102,7 +102,10 @@ export async function recover(journal) {
 export async function save(tab = page.tab) {
   const state = store.workspace.tabs.find((each) => each.tab === tab);
   if (!state?.path) return saveAs(tab);
-  return saving((overwrite) => store.request("save", {tab, overwrite}), state.path, tab);
+  const done = await saving((overwrite) => store.request("save", {tab, overwrite}), state.path, tab);
+  if (done === OTHER_NAME) return saveAs(tab, state.path.replace(/(\.xml)?$/i, "_2.xml"));
+  if (done !== true && done) notifyError(new Error(done));
+  return done === true;
 }
 
 /** @param {string} [wanted] suggested path, by default the present one @returns {Promise<boolean>} */
@@ -110,9 +113,15 @@ export async function saveAs(tab = page.tab, wanted = "") {
   const state = store.workspace.tabs.find((each) => each.tab === tab);
   const {path: former = "", title = ""} = state ?? {};
   const suggestion = wanted || former || (/\.xml$/i.test(title) ? title : `${title}.xml`);
-  const path = await chooseFile({title: "Save the document as", verb: "Save", suggestion});
-  return path ? saving((overwrite) => store.request("saveAs", {tab, path, overwrite}), path, tab) : false;
+  /** @param {string} path */
+  const attempt = async (path) => {
+    const done = await saving((overwrite) => store.request("saveAs", {tab, path, overwrite}), path, tab);
+    return done === true ? "" : done || OTHER_NAME;
+  };
+  return Boolean(await chooseFile({title: "Save the document as", verb: "Save", suggestion, attempt}));
 }
+
+const OTHER_NAME = "Choose another name.";
 
 /**
  * Save, and ask before overwriting something.
@@ -120,8 +129,7 @@ export async function saveAs(tab = page.tab, wanted = "") {
  * @param {(overwrite: boolean) => Promise<{path: string}>} request
  * @param {string} path
  * @param {number} tab
- * @param {boolean} overwrite
- * @returns {Promise<boolean>}
+ * @returns {Promise<true | string>} why it was not saved, empty when the user says so; true when it was
  */
 async function saving(request, path, tab, overwrite = false) {
   try {
@@ -130,21 +138,49 @@ async function saving(request, path, tab, overwrite = false) {
     notify(`Saved ${done.path}.`);
     return true;
   } catch (error) {
-    if (overwrite || !(error instanceof RequestError && ["exists", "outside"].includes(error.kind))) {
-      notifyError(error);
-      return false;
+    const {kind = "", message = String(error)} = /** @type {Partial<RequestError>} */ (error);
+    if (overwrite || !["exists", "outside"].includes(kind)) return message;
+    const isGone = store.workspace.tabs.find((each) => each.tab === tab)?.outside === "deleted";
+    /** @type {[string, string, string?][]} */
+    const choices =
+      kind === "exists"
+        ? [
+            ["overwrite", "Overwrite", "danger"],
+            ["saveAs", "Save as…", "primary"],
+          ]
+        : isGone
+          ? [
+              ["saveAs", "Save as…"],
+              ["overwrite", "Write it again", "primary"],
+            ]
+          : [
+              ["theirs", "Take theirs", "danger"],
+              ["overwrite", "Keep mine", "danger"],
+              ["merge", "Merge both", "primary"],
+            ];
+    const title =
+      kind === "exists" ? `Write over ${path}?` : `Another program ${isGone ? "deleted" : "changed"} ${path}`;
+    const choice = await confirm({title, text: message, choices});
+    if (choice === "overwrite") return saving(request, path, tab, true);
+    if (choice === "theirs" || choice === "merge") {
+      if (!(await resolve(choice, tab))) return "";
+      return choice === "theirs" || saving(request, path, tab);
     }
-    const choice = await confirm({
-      title: `Write over ${path}?`,
-      text: error.message,
-      choices: [
-        ["overwrite", "Overwrite", "danger"],
-        ["saveAs", "Save as…", "primary"],
-      ],
-    });
-    if (choice === "saveAs") return saveAs(tab, path.replace(/(\.xml)?$/i, "_2.xml"));
-    return choice === "overwrite" && saving(request, path, tab, true);
+    return choice === "saveAs" ? OTHER_NAME : "";
   }
+}
+
+/**
+ * Settle that another program has changed the file of a document.
+ *
+ * @param {"mine" | "theirs" | "merge"} choice
+ * @returns {Promise<boolean>} whether that was possible
+ */
+export async function resolve(choice, tab = page.tab) {
+  const done = await ask("resolve", {tab, choice});
+  const conflicts = done?.conflicts ?? [];
+  if (conflicts.length) notify(`Merged. Both sides had changed ${conflicts.join("; ")}.`);
+  return done !== undefined;
 }
 
 /** @param {number} tab */

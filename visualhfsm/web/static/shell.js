@@ -9,12 +9,12 @@
 import {html, nothing} from "lit";
 
 import {actionOf, isEnabled, perform, selectionActions, selectionTitle} from "./actions.js";
-import {ask, askTab} from "./commands.js";
+import {ask} from "./commands.js";
 import {PageElement} from "./element.js";
 import {icon} from "./icons.js";
 import {ariaKey, keyOf, spoken} from "./keys.js";
 import {monitor} from "./monitor/monitor.js";
-import {notify, notifyError} from "./notices.js";
+import {notifyError} from "./notices.js";
 import {page} from "./page.js";
 import {countOf} from "./problems.js";
 import {store} from "./store.js";
@@ -336,11 +336,7 @@ function fileBanner() {
 }
 
 /** @param {"mine" | "theirs" | "merge"} choice */
-async function resolve(choice) {
-  const done = await askTab("resolve", {choice});
-  const conflicts = done?.conflicts ?? [];
-  if (conflicts.length) notify(`Merged. Both sides had changed ${conflicts.join("; ")}.`);
-}
+const resolve = async (choice) => (await import("./files.js")).resolve(choice);
 
 /** Changes to the shown file from a session that ended without saving them. */
 function unsavedBanner() {

@@ -71,7 +71,7 @@
  *   changedAt?: number}} Entry of a directory
  * @typedef {{place: Place, line: number, column: number, length: number, excerpt: string}} Hit
  * @typedef {{kind: "added" | "removed" | "changed" | "moved", place: Place, part?: string, before?: string,
- *   after?: string}} Difference
+ *   after?: string, lines?: string[]}} Difference with the `lines` of longer texts as `diff -u` has them
  * @typedef {{name: string, scoped: string, operations: {name: string, signature: string, result: string,
  *   documentation: string, streamed: boolean}[]}} InterfaceDescription
  * @typedef {Followed & {component: string, file: string, document: string, complete: boolean, tab: number,
@@ -197,7 +197,7 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
   get whyOffline() {
     return this.refused
       ? "The editor was restarted: open the address that it printed in its terminal. Then this page connects again, too."
-      : `The editor is offline; your work is kept there. This page connects again when it runs on port ${location.port}.`;
+      : `The editor is offline; your work is kept there. This page connects again by itself when it runs on port ${location.port}.`;
   }
 
   /**

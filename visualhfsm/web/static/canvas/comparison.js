@@ -154,7 +154,12 @@ export class Comparison {
             : nothing
         }
         <button type="button" class="button primary" @click=${() => this.end()}>Done</button>
-        ${shown ? html`<p aria-live="polite">${this.index + 1}. ${describe(shown)}</p>` : nothing}`,
+        ${
+          shown
+            ? html`<p aria-live="polite">${this.index + 1}. ${describe(shown)}</p>
+                ${shown.lines ? lineDiff(shown.lines) : nothing}`
+            : nothing
+        }`,
       this.legend,
     );
   }
@@ -175,7 +180,7 @@ export class Comparison {
 }
 
 /** @param {Difference} difference */
-function describe({kind, place, part = "", before = "", after = ""}) {
+function describe({kind, place, part = "", before = "", after = "", lines}) {
   const automaton = page.shownDocument.automata.get(place.automaton ?? 0);
   const list =
     place.kind === "state" ? automaton?.states : place.kind === "transition" ? automaton?.transitions : undefined;
@@ -185,8 +190,19 @@ function describe({kind, place, part = "", before = "", after = ""}) {
   }`;
   if (kind === "moved") return `${what} moved`;
   if (kind !== "changed") return `${what} ${kind}${place.name ? `: ${place.part} ${place.name}` : ""}`;
-  /** @param {string} text */
-  const short = (text) => (text.length > 60 ? `${text.slice(0, 60)}…` : text).replaceAll("\n", "⏎");
-  if (!before && !after) return `${what}: ${part}`;
-  return `${what}: ${part} was “${short(before)}”, is “${short(after)}”`;
+  return lines || (!before && !after) ? `${what}: ${part}` : `${what}: ${part} was “${before}”, is “${after}”`;
+}
+
+/** Lines that were removed and added, with those around them. @param {string[]} lines */
+function lineDiff(lines) {
+  const kinds = /** @type {Record<string, [string, string]>} */ ({"-": ["removed", "−"], "+": ["added", "+"]});
+  return html`<ol class="line-diff" tabindex="0" aria-label="Lines that differ">
+    ${lines.map((line) => {
+      const [kind, sign] = kinds[line[0]] ?? ["", ""];
+      return html`<li class=${kind}>
+        <span class="line-sign" aria-label=${kind || nothing} role=${kind ? "img" : nothing}>${sign}</span
+        ><code>${line.slice(1)}</code>
+      </li>`;
+    })}
+  </ol>`;
 }

@@ -14,11 +14,12 @@ import {store} from "../store.js";
 import {showDialog} from "./dialog.js";
 
 /**
- * @param {{title: string, verb: string, suggestion?: string, kind?: "document" | "recording"}} options with a
- *   `suggestion` a new name may be typed
+ * @param {{title: string, verb: string, suggestion?: string, kind?: "document" | "recording",
+ *   attempt?: (path: string) => Promise<string>}} options with a `suggestion` a new name may be typed; `attempt` does
+ *   something with the path, and says why that was not possible: the dialog stays until it was
  * @returns {Promise<string | undefined>} a path
  */
-export async function chooseFile({title, verb, suggestion, kind = "document"}) {
+export async function chooseFile({title, verb, suggestion, kind = "document", attempt}) {
   const saving = suggestion !== undefined;
   const [, folder = "", name = ""] = /^(?:(.*)\/)?([^/]*)$/.exec(suggestion ?? "") ?? [];
   /**
@@ -64,9 +65,13 @@ export async function chooseFile({title, verb, suggestion, kind = "document"}) {
   };
 
   /** @param {Close} close */
-  const accept = (close) => {
+  const accept = async (close) => {
     if (saving) {
-      if (state.name.trim()) close(path());
+      if (!state.name.trim()) return;
+      const wanted = path();
+      state.error = (await attempt?.(wanted)) ?? "";
+      if (state.error) draw();
+      else close(wanted);
     } else if (rows()[state.chosen]) take(rows()[state.chosen], close);
   };
 
@@ -95,6 +100,7 @@ export async function chooseFile({title, verb, suggestion, kind = "document"}) {
     accept(close);
   };
 
+  const nothingHere = kind === "recording" ? "No recording is in this folder." : "No document is in this folder.";
   const shown = showDialog({
     title,
     content: (/** @type {Close} */ close, redraw) => {
@@ -110,6 +116,7 @@ export async function chooseFile({title, verb, suggestion, kind = "document"}) {
           ?autofocus=${!saving}
           @keydown=${(/** @type {KeyboardEvent} */ event) => key(event, close)}
         >
+          ${rows().some((row) => row.name !== "..") ? nothing : html`<p class="empty">${nothingHere}</p>`}
           ${rows().map(
             (row, index) =>
               html`<div
@@ -139,16 +146,19 @@ export async function chooseFile({title, verb, suggestion, kind = "document"}) {
         ${
           saving
             ? html`<div class="field">
-                <label for="file-name">Name</label
-                ><input
-                  id="file-name"
-                  autofocus
-                  .value=${state.name}
-                  @focus=${(/** @type {From<HTMLInputElement>} */ {target}) => target.select()}
-                  @input=${(/** @type {From<HTMLInputElement>} */ {target}) => (state.name = target.value)}
-                  @keydown=${(/** @type {KeyboardEvent} */ event) => enter(event, close)}
-                />
-              </div>`
+                  <label for="file-name">Name</label
+                  ><input
+                    id="file-name"
+                    autofocus
+                    .value=${state.name}
+                    @focus=${(/** @type {From<HTMLInputElement>} */ {target}) => target.select()}
+                    @input=${(/** @type {From<HTMLInputElement>} */ {target}) => (state.name = target.value)}
+                    @keydown=${(/** @type {KeyboardEvent} */ event) => enter(event, close)}
+                  />
+                </div>
+                <p class="explain">
+                  A folder in the name, as in <code>dances/wave</code>, is made when it is missing.
+                </p>`
             : nothing
         }`;
     },

@@ -12,6 +12,7 @@
 
 import {EditorView, StateEffect, StateField, autocompletion, hoverTooltip, linter, showTooltip} from "codemirror";
 import {store} from "../store.js";
+import {declare, loadIdentities, typeOf} from "./known-interfaces.js";
 import {problemsAt} from "./places.js";
 
 /**
@@ -19,6 +20,8 @@ import {problemsAt} from "./places.js";
  *   they are those of the text that is shown
  */
 
+/** The problem of an attribute of `self` that nothing declares. */
+const UNKNOWN_ATTRIBUTE = "W524";
 const LINT_AFTER = 300; // ms without typing
 const LARGEST = 200_000; // characters; larger texts are edited without help
 
@@ -116,6 +119,7 @@ class Help {
     /** @type {Map<string, Problem>} */
     const marks = new Map();
     for (const each of [...(found ?? []), ...known]) marks.set(`${each.line} ${each.message}`, each);
+    if ([...marks.values()].some(({code}) => code === UNKNOWN_ATTRIBUTE)) await loadIdentities();
     return [...marks.values()].map((each) => asMark(doc, each)).sort((one, other) => one.from - other.from);
   }
 
@@ -144,13 +148,16 @@ class Help {
  * @param {Problem} problem
  * @returns {Diagnostic}
  */
-function asMark(doc, {line = 1, column = 1, length = 0, severity, message}) {
+function asMark(doc, {code, line = 1, column = 1, length = 0, severity, message}) {
   const at = doc.line(Math.min(Math.max(line, 1), doc.lines));
   // What is missing at the end of a line is marked at its last character.
   const from = Math.max(at.from, Math.min(at.from + Math.max(column - 1, 0), at.to - 1));
   const rest = doc.sliceString(from, at.to);
   const to = Math.min(at.to, from + Math.max(length, /^\w+/.exec(rest)?.[0].length ?? 1));
-  return {from, to, severity: severity === "note" ? "info" : severity, message};
+  const name = doc.sliceString(from, to);
+  const type = code === UNKNOWN_ATTRIBUTE ? typeOf(name) : undefined;
+  const actions = type ? [{name: `Declare ${name} (${type})`, apply: () => void declare(name, type)}] : [];
+  return {from, to, severity: severity === "note" ? "info" : severity, message, actions};
 }
 
 /**

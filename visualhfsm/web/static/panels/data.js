@@ -22,6 +22,7 @@ import {
   known as knownInterfaces,
   loadIdentities,
   loadInterfaces,
+  servedList,
 } from "./known-interfaces.js";
 import {placeOf} from "./places.js";
 import {tabStrip} from "./tabs.js";
@@ -45,6 +46,7 @@ class DataPanel extends PageElement {
   connectedCallback() {
     super.connectedCallback();
     for (const loaded of [loadInterfaces(), loadIdentities()]) loaded.then(() => this.requestUpdate());
+    this.listen(store, "robot", () => loadIdentities().then(() => this.requestUpdate()));
   }
 
   /**
@@ -309,6 +311,7 @@ function componentData({tab, document, known, showProblems}) {
     suggest: (field, {type}) =>
       field === "type" ? interfaceNames(known) : field === "proxy" ? identitiesOf(type) : [],
   })}
+  ${servedList(fields.interfaces)}
   ${list("libraries", {suggest: (field) => (field === "name" ? ["math", "numpy as np", "cv2", "random", "json"] : [])})}
   ${list("parameters")} ${list("events")}
   ${list("properties", {details: (entry, index) => verdict(document, index, showProblems)})}`;

@@ -5,6 +5,7 @@
  */
 
 import {html, nothing} from "lit";
+import {apply} from "../commands.js";
 import {store} from "../store.js";
 
 /** @type {InterfaceDescription[] | undefined} */
@@ -41,6 +42,57 @@ export function identitiesOf(type) {
   return Object.keys(identities).filter(
     (each) => !each.startsWith("Hfsm.") && (!wanted || identities[each].some(fits)),
   );
+}
+
+/** What the robot and others in the realm have, by name, each with the interface to declare. */
+export const served = () =>
+  Object.keys(identities)
+    .filter((each) => !each.startsWith("Hfsm."))
+    .sort()
+    .map((name) => ({name, type: typeOf(name)}));
+
+/** The interface that an identity has, as a document declares it; undefined when it is not there. @param {string} name */
+export function typeOf(name) {
+  const [scoped] = identities[name] ?? [];
+  const short = scoped?.split("::").at(-1);
+  return (interfaces ?? []).filter((each) => each.name === short).length > 1 ? scoped : short;
+}
+
+/** Declare what an identity has as an attribute of `self`. @param {string} name @param {string} type */
+export const declare = (name, type) => apply("addEntry", {list: "interfaces", fields: {name, type}});
+
+/**
+ * A list of all that the robot has, to declare it.
+ *
+ * @param {{name: string, proxy: string}[]} declared
+ */
+export function servedList(declared) {
+  const all = served();
+  if (!all.length) return nothing;
+  const taken = new Set(declared.map(({name, proxy}) => proxy.trim() || name));
+  return html`<details class="operations served">
+    <summary>What this robot has: ${all.length}</summary>
+    <ul>
+      ${all.map(
+        ({name, type = ""}) =>
+          html`<li>
+            <span class="mono">${name}</span> <span class="faint">${type}</span>
+            ${
+              taken.has(name)
+                ? html`<span class="faint">declared</span>`
+                : html`<button
+                    type="button"
+                    class="link"
+                    aria-label="Declare ${name}"
+                    @click=${() => declare(name, type)}
+                  >
+                    Declare
+                  </button>`
+            }
+          </li>`,
+      )}
+    </ul>
+  </details>`;
 }
 
 /** Names to write into a document: plain where that is enough. @param {InterfaceDescription[]} all */

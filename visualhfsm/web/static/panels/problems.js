@@ -8,6 +8,7 @@
 import {html, nothing} from "lit";
 import {PageElement} from "../element.js";
 import {page} from "../page.js";
+import {countOf} from "../problems.js";
 import {counterexamplePlayer, showNoStep, showStep} from "./counterexample.js";
 import {placeOf, wordsFor} from "./places.js";
 import {moveAmongRows} from "./rows.js";
@@ -20,6 +21,7 @@ const SEVERITIES = [
 
 class Problems extends PageElement {
   static properties = {played: {state: true}};
+  #isWaiting = false;
   /** @type {typeof PageElement.watches} */
   static watches = {page: ["tab"], store: ["document", "problems"]};
 
@@ -46,8 +48,18 @@ class Problems extends PageElement {
     if (played && !page.document?.problems.some((each) => keyOf(each) === played.key)) this.#play(null);
   }
 
+  /** Put the keyboard on the first error, or the first problem; also when the checks are not through yet. */
   focusFirst() {
-    /** @type {HTMLElement | null} */ (this.querySelector("button.row"))?.focus();
+    const {problems = [], checked, revision} = page.document ?? {};
+    const rows = /** @type {NodeListOf<HTMLElement>} */ (this.querySelectorAll("button.row"));
+    const row = [...rows].find((each) => each.querySelector(".severity-sign.error")) ?? rows[0];
+    this.#isWaiting = checked !== revision && !countOf(problems, "error");
+    if (row) row.focus();
+    else /** @type {HTMLElement | null} */ (this.querySelector(".list-panel"))?.focus();
+  }
+
+  updated() {
+    if (this.#isWaiting && this.contains(document.activeElement)) this.focusFirst();
   }
 
   render() {
@@ -55,7 +67,7 @@ class Problems extends PageElement {
     if (!document) return html`<p class="empty">No document is open.</p>`;
     const {problems} = document;
     const shown = problems.filter((each) => !this.left.has(each.severity));
-    return html`<div class="list-panel">
+    return html`<div class="list-panel" tabindex="-1">
       <div class="list-tools" role="group" aria-label="Shown problems">
         ${SEVERITIES.map(([severity, title]) => {
           const count = problems.filter((each) => each.severity === severity).length;
