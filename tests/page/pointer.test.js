@@ -38,10 +38,11 @@ Object.assign(globalThis, {
   WheelEvent: {DOM_DELTA_PIXEL: 0, DOM_DELTA_LINE: 1},
   document: {createElementNS: () => new Element()},
   requestAnimationFrame: (action) => frames.push(action),
+  localStorage: {getItem: () => null, setItem: () => {}},
 });
 globalThis.addEventListener ??= () => {};
 
-const {Pointer} = await import(new URL("canvas/pointer.js", STATIC).href);
+const {Pointer, wheelSetting} = await import(new URL("canvas/pointer.js", STATIC).href);
 const {Viewport} = await import(new URL("canvas/viewport.js", STATIC).href);
 const {page} = await import(new URL("page.js", STATIC).href);
 const {store} = await import(new URL("store.js", STATIC).href);
@@ -135,16 +136,26 @@ beforeEach(() => {
 
 test("a mouse's wheel zooms where the pointer is, and pans to the side with Shift", () => {
   assert.equal(wheel(drawn(), {deltaY: -100, wheelDeltaY: 120})[2], 1.18);
+  assert.equal(wheel(drawn(), {deltaY: -80, wheelDeltaY: 96})[2], 1.14); // of a screen with larger letters
   assert.equal(wheel(drawn(), {deltaY: 3, deltaMode: 1, wheelDeltaY: -90})[2], 0.92); // one that counts lines
   assert.deepEqual(wheel(drawn(), {deltaY: 100, wheelDeltaY: -120, shiftKey: true}), [-100, 0, 1]);
+});
+
+test("the wheel can be set to zoom, whatever it is", (t) => {
+  t.after(() => wheelSetting.toggle());
+  const small = {deltaY: -13, wheelDeltaY: 39};
+  assert.equal(wheel(drawn(), small)[2], 1);
+  wheelSetting.toggle();
+  assert.equal(wheel(drawn(), small)[2], 1.02);
 });
 
 test("two fingers on a trackpad pan, and zoom when they pinch", () => {
   const canvas = drawn();
   assert.deepEqual(wheel(canvas, {deltaX: 4, deltaY: -7, wheelDeltaX: -12, wheelDeltaY: 21}), [-4, 7, 1]);
   // A step that looks like a notch belongs to the same movement; much later it is that of a mouse.
-  assert.deepEqual(wheel(canvas, {deltaY: 40, wheelDeltaY: -120}, 50), [-4, -33, 1]);
-  assert.equal(wheel(canvas, {deltaY: -40, wheelDeltaY: 120}, 900)[2], 1.07);
+  assert.deepEqual(wheel(canvas, {deltaY: 40, wheelDeltaY: -120}, 300), [-4, -33, 1]);
+  assert.deepEqual(wheel(canvas, {deltaY: 80, wheelDeltaY: -240}, 600), [-4, -113, 1]);
+  assert.equal(wheel(canvas, {deltaY: -40, wheelDeltaY: 120}, 1100)[2], 1.07);
   assert.equal(wheel(drawn(), {deltaY: -15, wheelDeltaY: 45, ctrlKey: true})[2], 1.11);
 });
 

@@ -6,9 +6,11 @@
  */
 
 import * as commands from "../commands.js";
+import {notify} from "../notices.js";
 import {outgoing} from "../outline.js";
 import {page} from "../page.js";
 import {required} from "../required.js";
+import {wheelSetting} from "./pointer.js";
 import {StateTool, TransitionTool} from "./tools.js";
 
 const hasDocument = () => Boolean(page.document);
@@ -350,6 +352,17 @@ export const canvasActions = [
     keys: ["-"],
     enabled: hasDocument,
     run: ({canvas}) => canvas.viewport.zoom(0.8),
+  },
+  {
+    id: "wheelZooms",
+    label: "Always zoom with the wheel",
+    icon: "search",
+    run: () => {
+      wheelSetting.toggle();
+      notify(wheelSetting.zooms ? "The wheel always zooms." : "A mouse's wheel zooms, and a trackpad pans.");
+    },
+    hint: "also where it is taken for a trackpad",
+    checked: () => wheelSetting.zooms,
   },
   {
     id: "layout",

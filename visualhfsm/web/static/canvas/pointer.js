@@ -13,6 +13,7 @@ import {idOf} from "./order.js";
 const WHEEL = 600; // pixels of a wheel for a zoom by e
 const PINCH = 150; // the same for two fingers on a trackpad
 const LINE = 16; // pixels of a line, for wheels that count those
+const LARGE = 40; // pixels; a trackpad's first steps are smaller
 const NOTCH = 120; // what browsers count for one notch of a mouse's wheel
 const TRACKPAD = 400; // ms for which a trackpad is remembered
 const SLOP = 10; // pixels; a finger that moves less rests
@@ -22,6 +23,18 @@ const FASTEST = 20; // pixels in one frame
 
 /** The state or transition at an element. @param {EventTarget | null} target @returns {SVGElement | null} */
 const groupAt = (target) => (target instanceof Element ? target.closest("[data-key]") : null);
+
+const WHEEL_KEY = "visualhfsm.wheel";
+
+/** Whether the wheel always zooms, in this browser. */
+export const wheelSetting = {
+  zooms: globalThis.localStorage?.getItem(WHEEL_KEY) === "zooms",
+
+  toggle() {
+    this.zooms = !this.zooms;
+    localStorage.setItem(WHEEL_KEY, this.zooms ? "zooms" : "");
+  },
+};
 
 /** Whether two events are further apart than a resting finger. @param {MouseEvent} one @param {MouseEvent} other */
 const far = (one, other) => Math.hypot(one.clientX - other.clientX, one.clientY - other.clientY) > SLOP;
@@ -301,14 +314,19 @@ export class Pointer {
   }
 
   /**
-   * Whether a mouse's wheel was turned: it counts lines, or whole notches where no trackpad was just used.
+   * Whether a mouse's wheel was turned: it counts lines, or makes large steps up or down where no trackpad was just
+   * used, whose steps are small at first. Some mice make small ones, too; for them the wheel can be set to zoom.
    *
    * @param {WheelEvent & {wheelDeltaX?: number, wheelDeltaY?: number}} event
    */
-  #isMouse({deltaMode, wheelDeltaX = 1, wheelDeltaY = 1, timeStamp}) {
+  #isMouse({deltaMode, deltaX, deltaY, wheelDeltaX = 1, wheelDeltaY = 1, timeStamp}) {
+    if (wheelSetting.zooms || deltaMode !== WheelEvent.DOM_DELTA_PIXEL) return true;
+    const large = !deltaX && Math.abs(deltaY) >= LARGE;
     const notches = wheelDeltaX % NOTCH === 0 && wheelDeltaY % NOTCH === 0;
-    if (deltaMode === WheelEvent.DOM_DELTA_PIXEL && !notches) this.#trackpadSeen = timeStamp;
-    return timeStamp - this.#trackpadSeen > TRACKPAD;
+    const goesOn = timeStamp - this.#trackpadSeen < TRACKPAD;
+    if ((large || notches) && !goesOn) return true;
+    this.#trackpadSeen = timeStamp;
+    return false;
   }
 
   /**
