@@ -60,7 +60,7 @@ def test_run_asks_once_for_a_robot_and_for_the_reset_of_its_emergency_stop(shown
     shown.button("Follow the ball The head follows a ball, and searches for it when it is lost.").click()
     shown.page.locator(".state").first.wait_for()
     shown.press("F5")
-    shown.button("Start a simulation and run").click()
+    shown.button("Start and run").click()
     status = shown.page.locator(".live-status")
     expect(status).to_have_text("Running", timeout=STARTED)
     eventually(lambda: len(children("ballmover")) == 2)

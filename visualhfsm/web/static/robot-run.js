@@ -77,9 +77,9 @@ const choose = () =>
     title: "There is no robot here",
     text: "Start a simulated one and run? This is asked once.",
     choices: [
-      ["without", "Run without a robot"],
+      ["without", "Run without one"],
       ["connect", "Connect to a real one"],
-      ["simulate", "Start a simulation and run", "primary"],
+      ["simulate", "Start and run", "primary"],
     ],
   });
 
