@@ -40,7 +40,7 @@ def test_a_page_says_what_to_do_when_the_editor_was_restarted(browser: Browser, 
     file = root / "walk.xml"
     file.write_text(DOCUMENT, "utf-8")
     with contextlib.ExitStack() as first:
-        former = first.enter_context(editor(root, file))
+        former = first.enter_context(editor(root, file, port=0))
         shown = first.enter_context(editor_page(browser, former))
         shown.expect_states("wait", "go")
         former.server.stop()

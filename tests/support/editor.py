@@ -357,10 +357,10 @@ def editor(
     *files: Path,
     hosts: tuple[str, ...] = (),
     limits: Limits | None = None,
-    port: int = 0,
+    port: int | None = None,
     make_services: MakeServices = no_services,
 ) -> Iterator[Editor]:
-    """Serve the editor in a directory; journals are kept beside that."""
+    """Serve the editor in a directory; journals are kept beside that. By default it has the usual port."""
 
     def make(publish: Publish) -> Services:
         made = make_services(publish)
@@ -370,7 +370,7 @@ def editor(
         files=files,
         root=root,
         hosts=hosts,
-        port=port or usual_port(),
+        port=usual_port() if port is None else port,
         limits=limits or Limits(file_check_seconds=0.05),
         make_services=make,
         journals=root.with_name("journals"),
