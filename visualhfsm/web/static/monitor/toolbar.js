@@ -20,15 +20,18 @@ export class MonitorToolbar extends MonitorElement {
 
   render() {
     const {running} = monitor;
+    const words = running.length ? `${running.length} running` : "Nothing runs";
     return html`<button
         type="button"
         class="running-now ${running.length ? "some" : ""}"
+        aria-label=${words}
         aria-haspopup="menu"
         aria-expanded=${Boolean(this.open)}
         title="Components that run in the realm (${keyOf("attach")})"
         @click=${() => this.toggle()}
       >
-        <span class="pulse" aria-hidden="true"></span>${running.length ? `${running.length} running` : "Nothing runs"}
+        <span class="pulse" aria-hidden="true"></span><span class="word">${words}</span
+        ><span class="short" aria-hidden="true">${running.length || ""}</span>
       </button>
       ${this.open ? this.#menu(running) : nothing}`;
   }
