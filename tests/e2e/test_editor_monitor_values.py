@@ -90,6 +90,9 @@ def test_cameras_joints_and_cycles_are_shown(shown: EditorPage) -> None:
         "() => document.querySelector('hfsm-camera .rate')?.textContent.includes('images/s')"
     )
     eventually(lambda: painted(shown, "hfsm-camera canvas"))
+    shown.button("Larger: Bottom camera").click()
+    widths = "[...document.querySelectorAll('hfsm-camera canvas')].map(each => each.clientWidth)"
+    eventually(lambda: shown.page.evaluate(f"(([top, bottom]) => bottom > 3 * top)({widths})"))
     choose(shown, "Joints")
     expect(shown.page.get_by_role("row", name=re.compile("HeadYaw.*°"))).to_be_visible()
     choose(shown, "Cycles")

@@ -24,6 +24,13 @@ const COLORS = ["red", "green", "blue", "yellow", "magenta", "cyan"];
 class Cameras extends MonitorElement {
   /** @type {typeof MonitorElement.kinds} */
   static kinds = ["mode", "structure"];
+  static properties = {large: {state: true}};
+
+  constructor() {
+    super();
+    /** The camera whose picture is large, with the others inside it; "" for none. */
+    this.large = "";
+  }
 
   render() {
     const {recording} = monitor;
@@ -34,9 +41,19 @@ class Cameras extends MonitorElement {
       </p>`;
     const explanation =
       recording && !recording.cameras.length && "This recording contains no pictures: these are the marks.";
-    return html`<div class="cameras">
+    const large = names.includes(this.large) ? this.large : "";
+    return html`<div class="cameras ${large ? "inside" : ""}">
       ${explanation ? html`<p class="faint explain">${explanation}</p>` : nothing}
-      ${names.map((name) => html`<hfsm-camera .name=${name} .past=${Boolean(monitor.looking)}></hfsm-camera>`)}
+      ${names.map(
+        (name) =>
+          html`<hfsm-camera
+            class=${name === large ? "large" : ""}
+            .name=${name}
+            .past=${Boolean(monitor.looking)}
+            .isLarge=${name === large}
+            @enlarge=${() => (this.large = name === large ? "" : name)}
+          ></hfsm-camera>`,
+      )}
     </div>`;
   }
 }
@@ -88,13 +105,20 @@ function drawMarks(canvas, marks) {
 class Camera extends MonitorElement {
   /** @type {typeof MonitorElement.kinds} */
   static kinds = ["shown"];
-  static properties = {name: {attribute: false}, past: {attribute: false}, problem: {state: true}};
+  static properties = {
+    name: {attribute: false},
+    past: {attribute: false},
+    isLarge: {attribute: false},
+    problem: {state: true},
+  };
 
   constructor() {
     super();
     this.name = "";
     /** Whether a moment of the past is looked at. */
     this.past = false;
+    /** Whether its picture is large. */
+    this.isLarge = false;
     /** @type {string | undefined} */
     this.problem = undefined;
     /** @type {ReturnType<typeof receiveFrames> | undefined} */
@@ -103,12 +127,27 @@ class Camera extends MonitorElement {
 
   render() {
     const title = TITLES[this.name] ?? this.name;
+    const size = this.isLarge ? "Smaller" : "Larger";
     const marks = marksOn(this.name).map(({u, v, label}) => `${label} ${Math.round(u)}, ${Math.round(v)}`.trim());
     return html`<figure class="camera ${this.problem ? "lost" : ""}">
-      <canvas width="320" height="240" role="img" aria-label=${title}></canvas>
+      <canvas
+        width="320"
+        height="240"
+        role="img"
+        aria-label=${title}
+        @dblclick=${() => this.dispatchEvent(new Event("enlarge"))}
+      ></canvas>
       <figcaption>
-        ${title}<span class="faint">${this.problem ?? html`<span class="rate"></span>`}</span>
+        <span>${title}</span><span class="faint">${this.problem ?? html`<span class="rate"></span>`}</span>
         ${marks.length ? html`<span class="marks">${marks.join("; ")}</span>` : nothing}
+        <button
+          type="button"
+          class="enlarge"
+          aria-label="${size}: ${title}"
+          @click=${() => this.dispatchEvent(new Event("enlarge"))}
+        >
+          ${size}
+        </button>
       </figcaption>
     </figure>`;
   }
