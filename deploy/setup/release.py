@@ -83,7 +83,7 @@ def check_contents(sdist: Path, wheel: Path) -> None:
 
 
 def check_commands(programs: Path, folder: Path) -> None:
-    """Run the commands of the installed wheel: their help, `codegen`, `visualhfsm check` and the editor."""
+    """Run the commands of the installed wheel: help, `codegen`, `check`, a new project, and the editor."""
     for name in PROJECT["project"]["scripts"]:
         run(programs / name, "--help", cwd=folder)
     shutil.copytree(ROOT / "behaviors", folder / "behaviors", ignore=shutil.ignore_patterns("*.py", "__*"))
@@ -91,6 +91,8 @@ def check_commands(programs: Path, folder: Path) -> None:
     run(programs / "codegen", document, cwd=folder)
     run(programs / "visualhfsm", "check", document, cwd=folder)
     run(programs / "python", document.with_suffix(".py"), "--help", cwd=folder)
+    run(programs / "visualhfsm", "new", "my-robot", cwd=folder)
+    run(programs / "python", "behaviors/blinker.py", "--help", cwd=folder / "my-robot")
     check_editor(programs, folder / "empty")
 
 
