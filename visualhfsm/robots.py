@@ -126,6 +126,8 @@ class Robots:
             raise VisualHfsmError(
                 f"{simulation.speed[:40]} is no speed: write a number above 0, such as 1 or 5"
             )
+        if self._status() == "starting" and self._kind == "simulation" and simulation == self._simulation:
+            return  # another window has asked for it already
         self._simulation = simulation
         options = [f"--world={simulation.world}", f"--speed={simulation.speed}"]
         await complete(self._start("simulation", "", "naoserver_sim", options))

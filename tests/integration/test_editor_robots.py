@@ -13,6 +13,7 @@ import psutil
 import pytest
 
 from naoserver.fake import FakeRobot
+from tests.support.editor import DOCUMENT, Window, editor
 from tests.support.limits import CALL_LIMIT, RUN_LIMIT
 from tests.support.processes import free_endpoint
 from tests.support.pushes import Pushes
@@ -77,8 +78,11 @@ def test_a_simulation_is_started_with_moving_balls_and_ended() -> None:
         assert page.robots.state.status == "none"
         await page.robots.simulate(Simulation(speed="2", balls=True))
         await page.until(lambda robot: robot.status == "starting" and robot.started == "simulation")
+        (simulation,) = children("naoserver_sim")
+        await page.robots.simulate(Simulation(speed="2", balls=True))  # from another window
         robot = await page.until(lambda robot: robot.status == "present" and robot.simulated and robot.speed)
         assert robot.simulation == Simulation(speed="2", balls=True)
+        assert children("naoserver_sim") == [simulation]
         await page.until(lambda robot: robot.has_balls and len(children("ballmover")) == 2)
         await page.live.control("", "standRobot", {})
         await page.robots.move_balls(moving=False)
@@ -201,3 +205,14 @@ def test_the_worlds_are_those_of_the_simulation() -> None:
     assert set(worlds) == {"balls", "empty", "room", "soccer"}
     assert [name for name, world in worlds.items() if world.balls] == ["balls"]
     assert all(world.description for world in worlds.values())
+
+
+def test_the_first_window_is_asked_for_a_demo_unless_a_document_is_open(tmp_path: Path) -> None:
+    root = tmp_path / "root"
+    root.mkdir()
+    (root / "robot.xml").write_text(DOCUMENT)
+    with editor(root, demo=True) as running, running.socket() as socket:
+        window = Window(socket)
+        assert [window.ask("hello")["demo"] for _ in range(2)] == [True, False]
+    with editor(root, root / "robot.xml", demo=True) as running, running.socket() as socket:
+        assert Window(socket).ask("hello")["demo"] is False

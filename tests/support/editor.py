@@ -359,6 +359,7 @@ def editor(
     limits: Limits | None = None,
     port: int | None = None,
     make_services: MakeServices = no_services,
+    demo: bool = False,
 ) -> Iterator[Editor]:
     """Serve the editor in a directory; journals are kept beside that. By default it has the usual port."""
 
@@ -374,6 +375,7 @@ def editor(
         limits=limits or Limits(file_check_seconds=0.05),
         make_services=make,
         journals=root.with_name("journals"),
+        demo=demo,
     )
     with Editor(options) as running:
         yield running

@@ -27,7 +27,7 @@ export async function settle(fields) {
   if (store.robot.stopped && !(await resetStop())) return false;
   if (!needsRobot(fields)) return true;
   const {status} = store.robot;
-  if (status === "none" || status === "lost") {
+  if (["none", "lost", "stopping"].includes(status)) {
     const choice = chosen ?? (await choose());
     if (choice === "connect") {
       await connect().catch(notifyError);
@@ -69,7 +69,9 @@ async function begin(request) {
     notifyError(error);
     return false;
   }
-  return robotComes(); // the header shows why it did not come
+  const came = await robotComes();
+  if (!came && !store.robot.trouble) notify("The robot has not come. Press Run again when it is there.", "error");
+  return came;
 }
 
 const choose = () =>

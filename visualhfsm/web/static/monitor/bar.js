@@ -11,6 +11,7 @@ import {actionOf, isEnabled, perform} from "../actions.js";
 import {icon} from "../icons.js";
 import {keyOf, spoken} from "../keys.js";
 import {page} from "../page.js";
+import {needsRobot} from "../robot.js";
 import {store} from "../store.js";
 import {clockTime, MonitorElement, spokenSeconds} from "./element.js";
 import {monitor, STATUS} from "./monitor.js";
@@ -235,13 +236,19 @@ function statusOf() {
       word: `${monitor.running.includes(monitor.component) ? "Silent" : "Gone"} since ${clockTime(since)}`,
     };
   if (looking) return {status: "past", word: "Looking back"};
-  if (store.robot.status === "lost")
+  if (store.robot.status === "lost" && usesRobot())
     return {status: "lost", word: `Robot lost since ${clockTime(store.robot.since)}`, why: "It may come back."};
   if (!newest) return {status: "waiting", word: "Waiting"};
   const {status, stoppedAt, refusal} = newest.component;
   if (refusal) return {status: "paused", word: "Paused: command refused", why: refusal};
   const word = status === 1 && stoppedAt.length ? "At a breakpoint" : STATUS[status];
   return {status: STATUS[status].toLowerCase(), word};
+}
+
+/** Whether the followed component uses a robot, unless its document is not open. */
+function usesRobot() {
+  const document = store.documents.get(monitor.tab);
+  return !document || needsRobot(document.fields);
 }
 
 /** How a component ended. @param {{message: string}} ended */
