@@ -6,7 +6,7 @@
 
 import {html, nothing} from "lit";
 
-import {messageOf} from "../notices.js";
+import {messageOf, notify} from "../notices.js";
 import {required} from "../required.js";
 import {store} from "../store.js";
 import {MonitorElement, whyUnknown} from "./element.js";
@@ -117,7 +117,10 @@ class RobotView extends MonitorElement {
       return;
     }
     this.grabbing = new Grabbing(this.drawing, {
-      place: (name, position) => monitor.control("placeObject", {name, position}),
+      place: async (name, position) => {
+        await letRest(name);
+        await monitor.control("placeObject", {name, position});
+      },
       push: (force, seconds) => monitor.control("pushRobot", {force, seconds}),
       report: (message) => (this.message = message),
     });
@@ -165,6 +168,13 @@ class RobotView extends MonitorElement {
       : "The joints of then are unknown.";
     this.problem = known ? undefined : why;
   }
+}
+
+/** Let the balls rest that were started to move here: one that is carried would go back. @param {string} name */
+async function letRest(name) {
+  if (!store.robot.simulation.balls || !name.startsWith("Ball")) return;
+  await store.request("moveBalls", {moving: false});
+  notify("The balls rest now: the menu of the robot lets them move again.");
 }
 
 customElements.define("hfsm-robot-view", RobotView);
