@@ -86,17 +86,24 @@ SUFFIXES: Final = frozenset(
 )
 VENDORED: Final = ("tests/support/vendor", "visualhfsm/web/static/vendor")
 """Libraries of others."""
-_WORDS: Final = {
+
+
+def word(pattern: str) -> re.Pattern[str]:
+    """Return the pattern of a word by itself."""
     # In identifiers, too: words are apart at underscores, but `file.tell()` is Python's.
-    re.compile(rf"(?<![^\W_])(?<!\.)(?:{pattern})(?![^\W_])", re.IGNORECASE): instead
-    for pattern, instead in RETIRED.items()
-}
+    return re.compile(rf"(?<![^\W_])(?<!\.)(?:{pattern})(?![^\W_])", re.IGNORECASE)
+
+
+WORDS: Final = {word(pattern): instead for pattern, instead in RETIRED.items()}
+ANY: Final = word("|".join(RETIRED))
 
 
 def retired(text: str) -> Iterator[tuple[int, str, str]]:
     """Yield the line, the retired word and what to write instead, for each in a text."""
-    flat = re.sub(r"\s", " ", text)  # a phrase may go on in the next line
-    for pattern, instead in _WORDS.items():
+    flat = re.sub(r"[^\S ]", " ", text)  # a phrase may go on in the next line
+    if ANY.search(flat) is None:  # as nearly always: it takes a fifth of the time
+        return
+    for pattern, instead in WORDS.items():
         for found in pattern.finditer(flat):
             yield text.count("\n", 0, found.start()) + 1, found[0], instead
 
