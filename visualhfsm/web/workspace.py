@@ -9,7 +9,6 @@ import secrets
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import partial
 from itertools import count
 from pathlib import Path
 from types import TracebackType
@@ -38,17 +37,17 @@ from visualhfsm.sessions.journal import Abandoned, find_abandoned, journal_direc
 from visualhfsm.sessions.session import Choice, DocumentSession
 from zenoh_ice.settings import Settings
 
+from .checking import Checking
 from .protocol import Outside, Problems, Recoverable, TabState
 from .protocol import Workspace as WorkspacePush
 from .security import Root
 from .tab import Tab, Threads
 from .window import Window
 
-__all__ = ["Checking", "Limits", "MakeServices", "Services", "Workspace", "make_services"]
+__all__ = ["Limits", "MakeServices", "Services", "Workspace", "make_services"]
 
 _RECORDINGS: Final = "recordings"  # the directory of what is recorded from the page, below the root
 _CLOSE_LIMIT: Final = 20.0  # s that a service may take to close: a real robot crouches first
-_LONGEST_WAIT: Final = 10  # quiet periods after which a document that keeps changing is checked anyway
 _ANY_PORT: Final = Settings().listen
 _LONGEST_TITLE: Final = 18  # characters before a number: the name of a component has at most 100, in ASCII
 _LEAVING_PERIOD: Final = 0.1  # s
@@ -525,73 +524,3 @@ async def _compare_with_file(tab: Tab) -> Outside | None:
         except EditError as error:  # it is not a document, or incomplete: try again
             now = Outside(tab=tab.id, state="changed", message=str(error))
     return None if now.state == before else now
-
-
-class Checking:
-    """Checks documents that have not changed for a moment, one at a time, in their newest revision.
-
-    `quiet` is that moment in seconds, `report` gets what was found. `include` are directories with packages
-    of interfaces. Closing it closes `process`.
-    """
-
-    def __init__(
-        self,
-        process: CheckProcess,
-        quiet: float,
-        report: Callable[[Tab, Problems], None],
-        include: Sequence[Path] = (),
-    ) -> None:
-        self._process = process
-        self._quiet = quiet
-        self._report = report
-        self._include = include
-        self._threads = Threads(1)
-        self._waiting: dict[int, Tab] = {}
-        self._wanted = asyncio.Event()
-        self._changed_at = 0.0
-
-    def check(self, tab: Tab) -> None:
-        """Check a tab's document soon."""
-        self._waiting[tab.id] = tab
-        self._changed_at = asyncio.get_running_loop().time()
-        self._wanted.set()
-
-    def forget(self, tab: Tab) -> None:
-        """Do not check it any more."""
-        self._waiting.pop(tab.id, None)
-
-    async def run(self) -> None:
-        """Check what is to be checked, until cancelled."""
-        while True:
-            await self._wanted.wait()
-            self._wanted.clear()
-            await self._wait_for_quiet()
-            while self._waiting:
-                await self._check(self._waiting.pop(next(iter(self._waiting))))
-
-    async def _wait_for_quiet(self) -> None:
-        """Wait until nothing has changed for a moment, but not for long."""
-        loop = asyncio.get_running_loop()
-        until = loop.time() + _LONGEST_WAIT * self._quiet
-        while (left := min(self._changed_at + self._quiet, until) - loop.time()) > 0:
-            await asyncio.sleep(left)
-
-    async def close(self) -> None:
-        """End the process that checks."""
-        await asyncio.to_thread(self._process.close)
-        await self._threads.close()
-
-    async def _check(self, tab: Tab) -> None:
-        shown = tab.shown
-        if tab.problems is not None and tab.problems.revision == shown.revision:
-            return
-        look = partial(self._process.find_problems, shown.document, shown.path, self._include)
-        try:
-            items = await self._threads.do(look)
-        except EditError as error:
-            _logger.warning("%s was not checked: %s", shown.title, error)
-            return
-        except Exception:  # an internal error of one check must not end all checks
-            _logger.exception("%s cannot be checked", shown.title)
-            return
-        self._report(tab, Problems(tab=tab.id, revision=shown.revision, items=items))

@@ -10,9 +10,9 @@ from codegen.hfsm.document import Document
 from tests.support.limits import RUN_LIMIT
 from visualhfsm.editing.problems import CheckProcess, Problem
 from visualhfsm.sessions.session import DocumentSession
+from visualhfsm.web.checking import Checking
 from visualhfsm.web.protocol import Problems
 from visualhfsm.web.tab import Tab, Threads
-from visualhfsm.web.workspace import Checking
 
 
 class FailsOnce(CheckProcess):
