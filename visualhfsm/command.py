@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated, Final
 from urllib.parse import urlsplit
@@ -28,7 +29,7 @@ __all__ = ["app"]
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 
-_PACKAGES: Final = frozenset({"h11", "jedi", "starlette", "uvicorn", "websockets"})
+_PACKAGES: Final = frozenset({"h11", "starlette", "uvicorn", "websockets"})
 """Packages of the extra `web` that the server needs from the start."""
 
 _EDIT_EPILOG: Final = """Examples:
@@ -127,6 +128,8 @@ def edit(
         if package not in _PACKAGES:
             raise
         raise MissingPackageError(package, "web") from error
+    if find_spec("jedi") is None:  # it is loaded by the process that helps with code
+        raise MissingPackageError("jedi", "web")
 
     directories = [directory.resolve() for directory in require_directories(include)]
     options = Options(
