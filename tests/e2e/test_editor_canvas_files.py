@@ -230,6 +230,31 @@ def test_saving_over_a_file_that_changed_offers_what_is_possible(shown: EditorPa
     assert "<name>again</name>" in path.read_text()
 
 
+def test_an_import_leads_to_its_file_and_documents_of_one_name_to_their_folders(
+    shown: EditorPage, root: Path
+) -> None:
+    (root / "other").mkdir()
+    (root / "other" / "dance.xml").write_text((root / "dance.xml").read_text())
+    file = root / "main.xml"
+    file.write_text(
+        """<VisualHFSM>
+          <SubAutomata id="1" idFather="0">
+            <state initial="true" id="1"><name>all</name><idSubautomataSon>2</idSubautomataSon></state>
+          </SubAutomata>
+          <SubAutomata id="2" idFather="1"><import>other/dance.xml</import></SubAutomata>
+        </VisualHFSM>"""
+    )
+    open_file(shown, "dance.xml")
+    open_file(shown, "main.xml")
+    shown.state("all").click()
+    shown.press("Enter", "Alt+t")
+    data = shown.page.locator("hfsm-data-panel")
+    expect(data.get_by_label("Automaton in it")).to_have_value("")
+    data.get_by_role("button", name="other/dance.xml").click()
+    chosen = shown.page.get_by_role("tablist", name="Open documents").get_by_role("tab", selected=True)
+    expect(chosen).to_have_text(re.compile(r"dance\s+other"))
+
+
 def test_a_document_of_an_older_format_is_replaced_only_after_a_question(
     shown: EditorPage, root: Path
 ) -> None:

@@ -118,6 +118,19 @@ def test_search_finds_names_and_all_code_and_leads_there(shown: EditorPage) -> N
     expect(shown.page.get_by_role("textbox", name="Exit code of the state wait")).to_be_focused()
 
 
+def test_a_line_with_two_hits_is_listed_once_with_both_marked(shown: EditorPage) -> None:
+    edit(shown, "go")
+    shown.type("needle = needle + 1")
+    shown.button("Search").click()
+    expect(shown.page.get_by_role("searchbox")).to_be_focused()
+    shown.type("needle")
+    row = shown.page.get_by_role("list", name="Found").locator("button.row")
+    expect(row).to_have_count(1)
+    expect(row.locator("mark")).to_have_count(2)
+    expect(row.locator("code")).to_have_text("needle = needle + 1")
+    expect(shown.page.get_by_text("2 found")).to_be_visible()
+
+
 def test_search_follows_what_is_typed(shown: EditorPage) -> None:
     shown.press("Control+f")
     expect(shown.page.get_by_role("searchbox")).to_be_focused()

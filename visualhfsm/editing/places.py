@@ -213,13 +213,17 @@ def _owned(document: Document) -> Iterator[tuple[Spot, Place]]:
 
 
 class Hit(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
-    """Where a text was found: line and column in the text at the place, from 1, and that line of it."""
+    """Where a text was found: line and column in the text at the place, from 1, and that line of it.
+
+    `start` is where it begins in the `excerpt`, from 0.
+    """
 
     place: Place
     line: int
     column: int
     length: int
     excerpt: str
+    start: int
 
 
 def search(
@@ -241,15 +245,19 @@ def _hits(document: Document, pattern: re.Pattern[str]) -> Iterator[Hit]:
             start = text.rfind("\n", 0, found.start()) + 1
             end = text.find("\n", found.start())
             line = text[start : end if end >= 0 else len(text)]
+            excerpt, at = _excerpt(line, found.start() - start)
             yield Hit(
                 place=place,
                 line=text.count("\n", 0, found.start()) + 1,
                 column=found.start() - start + 1,
                 length=found.end() - found.start(),
-                excerpt=_excerpt(line, found.start() - start),
+                excerpt=excerpt,
+                start=at,
             )
 
 
-def _excerpt(line: str, at: int) -> str:
+def _excerpt(line: str, at: int) -> tuple[str, int]:
+    """Return what is shown of a line around a place, and where the place is in that."""
     first = max(0, at - _LONGEST_EXCERPT // 2) if len(line) > _LONGEST_EXCERPT else 0
-    return line[first : first + _LONGEST_EXCERPT].strip()
+    cut = line[first : first + _LONGEST_EXCERPT]
+    return cut.strip(), max(0, at - first - (len(cut) - len(cut.lstrip())))

@@ -3,7 +3,7 @@
  * areas.
  *
  * @import {From} from "./element.js"
- * @import {Automaton, Target} from "./store.js"
+ * @import {Automaton, TabState, Target} from "./store.js"
  */
 
 import {html, nothing} from "lit";
@@ -51,6 +51,18 @@ export function actionButton(id, context, {label = true, kind = ""} = {}) {
   </button>`;
 }
 
+/**
+ * The folder of a document, where another one has the same name.
+ *
+ * @param {TabState} tab
+ * @param {TabState[]} tabs
+ */
+function folderOf({tab, title, path}, tabs) {
+  if (!tabs.some((other) => other.title === title && other.tab !== tab)) return nothing;
+  const folder = path.split("/").at(-2);
+  return folder ? html`<span class="faint"> ${folder}</span>` : nothing;
+}
+
 class Tabs extends PageElement {
   render() {
     const {tabs} = store.workspace;
@@ -67,7 +79,7 @@ class Tabs extends PageElement {
                 @click=${() => page.show(each.tab)}
                 @auxclick=${(/** @type {MouseEvent} */ event) => event.button === 1 && this.#close(each.tab)}
               >
-                <span class="text">${each.title}</span>${
+                <span class="text">${each.title}${folderOf(each, tabs)}</span>${
                   each.dirty
                     ? html`<span class="dirty" role="img" aria-label="not saved" title="not saved"></span>`
                     : nothing
@@ -178,6 +190,18 @@ class Breadcrumbs extends PageElement {
   }
 }
 
+/**
+ * A link that opens the file from which an automaton comes.
+ *
+ * @param {string} file relative to the document
+ */
+export function importLink(file) {
+  const path = page.tabState?.path;
+  if (!path) return file;
+  const open = async () => (await import("./files.js")).openPath(path.replace(/[^/]*$/, "") + file);
+  return html`<button type="button" class="link" title="Open ${file}" @click=${open}>${file}</button>`;
+}
+
 /** The four groups of buttons at the right, and those for what is selected. */
 class ActionBar extends PageElement {
   /** @type {typeof PageElement.watches} */
@@ -259,7 +283,7 @@ class Status extends PageElement {
           `${count(automaton?.states.length ?? 0, "state")}, ${count(automaton?.transitions.length ?? 0, "transition")}`
         }</span
       >
-      ${automaton?.imported ? html`<span title="Edit it in that file">from ${automaton.imported.file}</span>` : nothing}
+      ${automaton?.imported ? html`<span>from ${importLink(automaton.imported.file)}</span>` : nothing}
       ${
         automaton?.states.length || !automaton?.imported
           ? html`<span title="Time between two cycles of this automaton"

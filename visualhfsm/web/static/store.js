@@ -69,7 +69,8 @@
  * @typedef {{tab: number, remarks?: string[]}} Opened
  * @typedef {{name: string, path: string, kind: "document" | "recording" | "directory", size?: number,
  *   changedAt?: number}} Entry of a directory
- * @typedef {{place: Place, line: number, column: number, length: number, excerpt: string}} Hit
+ * @typedef {{place: Place, line: number, column: number, length: number, excerpt: string,
+ *   start: number}} Hit at `start` of its excerpt
  * @typedef {{kind: "added" | "removed" | "changed" | "moved", place: Place, part?: string, before?: string,
  *   after?: string, lines?: string[]}} Difference with the `lines` of longer texts as `diff -u` has them
  * @typedef {{name: string, scoped: string, operations: {name: string, signature: string, result: string,

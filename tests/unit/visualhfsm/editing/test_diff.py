@@ -348,7 +348,15 @@ def test_a_hit_is_shown_with_its_line() -> None:
     (hit,) = search(document, "needle")
     assert (hit.line, hit.column, hit.length) == (2, 306, 6)
     assert hit.excerpt.endswith("b = needle")
+    assert hit.excerpt[hit.start :] == "needle"
     assert len(hit.excerpt) <= 160
+
+
+def test_hits_in_one_line_are_distinguished() -> None:
+    document = done(tree(), SetStateCode(automaton=1, state=2, part="exit", text="  needle = needle + 1"))
+    one, two = search(document, "needle")
+    assert one.excerpt == two.excerpt == "needle = needle + 1"
+    assert (one.start, two.start) == (0, 9)
 
 
 def test_a_search_ends_after_a_thousand_hits() -> None:

@@ -24,6 +24,7 @@ import {
   loadInterfaces,
   servedList,
 } from "./known-interfaces.js";
+import {importLink} from "../shell.js";
 import {placeOf} from "./places.js";
 import {tabStrip} from "./tabs.js";
 import {verdictOf} from "./verdicts.js";
@@ -144,7 +145,9 @@ function automatonData({tab, document, automaton}) {
   const {imported} = automaton;
   return html` ${
     imported
-      ? html`<p class="explain">The content of this automaton comes from ${imported.file}; change it there.</p>`
+      ? html`<p class="explain">
+          The content of this automaton comes from ${importLink(imported.file)}; change it there.
+        </p>`
       : html` <div data-section="period" class="section">
             <hfsm-text-field
               kind="time"
@@ -234,13 +237,13 @@ function importSection(tab, automaton, place) {
     ${
       imported
         ? html`<hfsm-text-field
-            label="Automaton"
+            label="Automaton in it"
             kind="number"
             .tab=${tab}
             .place=${{...place, part: "import", name: "source"}}
-            .text=${String(imported.automaton)}
+            .text=${imported.automaton ? String(imported.automaton) : ""}
             .send=${set((text) => ({source: Math.max(0, Number.parseInt(text, 10) || 0)}))}
-            hint="0: its root"
+            hint="the root"
           ></hfsm-text-field>`
         : ""
     }

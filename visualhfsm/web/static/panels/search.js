@@ -5,7 +5,7 @@ import {PageElement} from "../element.js";
 import {messageOf} from "../notices.js";
 import {page} from "../page.js";
 import {store} from "../store.js";
-import {wordsFor} from "./places.js";
+import {keyOf, wordsFor} from "./places.js";
 import {moveAmongRows} from "./rows.js";
 
 const PAUSE = 150; // ms
@@ -49,7 +49,8 @@ class Search extends PageElement {
 
   render() {
     const {hits, text} = this;
-    const more = hits && hits.length > SHOWN;
+    const lines = byLine(hits ?? []);
+    const more = lines.length > SHOWN;
     return html`<div class="list-panel">
       <form class="list-tools" role="search" @submit=${this.#submit}>
         <input
@@ -73,9 +74,11 @@ class Search extends PageElement {
       ${
         hits?.length
           ? html`<ol class="rows" aria-label="Found" @keydown=${moveAmongRows}>
-              ${hits.slice(0, SHOWN).map((hit) => this.#row(hit))}
+              ${lines.slice(0, SHOWN).map((line) => this.#row(line))}
               ${
-                more ? html`<li class="faint rest">${hits.length - SHOWN} more: search for more letters.</li>` : nothing
+                more
+                  ? html`<li class="faint rest">${lines.length - SHOWN} more lines: search for more letters.</li>`
+                  : nothing
               }
             </ol>`
           : html`<p class="empty">
@@ -89,27 +92,21 @@ class Search extends PageElement {
     </div>`;
   }
 
-  /** @param {Hit} hit */
-  #row(hit) {
+  /** @param {Hit[]} line the hits in one line */
+  #row(line) {
+    const [hit] = line;
     const document = store.documents.get(hit.tab);
     const title = hit.tab !== page.tab ? store.workspace.tabs.find((each) => each.tab === hit.tab)?.title : undefined;
     const words = document ? wordsFor(document, hit.place) : [];
-    const line =
+    const number =
       hit.line > 1 || hit.place.part?.match(/^(entry|code|exit|fired|variables|functions)$/) ? `:${hit.line}` : "";
-    const where = `${[title, ...words].filter(Boolean).join(" › ")}${line}`;
+    const where = `${[title, ...words].filter(Boolean).join(" › ")}${number}`;
     return html`<li>
       <button type="button" class="row hit" @click=${() => this.#go(hit)}>
         <span class="where" title=${where}><bdi>${where}</bdi></span>
-        <code class="excerpt">${this.#marked(hit)}</code>
+        <code class="excerpt">${marked(line)}</code>
       </button>
     </li>`;
-  }
-
-  /** @param {Hit} hit */
-  #marked({excerpt, length}) {
-    const at = excerpt.toLowerCase().indexOf(this.text.toLowerCase());
-    if (at < 0) return excerpt;
-    return html`${excerpt.slice(0, at)}<mark>${excerpt.slice(at, at + length)}</mark>${excerpt.slice(at + length)}`;
   }
 
   /** @param {Hit} hit */
@@ -169,6 +166,37 @@ class Search extends PageElement {
       if (number === this.#asked) this.failed = messageOf(error);
     }
   }
+}
+
+/** Hits by the line in which they are. @param {Hit[]} hits */
+function byLine(hits) {
+  /** @type {Hit[][]} */
+  const lines = [];
+  for (const hit of hits) {
+    const last = lines.at(-1);
+    const former = last?.[0];
+    const isSame =
+      former?.tab === hit.tab &&
+      former.line === hit.line &&
+      former.excerpt === hit.excerpt &&
+      keyOf(former.place) === keyOf(hit.place);
+    if (last && isSame) last.push(hit);
+    else lines.push([hit]);
+  }
+  return lines;
+}
+
+/** The excerpt of a line with all that was found in it. @param {Hit[]} line */
+function marked(line) {
+  const [{excerpt}] = line;
+  const ends = line.map(({start, length}) => start + length);
+  return [
+    ...line.map(
+      ({start}, index) =>
+        html`${excerpt.slice(index ? ends[index - 1] : 0, start)}<mark>${excerpt.slice(start, ends[index])}</mark>`,
+    ),
+    excerpt.slice(ends.at(-1)),
+  ];
 }
 
 customElements.define("hfsm-search", Search);
