@@ -12,6 +12,7 @@
 
 import {AmbientLight, Color, DirectionalLight, HemisphereLight, Scene, Vector3, WebGLRenderer} from "three";
 
+import {Blobs} from "./blobs.js";
 import {Body} from "./body.js";
 import {Pace} from "./pace.js";
 import {dispose, Workshop} from "./shapes.js";
@@ -42,7 +43,8 @@ export class RobotDrawing {
     this.sun = sunlight();
     this.scene.add(this.sun, this.sun.target);
     this.world = new WorldDrawing();
-    this.scene.add(this.world);
+    this.blobs = new Blobs();
+    this.scene.add(this.world, this.blobs);
     /** @type {Body | undefined} */
     this.body = undefined;
     this.#after.port1.onmessage = () => {
@@ -89,6 +91,7 @@ export class RobotDrawing {
     world.pose(moment.objects);
     viewpoints.keep(body, world.seen);
     world.center(viewpoints.at);
+    if (this.blobs.visible) this.blobs.place(body.torso, world.seen);
     this.sun.position.copy(viewpoints.at).add(SUN);
     this.sun.target.position.copy(viewpoints.at);
     this.redraw();
@@ -132,6 +135,7 @@ export class RobotDrawing {
     const {simple} = this.pace;
     this.renderer.setPixelRatio(simple ? SIMPLE : Math.min(devicePixelRatio, 2));
     this.renderer.shadowMap.enabled = this.sun.castShadow = !simple;
+    this.blobs.visible = simple;
     this.stage.classList.toggle("simple", simple);
     this.redraw();
   }
@@ -155,6 +159,7 @@ export class RobotDrawing {
   close() {
     this.#clear();
     this.world.close();
+    this.blobs.close();
     this.sizes.disconnect();
     this.viewpoints.close();
     if (this.#frame !== undefined) cancelAnimationFrame(this.#frame);

@@ -1,0 +1,54 @@
+/** Round shadows on the floor, where no others are drawn: they tell where a ball in the air is. */
+
+import {Box3, CircleGeometry, Group, Mesh, MeshBasicMaterial, Sphere} from "three";
+
+/** @import {Object3D} from "three" */
+
+const LIFT = 0.004; // m above the floor, above the lines of a field
+const DARKEST = 0.28; // opacity below a thing on the floor
+const HIGHEST = 1.2; // m from which on a thing throws none
+const TORSO = 0.15; // m, the radius below a robot
+
+export class Blobs extends Group {
+  #geometry = new CircleGeometry(1, 24);
+  /** @type {Map<Object3D, {blob: Mesh<CircleGeometry, MeshBasicMaterial>, radius: number}>} */
+  #blobs = new Map();
+
+  /** Put one below each thing that is seen. @param {Object3D} torso @param {Object3D[]} things */
+  place(torso, things) {
+    const seen = new Set(torso.visible ? [torso, ...things] : things);
+    for (const [thing, {blob}] of this.#blobs)
+      if (!seen.has(thing)) {
+        blob.material.dispose();
+        this.remove(blob);
+        this.#blobs.delete(thing);
+      }
+    for (const thing of seen) {
+      const {blob, radius} = this.#of(thing, thing === torso);
+      const {x, y, z} = thing.position;
+      const height = thing === torso ? 0 : Math.max(0, z - radius);
+      blob.position.set(x, y, LIFT);
+      blob.material.opacity = DARKEST * Math.max(0, 1 - height / HIGHEST);
+    }
+  }
+
+  /** @param {Object3D} thing @param {boolean} isTorso */
+  #of(thing, isTorso) {
+    const known = this.#blobs.get(thing);
+    if (known) return known;
+    const radius = isTorso
+      ? TORSO
+      : new Box3().setFromObject(thing).getBoundingSphere(new Sphere()).radius / Math.sqrt(3);
+    const material = new MeshBasicMaterial({color: 0, transparent: true, depthWrite: false});
+    const made = {blob: new Mesh(this.#geometry, material), radius};
+    made.blob.scale.setScalar(radius);
+    this.#blobs.set(thing, made);
+    this.add(made.blob);
+    return made;
+  }
+
+  close() {
+    for (const {blob} of this.#blobs.values()) blob.material.dispose();
+    this.#geometry.dispose();
+  }
+}
