@@ -17,8 +17,8 @@ from datetime import datetime
 from pathlib import Path
 from typing import NamedTuple
 
-import hfsm_command
 from deploy.stack import ON_PURPOSE, ProcessSpec, Restarts, StackError, program_path
+from hfsm_command.child import ChildProcess, signal_name
 from hfsm_command.logs import rotating
 
 __all__ = ["Launcher", "free_endpoint"]
@@ -29,10 +29,6 @@ _ENDPOINT = re.compile(r"tcp/(?P<host>[\w.-]+):(?P<port>\d+)")
 _DATED = re.compile(r"\d{4}-\d\d-\d\d |\{")  # how log lines begin, as text and as JSON
 _TAIL_LINES = 15
 _LONGEST_LINE = 8192
-_CHUNK = 65536
-_KILL_LIMIT = (
-    2.0  # s in which a process must be gone after SIGKILL; only one stuck in the kernel takes longer
-)
 
 
 class _End(NamedTuple):
@@ -220,35 +216,30 @@ class _StackProcess:
         self.ready = asyncio.Event()
         self.tail: deque[str] = deque(maxlen=_TAIL_LINES)
         self._logging = True
-        self._child: asyncio.subprocess.Process | None = None
-        self._output: asyncio.Task[None] | None = None
+        self._handler: logging.Handler | None = None
+        self._rest = b""
+        self._child: ChildProcess | None = None
 
     async def start(self) -> None:
         """Start the process; it is ready at once when the stack file gives no pattern to wait for."""
-        foreground = self.spec.foreground
-        place = "foreground" if foreground else "background"
         self.ready.clear()
         self.tail.clear()
         program, *arguments = self.spec.command
-        # Also blocked in the child: the tether unblocks it once it no longer ends in a traceback.
-        blocked = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        if not self.spec.foreground:
+            self._handler = rotating(self.log)
+            self._handler.handleError = lambda record: self._cannot_log()  # type: ignore[method-assign]  # noqa: ARG005
+        child = ChildProcess(self._take)
         try:
-            self._child = await asyncio.create_subprocess_exec(
-                *hfsm_command.tether_command(place),
-                program_path(program),
-                *arguments,
-                stdin=None if foreground else asyncio.subprocess.DEVNULL,
-                stdout=None if foreground else asyncio.subprocess.PIPE,
-                stderr=None if foreground else asyncio.subprocess.STDOUT,
-                env={**os.environ, "PYTHONUNBUFFERED": "1", **self.spec.environment},
-                # A foreground process must stay in the terminal's session to read its keys.
-                **({"process_group": 0} if foreground else {"start_new_session": True}),
+            await child.start(
+                [program_path(program), *arguments],
+                {**os.environ, **self.spec.environment},
+                foreground=self.spec.foreground,
+                merged=True,
             )
-        finally:
-            if signal.SIGINT not in blocked:
-                signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
-        if self._child.stdout is not None:
-            self._output = asyncio.create_task(self._copy_output(self._child.stdout, rotating(self.log)))
+        except BaseException:
+            self._close_log()
+            raise
+        self._child = child
         if not self.spec.ready:
             self.ready.set()
 
@@ -258,62 +249,43 @@ class _StackProcess:
         Returns its exit code, which is minus the number of the signal that ended it, if one did.
         """
         assert self._child is not None
-        code = await self._child.wait()
-        if self._output is not None:
-            # A grandchild may hold the pipe open; what it writes after this is nobody's concern.
-            await asyncio.wait({self._output}, timeout=0.5)
-        return code
+        return await self._child.wait()
 
     async def stop(self, force: asyncio.Event) -> None:
         """End the process and its whole group: SIGINT, SIGTERM after `stop_timeout`, then SIGKILL.
 
         Setting `force` shortens every wait to nothing.
         """
-        if self._child is None:
-            return
-        for number in (signal.SIGINT, signal.SIGTERM):
-            if self._child.returncode is None:
-                self._signal(number)
-                ends = {asyncio.create_task(self._child.wait()), asyncio.create_task(force.wait())}
-                await asyncio.wait(ends, timeout=self.spec.stop_timeout, return_when=asyncio.FIRST_COMPLETED)
-                for end in ends:
-                    end.cancel()
-        self._signal(signal.SIGKILL)
-        with contextlib.suppress(TimeoutError):
-            await asyncio.wait_for(self.wait(), _KILL_LIMIT)
-        if self._output is not None:
-            self._output.cancel()
-            await asyncio.wait({self._output})
+        if self._child is not None:
+            await self._child.stop([self.spec.stop_timeout] * 2, force, group=True)
 
-    def _signal(self, number: signal.Signals) -> None:
-        assert self._child is not None
-        with contextlib.suppress(ProcessLookupError):
-            os.killpg(self._child.pid, number)
+    def _take(self, _descriptor: int, data: bytes) -> None:
+        """Copy output line by line into the log; without data it has ended."""
+        *lines, self._rest = (self._rest + data).split(b"\n")
+        if len(self._rest) > _LONGEST_LINE or (not data and self._rest):
+            lines, self._rest = [*lines, self._rest], b""
+        for line in lines:
+            self._note(line)
+        if not data:
+            self._close_log()
 
-    async def _copy_output(self, output: asyncio.StreamReader, log: logging.Handler) -> None:
-        with contextlib.closing(log):
-            log.handleError = lambda record: self._cannot_log()  # type: ignore[method-assign]  # noqa: ARG005
-            rest = b""
-            while chunk := await output.read(_CHUNK):
-                *lines, rest = (rest + chunk).split(b"\n")
-                if len(rest) > _LONGEST_LINE:
-                    lines, rest = [*lines, rest], b""
-                for line in lines:
-                    self._note(line, log)
-            if rest:
-                self._note(rest, log)
+    def _close_log(self) -> None:
+        if self._handler is not None:
+            with contextlib.suppress(OSError):  # reported by `_cannot_log`
+                self._handler.close()
+            self._handler = None
 
     def _cannot_log(self) -> None:
         """Log no more, but read on: otherwise the process would stand still once the pipe is full."""
         self._logging = False
         self.tail.append(f"(cannot write more of its log: {sys.exception()})")
 
-    def _note(self, raw: bytes, log: logging.Handler) -> None:
+    def _note(self, raw: bytes) -> None:
         line = raw.decode(errors="replace").rstrip("\r")
-        if self._logging:
+        if self._logging and self._handler is not None:
             now = datetime.now().astimezone().replace(tzinfo=None)
             stamp = "" if _DATED.match(line) else now.isoformat(" ", "milliseconds") + " "
-            log.emit(logging.makeLogRecord({"msg": stamp + line}))
+            self._handler.emit(logging.makeLogRecord({"msg": stamp + line}))
         self.tail.append(line)
         if self.spec.ready and re.search(self.spec.ready, line):
             self.ready.set()
@@ -323,8 +295,7 @@ def _describe_exit(code: int) -> str:
     """Say in words how a process ended, for example `was terminated by SIGKILL`."""
     if code >= 0:
         return f"ended with exit code {code}"
-    named = {number.value: number.name for number in signal.Signals}
-    return f"was terminated by {named.get(-code, f'signal {-code}')}"
+    return f"was terminated by {signal_name(-code)}"
 
 
 def free_endpoint(endpoint: str) -> str:

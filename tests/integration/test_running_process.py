@@ -12,10 +12,11 @@ from pathlib import Path
 import psutil
 import pytest
 
+from hfsm_command.child import ChildProcess
 from tests.support.limits import END_LIMIT, RUN_LIMIT
 from tests.support.processes import REPOSITORY
 from tests.support.running import eventually
-from visualhfsm.child import ChildProcess, Lines
+from visualhfsm.child import LineReports, Lines
 
 
 class Output:
@@ -39,7 +40,7 @@ class Output:
 
 
 async def started(code: str, output: Output) -> ChildProcess:
-    child = ChildProcess(output)
+    child = ChildProcess(LineReports(output))
     await child.start([sys.executable, "-c", code], os.environ)
     return child
 
@@ -120,10 +121,10 @@ def test_what_a_child_leaves_behind_ends_with_it() -> None:
 
 SERVER = """
 import asyncio, os, sys
-from visualhfsm.child import ChildProcess
+from hfsm_command.child import ChildProcess
 
 async def go():
-    child = ChildProcess(lambda lines: None)
+    child = ChildProcess(lambda descriptor, data: None)
     await child.start([sys.executable, "-c", "import time; time.sleep(600)"], os.environ)
     print(child.pid, flush=True)
     await child.wait()
@@ -149,7 +150,7 @@ def test_a_child_ends_with_a_server_that_is_killed() -> None:
 def test_a_command_that_does_not_exist_is_reported(tmp_path: Path) -> None:
     async def go() -> None:
         output = Output()
-        child = ChildProcess(output)
+        child = ChildProcess(LineReports(output))
         await child.start([str(tmp_path / "missing")], os.environ)
         assert await asyncio.wait_for(child.wait(), RUN_LIMIT) == 127
         assert "cannot run" in output.lines[0][1]
