@@ -226,16 +226,11 @@ class Hit(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
     start: int
 
 
-def search(
-    document: Document, text: str, *, match_case: bool = False, whole_words: bool = False
-) -> list[Hit]:
+def search(document: Document, text: str) -> list[Hit]:
     """Return where a text occurs in names, code and all other typed text; the first 1000 places."""
     if not text:
         return []
-    pattern = re.escape(text)
-    if whole_words:
-        pattern = rf"(?<!\w){pattern}(?!\w)"
-    return list(islice(_hits(document, re.compile(pattern, 0 if match_case else re.IGNORECASE)), _MOST_HITS))
+    return list(islice(_hits(document, re.compile(re.escape(text), re.IGNORECASE)), _MOST_HITS))
 
 
 def _hits(document: Document, pattern: re.Pattern[str]) -> Iterator[Hit]:

@@ -310,11 +310,8 @@ class _Connection:
         workspace = self._workspace
         tabs = workspace.tabs if request.tab is None else [workspace.tab(request.tab)]
         shown = [(tab.id, tab.shown.document) for tab in tabs]
-        how = {"match_case": request.match_case, "whole_words": request.whole_words}
         return await workspace.threads.do(
-            lambda: [
-                {"tab": number, "hits": search(document, request.text, **how)} for number, document in shown
-            ]
+            lambda: [{"tab": number, "hits": search(document, request.text)} for number, document in shown]
         )
 
     async def _diff(self, number: int, against: str) -> object:

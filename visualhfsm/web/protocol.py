@@ -158,8 +158,6 @@ class Search(_Request):
 
     text: Name
     tab: TabId | None = None
-    match_case: bool = False
-    whole_words: bool = False
 
 
 class Resolve(_Request):

@@ -325,19 +325,15 @@ def test_any_two_versions_make_a_document_that_can_be_saved(mine: int, theirs: i
 
 
 @pytest.mark.parametrize(
-    ("text", "options", "hits"),
+    ("text", "hits"),
     [
-        ("WAIT", {}, [("state", "name", 1, 1)]),
-        ("WAIT", {"match_case": True}, []),
-        ("x", {}, [("state", "code", 1, 1), ("transition", "trigger", 1, 1)]),
-        ("i", {"whole_words": True}, []),
-        ("", {}, []),
+        ("WAIT", [("state", "name", 1, 1)]),
+        ("x", [("state", "code", 1, 1), ("transition", "trigger", 1, 1)]),
+        ("", []),
     ],
 )
-def test_names_and_code_are_searched(
-    text: str, options: dict[str, bool], hits: list[tuple[str, str, int, int]]
-) -> None:
-    found = search(tree(), text, **options)
+def test_names_and_code_are_searched(text: str, hits: list[tuple[str, str, int, int]]) -> None:
+    found = search(tree(), text)
     assert [(each.place.kind, each.place.part, each.line, each.column) for each in found] == hits
 
 
