@@ -72,7 +72,7 @@ class Robots:
         self._settings = settings
         self._endpoints = endpoints
         self._server = WatchedProcess(self._take, self._end)
-        self._movers = {color: WatchedProcess(_log, lambda _code, _stopped: None) for color in _BALLS}
+        self._movers = {color: WatchedProcess(_log, self._end_of_mover) for color in _BALLS}
         self._kind: Literal["", "simulation", "real"] = ""
         self._name = ""
         self._simulation = Simulation()
@@ -252,6 +252,12 @@ class Robots:
         for mover in self._movers.values():
             mover.kill()
         self._report()
+
+    def _end_of_mover(self, _code: int, stopped: bool) -> None:
+        """Report that the balls stand still, which is wanted again when their simulation has ended, too."""
+        if not stopped and self._server.is_running:
+            self._simulation = msgspec.structs.replace(self._simulation, balls=False)
+            self._report()
 
     def _status(self) -> Literal["none", "starting", "present", "lost", "stopping"]:
         if self._stopping:

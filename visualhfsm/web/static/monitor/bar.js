@@ -236,19 +236,22 @@ function statusOf() {
       word: `${monitor.running.includes(monitor.component) ? "Silent" : "Gone"} since ${clockTime(since)}`,
     };
   if (looking) return {status: "past", word: "Looking back"};
-  if (store.robot.status === "lost" && usesRobot())
+  const robot = store.robot.status;
+  if (robot === "lost" && usesRobot() !== false)
     return {status: "lost", word: `Robot lost since ${clockTime(store.robot.since)}`, why: "It may come back."};
   if (!newest) return {status: "waiting", word: "Waiting"};
   const {status, stoppedAt, refusal} = newest.component;
+  if (status === 0 && robot !== "present" && usesRobot())
+    return {status: "lost", word: "Running, no robot", why: "The robot in the header can be started."};
   if (refusal) return {status: "paused", word: "Paused: command refused", why: refusal};
   const word = status === 1 && stoppedAt.length ? "At a breakpoint" : STATUS[status];
   return {status: STATUS[status].toLowerCase(), word};
 }
 
-/** Whether the followed component uses a robot, unless its document is not open. */
+/** Whether the followed component uses a robot; undefined when its document is not open. */
 function usesRobot() {
   const document = store.documents.get(monitor.tab);
-  return !document || needsRobot(document.fields);
+  return document && needsRobot(document.fields);
 }
 
 /** How a component ended. @param {{message: string}} ended */
