@@ -206,9 +206,12 @@ def test_every_panel_that_was_hidden_shows_what_changed_meanwhile(
 
 
 @pytest.mark.slow
-def test_a_traceback_leads_to_the_line_of_the_document(browser: Browser, path: Path) -> None:
+def test_a_traceback_leads_to_the_line_of_the_document(
+    browser: Browser, path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     code = "<code>count += 1\nif count &gt; 2:\n    missing()</code>"
     path.write_text(DOCUMENT.replace("<code>count += 1</code>", code))
+    monkeypatch.setenv("VISUALHFSM_CLOCK", "wall")  # so that the component does not wait for a robot's clock
     settings = Settings(connect=(free_endpoint(),), timeout=CALL_LIMIT)
     with (
         editor(
