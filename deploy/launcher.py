@@ -17,11 +17,13 @@ from datetime import datetime
 from pathlib import Path
 from typing import NamedTuple
 
-from deploy.stack import ON_PURPOSE, ProcessSpec, Restarts, StackError, program_path
+import typer
+
+from deploy.stack import ON_PURPOSE, ProcessSpec, Restarts, Stack, StackError, program_path
 from hfsm_command.child import ChildProcess, signal_name
 from hfsm_command.logs import rotating
 
-__all__ = ["Launcher", "free_endpoint"]
+__all__ = ["Launcher", "free_endpoint", "start"]
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 _STDIN = 0
@@ -36,6 +38,28 @@ class _End(NamedTuple):
 
     code: int
     message: str = ""
+
+
+def start(stack: Stack, changes: dict[str, str], seconds: float | None) -> int:
+    """Start the processes of a stack, stop all of them together, and return the exit code.
+
+    `seconds` limits how long they run. Raises StackError for a variable that the stack does not have, and
+    when its endpoint or the place of its logs cannot be used.
+    """
+    # A stack whose foreground process counts the seconds itself says so by having that variable.
+    counts_itself = "seconds" in stack.variables
+    if seconds is not None and counts_itself:
+        changes["seconds"] = f"{seconds:g}"
+    if stack.endpoint and "endpoint" not in changes:
+        changes["endpoint"] = free_endpoint(stack.endpoint)
+        if changes["endpoint"] != stack.endpoint:
+            typer.echo(f"{stack.endpoint} is in use, perhaps by another robot server; using another endpoint")
+    processes = stack.with_variables(changes)
+    logs = Path(stack.log_dir)
+    typer.echo(f"Starting {stack.name}: {', '.join(process.name for process in processes)}")
+    typer.echo(f"  logs in {logs}{', endpoint ' + changes['endpoint'] if stack.endpoint else ''}")
+    limit = None if counts_itself or not seconds else seconds
+    return asyncio.run(Launcher(processes, logs, typer.echo, limit).run())
 
 
 class Launcher:

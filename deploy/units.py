@@ -10,19 +10,43 @@ import getpass
 import json
 import os
 import re
+import shlex
 import shutil
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final
 
-from deploy.stack import HOPELESS, STEADY, ProcessSpec, StackError, program_path
+import typer
 
-__all__ = ["write_compose_file", "write_units"]
+from deploy.stack import HOPELESS, STEADY, ProcessSpec, Stack, StackError, program_path
+
+__all__ = ["write", "write_compose_file", "write_units"]
 
 _HEADER: Final = "# Written by `nao stack`: change the stack and write it again."
 _PLAIN: Final = re.compile(r"[\w@+=:,./-]+", re.ASCII)  # words that systemd takes as they stand
 _IMAGE: Final = "${VISUALHFSM_IMAGE:-visualhfsm}"  # compose fills in the variable
 _FOLDER: Final = "/stack"  # in a container, the directory in which the command was run
+
+
+def write(stack: Stack, changes: dict[str, str], units: Path | None, compose: Path | None) -> None:
+    """Write the processes of a stack as units of systemd into a folder, as a compose file, or both.
+
+    Raises StackError for a variable that the stack does not have, and when a file cannot be written.
+    """
+    processes = stack.with_variables(changes)
+    for process in processes:
+        if process.foreground:
+            typer.echo(f"left out, since it needs a terminal: {shlex.join(process.command)}")
+    if units:
+        for path in write_units(stack.name, processes, units):
+            typer.echo(f"wrote {path}")
+        typer.echo(
+            f"next: sudo cp {shlex.quote(str(units))}/{stack.name}*.* /etc/systemd/system/"
+            f" && sudo systemctl daemon-reload && sudo systemctl enable --now {stack.name}.target"
+        )
+    if compose:
+        typer.echo(f"wrote {write_compose_file(stack.name, processes, compose)}")
+        typer.echo(f"next: VISUALHFSM_IMAGE=... docker compose -f {shlex.quote(str(compose))} up -d")
 
 
 def write_units(name: str, processes: Sequence[ProcessSpec], folder: Path) -> list[Path]:

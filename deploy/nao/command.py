@@ -5,7 +5,7 @@ What a subcommand does is imported when it runs, so that help and completion com
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -282,14 +282,26 @@ def stack(
     Each writes its own log file; the foreground process, if the stack has one, gets the terminal. Ctrl-C ends
     everything in reverse order; a second Ctrl-C at once.
     """
-    from deploy import command
+    from deploy.launcher import start
     from deploy.stack import load_stack, stack_path
+    from deploy.units import write
 
-    part, changes = load_stack(stack_path(name)).on_machine(machine), command.parse_changes(settings or [])
+    part, changes = load_stack(stack_path(name)).on_machine(machine), _changes(settings or [])
     if systemd or compose:
-        command.write(part, changes, systemd, compose)
+        write(part, changes, systemd, compose)
     else:
-        raise typer.Exit(command.start(part, changes, seconds))
+        raise typer.Exit(start(part, changes, seconds))
+
+
+def _changes(settings: Iterable[str]) -> dict[str, str]:
+    """Return the variables that `--set NAME=VALUE` gives."""
+    changes = {}
+    for setting in settings:
+        name, equals, value = setting.partition("=")
+        if not equals or not name:
+            raise typer.BadParameter(f"{setting!r} is not NAME=VALUE", param_hint="--set")
+        changes[name] = value
+    return changes
 
 
 app.add_typer(security, name="security")

@@ -9,7 +9,6 @@ import contextlib
 import math
 import threading
 from collections.abc import Iterator
-from concurrent.futures import Future
 from typing import Final
 
 from hfsm_recording.messages import RobotPose, Shape, World
@@ -26,6 +25,8 @@ _OLDEST: Final = 1.0
 """Wall seconds after which a sample says nothing of now."""
 _AGAIN: Final = 20
 """Poses after which a call that failed is repeated."""
+_PATIENCE: Final = 1000
+"""Wall milliseconds for the answer to a call."""
 _END: Final = 5.0
 _MOST_SHAPES: Final = 1000
 _DIGITS: Final = 4
@@ -56,12 +57,10 @@ class _Surroundings:
         proxy = communicator.stringToProxy
         self._communicator = communicator
         self._recorder = recorder
-        self._body = JointsPrx.uncheckedCast(proxy("Body"))
+        self._body = JointsPrx.uncheckedCast(proxy("Body")).ice_invocationTimeout(_PATIENCE)
         self._truth = GroundTruthPrx.uncheckedCast(proxy("GroundTruth"))
-        self._scene = ScenePrx.uncheckedCast(proxy("Scene"))
+        self._scene = ScenePrx.uncheckedCast(proxy("Scene")).ice_invocationTimeout(_PATIENCE)
         self._names: list[str] | None = None
-        self._asked_names: Future[list[str]] | None = None
-        self._asked_shapes: Future[list[WorldShape]] | None = None
         self._has_world = False
         self._looks = 0
         self._before: RobotPose | None = None
@@ -72,10 +71,11 @@ class _Surroundings:
         self._looks += 1
         if self._looks % _AGAIN == 1:
             if "Body" in present and self._names is None:
-                self._asked_names = self._body.getJointNames.begin()
+                self._names = self._body.getJointNames()
             if "Scene" in present and not self._has_world:
-                self._asked_shapes = self._scene.getShapes.begin()
-        self._take_answers()
+                found = [_described(shape) for shape in self._scene.getShapes()[:_MOST_SHAPES]]
+                self._has_world = True
+                self._recorder.put("/world", World(found), 200 * len(found))
         state = self._body.getJointState.latest() if "Body" in present else None
         truth = self._truth.getGroundTruth.latest() if "GroundTruth" in present else None
         joints: dict[str, float] = {}
@@ -89,17 +89,6 @@ class _Surroundings:
         if pose != (self._before or RobotPose({})):
             self._before = pose
             self._recorder.put("/robot", pose, 2000)
-
-    def _take_answers(self) -> None:
-        asked, shapes = self._asked_names, self._asked_shapes
-        if asked is not None and asked.done():
-            self._asked_names = None
-            self._names = asked.result()
-        if shapes is not None and shapes.done():
-            self._asked_shapes = None
-            found = [_described(shape) for shape in shapes.result()[:_MOST_SHAPES]]
-            self._has_world = True
-            self._recorder.put("/world", World(found), 200 * len(found))
 
 
 def _values(pose: Pose) -> list[float]:
