@@ -230,3 +230,17 @@ test("undo and redo that follow each other quickly are all done, each after the 
   }
   assert.deepEqual(steps, ["undo", "redo", "undo", "redo"]);
 });
+
+test("what is copied is on the clipboard of the system, too", async () => {
+  /** @type {string[]} */
+  const texts = [];
+  const writeText = (text) => Promise.resolve(void texts.push(text));
+  Object.defineProperty(navigator, "clipboard", {value: {writeText}, configurable: true});
+  show(automaton(1, 0, [state(1), state(2)]));
+  page.select({states: [2]});
+  const done = perform("copy", context);
+  assert.deepEqual([asked().op, asked().states], ["copy", [2]]);
+  socket.push({re: asked().id, ok: {text: "<VisualHFSM/>"}});
+  await done;
+  assert.deepEqual(texts, ["<VisualHFSM/>"]);
+});

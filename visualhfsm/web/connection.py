@@ -191,11 +191,11 @@ class _Connection:
             case p.Copy(automaton=automaton, states=states):
                 text = await tab.edit(lambda session: copy_states(session.document, automaton, states))
                 workspace.keep_copied(text, len(states))
-                return None
+                return {"text": text}
             case p.Cut(automaton=automaton, states=states):
                 text, change = await tab.edit(DocumentSession.cut, automaton, tuple(states))
                 workspace.keep_copied(text, len(states))
-                return _outcome(change)
+                return {**_outcome(change), "text": text}
             case p.Paste(automaton=automaton, x=x, y=y):
                 if not workspace.clipboard:
                     raise MissingError("nothing has been copied yet")

@@ -81,8 +81,16 @@ export function rename(kind, id, name) {
     : applyHere("renameTransition", {transition: id, name});
 }
 
-export const copy = () => askTab("copy", {automaton: page.shownAutomaton.id, states: [...page.states]});
-export const cut = () => askTab("cut", {automaton: page.shownAutomaton.id, states: [...page.states]});
+/** @param {"copy" | "cut"} op */
+async function take(op) {
+  const done = await askTab(op, {automaton: page.shownAutomaton.id, states: [...page.states]});
+  // The editor pastes what its server keeps; this is for other programs, and a browser may refuse it.
+  if (done) await navigator.clipboard?.writeText(done.text).catch(() => undefined);
+  return done;
+}
+
+export const copy = () => take("copy");
+export const cut = () => take("cut");
 
 /** The steps that are being undone or redone, in order. */
 let turn = Promise.resolve();

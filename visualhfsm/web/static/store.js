@@ -77,7 +77,7 @@
  *   documentation: string, streamed: boolean}[]}} InterfaceDescription
  * @typedef {Followed & {component: string, file: string, document: string, complete: boolean, tab: number,
  *   world: import("./monitor/world-drawing.js").WorldShape[], cameras: string[]}} Recording
- * @typedef {{hello: Greeting, do: Done, undo: Undone, redo: Undone, goTo: Undone, copy: null, cut: Done, paste: Done, extract: Done,
+ * @typedef {{hello: Greeting, do: Done, undo: Undone, redo: Undone, goTo: Undone, copy: {text: string}, cut: Done & {text: string}, paste: Done, extract: Done,
  *   inline: Done, open: Opened, new: Opened, openText: Opened, recover: Opened, discard: null, close: null,
  *   save: {path: string}, saveAs: {path: string}, resolve: {conflicts?: string[]} | null,
  *   listFiles: {directory: string, parent: string | null, entries: Entry[]}, export: {name: string, text: string},

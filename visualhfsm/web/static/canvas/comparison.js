@@ -200,7 +200,7 @@ function lineDiff(lines) {
     ${lines.map((line) => {
       const [kind, sign] = kinds[line[0]] ?? ["", ""];
       return html`<li class=${kind}>
-        <span class="line-sign" aria-label=${kind || nothing} role=${kind ? "img" : nothing}>${sign}</span
+        <span class="diff-sign" aria-label=${kind || nothing} role=${kind ? "img" : nothing}>${sign}</span
         ><code>${line.slice(1)}</code>
       </li>`;
     })}
