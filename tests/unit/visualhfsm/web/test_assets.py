@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import gzip
 import hashlib
 import json
 import re
@@ -14,6 +15,8 @@ from tests.support.places import ROOT
 from visualhfsm.web.assets import STATIC, Assets
 
 PAGE = '<script type="importmap">%IMPORT_MAP%</script>\n%PRELOADS%\n<script src="/static/%VERSION%/app.js"></script>'
+LIGHT = 150_000
+"""The most bytes that the page, its styles and first modules may have, compressed as they are sent."""
 
 
 @pytest.fixture
@@ -71,6 +74,16 @@ def test_all_that_the_real_page_asks_for_is_there() -> None:
     assert "vendor/lit.js" in wanted
     assert not [name for name in wanted if not (STATIC / name).is_file()]
     assert "%" not in html.replace("%NONCE%", "")
+
+
+def test_what_the_page_loads_before_the_first_need_stays_light() -> None:
+    html = Assets().page().html
+    loaded = set(re.findall(r'(?:href|src)="/static/[0-9a-f]{12}/([^"]+)"', html.decode()))
+    assert {"app.js", "unexpected.js", "vendor/lit.js", "styles/theme.css"} <= loaded
+    sizes = {name: len(gzip.compress((STATIC / name).read_bytes(), 6)) for name in loaded}
+    total = sum(sizes.values()) + len(gzip.compress(html, 6))
+    heaviest = sorted(sizes.items(), key=lambda item: -item[1])[:10]
+    assert total < LIGHT, f"{total} bytes, compressed; the heaviest: {heaviest}"
 
 
 def test_bundles_are_modules_without_source_maps_and_with_their_licences() -> None:
