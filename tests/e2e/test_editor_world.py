@@ -11,7 +11,7 @@ from playwright.sync_api import Browser, expect
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world
 from tests.support.browser import EditorPage
-from tests.support.monitor import monitor_page, robot_and_editor, run
+from tests.support.monitor import monitor_page, robot_and_editor, run, status
 from tests.support.robot_server import ServedRobot, eventually
 
 pytestmark = pytest.mark.sim
@@ -83,3 +83,25 @@ def test_a_ball_is_carried_and_looking_back_shows_where_it_was(world: tuple[Serv
     eventually(lambda: page.evaluate(BALL)[2:] == pytest.approx(start, abs=0.02))
     assert stage.truth().objects["Ball"].position[1] < start[1] - 0.1
     assert not page.evaluate("document.querySelector('hfsm-robot-view').grabbing.enabled")
+
+
+def test_a_run_is_recorded_and_played_with_its_own_world(world: tuple[ServedRobot, EditorPage]) -> None:
+    robot, shown = world
+    stage = robot.robot.stage
+    assert stage is not None
+    page = shown.page
+    shown.press("Alt+Shift+r")
+    expect(status(shown)).to_have_text("Running")
+    shown.press("Alt+l")
+    page.get_by_role("tab", name="3D").click()
+    eventually(lambda: page.evaluate(BALL) is not None)
+    start = page.evaluate(BALL)[2:]
+    eventually(lambda: page.evaluate(NOW) > 1.0)  # by then it is written where the ball is
+    shown.press("Shift+F5")
+    shown.button("Play it").click()
+    expect(status(shown)).to_have_text("Recording")
+
+    stage.place_object("Ball", (0.5, -1.0, 0.05))
+    page.evaluate(LOOK_BACK, 0.9)
+    eventually(lambda: (page.evaluate(BALL) or [])[2:] == pytest.approx(start, abs=0.02))
+    assert page.locator(".push").count() == 0
