@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import os
-import queue
+import asyncio
 import shutil
-import subprocess
 import sys
 import tempfile
 import threading
@@ -14,7 +12,7 @@ from collections.abc import Callable, Iterator, Sequence
 from datetime import UTC, datetime
 from itertools import chain, islice
 from pathlib import Path
-from typing import IO, Annotated, Any, Final, TypeVar
+from typing import Annotated, Any, Final, TypeVar
 
 import msgspec
 import typer
@@ -22,6 +20,7 @@ from msgspec.structs import replace
 
 from codegen.diagnostics import Diagnostics
 from codegen.options import ErrorFormat, require_directories, show
+from hfsm_command.child import ChildProcess
 from hfsm_command.cli import finite, stop_on_signals
 from hfsm_recording.outcome import Begin, Difference, Divergence, Line, Outcome, Progress, Side, Step
 from hfsm_recording.reader import RecordingError, RecordingFile
@@ -124,7 +123,7 @@ def replay(
         if until is not None:
             arguments += ["--until", str(until)]
         report = _Report(as_json=as_json)
-        outcome = _run_in_process(arguments, directories, report, stop, shows_output=output)
+        outcome = asyncio.run(_run_in_process(arguments, directories, report, stop, shows_output=output))
     assert outcome is not None  # a signal would have ended the command with the block
     if not as_json:
         for line in outcome_lines(outcome):
@@ -202,7 +201,7 @@ def _write_recorded(recorded: RecordingFile, folder: Path) -> Path:
     return file
 
 
-def _run_in_process(
+async def _run_in_process(
     arguments: Sequence[str],
     include: Sequence[Path],
     report: Callable[[Line], None],
@@ -215,38 +214,44 @@ def _run_in_process(
     `report` gets each line. `include` are directories in which the component finds packages. Raises
     VisualHfsmError.
     """
-    command = [sys.executable, "-P", "-m", "hfsm_runtime.replay", *arguments]
-    with tempfile.TemporaryFile() as errors:
-        child = subprocess.Popen(
-            command,
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=None if shows_output else errors,
-            env=child_environment(include),
-            start_new_session=True,  # Ctrl-C is ours; the child is ended below
-        )
-        try:
-            outcome = _listen(child, report, stop)
-            if outcome is None and not stop.is_set():
-                raise VisualHfsmError(_failure(child, errors))
-            return outcome
-        finally:
-            _end(child)
+    lines: asyncio.Queue[bytes] = asyncio.Queue()
+    rest, errors = b"", b""
+
+    def take(descriptor: int, data: bytes) -> None:
+        nonlocal rest, errors
+        if descriptor == 1:
+            *whole, rest = (rest + data).split(b"\n")
+            if not data or len(rest) > _LONGEST_LINE:
+                whole.append(rest)
+            for line in whole:
+                lines.put_nowait(line)
+        elif shows_output:
+            sys.stderr.write(data.decode(errors="replace"))
+        else:
+            errors = (errors + data)[-_TAIL:]
+
+    child = ChildProcess(take)
+    await child.start(
+        [sys.executable, "-P", "-m", "hfsm_runtime.replay", *arguments], child_environment(include)
+    )
+    try:
+        outcome = await _listen(lines, report, stop)
+        if outcome is None and not stop.is_set():
+            raise VisualHfsmError(_failure(await child.wait(), errors))
+        return outcome
+    finally:
+        await child.stop((0.0, _END))
 
 
-def _listen(
-    child: subprocess.Popen[bytes], report: Callable[[Line], None], stop: threading.Event
+async def _listen(
+    lines: asyncio.Queue[bytes], report: Callable[[Line], None], stop: threading.Event
 ) -> Outcome | None:
-    assert child.stdout is not None
-    lines: queue.SimpleQueue[bytes] = queue.SimpleQueue()
-    reader = threading.Thread(target=_read, args=(child.stdout, lines), name="replay", daemon=True)
-    reader.start()
     decoder = msgspec.json.Decoder(Line)
     heard = time.monotonic()
     while not stop.is_set():
         try:
-            text = lines.get(timeout=_LOOK)
-        except queue.Empty:
+            text = await asyncio.wait_for(lines.get(), _LOOK)
+        except TimeoutError:
             if time.monotonic() - heard < _SILENCE:
                 continue
             raise VisualHfsmError(f"the replay has sent nothing for {_SILENCE:g} s and was stopped") from None
@@ -263,36 +268,10 @@ def _listen(
     return None
 
 
-def _read(stream: IO[bytes], lines: queue.SimpleQueue[bytes]) -> None:
-    try:
-        while line := stream.readline(_LONGEST_LINE):
-            lines.put(line)
-    except (OSError, ValueError):  # closed meanwhile
-        pass
-    lines.put(b"")
-
-
-def _failure(child: subprocess.Popen[bytes], errors: IO[bytes]) -> str:
-    try:
-        code = child.wait(_END)
-    except subprocess.TimeoutExpired:
-        return "the replay closed its output and did not end"
-    errors.seek(max(0, errors.seek(0, os.SEEK_END) - _TAIL))
-    text = " ".join(errors.read().decode("utf-8", "replace").split())
+def _failure(code: int, errors: bytes) -> str:
+    text = " ".join(errors.decode("utf-8", "replace").split())
     reason = text.rpartition("error: ")[2] if "error: " in text else text
     return reason or f"the replay ended with exit code {code}"
-
-
-def _end(child: subprocess.Popen[bytes]) -> None:
-    if child.poll() is None:
-        child.terminate()
-        try:
-            child.wait(_END)
-        except subprocess.TimeoutExpired:
-            child.kill()
-            child.wait(_END)
-    if child.stdout is not None:
-        child.stdout.close()
 
 
 def outcome_lines(outcome: Outcome) -> Iterator[str]:
