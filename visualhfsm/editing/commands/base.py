@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from collections.abc import Hashable, Sequence
 from typing import Annotated, Any, ClassVar, Self
 
 import msgspec
@@ -11,7 +11,7 @@ from codegen.hfsm.document import Document
 from codegen.hfsm.formats.native import MAX_ID
 from visualhfsm.errors import EditError
 
-__all__ = ["Command", "Id", "Ids", "Index"]
+__all__ = ["Command", "Id", "Ids", "Index", "only_text"]
 
 Id = Annotated[int, msgspec.Meta(ge=0, le=MAX_ID)]
 Index = Annotated[int, msgspec.Meta(ge=0, le=1_000_000)]
@@ -68,15 +68,16 @@ class Command(
         return msgspec.structs.replace(self, **{self._text_field(): text})
 
     def _text_field(self) -> str:
-        return self.only_one(self.typed)
-
-    def only_one(self, fields: tuple[str, ...]) -> str:
-        """Return the only one of the fields that are typed. Raises EditError when there are others."""
-        if len(fields) != 1:
-            raise EditError("Cannot merge what was typed", f"{type(self).__name__} sets no piece of text")
-        return fields[0]
+        return only_text(self, self.typed)
 
     def own_fields(self, base: type[Command]) -> dict[str, Any]:
         """Return the fields of a command, by name, without those of its base class."""
         names = (name for name in self.__struct_fields__ if name not in base.__struct_fields__)
         return {name: getattr(self, name) for name in names}
+
+
+def only_text(command: Command, fields: Sequence[str]) -> str:
+    """Return the one field that is typed. Raises EditError when a command has none, or several."""
+    if len(fields) != 1:
+        raise EditError("Cannot merge what was typed", f"{type(command).__name__} sets no piece of text")
+    return fields[0]

@@ -27,7 +27,7 @@ from codegen.hfsm.document import (
 from visualhfsm.errors import EditError
 
 from ..nodes import changed, find_automaton, free_name, with_automaton
-from .base import Command, Id, Index
+from .base import Command, Id, Index, only_text
 
 __all__ = ["AddEntry", "ChangeEntry", "RemoveEntry", "ReorderEntry", "SetComponentText"]
 
@@ -164,7 +164,7 @@ class ChangeEntry(_EntryCommand, frozen=True, kw_only=True):
         return msgspec.structs.replace(self, fields={self._text_field(): text})
 
     def _text_field(self) -> str:
-        return self.only_one(tuple(self.fields))
+        return only_text(self, tuple(self.fields))
 
 
 class RemoveEntry(_EntryCommand, frozen=True, kw_only=True):

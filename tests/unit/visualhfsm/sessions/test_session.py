@@ -369,7 +369,7 @@ def test_one_takes_theirs_or_keeps_mine(session: DocumentSession, path: Path) ->
 def test_a_file_that_was_removed_is_written_again(session: DocumentSession, path: Path) -> None:
     path.unlink()
     assert session.is_changed_outside()
-    with pytest.raises(ChangedOutsideError, match="removed"):
+    with pytest.raises(ChangedOutsideError, match="deleted"):
         session.save()
     session.resolve(Choice.MINE)
     assert session.dirty
