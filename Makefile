@@ -60,7 +60,7 @@ docs: $(VENV)/dev.stamp ## Build the documentation as a site in site/
 	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --clean && echo "the site is in site/; $(BIN)/mkdocs serve shows it, with search"
 
 release: $(VENV)/release.stamp ## Build sdist, wheel and SBOM in dist/, and check them; nothing is uploaded
-	@$(BIN)/python deploy/setup/release.py
+	@$(BIN)/python tools/setup/release.py
 
 lint: $(VENV)/dev.stamp ## Check format, style, types, import rules and generated files
 	$(BIN)/ruff format --check .
@@ -104,22 +104,22 @@ codegen: $(VENV)/dev.stamp ## Generate the Python of interfaces/ and behaviors/,
 	$(BIN)/codegen interfaces/*.idl behaviors/*.xml tests/data/components/*.xml
 
 constraints: ## Resolve the newest versions into constraints.txt
-	sh deploy/setup/resolve_constraints.sh
+	sh tools/setup/resolve_constraints.sh
 
 vendor: ## Bundle the libraries of the editor's page (needs Node.js and npm)
-	cd deploy/vendor && npm ci --silent && npm run --silent build
+	cd tools/vendor && npm ci --silent && npm run --silent build
 
 packages: $(VENV)/python.stamp
-	@sh deploy/setup/system_packages.sh $(BIN)/python gl chromium node
+	@sh tools/setup/system_packages.sh $(BIN)/python gl chromium node
 
 system: $(VENV)/python.stamp ## Install the GL library that the cameras of the simulation need
-	@sh deploy/setup/system_packages.sh $(BIN)/python gl
+	@sh tools/setup/system_packages.sh $(BIN)/python gl
 
 browser: $(VENV)/python.stamp ## Install the browser in which the editor's page is tested
-	@sh deploy/setup/system_packages.sh $(BIN)/python chromium
+	@sh tools/setup/system_packages.sh $(BIN)/python chromium
 
 $(VENV)/python.stamp:
-	@sh deploy/setup/create_venv.sh $(PYTHON) $(VENV)
+	@sh tools/setup/create_venv.sh $(PYTHON) $(VENV)
 	@touch $@
 
 $(VENV)/%.stamp: $(VENV)/python.stamp pyproject.toml constraints.txt

@@ -45,6 +45,7 @@ CLEAN: Final = (
     "behaviors",
     "codegen",
     "deploy",
+    "tools",
     "docs",
     "examples",
     "hfsm_command",

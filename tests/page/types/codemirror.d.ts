@@ -1,4 +1,4 @@
-// What the bundle `codemirror` exports, see deploy/vendor/build.mjs.
+// What the bundle `codemirror` exports, see tools/vendor/build.mjs.
 export {basicSetup, minimalSetup} from "../node_modules/codemirror/dist/index.js";
 export * from "@codemirror/autocomplete";
 export * from "@codemirror/commands";

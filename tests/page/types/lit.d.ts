@@ -1,4 +1,4 @@
-// What the bundle `lit` exports, see deploy/vendor/build.mjs.
+// What the bundle `lit` exports, see tools/vendor/build.mjs.
 export * from "../node_modules/lit/index.js";
 export {AsyncDirective} from "lit/async-directive.js";
 export {Directive, PartType, directive} from "lit/directive.js";

@@ -103,7 +103,7 @@ def test_bundles_are_modules_without_source_maps_and_with_their_licences() -> No
 
 VENDOR = STATIC / "vendor"
 REPORT = json.loads((VENDOR / "packages.json").read_text("utf-8"))
-"""What is vendored, as deploy/vendor/build.mjs reports it; the SBOM of a release has it, too."""
+"""What is vendored, as tools/vendor/build.mjs reports it; the SBOM of a release has it, too."""
 
 
 def test_the_report_has_every_vendored_file_with_its_hash() -> None:
@@ -114,7 +114,7 @@ def test_the_report_has_every_vendored_file_with_its_hash() -> None:
 
 
 def test_the_report_names_the_packages_of_the_lock_file() -> None:
-    lock = json.loads((ROOT / "deploy" / "vendor" / "package-lock.json").read_text("utf-8"))["packages"]
+    lock = json.loads((ROOT / "tools" / "vendor" / "package-lock.json").read_text("utf-8"))["packages"]
     bundled = {name for bundle in REPORT["bundles"].values() for name in bundle["packages"]}
     assert bundled == set(REPORT["packages"])
     for name, package in REPORT["packages"].items():

@@ -88,7 +88,7 @@ for (const [name, exports] of Object.entries(bundles)) {
     metafile: true,
     minify: true,
     target: "es2022",
-    banner: { js: `/* ${name}: made by deploy/vendor/build.mjs; licences in LICENSES.txt */` },
+    banner: { js: `/* ${name}: made by tools/vendor/build.mjs; licences in LICENSES.txt */` },
   });
   const inputs = Object.keys(metafile.inputs).filter((input) => input.includes("node_modules/"));
   await enter(`${name}.js`, new Set(inputs.map(packageOf)));
@@ -101,7 +101,7 @@ await writeFile(join(shipped, "packages.json"), JSON.stringify(report, null, 2) 
 const licences = await Promise.all(Object.entries(report.packages).map(
   async ([name, { version, license }]) => `${name} ${version} (${license})\n\n${await licenceOf(name)}\n`));
 await writeFile(join(shipped, "LICENSES.txt"),
-  "The bundles in this folder hold these packages (made by deploy/vendor/build.mjs).\n\n" +
+  "The bundles in this folder hold these packages (made by tools/vendor/build.mjs).\n\n" +
   licences.join(`\n${"-".repeat(100)}\n\n`));
 
 // The checker of accessibility is for the tests alone: it is not part of the package.
