@@ -14,6 +14,7 @@ from playwright.sync_api import Browser, Locator, expect
 
 from tests.support.browser import EditorPage, editor_page
 from tests.support.editor import Editor, editor
+from tests.support.panels import DOCUMENT as PANELS_DOCUMENT
 
 BEHAVIORS = Path(__file__).parents[2] / "behaviors"
 SPANISH = """<VisualHFSM><SubAutomata><idSub>1</idSub><Estado estado_inicial="true"><id>1</id><nombre>uno</nombre>
@@ -228,6 +229,26 @@ def test_saving_over_a_file_that_changed_offers_what_is_possible(shown: EditorPa
     shown.page.get_by_role("dialog").get_by_role("button", name="Write it again").click()
     expect(shown.page.get_by_role("alert").filter(has_text="deleted the file")).to_have_count(0)
     assert "<name>again</name>" in path.read_text()
+
+
+def test_a_sub_automaton_is_moved_to_a_file_once_its_name_is_free(shown: EditorPage, root: Path) -> None:
+    (root / "main.xml").write_text(PANELS_DOCUMENT)
+    open_file(shown, "main.xml")
+    shown.state("wait").click()
+    shown.button("Move to a file").click()
+    dialog = shown.page.get_by_role("dialog")
+    name = dialog.get_by_label("Name")
+    name.fill("dance")
+    name.press("Enter")
+    expect(dialog.get_by_role("alert")).to_contain_text("exists")
+    expect(name).to_have_value("dance")
+    name.fill("look")
+    name.press("Enter")
+    expect(dialog).to_have_count(0)
+    expect(
+        shown.page.get_by_role("status").filter(has_text="Moved the sub-automaton to look.xml")
+    ).to_be_visible()
+    assert "<name>look</name>" in (root / "look.xml").read_text()
 
 
 def test_an_import_leads_to_its_file_and_documents_of_one_name_to_their_folders(

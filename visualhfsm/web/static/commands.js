@@ -6,7 +6,7 @@
  * @import {Answers, Automaton, Done, Place, State} from "./store.js"
  */
 
-import {notify, notifyError} from "./notices.js";
+import {messageOf, notify, notifyError} from "./notices.js";
 import {page} from "./page.js";
 import {store} from "./store.js";
 
@@ -161,13 +161,23 @@ export async function extract(automaton) {
   const {chooseFile} = await import("./dialogs/files.js");
   const directory = path.includes("/") ? path.replace(/[^/]*$/, "") : "";
   const name = page.title(automaton).replace(/[^\w-]+/g, "_") || "part";
+  const {tab} = page;
+  /** @param {string} file */
+  const attempt = async (file) => {
+    try {
+      await store.request("extract", {tab, automaton: automaton.id, path: file});
+      return "";
+    } catch (error) {
+      return messageOf(error);
+    }
+  };
   const file = await chooseFile({
     title: "Move the sub-automaton to a file",
     verb: "Move",
     suggestion: `${directory}${name}.xml`,
+    attempt,
   });
-  if (file && (await askTab("extract", {automaton: automaton.id, path: file})))
-    notify(`Moved the sub-automaton to ${file}. It is imported from there.`);
+  if (file) notify(`Moved the sub-automaton to ${file}. It is imported from there.`);
 }
 
 /** Copy the content of an imported automaton into the document. @param {Automaton} automaton */
