@@ -115,6 +115,7 @@ def test_whatever_the_guards_do_only_one_of_them_drives_the_robot() -> None:
     check_properties(DOCUMENT, ghosts_are_still, one_ball_at_a_time, examples=50, steps=20)
 
 
+@pytest.mark.slow
 def test_whatever_the_balls_do_the_code_of_ghosts_never_runs() -> None:
     def only_who_is_active_calls(b: Behavior) -> bool:
         calls = [call for call in b.calls()[-20:] if call.automaton and call.target != "Head.stop"]

@@ -16,6 +16,7 @@ pytest_plugins = "pytester"
 RECIPES = ["see-a-ball", "walk-to-a-place", "wait", "combine"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("recipe", RECIPES)
 def test_the_recipe_works(recipe: str, pytester: pytest.Pytester) -> None:
     page = (DOCS / "how-to" / f"{recipe}.md").read_text("utf-8")

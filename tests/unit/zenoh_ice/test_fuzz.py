@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from tests.support.examples import examples
 from tests.support.hostile_bytes import BOMBS, HostileBytes
 from tests.support.wire_doors import DOORS, Door
 
@@ -21,7 +22,7 @@ def test_what_is_sound_is_taken(door: Door) -> None:
 @pytest.mark.parametrize("seed", range(2))
 def test_hostile_input_is_taken_or_refused_with_a_reason(door: Door, seed: int) -> None:
     hostile = HostileBytes(seed)
-    for _ in range(400):
+    for _ in range(examples(400)):
         door.take(hostile.next_input(door.sound))
 
 

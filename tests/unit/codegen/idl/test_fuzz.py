@@ -4,11 +4,12 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.examples import examples
 from tests.support.slice_fuzz import Fuzzer, examine
 
 
 @pytest.mark.parametrize("seed", range(4))
 def test_hostile_input_is_refused_with_a_reason_or_compiled(tmp_path: Path, seed: int) -> None:
     fuzzer = Fuzzer(seed)
-    for _ in range(100):
+    for _ in range(examples(100)):
         examine(fuzzer.next_input(), tmp_path)
