@@ -22,7 +22,7 @@ _KILL_LIMIT: Final = 2.0
 
 
 class ChildProcess(asyncio.SubprocessProtocol):
-    """A command in a process group of its own, which ends when this process does, however that happens.
+    """A command in its own process group, which ends when this process does, however that happens.
 
     `take` gets on the event loop what it writes: the descriptor, 1 or 2, and bytes; nothing more comes after
     empty ones. What is left of the group after the end of the process is killed.

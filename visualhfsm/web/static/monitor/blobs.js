@@ -1,4 +1,4 @@
-/** Round shadows on the floor, where no others are drawn: they tell where a ball in the air is. */
+/** Round shadows on the floor, where no others are drawn: they show where a ball in the air is. */
 
 import {Box3, CircleGeometry, Group, Mesh, MeshBasicMaterial, Sphere} from "three";
 
