@@ -31,14 +31,14 @@ class Template:
 
 
 def find_templates() -> list[Template]:
-    """Return the templates: the empty one, then the installed behaviors."""
-    found = [Template(EMPTY, "An empty component.", None)]
+    """Return the templates: the empty one, then the installed behaviors, of several of a name the first."""
+    found = {EMPTY: Template(EMPTY, "An empty component.", None)}
     for directory in _directories():
         for path in sorted(directory.glob("*.xml")):
-            document = read_document(path, Diagnostics())
+            document = None if path.stem in found else read_document(path, Diagnostics())
             if document is not None:
-                found.append(Template(path.stem, " ".join(document.description.text.split()), path))
-    return found
+                found[path.stem] = Template(path.stem, " ".join(document.description.text.split()), path)
+    return list(found.values())
 
 
 def make_template(name: str) -> tuple[str, Document]:
