@@ -8,7 +8,6 @@ import os
 import signal
 import subprocess
 from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
 from typing import Any, Final
 
 from hfsm_command import tether_command
@@ -44,7 +43,6 @@ class ChildProcess(asyncio.SubprocessProtocol):
         self,
         command: Sequence[str],
         environment: Mapping[str, str],
-        directory: Path | None = None,
         *,
         foreground: bool = False,
         merged: bool = False,
@@ -66,7 +64,6 @@ class ChildProcess(asyncio.SubprocessProtocol):
                 lambda: self,
                 *tether_command("foreground" if foreground else "background"),
                 *command,
-                cwd=directory,
                 env={**environment, "PYTHONUNBUFFERED": environment.get("PYTHONUNBUFFERED") or "1"},
                 **options,
             )

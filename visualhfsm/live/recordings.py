@@ -5,6 +5,7 @@ from __future__ import annotations
 import bisect
 import math
 import time
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -43,7 +44,7 @@ from interfaces.hfsm import (
 from visualhfsm.errors import VisualHfsmError
 from visualhfsm.monitoring.robot import RobotState
 from visualhfsm.monitoring.run_log import LiveSnapshot, RunLog, is_sound
-from visualhfsm.monitoring.world import MOST_SHAPES, Shape, sound_objects, sound_placement, sound_shape
+from visualhfsm.monitoring.world import Shape, sound_objects, sound_placement, sound_shapes
 
 from .cameras import OLDEST, encode_jpeg, require_pillow
 
@@ -78,7 +79,7 @@ class RecordedRun:
     file: str
     document: str
     complete: bool
-    world: list[Shape]
+    world: Sequence[Shape]
     pictures: RecordedPictures
 
 
@@ -171,7 +172,7 @@ class _Run:
     def __init__(self, structure: ComponentStructure, start: int, pictures: RecordedPictures) -> None:
         self.structure = structure
         self.log = RunLog()
-        self.world: list[Shape] = []
+        self.world: Sequence[Shape] = ()
         self.pictures = pictures
         self._robot = RobotState()
         self._start = start
@@ -206,18 +207,7 @@ class _Run:
         elif isinstance(decoded, RobotPose):
             self._pose(decoded)
         elif isinstance(decoded, World):
-            shapes = (
-                sound_shape(
-                    each.object,
-                    each.kind,
-                    size=each.size,
-                    at=each.at,
-                    color=each.color,
-                    opacity=each.opacity,
-                )
-                for each in decoded.shapes[:MOST_SHAPES]
-            )
-            self.world = [shape for shape in shapes if shape is not None]
+            self.world = sound_shapes(decoded.shapes)
         elif isinstance(decoded, _OF_AUTOMATA) and decoded.automaton in self._automata:
             self._note(self._automata[decoded.automaton], decoded)
 

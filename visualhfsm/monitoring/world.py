@@ -12,6 +12,7 @@ from typing import Final
 
 import msgspec
 
+from hfsm_recording import messages
 from interfaces.jderobot import Pose3DEncodersPrx
 from interfaces.nao import GroundTruthPrx, Pose, ScenePrx, ShapeKind, WorldShape
 from visualhfsm.monitoring.realm import Newest, PolledValue
@@ -22,10 +23,10 @@ __all__ = [
     "Placement",
     "Shape",
     "WorldMonitor",
+    "as_recorded",
     "placement",
     "sound_objects",
     "sound_placement",
-    "sound_shape",
     "sound_shapes",
 ]
 
@@ -92,7 +93,7 @@ class WorldMonitor:
         if _SCENE in self._communicator.identities():
             reported = self._reported.poll()
             if known is None and reported is not None:
-                self.shapes = sound_shapes(reported)
+                self.shapes = sound_shapes(map(as_recorded, reported))
         elif known is not None:
             self._reported.forget()
             self.shapes = _DEFAULT
@@ -126,42 +127,37 @@ def placement(pose: Pose) -> Placement | None:
     return sound_placement(_values(pose))
 
 
-def sound_shapes(reported: Iterable[WorldShape]) -> tuple[Shape, ...]:
+def sound_shapes(reported: Iterable[messages.Shape]) -> tuple[Shape, ...]:
     """Return the shapes that can be drawn, the first `MOST_SHAPES` of them: any process may report any."""
-    found = (
-        sound_shape(
-            shape.object,
-            shape.kind.name.lower(),
-            size=(shape.size.x, shape.size.y, shape.size.z),
-            at=_values(shape.pose),
-            color=(shape.color.x, shape.color.y, shape.color.z),
-            opacity=shape.opacity,
-        )
-        for shape in reported
-    )
+    found = map(_sound_shape, reported)
     return tuple(itertools.islice((shape for shape in found if shape is not None), MOST_SHAPES))
 
 
-def sound_shape(
-    name: str,
-    kind: str,
-    *,
-    size: Sequence[float],
-    at: Sequence[float],
-    color: Sequence[float],
-    opacity: float,
-) -> Shape | None:
-    """Return a shape of the object `name` as the page draws it; None when it cannot be drawn."""
-    place = sound_placement(at)
-    if place is None or len(size) != 3 or len(color) != 3 or len(name) > _LONGEST_NAME:
+def _sound_shape(shape: messages.Shape) -> Shape | None:
+    """Return a shape as the page draws it; None when it cannot be drawn."""
+    place, size, color = sound_placement(shape.at), shape.size, shape.color
+    if place is None or len(size) != 3 or len(color) != 3 or len(shape.object) > _LONGEST_NAME:
         return None
     sizes = all(0.0 <= value <= _FARTHEST for value in size) and size[0] > 0.0
-    shares = all(0.0 <= value <= 1.0 for value in (*color, opacity))
-    if not sizes or not shares or kind not in _KINDS:
+    shares = all(0.0 <= value <= 1.0 for value in (*color, shape.opacity))
+    if not sizes or not shares or shape.kind not in _KINDS:
         return None
     x, y, z = size
     red, green, blue = color
-    return Shape(name, kind, (x, y, z), place[:3], place[3:], (red, green, blue), opacity)
+    return Shape(shape.object, shape.kind, (x, y, z), place[:3], place[3:], (red, green, blue), shape.opacity)
+
+
+def as_recorded(shape: WorldShape) -> messages.Shape:
+    """Return a shape of a running simulation as a recording has it."""
+    size, color = shape.size, shape.color
+    return messages.Shape(
+        shape.object,
+        shape.kind.name.lower(),
+        [size.x, size.y, size.z],
+        [*_values(shape.pose)],
+        [color.x, color.y, color.z],
+        shape.opacity,
+    )
 
 
 def sound_objects(reported: Mapping[str, Sequence[float]]) -> dict[str, Placement]:
