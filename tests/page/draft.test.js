@@ -6,6 +6,25 @@ import {Socket, STATIC} from "./page.js";
 globalThis.addEventListener ??= () => {};
 globalThis.fetch = () => Promise.resolve({status: 200});
 
+/** The notices that were shown. @type {string[]} */
+const notices = [];
+const element = () => {
+  const children = [];
+  return {
+    children,
+    setAttribute() {},
+    addEventListener() {},
+    remove() {},
+    querySelectorAll: () => [],
+    append: (...more) => children.push(...more),
+    set textContent(text) {
+      if (text !== "×") notices.push(text);
+    },
+  };
+};
+globalThis.document ??= {createElement: element, body: element()};
+globalThis.Text ??= class {};
+
 const {Draft, flushEdits} = await import(new URL("panels/draft.js", STATIC).href);
 const {store} = await import(new URL("store.js", STATIC).href);
 
@@ -115,6 +134,25 @@ test("what was typed offline stays when another text is shown meanwhile", async 
   has("xa");
   answer();
   await settled();
+});
+
+test("a number that two change is the last one, which is said", async () => {
+  const takes = (text) => draft.take(1, `period ${key}`, text, send, false);
+  takes("100");
+  draft.type("200");
+  takes("300");
+  draft.flush();
+  assert.deepEqual(asked(), [[undefined, "200"]]);
+  takes("200");
+  answer();
+  await settled();
+  assert.deepEqual(notices, ["Somebody else had written “300” where you wrote “200”, which stays."]);
+  draft.type("250");
+  draft.flush();
+  takes("250");
+  answer();
+  await settled();
+  assert.equal(notices.length, 1);
 });
 
 test("a closed document has nothing to send", async () => {

@@ -6,7 +6,8 @@
  * server is sent the text over which it was typed, too, and merges.
  *
  * @import {Done} from "../store.js"
- * @typedef {(tab: number, text: string, base: string) => Promise<Done>} Send
+ * @typedef {(tab: number, text: string, base?: string) => Promise<Done>} Send with the text over which it was typed,
+ *   if both are to be merged
  */
 
 import {notify, notifyError} from "../notices.js";
@@ -54,6 +55,8 @@ class Piece {
   typed = false;
   /** The text of the server of which `text` was made. */
   #base;
+  /** Whether it is merged with what others typed; a number or a name is not, letter by letter. */
+  merges = true;
   #unanswered = 0;
   #dropped = false;
   /** What was sent when the connection was lost: the document may have it. @type {Set<string>} */
@@ -100,13 +103,16 @@ class Piece {
     this.typed = false;
     if (this.#lost.has(this.known)) this.#base = this.known;
     const [base, text] = [this.#base, this.text];
+    const theirs = this.#unanswered || this.known === base ? text : this.known;
     this.#base = text;
     this.#unanswered += 1;
     let revision = 0;
     try {
-      const done = await this.send(this.tab, text, base);
+      const done = await this.send(this.tab, text, this.merges ? base : undefined);
       this.#lost.clear();
       revision = done.revision;
+      if (!this.merges && theirs !== text)
+        notify(`Somebody else had written “${theirs}” where you wrote “${text}”, which stays.`);
       if (done.conflict) notify("Somebody else has changed the same words: both versions stand in the text now.");
     } catch (error) {
       if (this.#dropped) return;
@@ -182,10 +188,10 @@ export class Draft {
    * @param {string} text
    * @param {Send} send
    */
-  take(tab, key, text, send) {
+  take(tab, key, text, send, merges = true) {
     const whole = `${tab} ${key}`;
     if (whole === this.#piece.key) {
-      this.#piece.send = send;
+      Object.assign(this.#piece, {send, merges});
       if (text !== this.#piece.known) this.#piece.take(text);
       return;
     }
@@ -193,6 +199,7 @@ export class Draft {
     this.#piece.show = () => {};
     // One that was left before the server had it is gone on with.
     const piece = (this.#piece = unsaved.get(whole) ?? new Piece(tab, whole, text, send));
+    piece.merges = merges;
     piece.take(text);
     piece.show = () => this.#show(piece.text, false);
     this.#show(piece.text, true);

@@ -81,8 +81,8 @@ export class TextField extends LitElement {
       this.tab,
       keyOf(place),
       this.text,
-      // Numbers and names are not merged letter by letter.
-      send ?? ((tab, text, base) => store.do(tab, commandFor(place, text), kind === "area" ? base : undefined)),
+      send ?? ((tab, text, base) => store.do(tab, commandFor(place, text), base)),
+      kind === "area",
     );
   }
 
