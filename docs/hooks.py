@@ -180,10 +180,8 @@ def shared_options() -> Iterator[str]:
 def exceptions() -> str:
     """Return a list of the public exceptions of each package, each below the one that it extends."""
     parts = []
-    tools = tuple(str(ROOT / folder) for folder in _WHEEL["exclude"])
     for package in _WHEEL["packages"]:
-        paths = [path for path in sorted((ROOT / package).rglob("*.py")) if not str(path).startswith(tools)]
-        found = [node for path in paths for node in _exceptions(path)]
+        found = [node for path in sorted((ROOT / package).rglob("*.py")) for node in _exceptions(path)]
         if not found:
             continue
         names = {node.name for node in found}
