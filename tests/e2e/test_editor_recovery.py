@@ -81,6 +81,11 @@ def test_a_page_connects_again_when_the_editor_was_restarted_on_its_port(
             unsent = shown.page.get_by_role("alert").filter(has_text="did not reach a document")
             expect(unsent).to_contain_text("pass12")
             recover.get_by_role("button", name="Recover them").click()
+            expect(recover).to_have_count(0)
+            expect(shown.page.locator(".last-step")).to_contain_text("Edit the code of “go”")
+            expect(shown.page.get_by_role("tablist", name="Open documents").get_by_role("tab")).to_have_count(
+                1
+            )
             expect(edit(shown, "go")).to_have_text("pass1")
             unsent.get_by_role("button", name="Discard it").click()
             expect(unsent).to_have_count(0)
