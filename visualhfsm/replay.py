@@ -226,7 +226,8 @@ async def _run_in_process(
             for line in whole:
                 lines.put_nowait(line)
         elif shows_output:
-            sys.stderr.write(data.decode(errors="replace"))
+            sys.stderr.buffer.write(data)  # which may end within a character
+            sys.stderr.flush()
         else:
             errors = (errors + data)[-_TAIL:]
 
