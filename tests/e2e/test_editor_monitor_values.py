@@ -138,6 +138,16 @@ def test_axe_finds_nothing_wrong_with_what_comes_and_goes(shown: EditorPage) -> 
     expect(shown.page.get_by_role("menuitem", name="walk", exact=False).first).to_be_visible()
     found = shown.violations()
     shown.press("Escape")
+    shown.button("Other ways to run").click()
+    expect(shown.page.get_by_role("menu", name="Run")).to_be_visible()
+    found += shown.violations()
+    shown.press("Escape")
+    shown.press("Alt+b")
+    robot = shown.page.get_by_role("dialog", name="Robot")
+    expect(robot.locator(":focus")).to_have_count(1)
+    found += shown.violations()
+    shown.press("Escape")
+    expect(robot).to_have_count(0)
     shown.state("wait").focus()
     shown.press("w")
     expect(shown.page.get_by_role("tooltip")).to_be_visible()
@@ -147,6 +157,33 @@ def test_axe_finds_nothing_wrong_with_what_comes_and_goes(shown: EditorPage) -> 
     expect(status(shown)).to_have_text("Looking back")
     found += shown.violations()
     assert not found
+
+
+def test_what_is_on_selected_active_and_unsaved_is_seen_in_forced_colors(shown: EditorPage) -> None:
+    shown.transition("many").locator(".handle").click()
+    shown.press("Delete")
+    shown.state("go").locator(".body").click()
+    expect(shown.page.locator(".dirty")).to_be_visible()
+    shown.page.emulate_media(forced_colors="active")
+    differ(shown, ".switch .knob", ".switch", "backgroundColor")
+    differ(shown, ".dirty", ".tab.chosen", "backgroundColor")
+    differ(shown, ".branch[aria-selected=true]", ".branch[aria-selected=false]", "backgroundColor")
+    differ(shown, ".branch[data-live=active] .dot", ".branch.root .dot", "backgroundColor")
+    for tabs in (".panel-tabs", ".inner-tabs"):
+        differ(shown, f"{tabs} [aria-selected=true]", f"{tabs} [aria-selected=false]", "borderBottomColor")
+    assert shown.violations() == []
+
+
+def differ(shown: EditorPage, one: str, other: str, what: str) -> None:
+    """Check that a color is not the same for two elements."""
+    found: list[str] = shown.page.evaluate(
+        """([selectors, what]) => selectors.map((each) => {
+          const color = getComputedStyle(document.querySelector(each))[what];
+          return color === "rgba(0, 0, 0, 0)" ? getComputedStyle(document.body)[what] : color;
+        })""",
+        [[one, other], what],
+    )
+    assert found[0] != found[1], f"{one} and {other}: {found}"
 
 
 WRITTEN = [

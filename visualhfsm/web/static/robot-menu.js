@@ -40,7 +40,11 @@ class RobotMenu extends PageElement {
   connectedCallback() {
     super.connectedCallback();
     this.world = this.speed = this.balls = undefined;
-    this.updateComplete.then(() => /** @type {HTMLElement | null} */ (this.querySelector("select, button"))?.focus());
+    this.updateComplete.then(() =>
+      /** @type {HTMLElement | null} */ (
+        this.querySelector("select, input, button") ?? this.querySelector("div")
+      )?.focus(),
+    );
   }
 
   /** What is chosen. */
@@ -64,6 +68,7 @@ class RobotMenu extends PageElement {
       class="menu robot-menu"
       role="dialog"
       aria-label="Robot"
+      tabindex="-1"
       @keydown=${this.#key}
       @focusout=${this.#left}
     >

@@ -1,23 +1,26 @@
-/** Light or dark: as the system, unless the user has chosen. */
+/** Light or dark: as the system, unless the user has chosen; always as the system where it forces its colors. */
 
 const KEY = "visualhfsm.theme";
 const system = matchMedia("(prefers-color-scheme: dark)");
+const forced = matchMedia("(forced-colors: active)");
 
 /** @returns {"light" | "dark"} */
 export function currentTheme() {
   return document.documentElement.dataset.theme === "dark" ? "dark" : "light";
 }
 
+function show() {
+  const chosen = forced.matches ? null : localStorage.getItem(KEY);
+  document.documentElement.dataset.theme = chosen ?? (system.matches ? "dark" : "light");
+}
+
 export function initTheme() {
-  const show = () => {
-    document.documentElement.dataset.theme = localStorage.getItem(KEY) ?? (system.matches ? "dark" : "light");
-  };
   system.addEventListener("change", show);
+  forced.addEventListener("change", show);
   show();
 }
 
 export function switchTheme() {
-  const theme = currentTheme() === "dark" ? "light" : "dark";
-  localStorage.setItem(KEY, theme);
-  document.documentElement.dataset.theme = theme;
+  localStorage.setItem(KEY, currentTheme() === "dark" ? "light" : "dark");
+  show();
 }
