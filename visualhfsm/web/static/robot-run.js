@@ -80,7 +80,7 @@ const choose = () =>
     text: "Start a simulated one and run? This is asked once.",
     choices: [
       ["without", "Run without one"],
-      ["connect", "Connect to a real one"],
+      ["connect", "Use a real one"],
       ["simulate", "Start and run", "primary"],
     ],
   });

@@ -228,7 +228,7 @@ class MonitorBar extends MonitorElement {
 function statusOf() {
   const {since, newest, recording, looking} = monitor;
   if (recording) return {status: "recording", word: recording.complete ? "Recording" : "Recording, its beginning"};
-  if (!store.online) return {status: "stale", word: "The server is offline"};
+  if (!store.online) return {status: "stale", word: "The editor is offline"};
   if (monitor.ended && monitor.isOver) return {status: "ended", word: spokenEnd(monitor.ended)};
   if (since)
     return {

@@ -132,7 +132,7 @@ class RobotView extends MonitorElement {
         else if (content.world) this.#learn(content.world);
         else await this.#showNow(content);
       },
-      lost: (reason) => (this.problem = reason || "The server is offline."),
+      lost: (reason) => (this.problem = reason || "The editor is offline."),
     });
   }
 
