@@ -109,7 +109,7 @@ export async function chooseFile({title, verb, suggestion, kind = "document", at
         ${state.error ? html`<p role="alert">${state.error}</p>` : nothing}
         <div
           class="files"
-          role="listbox"
+          role=${rows().length ? "listbox" : "group"}
           tabindex="0"
           aria-label=${kind === "recording" ? "Recordings and folders" : "Documents and folders"}
           aria-activedescendant=${rows().length ? `file-${state.chosen}` : nothing}
