@@ -73,6 +73,26 @@ def test_libraries_are_loaded_when_they_are_first_needed(browser: Browser, runni
         eventually(lambda: loaded(shown, "uplot") and loaded(shown, "three"))
 
 
+def test_a_run_with_parameters_has_their_values_and_asks_for_them_again(
+    browser: Browser, running: Editor
+) -> None:
+    with monitor_page(browser, running) as shown:
+        speed = shown.page.get_by_label("speed", exact=True)
+        shown.button("Other ways to run").click()
+        shown.page.get_by_role("menuitem", name="Run with parameters").click()
+        expect(speed).to_have_attribute("placeholder", "0.3")
+        assert shown.violations() == []
+        speed.fill("-0.7")
+        shown.press("Enter")
+        expect(status(shown)).to_have_text("Running")
+        shown.press("Alt+l")
+        choose(shown, "Variables")
+        expect(shown.page.locator("#live-panel")).to_contain_text("speed")
+        expect(shown.page.locator("#live-panel").get_by_label("speed")).to_have_value("-0.7")
+        shown.press("Alt+Shift+F5")
+        expect(speed.and_(shown.page.locator("dialog input"))).to_have_value("-0.7")
+
+
 def test_numbers_are_plotted_as_they_change(shown: EditorPage) -> None:
     choose(shown, "Plots")
     expect(shown.page.locator("output[data-name='1.count']")).to_have_text(re.compile(r"\d+"))
@@ -155,6 +175,9 @@ def test_axe_finds_nothing_wrong_with_what_comes_and_goes(shown: EditorPage) -> 
     shown.page.get_by_role("slider", name="Moment of the run").focus()
     shown.press("Home")
     expect(status(shown)).to_have_text("Looking back")
+    shown.press("Alt+o")
+    shown.page.get_by_role("tab", name="Timeline").click()
+    expect(shown.page.locator(".change-list")).to_be_visible()
     found += shown.violations()
     assert not found
 

@@ -29,7 +29,7 @@ function show(...automata) {
     undo: [{name: "Move", revision: 0}],
     redo: [],
     dirty: true,
-    full: {name: "a", automata},
+    full: {name: "a", parameters: [], automata},
   });
   page.show(1);
 }

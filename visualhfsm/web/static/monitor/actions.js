@@ -59,6 +59,13 @@ async function reload(context) {
     );
 }
 
+/** Run with values of the parameters that the user is asked for. @param {import("../actions.js").Context} context */
+async function runWith({app}) {
+  const {tab} = page;
+  const options = await (await dialogs()).askParameters(tab, page.shownDocument.fields.parameters);
+  if (options && page.tab === tab) await app.run(options);
+}
+
 /** @type {import("../actions.js").Action[]} */
 export const monitorActions = [
   {
@@ -89,6 +96,16 @@ export const monitorActions = [
     enabled: () => Boolean(page.document),
     run: ({app}) => app.run([], {record: true}),
     hint: "states, values, robot, world and the pictures that the component sees; it cannot be reloaded",
+  },
+  {
+    id: "runWith",
+    label: "Run with parameters",
+    icon: "parameters",
+    keys: ["Alt+Shift+F5"],
+    scope: "typing",
+    enabled: () => Boolean(page.document?.fields.parameters.length),
+    run: runWith,
+    hint: "values for this run instead of the defaults",
   },
   {
     id: "openRecording",
@@ -257,6 +274,7 @@ export const MONITOR_KEYS = [
   "attach",
   "detach",
   "recordRun",
+  "runWith",
   "openRecording",
   "pauseResume",
   "stepOne",

@@ -20,7 +20,7 @@ import {STOP_KEY} from "./stop.js";
 const PAUSED = STATUS.indexOf("Paused");
 /** What the menu beside Run offers. */
 const MORE = [
-  ["startHere", "recordRun", "generate"],
+  ["runWith", "startHere", "recordRun", "generate"],
   ["attach", "openRecording"],
 ];
 

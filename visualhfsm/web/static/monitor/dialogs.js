@@ -2,6 +2,7 @@
  * Dialogs for steering a component.
  *
  * @import {From} from "../element.js"
+ * @import {Parameter} from "../store.js"
  */
 
 import {html, nothing} from "lit";
@@ -11,6 +12,7 @@ import {notify} from "../notices.js";
 import {page} from "../page.js";
 import {breakpointAt} from "./breakpoints.js";
 import {monitor} from "./monitor.js";
+import {lastValues, parameterOptions} from "./parameters.js";
 import {valueIn} from "./values.js";
 
 /** @param {() => void} act */
@@ -112,6 +114,72 @@ export async function askCondition(automaton, kind, {id, name}) {
   });
   if (chosen)
     await monitor.breakpoints.set(tab, automaton, kind, id, chosen === "set" ? state.condition.trim() : undefined);
+}
+
+const LONGEST_VALUE = 900; // characters that a command line takes here
+
+/**
+ * Ask for the values of parameters, at first those of the document's last run with parameters.
+ *
+ * @param {number} tab
+ * @param {Parameter[]} parameters
+ * @returns {Promise<string[] | undefined>} the options of the command line; undefined when it is not to be run
+ */
+export async function askParameters(tab, parameters) {
+  const values = {...lastValues.get(tab)};
+  const agreed = await showDialog({
+    title: "Run with parameters",
+    content: (/** @type {import("../dialogs/dialog.js").Close<boolean>} */ close) =>
+      html`<form
+        id="parameters"
+        @submit=${(/** @type {Event} */ event) => {
+          event.preventDefault();
+          close(true);
+        }}
+      >
+        <p>What is left empty has its default.</p>
+        ${parameters.map((each, index) => parameterField(each, values, index === 0))}
+      </form>`,
+    footer: (close) =>
+      html`<button type="button" class="button" @click=${() => close()}>Cancel</button
+        ><button type="submit" form="parameters" class="button primary">Run</button>`,
+  });
+  if (!agreed) return undefined;
+  lastValues.set(tab, values);
+  return parameterOptions(parameters, values);
+}
+
+/** @param {Parameter} parameter @param {Record<string, string>} values @param {boolean} first */
+function parameterField({name, type, default: usual, description}, values, first) {
+  const id = `parameter-${name}`;
+  /** @param {From<HTMLInputElement | HTMLSelectElement>} event */
+  const take = ({target}) => (values[name] = target.value);
+  return html`<div class="field">
+    <label for=${id}>${name}${description ? `: ${description}` : nothing}</label>
+    ${
+      type === "bool"
+        ? html`<select id=${id} ?autofocus=${first} @change=${take}>
+            ${["", "True", "False"].map(
+              (each) =>
+                html`<option value=${each} ?selected=${each === (values[name] ?? "")}>
+                  ${each || `default: ${usual}`}
+                </option>`,
+            )}
+          </select>`
+        : html`<input
+            id=${id}
+            class="mono"
+            type=${type === "str" ? "text" : "number"}
+            step=${type === "float" ? "any" : 1}
+            maxlength=${LONGEST_VALUE}
+            spellcheck="false"
+            placeholder=${type === "str" ? (valueIn(usual) ?? usual) : usual}
+            ?autofocus=${first}
+            .value=${values[name] ?? ""}
+            @input=${take}
+          />`
+    }
+  </div>`;
 }
 
 /** Show what a reload could not keep. @param {string[]} notKept */

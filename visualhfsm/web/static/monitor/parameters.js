@@ -1,0 +1,26 @@
+/**
+ * The values of parameters with which a component is run: for each document the last ones, while the page is open.
+ *
+ * @import {Parameter} from "../store.js"
+ * @typedef {Record<string, string>} Values by the parameter's name; none where its default is taken
+ */
+
+/** By tab. @type {Map<number, Values>} */
+export const lastValues = new Map();
+
+/**
+ * The options of a component's command line that set its parameters, as `with_parameters` of hfsm_runtime/command.py
+ * makes them.
+ *
+ * @param {Parameter[]} parameters
+ * @param {Values} values
+ */
+export function parameterOptions(parameters, values) {
+  return parameters.flatMap(({name, type}) => {
+    const value = values[name];
+    if (!value) return [];
+    const option = name.replaceAll("_", "-");
+    if (type === "bool") return value === "True" ? `--${option}` : `--no-${option}`;
+    return `--${option}=${value}`;
+  });
+}
