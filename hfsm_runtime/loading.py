@@ -60,8 +60,8 @@ def _missing_library(error: ImportError, file: str) -> MissingLibraryError | Non
     line, row = last_line(error, file)
     if row is None and isinstance(error, ModuleNotFoundError) and _raised_in(error) == file:
         return MissingLibraryError(
-            f"{PurePath(file).name} does not find the package {error.name}: generate both again, "
-            "as `codegen interfaces/*.idl behaviors/*.xml`",
+            f"{PurePath(file).name}: {error}: generate the package and the component again, "
+            "by `codegen interfaces/*.idl behaviors/*.xml`",
             name=error.name,
         )
     if row is None or row.part != "library":

@@ -61,7 +61,7 @@ def test_an_action_is_found_by_its_name(shown: EditorPage) -> None:
     shown.type("zoom")
     dialog = shown.page.get_by_role("dialog", name="All actions")
     options = dialog.get_by_role("option")
-    expect(options).to_have_count(2)
+    expect(options).to_have_count(3)
     expect(options.first).to_have_attribute("aria-selected", "true")
     assert shown.violations() == []
     radius = shown.radius_of("level1")

@@ -91,7 +91,9 @@ def test_the_component_finds_its_interfaces_wherever_it_is_started(project: Path
     shutil.rmtree(remove_generated_package)
     done = run(project / "behaviors" / "blinker.py", "--help", cwd=tmp_path)
     assert done.returncode == 1
-    assert "blinker.py does not find the package interfaces.home: generate both again" in done.stderr
+    assert (
+        "blinker.py: No module named 'interfaces.home': generate the package and the component" in done.stderr
+    )
     assert "Traceback" not in done.stderr
 
 
