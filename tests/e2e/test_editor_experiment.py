@@ -17,6 +17,7 @@ from tests.support.drawing import Draftsman
 from tests.support.editor import Editor, editor
 from tests.support.limits import CALL_LIMIT
 from tests.support.processes import REPOSITORY, ComponentProcess, free_endpoint, module
+from tests.support.robot_server import eventually
 from tests.support.screenshots import picture
 from visualhfsm.web.workspace import make_services
 from zenoh_ice import Settings, initialize
@@ -210,6 +211,8 @@ def watch(shown: EditorPage, monitor: HfsmMonitorPrx) -> None:
     shown.press("Alt+l")
     page.get_by_role("tab", name="3D").click()
     expect(page.locator("hfsm-robot-view canvas")).to_be_visible()
+    eventually(lambda: page.evaluate("document.querySelector('hfsm-robot-view').grabbing.enabled"))
+    page.evaluate("document.querySelector('hfsm-robot-view').drawing.drawn()")
     picture(page, "running")
 
 
