@@ -86,6 +86,24 @@ test("a request is settled by the answer with its number", async () => {
   await assert.rejects(first, {message: "not so", kind: "refused"});
 });
 
+test("a request that comes before the greeting waits for it", async () => {
+  socket.lose();
+  pass(250);
+  socket = Socket.made.at(-1);
+  socket.open();
+  const early = store.request("one");
+  await settled();
+  assert.deepEqual(
+    socket.sent.map(({op}) => op),
+    ["hello"],
+  );
+  socket.push({re: socket.sent[0].id, ok: {version: "1"}});
+  await settled();
+  assert.equal(socket.sent[1].op, "one");
+  socket.push({re: socket.sent[1].id, ok: "done"});
+  assert.equal(await early, "done");
+});
+
 test("what is too large for a message is refused, and the connection stands", async () => {
   const before = socket.sent.length;
   await assert.rejects(store.request("openText", {text: "x".repeat(5 * 2 ** 20)}), {

@@ -180,6 +180,8 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
   #retry = FIRST_RETRY;
   #timer = 0;
   #resumption = new Resumption();
+  /** Settled when the server has greeted, or will not. */
+  #greeted = Promise.resolve();
 
   /** Connect, and again whenever the connection is lost. */
   connect() {
@@ -189,7 +191,7 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
     const scheme = location.protocol === "https:" ? "wss" : "ws";
     const socket = new WebSocket(`${scheme}://${location.host}/ws`);
     this.#socket = socket;
-    socket.addEventListener("open", () => this.#greet());
+    socket.addEventListener("open", () => (this.#greeted = this.#greet()));
     socket.addEventListener("message", (event) => this.#receive(JSON.parse(event.data)));
     socket.addEventListener("close", (event) => this.#lose(event));
   }
@@ -211,8 +213,19 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
    */
   request(op, fields = {}) {
     if (!ASIDE.has(op)) this.dispatchEvent(new Event("request"));
+    // Before the server has greeted, its tabs may be others than those that the page shows.
+    const isGreeting = op !== "hello" && !this.online && this.#socket?.readyState === WebSocket.OPEN;
+    return isGreeting ? this.#greeted.then(() => this.#send(op, fields)) : this.#send(op, fields);
+  }
+
+  /**
+   * @template {keyof Answers} Op
+   * @param {Op} op
+   * @param {object} fields
+   * @returns {Promise<Answers[Op]>}
+   */
+  #send(op, fields) {
     return new Promise((resolve, reject) => {
-      // Before the server has greeted, its tabs may be others than those that the page shows.
       if (this.#socket?.readyState !== WebSocket.OPEN || (!this.online && op !== "hello")) {
         reject(new RequestError(this.whyOffline, "offline"));
         return;
