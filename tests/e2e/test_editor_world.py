@@ -70,6 +70,7 @@ def test_a_ball_is_carried_and_looking_back_shows_where_it_was(world: tuple[Serv
     page.locator(".view-tools").get_by_role("button", name="Top").click()
     eventually(lambda: page.evaluate("document.querySelector('hfsm-robot-view').grabbing.enabled"))
 
+    eventually(lambda: page.evaluate(BALL) == page.evaluate(BALL))  # the view stands, and the ball
     x, y, *start = page.evaluate(BALL)
     before = page.evaluate(NOW)
     page.mouse.move(x, y)
