@@ -149,7 +149,7 @@ class Launcher:
             if pause is None:
                 break
             self._report(f"{spec.name} {what} ({process.log}); starting it again in {pause:g} s")
-            await process.stop(asyncio.Event())  # what it has left running
+            await process.stop()  # one that was not ready in time still runs
             await asyncio.sleep(pause)
         if spec.restart == "never" or not was_ready:
             return self._end_of(process, code, what)
@@ -275,7 +275,7 @@ class _StackProcess:
         assert self._child is not None
         return await self._child.wait()
 
-    async def stop(self, force: asyncio.Event) -> None:
+    async def stop(self, force: asyncio.Event | None = None) -> None:
         """End the process and its whole group: SIGINT, SIGTERM after `stop_timeout`, then SIGKILL.
 
         Setting `force` shortens every wait to nothing.

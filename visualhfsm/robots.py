@@ -178,7 +178,8 @@ class Robots:
             self._last_error = ""
             self._report()
             client = self._settings.mode == "client"
-            listen = [] if client else [f"--listen={self._endpoint()}"]
+            # Where others look for it, if that is free and on this machine.
+            listen = [] if client else [f"--listen={free_endpoint(self._endpoints)}"]
             command = [sys.executable, "-P", "-m", module, *listen, *options]
             try:
                 await self._launch(self._server, command)
@@ -226,10 +227,6 @@ class Robots:
             await process.start(command, {**child_environment(), **self._settings.environment()})
         except OSError as error:
             raise VisualHfsmError(f"{command[3]} cannot be started: {error.strerror or error}") from error
-
-    def _endpoint(self) -> str:
-        """Return where the robot listens: where others look for it, if that is free and on this machine."""
-        return free_endpoint(self._endpoints)
 
     def _take(self, written: Lines) -> None:
         _log(written)

@@ -18,6 +18,7 @@ __all__ = [
     "Difference",
     "compared_fields",
     "diff_documents",
+    "differ",
     "keyed",
     "part_of",
     "shown",
@@ -69,6 +70,11 @@ def diff_documents(before: Document, after: Document) -> list[Difference]:
     Automata, states and transitions are matched by their ids, other things by their names.
     """
     return list(_nodes(before, after, Place(kind="document")))
+
+
+def differ(one: Document, other: Document) -> bool:
+    """Return whether two versions differ in more than where things stand."""
+    return any(each.kind != "moved" for each in diff_documents(one, other))
 
 
 def _nodes(before: Node, after: Node, place: Place) -> Iterator[Difference]:

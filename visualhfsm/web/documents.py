@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from codegen.hfsm.scxml import is_scxml
-from visualhfsm.editing.diff import diff_documents
+from visualhfsm.editing.diff import differ
 from visualhfsm.editing.serialization import import_scxml, parse
 from visualhfsm.errors import EditError, MissingError, UnsavedError, WouldOverwriteError
 from visualhfsm.sessions.files import read_file
@@ -68,7 +68,7 @@ def _tab_with(tabs: Iterable[Tab], text: str) -> int:
     except EditError:
         return 0
     for tab in tabs:
-        if all(each.kind == "moved" for each in diff_documents(document, tab.shown.document)):
+        if not differ(document, tab.shown.document):
             return tab.id
     return 0
 

@@ -12,7 +12,7 @@ from itertools import islice
 from typing import Concatenate, Final, ParamSpec, TypeVar
 
 from codegen.hfsm.document import Document
-from visualhfsm.editing.diff import diff_documents
+from visualhfsm.editing.diff import differ
 from visualhfsm.services import OutputLine, RunPush, Source, retrieve
 from visualhfsm.sessions import session as sessions
 from visualhfsm.sessions.session import DocumentSession
@@ -112,8 +112,7 @@ class Tab:
         if runs is None or not self.is_running:
             return False
         if self._compared is None or self._compared[0] is not runs or self._compared[1] is not document:
-            differs = any(each.kind != "moved" for each in diff_documents(runs, document))
-            self._compared = (runs, document, differs)
+            self._compared = (runs, document, differ(runs, document))
         return self._compared[2]
 
     async def edit(

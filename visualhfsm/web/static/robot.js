@@ -63,21 +63,18 @@ export function isReadyFor(fields) {
 /** Wait until the robot that is being started is there. @returns {Promise<boolean>} whether it came */
 export function robotComes() {
   return new Promise((resolve) => {
+    const ended = new AbortController();
     const end = () => {
-      const {status} = store.robot;
-      if (store.online && status === "starting") return;
-      store.removeEventListener("robot", end);
-      store.removeEventListener("connection", end);
+      ended.abort();
       clearTimeout(timer);
-      resolve(store.online && status === "present");
+      resolve(store.online && store.robot.status === "present");
     };
-    const timer = setTimeout(() => {
-      store.removeEventListener("robot", end);
-      store.removeEventListener("connection", end);
-      resolve(false);
-    }, LONGEST_START);
-    store.addEventListener("robot", end);
-    store.addEventListener("connection", end);
-    end();
+    const look = () => {
+      if (!store.online || store.robot.status !== "starting") end();
+    };
+    const timer = setTimeout(end, LONGEST_START);
+    store.addEventListener("robot", look, {signal: ended.signal});
+    store.addEventListener("connection", look, {signal: ended.signal});
+    look();
   });
 }

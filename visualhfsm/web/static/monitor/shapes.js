@@ -18,7 +18,6 @@ import {
   DoubleSide,
   Mesh,
   MeshStandardMaterial,
-  PlaneGeometry,
   RingGeometry,
   SphereGeometry,
   SRGBColorSpace,
@@ -33,7 +32,6 @@ const FORMS = {
   capsule: ([radius, half]) => new CapsuleGeometry(radius, 2 * half, 6, 14).rotateX(Math.PI / 2),
   cylinder: ([radius, half]) => new CylinderGeometry(radius, radius, 2 * half, 20).rotateX(Math.PI / 2),
   ellipsoid: ([x, y, z]) => new SphereGeometry(1, 20, 14).scale(x, y, z),
-  plane: ([x, y]) => new PlaneGeometry(2 * x, 2 * y),
   ring: ([radius, half]) => new RingGeometry(radius - half, radius + half, 64),
   sphere: ([radius]) => new SphereGeometry(radius, 24, 16),
 };
