@@ -17,15 +17,7 @@ from typing import Any, Final, Generic, NamedTuple, Protocol, TypeVar
 
 import msgspec
 
-from ._values import (
-    PROXY_TEXT,
-    TYPE_FIELD,
-    Reference,
-    Resolve,
-    StructType,
-    Value,
-    WireTypes,
-)
+from ._values import PROXY_TEXT, TYPE_FIELD, Reference, Resolve, StructType, Value, WireTypes
 from .exceptions import MarshalException
 from .text import printable
 

@@ -136,7 +136,7 @@ class Presence:
 
         Each mapping is replaced, not changed: readers take no lock.
         """
-        self._came: Final[dict[Target, float]] = {}  # when, of servants that are there
+        self._came: Final[dict[Target, float]] = {}  # when its last server did, of what is there
         self._lost: Final[dict[Target, tuple[float, str]]] = {}  # when, and the id of the last server
         self._listeners: list[Callable[[], object]] = []
         self._notifying = False  # the listeners, or about to
@@ -181,6 +181,10 @@ class Presence:
     def lost_since(self, target: Target, moment: float) -> bool:
         """Return whether a servant, or one of several, was lost after a moment of the monotonic clock."""
         return self._lost.get(target, _NEVER)[0] >= moment
+
+    def came_since(self, target: Target, moment: float) -> bool:
+        """Return whether a server of a present servant came after a moment of the monotonic clock."""
+        return self._came.get(target, -math.inf) >= moment
 
     def linked(self) -> bool:
         """Return whether any link to another process stands."""
@@ -264,7 +268,9 @@ class Presence:
         served = False
         # No further news will come of a servant that was offline before the call.
         unexplained = not timed_out and target in self.present and not self.lost_since(target, started)
-        if unexplained and not (served := self._is_served(target, started + timeout - time.monotonic())):
+        if unexplained and not self.came_since(target, started):  # a newcomer did not get the call
+            served = self._is_served(target, started + timeout - time.monotonic())
+        if unexplained and not served:
             self._wait_until(lambda: self.lost_since(target, started), _LOSS_NOTICE)
         if self._closed:
             return CommunicatorDestroyedException(f"{what}: the communicator was destroyed during the call")
@@ -276,7 +282,7 @@ class Presence:
             reason = ": the connection was lost during the call"
         elif timed_out:
             return TimeoutException(f"{what} did not answer within {timeout:g} s")
-        elif self._came.get(target, -math.inf) >= started:
+        elif self.came_since(target, started):
             reason = ": its servant started during the call, and missed it"
         elif not served:
             reason = " got no answer, and its process does not answer either"
@@ -339,10 +345,10 @@ class Presence:
                 full = len(tokens) >= _MOST_OF_SERVANT or self._count >= _MOST_TOKENS
                 if key in tokens or full or (not tokens and len(self._tokens) >= _MOST_SERVANTS):
                     return
-                if not tokens:
+                if not _serves(token.server, tokens):
                     self._came[target] = now
-                    if target in self._lost:
-                        _logger.info("%s is back", target)
+                if not tokens and target in self._lost:
+                    _logger.info("%s is back", target)
                 tokens[key] = token
                 self._count += 1
             else:

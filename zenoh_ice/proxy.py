@@ -213,7 +213,7 @@ class Call(Generic[P, V]):
             not self._operation.idempotent
             or end.timed_out
             or left <= 0
-            or not presence.lost_since(target, started)
+            or not (presence.lost_since(target, started) or presence.came_since(target, started))
             or not presence.wait_for_return(target, min(_RETRY_WAIT, left))
         ):
             raise error

@@ -95,6 +95,21 @@ def test_word_of_a_loss_that_comes_after_the_end_of_a_call_explains_it() -> None
     assert "is offline" in str(error)
 
 
+@pytest.mark.parametrize("noticed", [True, False], ids=["first", "late"])
+def test_a_call_whose_server_was_replaced_meanwhile_is_not_called_denied(noticed: bool) -> None:
+    """The token of the new server may come before the end of the old one's."""
+    presence, transport = make_presence(is_served=lambda *_: True)
+    old = transport.announce(servant_token(HEAD, "::nao::PoseHead", "f", "abc", 1.0))
+    started = time.monotonic()
+    transport.announce(servant_token(HEAD, "::nao::PoseHead", "f", "def", 2.0))
+    if noticed:
+        old.close()
+    error = presence.explain_no_answer(HEAD, "Head.stop", started, FOREVER, timed_out=False)
+    assert isinstance(error, ConnectionLostException)
+    assert ("restarted during the call" if noticed else "missed it") in str(error)
+    assert presence.came_since(HEAD, started)
+
+
 @pytest.fixture
 def realm() -> tuple[Presence, Announce]:
     """What follows the servants of a realm, and what announces a token of the head."""
