@@ -272,6 +272,27 @@ def test_copies_carry_their_whole_sub_tree_into_another_automaton(shown: EditorP
     ]
 
 
+def test_copies_go_to_another_editor_and_broken_ones_are_refused(
+    browser: Browser, shown: EditorPage, root: Path, tmp_path: Path
+) -> None:
+    shown.page.context.grant_permissions(["clipboard-read", "clipboard-write"])
+    shown.state("followBall").click()
+    shown.press("Control+c")
+    shown.page.wait_for_function("async () => /<VisualHFSM/.test(await navigator.clipboard.readText())")
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    (elsewhere / "follow_ball.xml").write_bytes((root / "follow_ball.xml").read_bytes())
+    with editor(elsewhere, elsewhere / "follow_ball.xml") as second, editor_page(browser, second) as other:
+        other.state("search").wait_for()
+        other.press("Control+v")
+        other.expect_states("follow", "search", "followBall")
+        other.page.context.grant_permissions(["clipboard-read", "clipboard-write"])
+        other.page.evaluate("navigator.clipboard.writeText('<VisualHFSM><SubAutomata')")
+        other.press("Control+v")
+        expect(other.page.get_by_role("alert").filter(has_text="Cannot paste")).to_contain_text("line 1")
+        other.expect_states("follow", "search", "followBall")
+
+
 def test_going_up_and_down_loses_nothing(shown: EditorPage) -> None:
     shown.state("followBall").dblclick()
     shown.expect_states("red", "green")

@@ -172,7 +172,8 @@ test("where a key types no Latin letter, its place counts", () => {
     assert.equal(written(event(key, {code, ...held})), wanted, key);
 });
 
-test("a Mac types accents and signs with its Option key, and not where nothing is typed", (t) => {
+/** A document with fields, until a test ends. */
+function surroundings(t) {
   class Field extends EventTarget {
     isContentEditable = true;
     matches = () => false;
@@ -181,6 +182,11 @@ test("a Mac types accents and signs with its Option key, and not where nothing i
   t.after(() => (delete globalThis.document, delete globalThis.HTMLElement, delete globalThis.Element));
   const document = Object.assign(new EventTarget(), {querySelector: () => null, body: new Field()});
   Object.assign(globalThis, {document, HTMLElement: Field, Element: Field});
+  return {document, Field};
+}
+
+test("a Mac types accents and signs with its Option key, and not where nothing is typed", (t) => {
+  const {document, Field} = surroundings(t);
   const performed = [];
   listenForKeys({app: {toggleTheme: () => performed.push("theme")}, canvas: {contains: () => false}});
   /** @param {string} key @param {EventTarget} target */
@@ -231,16 +237,57 @@ test("undo and redo that follow each other quickly are all done, each after the 
   assert.deepEqual(steps, ["undo", "redo", "undo", "redo"]);
 });
 
-test("what is copied is on the clipboard of the system, too", async () => {
+test("states go through the system's clipboard, and through the server's while that is older", async () => {
   /** @type {string[]} */
   const texts = [];
-  const writeText = (text) => Promise.resolve(void texts.push(text));
-  Object.defineProperty(navigator, "clipboard", {value: {writeText}, configurable: true});
+  const clipboard = {writeText: (text) => Promise.resolve(void texts.push(text))};
+  Object.defineProperty(navigator, "clipboard", {value: clipboard, configurable: true});
   show(automaton(1, 0, [state(1), state(2)]));
   page.select({states: [2]});
-  const done = perform("copy", context);
-  assert.deepEqual([asked().op, asked().states], ["copy", [2]]);
-  socket.push({re: asked().id, ok: {text: "<VisualHFSM/>"}});
-  await done;
-  assert.deepEqual(texts, ["<VisualHFSM/>"]);
+  const text = '<?xml version="1.0"?>\n<VisualHFSM/>';
+  const paste = (pasted = text) => {
+    perform("paste", {...context, text: pasted});
+    return asked().command ?? asked().op;
+  };
+  const copy = async () => {
+    const done = perform("copy", context);
+    assert.deepEqual([asked().op, asked().states], ["copy", [2]]);
+    const {id} = asked();
+    assert.equal(paste(), "paste", "a copy is under way");
+    socket.push({re: id, ok: {text}});
+    await done;
+  };
+  const ours = {command: "pasteStates", automaton: 1, content: text};
+  assert.deepEqual(paste(), ours, "of another editor");
+  await copy();
+  assert.deepEqual(texts, [text]);
+  assert.deepEqual(paste(`\uFEFF  ${text}\r\n`), ours);
+  for (const other of ["", "buy milk", "<svg/>", "a <VisualHFSM> in a sentence"])
+    assert.equal(paste(other), "paste", other);
+  clipboard.writeText = () => Promise.reject(new Error("refused"));
+  await copy();
+  assert.equal(paste(), "paste", "the browser refused to write it");
+  clipboard.writeText = () => Promise.resolve();
+  await copy();
+  assert.deepEqual(paste(), ours);
+});
+
+test("a paste of the browser goes to the drawing, and not where text is typed", (t) => {
+  const {document, Field} = surroundings(t);
+  show(automaton(1, 0, [state(1)]));
+  listenForKeys(context);
+  /** @param {EventTarget} target */
+  const paste = (target) => {
+    const before = socket.sent.length;
+    const pasted = Object.assign(new Event("paste", {cancelable: true}), {
+      clipboardData: {getData: (type) => (type === "text/plain" ? "<VisualHFSM/>" : "")},
+    });
+    Object.defineProperty(pasted, "composedPath", {value: () => [target]});
+    document.dispatchEvent(pasted);
+    return [pasted.defaultPrevented, ...socket.sent.slice(before).map(({command}) => command.content)];
+  };
+  assert.deepEqual(paste(new Field()), [false]);
+  assert.deepEqual(paste(Object.assign(new Field(), {isContentEditable: false})), [true, "<VisualHFSM/>"]);
+  document.querySelector = () => "a dialog";
+  assert.deepEqual(paste(Object.assign(new Field(), {isContentEditable: false})), [false]);
 });

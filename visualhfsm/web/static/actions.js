@@ -6,7 +6,8 @@
  *   help?: string}} Action Keys of scope `canvas` count only there, those of `typing` also while text is typed. `hint`
  *   says more than the label, `help` stands for both in the list of keys; `checked` says whether a switch is on.
  * @typedef {{app: import("./app.js").HfsmApp, canvas: import("./canvas/canvas.js").HfsmCanvas,
- *   point?: {x: number, y: number}}} Context `point` is where in the drawing a menu was opened
+ *   point?: {x: number, y: number}, text?: string}} Context `point` is where in the drawing a menu was opened, `text`
+ *   what is pasted
  */
 
 import {canvasActions, drawnSelection} from "./canvas/actions.js";

@@ -81,12 +81,26 @@ export function rename(kind, id, name) {
     : applyHere("renameTransition", {transition: id, name});
 }
 
+/** Whether the system's clipboard may hold something older than what was copied here: a browser may refuse it. */
+let systemIsBehind = false;
+
 /** @param {"copy" | "cut"} op */
 async function take(op) {
+  const wasBehind = systemIsBehind;
+  systemIsBehind = true;
   const done = await askTab(op, {automaton: page.shownAutomaton.id, states: [...page.states]});
-  // The editor pastes what its server keeps; this is for other programs, and a browser may refuse it.
-  if (done) await navigator.clipboard?.writeText(done.text).catch(() => undefined);
+  systemIsBehind = done ? !(await isWritten(done.text)) : wasBehind;
   return done;
+}
+
+/** Write a text to the system's clipboard, and return whether the browser allowed it. @param {string} text */
+async function isWritten(text) {
+  try {
+    await navigator.clipboard.writeText(text);
+    return true;
+  } catch {
+    return false;
+  }
 }
 
 export const copy = () => take("copy");
@@ -139,13 +153,21 @@ async function takeStep(op, tab, isHere) {
   notify(`${op === "undo" ? "Undone" : "Redone"}: ${name}.`);
 }
 
+/** How the text of a document begins, also after a way through a mail. */
+const DOCUMENT = /^\s*(<\?xml[^>]*>\s*)?<VisualHFSM\b/i;
+
 /**
  * Paste, with the upper left corner at a point if one is given, and select the result.
  *
  * @param {{x: number, y: number}} [point]
+ * @param {string} [text] what the system's clipboard holds: pasted when it is a document, of this editor or another
  */
-export async function paste(point) {
-  const first = selectAdded(await askTab("paste", {automaton: page.shownAutomaton.id, ...point}), "states");
+export async function paste(point, text = "") {
+  const done =
+    DOCUMENT.test(text) && !systemIsBehind
+      ? await applyHere("pasteStates", {content: text.trim(), ...point})
+      : await askTab("paste", {automaton: page.shownAutomaton.id, ...point});
+  const first = selectAdded(done, "states");
   if (first === undefined) return;
   page.dispatchEvent(new Event("reveal"));
   page.dispatchEvent(new Event("focus-canvas"));

@@ -102,7 +102,7 @@ export function listenForKeys(context) {
     const typing = isTyping(target);
     if (typing ? composes(event) : isHeld(event)) return;
     const action = byKey.get(written(event));
-    if (!action) return;
+    if (!action || action.id === "paste") return; // the browser's own event brings the text, below
     if (action.scope !== "typing" && typing) return;
     const element = event.target instanceof Element ? event.target : document.body;
     const onCanvas = context.canvas.contains(element) || element === document.body;
@@ -110,6 +110,12 @@ export function listenForKeys(context) {
     if (element.closest("[role=menu]")) return;
     event.preventDefault();
     perform(action.id, context);
+  });
+  document.addEventListener("paste", (event) => {
+    const [target] = event.composedPath();
+    if (event.defaultPrevented || document.querySelector("dialog[open]") || isTyping(target)) return;
+    event.preventDefault();
+    perform("paste", {...context, text: event.clipboardData?.getData("text/plain")});
   });
 }
 

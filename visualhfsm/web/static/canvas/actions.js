@@ -217,7 +217,7 @@ export const canvasActions = [
     icon: "paste",
     keys: ["Ctrl+V"],
     enabled: drawable,
-    run: ({point}) => commands.paste(point),
+    run: ({point, text}) => commands.paste(point, text),
   },
   {
     id: "duplicate",
