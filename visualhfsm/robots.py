@@ -115,6 +115,7 @@ class Robots:
             self._was_present, self._lost_at = True, 0.0
         elif self._was_present and not self._lost_at:
             self._lost_at = time.time()
+            _logger.warning("the robot is lost; it may come back")
         self._presence = presence
         self._report()
 

@@ -111,8 +111,8 @@ class Presence:
     The transport's threads run the handlers here, so they only note what they are given, and nothing asks the
     transport for anything while it holds the lock that they take. `submit` runs a function on another thread;
     `is_served` asks, within some s, a process that seems to serve a target whether it does.
-    What is remembered is bounded, whatever tokens a stranger declares. A process that `needs_links` warns
-    when it has none any more.
+    What is remembered is bounded, whatever tokens a stranger declares. It warns when no link is left and
+    the process `needs_links`.
     """
 
     def __init__(
@@ -127,7 +127,7 @@ class Presence:
         self._submit: Final = submit
         self._is_served: Final = is_served
         self._endpoints: Final = tuple(transport.endpoints)
-        self._needs_links: Final = needs_links
+        self.needs_links = needs_links
         self._changed: Final = threading.Condition()
         self._tokens: Final[dict[Target, dict[str, ServantToken]]] = {}  # by their keys
         self._count = 0  # of these tokens
@@ -384,7 +384,7 @@ class Presence:
             else:
                 self._linked.discard(peer)
                 self._last_link_lost = time.monotonic()
-                if self._needs_links and self._endpoints and not self._linked and not self._closed:
+                if self.needs_links and self._endpoints and not self._linked and not self._closed:
                     _logger.warning(
                         "no process is linked any more; connecting again to %s", ", ".join(self._endpoints)
                     )

@@ -73,7 +73,7 @@ def opened(go: Callable[[Page], Awaitable[object]], realm: str = "test-robots", 
     assert not children("ballmover")
 
 
-def test_a_simulation_is_started_with_moving_balls_and_ended() -> None:
+def test_a_simulation_is_started_with_moving_balls_and_ended(caplog: pytest.LogCaptureFixture) -> None:
     async def go(page: Page) -> None:
         assert page.robots.state.status == "none"
         await page.robots.simulate(Simulation(speed="2", balls=True))
@@ -93,9 +93,12 @@ def test_a_simulation_is_started_with_moving_balls_and_ended() -> None:
         assert "lost" not in [robot.status for robot in page.pushes.of(Robot)]
 
     opened(go)
+    assert [record.message for record in caplog.records if record.levelname == "WARNING"] == []
 
 
-def test_a_simulation_that_is_killed_is_lost_and_can_be_started_again() -> None:
+def test_a_simulation_that_is_killed_is_lost_and_can_be_started_again(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
     async def go(page: Page) -> None:
         await page.robots.simulate(Simulation(world="empty"))
         await page.until(lambda robot: robot.status == "present")
@@ -110,6 +113,8 @@ def test_a_simulation_that_is_killed_is_lost_and_can_be_started_again() -> None:
         assert (again.since, again.trouble) == (0.0, "")
 
     opened(go)
+    warnings = [record.message for record in caplog.records if record.levelname == "WARNING"]
+    assert warnings == ["the robot is lost; it may come back"]
 
 
 def test_a_robot_of_somebody_else_is_reported_and_neither_ended_nor_replaced() -> None:

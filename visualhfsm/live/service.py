@@ -89,6 +89,7 @@ class Monitoring:
         self._publish = publish
         self._observe = observe
         self._communicator: Final[Communicator] = initialize(settings)
+        self._communicator.presence.needs_links = False  # a robot may come and go; its loss is reported
         self._robot = RobotMonitor(self._communicator)
         self._cameras = Cameras(self._communicator)
         self._poses = PoseStream(self._robot)
