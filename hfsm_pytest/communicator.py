@@ -10,6 +10,7 @@ from __future__ import annotations
 import logging
 import threading
 from collections.abc import Callable, Mapping
+from enum import EnumType
 from functools import partial
 from typing import Any, Final
 
@@ -20,6 +21,7 @@ from zenoh_ice import (
     ConnectionLostException,
     Object,
     ObjectNotExistException,
+    ObjectPrx,
     Settings,
     SystemException,
 )
@@ -46,7 +48,6 @@ from .journal import Journal
 
 Polls = dict[str, Callable[[], Any]]
 
-_ZEROS: Final[dict[object, object]] = {str: "", int: 0, float: 0.0, bool: False, bytes: b""}
 _LOOK: Final = LINGER / 4  # s of virtual time between checks for unused streams
 
 _logger = logging.getLogger(__name__)
@@ -297,9 +298,21 @@ def _passing_on(what: str, operation: Operation[..., Any], below: Object | None)
 
 
 def _poll(answer: object, operation: Operation[..., Any]) -> Callable[[], object]:
-    fields = msgspec.structs.fields(operation.arguments.struct)
-    empty = tuple(_ZEROS.get(getattr(field.type, "__origin__", field.type)) for field in fields)
+    empty = blank(operation.arguments.struct)
     return lambda: _answer(answer, empty)
+
+
+def blank(struct: type[msgspec.Struct]) -> tuple[object, ...]:
+    """Return values for the fields of a struct that say nothing: zeros, empty texts, no proxies."""
+    return tuple(_blank(field.type) for field in msgspec.structs.fields(struct))
+
+
+def _blank(kind: Any) -> object:  # noqa: ANN401 - any type
+    while hasattr(kind, "__origin__"):
+        kind = kind.__origin__
+    if isinstance(kind, EnumType):
+        return next(iter(kind))
+    return kind() if isinstance(kind, type) and not issubclass(kind, ObjectPrx) else None
 
 
 def _answer(answer: object, arguments: tuple[object, ...]) -> object:

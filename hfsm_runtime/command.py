@@ -9,7 +9,8 @@ import shlex
 import threading
 import time
 from collections.abc import Callable, Mapping
-from contextlib import ExitStack
+from contextlib import AbstractContextManager, ExitStack
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path, PurePath
 from typing import Annotated, Any, Final, NoReturn
@@ -20,7 +21,7 @@ import typer
 from hfsm_command import cli
 from interfaces.hfsm import Breakpoint
 from interfaces.nao import SafetyPrx
-from zenoh_ice import Settings, initialize
+from zenoh_ice import Communicator, Settings, initialize
 
 from .component import Component, Parameter, parameters_of
 from .debugger.monitor import Monitor
@@ -111,8 +112,19 @@ def main(component: type[Component]) -> NoReturn:
     cli.run(make_app(component), expected=(ComponentError,))
 
 
-def make_app(component: type[Component]) -> typer.Typer:
-    """Return the command of a component."""
+@dataclass(frozen=True)
+class World:
+    """What a component acts on: the communicator of its proxies, what connects them, and what it runs in."""
+
+    communicator: Communicator
+    connect: Callable[[Component], None]
+    runtime: type[Runtime] = Runtime
+
+
+def make_app(
+    component: type[Component], trial: Callable[[], AbstractContextManager[World]] | None = None
+) -> typer.Typer:
+    """Return the command of a component; a `trial` makes the world that it runs in instead of the realm's."""
     app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
     module = getattr(inspect.getmodule(component), "__spec__", None)
     name = f"python -m {module.name}" if module else f"python {PurePath(inspect.getfile(component)).name}"
@@ -146,32 +158,37 @@ Exit codes: 0 done, 1 an error, 2 wrong usage, 130 Ctrl-C, 143 SIGTERM."""
         breakpoints = [_breakpoint(each) for each in breakpoint or []]
         if record_images and record is None:
             raise typer.BadParameter("--record-images needs --record")
+        if record is not None and trial is not None:
+            raise typer.BadParameter("a trial is not recorded")
         with initialize(settings) as communicator, ExitStack() as stack:
             made = make_component(component, parameters)
-            connect_proxies(made, communicator)
+            if trial is None:
+                world = World(communicator, partial(connect_proxies, communicator=communicator))
+            else:
+                world = stack.enter_context(trial())
+            world.connect(made)
             # From here on there is a recording to close and a robot to stop.
             stop = stack.enter_context(cli.stop_on_signals())
 
             def present() -> bool:
-                return servers_present(runtime.component, communicator)
+                return servers_present(runtime.component, world.communicator)
 
+            clock = world.communicator.clock
             if record is None:
-                runtime = Runtime(made, communicator.clock, on_error, present, on_refused=on_refused)
+                runtime = world.runtime(made, clock, on_error, present, on_refused=on_refused)
             else:
                 # Loaded only for a recording.
                 from .recording.run import RecordedRuntime, recording
                 from .recording.surroundings import recorded_surroundings
 
                 recorder = stack.enter_context(recording(made, record, with_images=record_images))
-                runtime = RecordedRuntime(
-                    made, communicator.clock, recorder, on_error, present, on_refused=on_refused
-                )
+                runtime = RecordedRuntime(made, clock, recorder, on_error, present, on_refused=on_refused)
                 recorder.action("structure", **msgspec.to_builtins(structure_of(runtime)))
                 stack.enter_context(recorded_surroundings(communicator, recorder))
             if first is not None:
                 runtime.begin_at(*first)
-            with Monitor(runtime, communicator, breakpoints):
-                safety = SafetyPrx.uncheckedCast(communicator.stringToProxy("Safety"))
+            with Monitor(runtime, communicator, breakpoints, world.connect):
+                safety = SafetyPrx.uncheckedCast(world.communicator.stringToProxy("Safety"))
                 _run(runtime, seconds, stop, safety, stay_halted=stay_halted)
             if runtime.failed and not stop.is_set():
                 raise typer.Exit(1)

@@ -13,7 +13,14 @@ from zenoh_ice.clock import Clock
 from .automaton import Automaton
 from .automaton_run import make_event
 from .component import Component, equip, make_automata, parameters_of
-from .errors import ComponentStoppedError, OnError, OnRefused, ReloadRefusedError, UnknownElementError
+from .errors import (
+    ComponentStoppedError,
+    OnError,
+    OnRefused,
+    ReloadRefusedError,
+    UnknownElementError,
+    ValueTypeError,
+)
 from .marks import Mark, Marks
 from .observer import Observer
 from .supervision import Refusal, Supervision
@@ -60,6 +67,8 @@ class Runtime(Observer):
         """The refused command that pauses the component; None while it runs or is paused by a client."""
         self.clock = clock
         """The clock of the component."""
+        self.speed = 0.0
+        """Seconds of component time in a wall second, which can be changed in a trial; otherwise 0."""
         self.marks = Marks()
         """The component's marks on the pictures of its cameras."""
         equip(component, clock, self._sleep, self.send, self.mark)
@@ -197,6 +206,10 @@ class Runtime(Observer):
                 raise UnknownElementError(f"the component has no parameter {name!r}{hint}")
             wanted = type(parameters[name].default)
             setattr(self.component, name, convert(value, wanted, f"the parameter {name}"))
+
+    def set_speed(self, speed: float) -> None:  # noqa: ARG002
+        """Let time pass faster or slower, in s a wall second. Raises ValueTypeError outside a trial."""
+        raise ValueTypeError(f"{self.name} is no trial: it runs in the time of its robot")
 
     def replace(self, component: Component, runs: tuple[Run, ...], apply: Callable[[int], Replaced]) -> float:
         """Let another version of the component take the place of this one, between two cycles.

@@ -42,6 +42,9 @@ _PATIENCE: Final = (5.0, 3.0)
 
 _CLOSE_PATIENCE: Final = (3.0, 2.0)
 
+_TRIAL: Final = "hfsm_pytest.trial"
+"""The module that runs a component without a robot."""
+
 _FRAME: Final = re.compile(r'\s*File "(.+)", line (\d+)')
 _LOGGED: Final = re.compile(r"\((.{1,200}?\.xml):(\d{1,9})\)", re.IGNORECASE)
 """How the component's own log names a place: `follow_ball.py:57 (follow_ball.xml:31)`."""
@@ -71,7 +74,7 @@ class RunningComponents:
         generated = await complete(self._run_of(source.tab).generate(source))
         return {"path": str(generated.component)}
 
-    async def run(self, source: Source, arguments: Sequence[str]) -> dict[str, str]:
+    async def run(self, source: Source, arguments: Sequence[str], *, trial: bool = False) -> dict[str, str]:
         """Generate and start; the tab's former process is stopped first. Return the name of the component.
 
         Two components of one name are one to everybody who follows them: the second one is refused.
@@ -82,7 +85,7 @@ class RunningComponents:
                 raise VisualHfsmError(
                     f"another document runs as {name}: stop it first, or save this one under another name"
                 )
-        await complete(self._run_of(source.tab).start(source, arguments))
+        await complete(self._run_of(source.tab).start(source, arguments, trial=trial))
         return {"component": name}
 
     async def stop(self, tab: int) -> object:
@@ -165,7 +168,7 @@ class _Run:
         async with self._busy:
             return await self._generate(source, beside=True)
 
-    async def start(self, source: Source, arguments: Sequence[str] = ()) -> None:
+    async def start(self, source: Source, arguments: Sequence[str] = (), *, trial: bool = False) -> None:
         """Generate the component and start it; one that runs is stopped first. Raises VisualHfsmError."""
         async with self._busy:
             await self._stop(_PATIENCE)
@@ -175,7 +178,8 @@ class _Run:
             try:
                 generated = await self._generate(source)
                 self._report("starting")
-                await self._launch([sys.executable, str(generated.component), *arguments])
+                runner = ["-P", "-m", _TRIAL] if trial else []
+                await self._launch([sys.executable, *runner, str(generated.component), *arguments])
             except BaseException as error:
                 message = str(error) if isinstance(error, VisualHfsmError) else "it could not be started"
                 self._report("ended", None, message)

@@ -7,6 +7,7 @@ import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from typing import Any, Final, Self
 
 import msgspec
@@ -94,6 +95,10 @@ class _Servant(hfsm.HfsmMonitor):
         with _translated_errors():
             self._runtime.send(_checked(name), _read_json(data) if data else None)
 
+    def setSpeed(self, speed: float, current: Current) -> None:  # noqa: ARG002
+        with _translated_errors():
+            self._runtime.set_speed(speed)
+
     def explain(self, automaton: int, current: Current) -> hfsm.Explanation:  # noqa: ARG002
         with _translated_errors():
             return explain(self._runtime.tree, self._runtime.run(automaton), self._runtime.timeline)
@@ -143,17 +148,24 @@ class Monitor(Observer):
 
     Snapshots are published each 0.1 s and at every change of state, while there are listeners. Changes that
     follow each other faster than they can be sent are shown together. The last snapshot is taken at the end.
+    `connect_proxies` connects those that a reload brings, without it over the same communicator.
     Raises UnknownElementError and ValueTypeError for breakpoints that cannot be.
     """
 
     def __init__(
-        self, runtime: Runtime, communicator: Communicator, breakpoints: Iterable[hfsm.Breakpoint] = ()
+        self,
+        runtime: Runtime,
+        communicator: Communicator,
+        breakpoints: Iterable[hfsm.Breakpoint] = (),
+        connect_proxies: Callable[[Component], None] | None = None,
     ) -> None:
         self.identity: Final = f"Hfsm.{runtime.name}"
         self._runtime = runtime
         points = Breakpoints(runtime)
         points.set(breakpoints)
-        self._servant = _Servant(runtime, points, lambda component: connect(component, communicator))
+        self._servant = _Servant(
+            runtime, points, connect_proxies or partial(connect, communicator=communicator)
+        )
         self._adapter = communicator.createObjectAdapter(self.identity)
         self._changed = threading.Event()
         self._closing = False

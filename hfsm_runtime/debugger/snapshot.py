@@ -44,6 +44,7 @@ def take_snapshot(runtime: Runtime, points: Breakpoints, started_at: float) -> h
         errors=list(runtime.errors),
         marks=[hfsm.Mark(*mark) for mark in runtime.marks.shown(now)],
         refusal=refusal.message if (refusal := runtime.refusal) is not None else "",
+        speed=runtime.speed,
     )
 
 

@@ -241,6 +241,8 @@ class ComponentSnapshot(ice.Struct):
     """The refused command that pauses the component until the robot accepts commands again; empty
     otherwise.
     """
+    speed: float = 0.0
+    """How fast time passes in a trial without a robot, in s a wall second; 0 unless it is a trial."""
 
 
 class TransitionExplanation(ice.Struct):
@@ -303,7 +305,7 @@ class ReloadRefused(ice.UserException, id="::hfsm::ReloadRefused"):
     reason: str = ""
 
 
-class HfsmMonitorPrx(ice.ObjectPrx, id="::hfsm::HfsmMonitor", fingerprint="77d908f39bfd84f9"):
+class HfsmMonitorPrx(ice.ObjectPrx, id="::hfsm::HfsmMonitor", fingerprint="5d40c5215f700113"):
     """Watch a component and steer it."""
 
     @ice.operation(idempotent=True)
@@ -346,6 +348,10 @@ class HfsmMonitorPrx(ice.ObjectPrx, id="::hfsm::HfsmMonitor", fingerprint="77d90
     def sendEvent(self, name: str, data: str) -> None:
         """Send an event, with data in JSON or empty, to every active automaton."""
 
+    @ice.operation(throws=(InvalidValue,), idempotent=True)
+    def setSpeed(self, speed: float) -> None:
+        """Let time pass faster or slower: in a trial without a robot only."""
+
     @ice.operation(throws=(NoSuchElement,), idempotent=True)
     def explain(self, automaton: ice.Int) -> Explanation:
         """Say of each transition out of the current state why it has not fired."""
@@ -386,6 +392,8 @@ class HfsmMonitor(ice.Object, proxy=HfsmMonitorPrx):
     def setVariable(self, automaton: ice.Int, name: str, value: str, current: ice.Current) -> None: ...
     @ice.abstractmethod
     def sendEvent(self, name: str, data: str, current: ice.Current) -> None: ...
+    @ice.abstractmethod
+    def setSpeed(self, speed: float, current: ice.Current) -> None: ...
     @ice.abstractmethod
     def explain(self, automaton: ice.Int, current: ice.Current) -> Explanation: ...
     @ice.abstractmethod

@@ -350,23 +350,51 @@ class FakeRobot(FakeDevice):
             ball.close()
 
 
+_RESOLUTION: Final = 1e-9  # s; sums of floats are not exact
+_NAP: Final = 0.05  # wall s after which a wait on a clock whose rate may change checks again
+
+
 class FastClock:
-    """Steady wall time, `rate` times as fast. Implements zenoh_ice.Clock."""
+    """Steady wall time, `rate` times as fast, which may change at any time. Implements zenoh_ice.Clock."""
 
     simulated: Final = True
 
     def __init__(self, rate: float) -> None:
-        self.rate: Final = rate
-        """Seconds of this clock in a second of wall time."""
+        self._lock = threading.Lock()
+        self._time, self._since = 0.0, time.monotonic()
+        self._rate = rate
+
+    @property
+    def rate(self) -> float:
+        """Seconds of this clock in a wall second; 0 while it stands still."""
+        return self._rate
+
+    @rate.setter
+    def rate(self, rate: float) -> None:
+        with self._lock:
+            self._time, self._since = self._read(), time.monotonic()
+            self._rate = rate
 
     def now(self) -> float:
         """Return the time in s."""
-        return time.monotonic() * self.rate
+        with self._lock:
+            return self._read()
+
+    def advance(self, seconds: float) -> None:
+        """Move the time forward by a duration in s."""
+        with self._lock:
+            self._time += seconds
 
     def sleep(self, seconds: float) -> None:
         """Wait for a duration in s."""
-        time.sleep(max(0.0, seconds) / self.rate)
+        self.wait(threading.Event(), seconds)
 
     def wait(self, event: threading.Event, timeout: float) -> bool:
         """Wait for an event for at most `timeout` s; return whether it is set."""
-        return event.wait(max(0.0, timeout) / self.rate)
+        end = self.now() + timeout
+        while not event.is_set() and (left := end - self.now()) > _RESOLUTION:
+            event.wait(min(left / self._rate, _NAP) if self._rate else _NAP)
+        return event.is_set()
+
+    def _read(self) -> float:
+        return self._time + (time.monotonic() - self._since) * self._rate

@@ -307,6 +307,7 @@ OPERATIONS: Final[Mapping[str, Operation[..., Any]]] = {
         HfsmMonitorPrx.forceTransition,
         HfsmMonitorPrx.setVariable,
         HfsmMonitorPrx.sendEvent,
+        HfsmMonitorPrx.setSpeed,
         HfsmMonitorPrx.explain,
         HfsmMonitorPrx.reload,
         HfsmMonitorPrx.stop,

@@ -239,8 +239,8 @@ class _Connection:
         match request:
             case p.Generate(tab=tab):
                 return await workspace.generate(workspace.tab(tab))
-            case p.Run(tab=tab, arguments=arguments, record=record):
-                return await workspace.run(workspace.tab(tab), arguments, record=record)
+            case p.Run(tab=tab, arguments=arguments, record=record, trial=trial):
+                return await workspace.run(workspace.tab(tab), arguments, record=record, trial=trial)
             case p.StopRun(tab=tab):
                 return await running.stop(tab)
             case p.Attach(component=component):

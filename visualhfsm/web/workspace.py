@@ -335,10 +335,12 @@ class Workspace:
             self._lose(window, component)
             raise
 
-    async def run(self, tab: Tab, arguments: Sequence[str], *, record: bool = False) -> dict[str, Any]:
+    async def run(
+        self, tab: Tab, arguments: Sequence[str], *, record: bool = False, trial: bool = False
+    ) -> dict[str, Any]:
         """Start the component of a tab; refused when one of its name runs that was not started here.
 
-        With `record`, its run is recorded with the images that it sees.
+        With `record`, its run is recorded with the images that it sees; a `trial` needs no robot.
         """
         name = tab.shown.component
         for _ in range(_LEAVING_ROUNDS):  # one that has just ended may still be listed
@@ -356,7 +358,7 @@ class Workspace:
             file = await self.threads.do(lambda: self._new_recording(name))
             arguments = [*arguments, "--record", str(file), "--record-images"]
             recording = {"recording": self.root.name(file)}
-        started = await self.services.running.run(source, arguments)
+        started = await self.services.running.run(source, arguments, trial=trial)
         tab.generated = source.document
         tab.take_generated()
         self.publish_state()

@@ -1,0 +1,162 @@
+"""Try a component without a robot: `python -m hfsm_pytest.trial COMPONENT [OPTIONS OF THE COMPONENT]`.
+
+This is *Try it* of the editor. A fake robot with its real servants, and stand-ins for all other interfaces,
+are served within the process and can be reached from nowhere else; the monitor is served in the realm, as
+always. Time is the trial's own: it passes at a speed that can be changed, stands still in a pause, and moves
+on by a period with each step.
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+import sys
+from collections.abc import Iterator
+from contextlib import ExitStack, closing, contextmanager
+from functools import partial
+from pathlib import Path
+from typing import Any, Final, NoReturn
+
+from hfsm_command.cli import run
+from hfsm_runtime.command import World, make_app
+from hfsm_runtime.component import Component, Proxy, proxies_of
+from hfsm_runtime.debugger.reload import components_in
+from hfsm_runtime.errors import ComponentError, ValueTypeError
+from hfsm_runtime.loading import load_module
+from hfsm_runtime.robot import connect
+from hfsm_runtime.runtime import Runtime
+from hfsm_runtime.timeline import Timeline
+from naoserver.fake import FakeRobot, FastClock
+from naoserver.jobs import Job, JobThreads, Periodic
+from naoserver.server import serve
+from zenoh_ice import Clock, Communicator, ObjectAdapter, Publisher, Settings
+from zenoh_ice.in_process import InProcessTransport
+
+from .communicator import blank, make_stub
+
+_FASTEST: Final = 100.0
+_PERIOD: Final = 0.1  # s of the trial's time between samples of the stand-ins' streams
+
+_logger = logging.getLogger(__name__)
+
+
+class Trial(Runtime):
+    """A component that is tried: its time can be made faster and slower."""
+
+    timeline: _TrialTimeline
+
+    def __init__(self, *arguments: Any, **options: Any) -> None:  # noqa: ANN401 - those of Runtime
+        super().__init__(*arguments, **options)
+        self.speed = self.timeline.speed
+
+    def set_speed(self, speed: float) -> None:
+        """Let time pass faster or slower, in s a wall second. Raises ValueTypeError for what is no speed."""
+        if not (math.isfinite(speed) and 0.0 < speed <= _FASTEST):
+            raise ValueTypeError(f"the speed is more than 0 and at most {_FASTEST:g}, not {speed:g}")
+        with self.tree.lock:
+            self.speed = speed
+            self.timeline.set_speed(speed)
+
+    def _make_timeline(self, clock: Clock) -> Timeline:
+        assert isinstance(clock, FastClock)
+        return _TrialTimeline(clock)
+
+
+class _TrialTimeline(Timeline):
+    """Component time that is also the time of all the rest: in a pause the robot stands still, too."""
+
+    def __init__(self, clock: FastClock) -> None:
+        super().__init__(clock)
+        self._fast = clock
+        self.speed = clock.rate
+
+    def set_speed(self, speed: float) -> None:
+        """Let time pass at another speed, from the end of a pause on."""
+        self.speed = speed
+        if not self.paused:
+            self._fast.rate = speed
+
+    def pause(self) -> None:
+        """Let time stand still."""
+        super().pause()
+        self._fast.rate = 0.0
+
+    def resume(self) -> None:
+        """Let time continue."""
+        self._fast.rate = self.speed
+        super().resume()
+
+    def step(self, duration: int) -> None:
+        """Move time forward by a duration in ns while it stands still."""
+        super().step(duration)
+        self._fast.advance(duration / 1e9)
+
+
+@contextmanager
+def trial() -> Iterator[World]:
+    """Serve the fake robot, and stand-ins for what it does not serve, within a `with` block."""
+    clock = FastClock(1.0)
+    with ExitStack() as stack:
+        network = stack.enter_context(Communicator(Settings(), transport=InProcessTransport, clock=clock))
+        adapter = network.createObjectAdapter("trial")
+        adapter.activate()
+        robot = stack.enter_context(closing(FakeRobot(clock)))
+        stack.enter_context(serve(robot, adapter))
+        yield World(network, partial(_connect, adapter=adapter, stack=stack), Trial)
+
+
+def _connect(component: Component, adapter: ObjectAdapter, stack: ExitStack) -> None:
+    """Connect the proxies of a component; one whose servant is missing, or another one, gets a stand-in."""
+    network = adapter.getCommunicator()
+    jobs: list[Job] = []
+    for name, declared in proxies_of(component).items():
+        served = adapter.find(declared.identity)
+        if served is None or declared.type.ice_interface not in served.ice_interface.lineage:
+            adapter.removeAll([declared.identity])
+            jobs += _serve_stand_in(declared, adapter)
+            _logger.warning("self.%s is a stand-in, which answers with zeros and empty values", name)
+    if jobs:
+        stack.enter_context(JobThreads(jobs))
+    connect(component, network)
+
+
+def _serve_stand_in(declared: Proxy[Any], adapter: ObjectAdapter) -> Iterator[Job]:
+    """Serve what takes every call and returns nothing of value; yield the jobs that feed its streams."""
+    interface, clock = declared.type.ice_interface, adapter.getCommunicator().clock
+    answers: dict[str, object] = {}
+    for name, operation in interface.all_operations.items():
+        values = blank(operation.result.struct)
+        answers[name] = values[0] if len(values) == 1 else values or None
+    servant, _ = make_stub(declared.identity, interface, answers)
+    adapter.add(servant, declared.identity)
+    for name, operation in interface.all_operations.items():
+        if operation.streamed:
+            yield _publishing(servant.ice_publisher(operation), answers[name], clock)
+
+
+def _publishing(publisher: Publisher[Any], value: object, clock: Clock) -> Job:
+    return Periodic(
+        publisher.operation.name,
+        clock,
+        lambda: _PERIOD,
+        lambda: publisher.publish(value, clock.now()),
+        thread="stand-ins",
+        wanted=lambda: publisher.listening,
+    )
+
+
+def main() -> NoReturn:
+    """Run the component of a file, as it runs itself."""
+    if len(sys.argv) < 2:
+        sys.exit("usage: python -m hfsm_pytest.trial COMPONENT [OPTIONS OF THE COMPONENT]")
+    file = Path(sys.argv[1]).resolve()
+    sys.argv[:2] = [str(file)]
+    sys.path.insert(0, str(file.parent))  # for handwritten code beside it
+    found = components_in(load_module(file.stem, file))
+    if len(found) != 1:
+        sys.exit(f"{file.name} defines {len(found)} components, not one")
+    run(make_app(found[0], trial), expected=(ComponentError,))
+
+
+if __name__ == "__main__":
+    main()
