@@ -398,7 +398,9 @@ def test_timeline_goes_back_through_the_run_and_to_now(shown: EditorPage) -> Non
     expect_current(shown, "go")
 
 
-def test_recording_is_played_in_the_same_view(shown: EditorPage, robot: ServedRobot, path: Path) -> None:
+def test_recording_is_played_on_the_document_that_it_contains(
+    shown: EditorPage, robot: ServedRobot, path: Path
+) -> None:
     with started_elsewhere(robot, path, "--record", str(path.with_name("walk.mcap"))):
         follow(shown, "walk")
         shown.page.get_by_role("switch").click()
@@ -406,10 +408,22 @@ def test_recording_is_played_in_the_same_view(shown: EditorPage, robot: ServedRo
         shown.press("Alt+Enter")
         expect_current(shown, "go")
     expect(status(shown)).to_contain_text("Gone since")
+    shown.state("go").click()
+    shown.press("Delete")
+    expect(shown.state("go")).to_have_count(0)
     shown.press("Alt+r")
     shown.page.get_by_role("option", name="walk.mcap").dblclick()
     expect(status(shown)).to_have_text("Recording")
+    expect(shown.page.get_by_role("tab", name="walk.mcap")).to_have_attribute("aria-selected", "true")
     expect_current(shown, "wait")
+    shown.state("go").click()
+    shown.press("Delete")
+    expect(shown.page.get_by_role("alert")).to_contain_text("walk.mcap cannot be changed")
+    shown.button("Compare with walk.xml").click()
+    legend = shown.page.get_by_role("region", name="Comparison")
+    expect(legend).to_contain_text("Compared with walk.xml: 4 added")
+    legend.get_by_role("button", name="Done").click()
+    expect(shown.state("go")).to_be_visible()
     shown.press("Alt+l")
     shown.page.get_by_role("tab", name="Cameras").last.click()
     camera = shown.page.locator("hfsm-camera")

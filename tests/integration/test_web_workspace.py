@@ -625,16 +625,44 @@ def test_a_recording_is_let_go_of_by_the_window_that_opened_it(
         assert not live.attached
 
 
-def test_a_recording_belongs_to_the_open_document_that_is_the_recorded_one(
-    served: Editor, root: Path
-) -> None:
-    (root / "same.mcap").write_text(DOCUMENT.replace("<posx>", "<posx>1"))
-    (root / "other.mcap").write_text(DOCUMENT.replace("go", "away"))
+def test_a_recording_opens_the_document_that_it_contains_to_be_read(served: Editor, root: Path) -> None:
+    (root / "run.mcap").write_text(DOCUMENT)
     (root / "none.mcap").write_text("no document")
     with served.window() as window:
-        tab = window.ask("open", path="robot.xml")["tab"]
-        found = [window.ask("recording", path=f"{name}.mcap")["tab"] for name in ("same", "other", "none")]
-        assert found == [tab, 0, 0]
+        tab = window.ask("recording", path="run.mcap")["tab"]
+        assert tab != 1
+        (shown,) = (each for each in window.workspace["tabs"] if each["tab"] == tab)
+        assert (shown["title"], shown["recording"], shown["dirty"]) == ("run.mcap", "run.mcap", False)
+        assert window.ask("recording", path="run.mcap")["tab"] == tab
+        assert window.ask("recording", path="none.mcap")["tab"] == 0
+
+        rest = {"automaton": 1, "states": [2]}
+        changes: dict[str, dict[str, Any]] = {
+            "do": {"command": ADD_STATE}, "undo": {}, "goTo": {"revision": 1}, "cut": rest, "paste": {"automaton": 1},
+            "extract": {"automaton": 1, "path": "part.xml"}, "inline": {"automaton": 1},
+        }  # fmt: skip
+        for op, fields in changes.items():
+            with pytest.raises(Refused, match=r"run\.mcap cannot be changed: .*; make a copy with `Save as`"):
+                window.ask(op, tab=tab, **fields)
+        window.ask("copy", tab=tab, **rest)
+        with pytest.raises(Refused, match="no file yet"):
+            window.ask("save", tab=tab)
+
+
+def test_a_copy_of_the_document_of_a_recording_can_be_changed(served: Editor, root: Path) -> None:
+    (root / "run.mcap").write_text(DOCUMENT)
+    with served.window() as window:
+        tab = window.ask("recording", path="run.mcap")["tab"]
+        with pytest.raises(Refused) as refused:
+            window.ask("saveAs", tab=tab, path="robot.xml")
+        assert refused.value.kind == "exists"
+        copy = window.ask("saveAs", tab=tab, path="copy.xml")
+        assert copy["path"] == "copy.xml"
+        assert copy["tab"] not in {1, tab}
+        window.ask("do", tab=copy["tab"], command=ADD_STATE)
+        differences = window.ask("diff", tab=tab, against="copy.xml")["differences"]
+        assert [(each["kind"], each["place"]["kind"]) for each in differences] == [("removed", "state")]
+        assert window.ask("close", tab=tab) is None
 
 
 def test_what_takes_too_long_or_fails_is_answered(served: Editor) -> None:

@@ -253,8 +253,9 @@ class DocumentSession:
         *,
         journals: Path | None = None,
         clock: Callable[[], float] = time.monotonic,
+        kept: bool = False,
     ) -> DocumentSession:
-        """Begin with a document that has no file yet."""
+        """Begin with a document that has no file yet; `kept` says that it is kept elsewhere as it is."""
         content = written(document).encode()
         session = cls(
             document,
@@ -266,7 +267,7 @@ class DocumentSession:
             size=len(content),
             clock=clock,
         )
-        session._saved = None
+        session._saved = document if kept else None
         return session
 
     @classmethod

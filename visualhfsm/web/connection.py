@@ -12,6 +12,7 @@ import logging
 from collections import defaultdict
 from collections.abc import Coroutine
 from difflib import unified_diff
+from functools import partial
 from itertools import islice
 from typing import Any, Final
 
@@ -158,7 +159,7 @@ class _Connection:
         """Execute a request and return its answer. Raises VisualHfsmError."""
         match request:
             case p.Do(tab=tab, command=command, base=base):
-                return _outcome(await self._workspace.tab(tab).edit(DocumentSession.do, command, base))
+                return _outcome(await self._workspace.editable(tab).edit(DocumentSession.do, command, base))
             case p.TabEdit():
                 return await self._edit(request)
             case p.CodeHelp(tab=tab, wanted=wanted, place=place, code=code, line=line, column=column):
@@ -180,7 +181,8 @@ class _Connection:
     async def _edit(self, request: p.TabEdit) -> object:
         """Change a document; most answers say which step it was and what is new."""
         workspace = self._workspace
-        tab = workspace.tab(request.tab)
+        find = workspace.tab if isinstance(request, p.Copy) else workspace.editable
+        tab = find(request.tab)
         match request:
             case p.Undo():
                 return await tab.edit(lambda session: _step(session.undo()))
@@ -317,14 +319,18 @@ class _Connection:
     async def _diff(self, number: int, against: str) -> object:
         workspace = self._workspace
         tab = workspace.tab(number)
-        after = tab.shown.document
-        if against != _SAVED:
+        if against == _SAVED:
+            before = await tab.edit(lambda session: session.saved_document)
+            if before is None:
+                raise MissingError(f"{tab.shown.title} was never saved")
+        else:
             path = workspace.root.document(against)
-            return await workspace.threads.do(lambda: _compared(parse_file(read_file(path)[0], path), after))
-        before = await tab.edit(lambda session: session.saved_document)
-        if before is None:
-            raise MissingError(f"{tab.shown.title} was never saved")
-        return await workspace.threads.do(lambda: _compared(before, after))
+            other = workspace.tab_of(path)
+            if other is None or other is tab:
+                before = await workspace.threads.do(lambda: parse_file(read_file(path)[0], path))
+            else:
+                before = other.shown.document
+        return await workspace.threads.do(partial(_compared, before, tab.shown.document))
 
 
 def _outcome(change: Change) -> dict[str, Any]:

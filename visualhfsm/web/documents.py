@@ -6,20 +6,18 @@ Everything raises VisualHfsmError.
 from __future__ import annotations
 
 import stat
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Final
 
 from codegen.hfsm.scxml import is_scxml
-from visualhfsm.editing.diff import differ
 from visualhfsm.editing.serialization import import_scxml, parse
 from visualhfsm.errors import EditError, MissingError, UnsavedError, WouldOverwriteError
-from visualhfsm.sessions.files import read_file
+from visualhfsm.sessions.files import read_file, write_file
 from visualhfsm.sessions.session import Choice, DocumentSession
 from visualhfsm.sessions.templates import make_template
 
 from .security import DOCUMENT_SUFFIX, FOREIGN_SUFFIX, RECORDING_SUFFIX
-from .tab import Tab
 from .window import Window
 from .workspace import Workspace
 
@@ -31,9 +29,8 @@ async def open_file(workspace: Workspace, text: str) -> dict[str, Any]:
     """Open a document, or find the tab where it is open. SCXML becomes a new document."""
     path = workspace.root.source(text)
     async with workspace.opening:
-        for tab in workspace.tabs:
-            if tab.shown.path == path:
-                return {"tab": tab.id}
+        if (tab := workspace.tab_of(path)) is not None:
+            return {"tab": tab.id}
         if not path.is_file():
             raise MissingError(f"there is no file {text}")
         content, _ = await workspace.threads.do(lambda: read_file(path))
@@ -56,21 +53,20 @@ async def open_text(workspace: Workspace, name: str, text: str) -> dict[str, Any
 
 
 async def open_recording(workspace: Workspace, window: Window, path: Path) -> dict[str, Any]:
-    """Open a recording; `tab` of the answer is the open document that was recorded, 0 without one."""
+    """Open a recording; `tab` of the answer shows the document that it contains, 0 without one."""
+
+    def make() -> DocumentSession:
+        document = parse(found["document"], "The recorded document cannot be read")
+        return DocumentSession.new(document, path.name, journals=workspace.journals, kept=True)
+
+    known = next((tab.id for tab in workspace.tabs if tab.recording == path), 0)
+    if not known:
+        workspace.require_room()
     found = await workspace.open_recording(window, path)
-    return {**found, "tab": await workspace.threads.do(lambda: _tab_with(workspace.tabs, found["document"]))}
-
-
-def _tab_with(tabs: Iterable[Tab], text: str) -> int:
-    """Return the tab whose document is that of a text, except in where things stand; 0 without one."""
     try:
-        document = parse(text, "The recorded document cannot be read")
+        return {**found, **({"tab": known} if known else await _add(workspace, make, recording=path))}
     except EditError:
-        return 0
-    for tab in tabs:
-        if not differ(document, tab.shown.document):
-            return tab.id
-    return 0
+        return {**found, "tab": 0}
 
 
 async def new(workspace: Workspace, template: str) -> dict[str, Any]:
@@ -112,16 +108,20 @@ async def close(workspace: Workspace, number: int, *, discard: bool) -> None:
 
 async def save(
     workspace: Workspace, number: int, text: str | None = None, *, overwrite: bool
-) -> dict[str, str]:
-    """Save a document, to another file if one is named."""
+) -> dict[str, Any]:
+    """Save a document, to another file if one is named; of that of a recording a copy, which is opened."""
     tab = workspace.tab(number)
     path = None if text is None else workspace.root.document(text)
     if path is not None:
-        if any(other.shown.path == path for other in workspace.tabs if other is not tab):
+        if workspace.tab_of(path) not in {None, tab}:
             raise WouldOverwriteError(f"{text} is open in another tab; close that first")
         if path.exists() and path != tab.shown.path and not overwrite:
             raise WouldOverwriteError(f"{text} already exists")
         await workspace.threads.do(lambda: _make_folder(path.parent))
+        if tab.recording is not None:
+            content = (await tab.edit(DocumentSession.text)).encode()
+            await workspace.threads.do(lambda: write_file(path, content))
+            return {"path": workspace.root.name(path), **await open_file(workspace, str(path))}
     saved = await tab.edit(DocumentSession.save, path, overwrite=overwrite)
     tab.outside = None
     workspace.publish_state()
@@ -185,10 +185,14 @@ async def _import_scxml(workspace: Workspace, name: str, content: bytes) -> dict
 
 
 async def _add(
-    workspace: Workspace, make: Callable[[], DocumentSession], *, recovered: bool = False
+    workspace: Workspace,
+    make: Callable[[], DocumentSession],
+    *,
+    recovered: bool = False,
+    recording: Path | None = None,
 ) -> dict[str, Any]:
     workspace.require_room()
-    tab = await workspace.add(await workspace.threads.do(make), recovered=recovered)
+    tab = await workspace.add(await workspace.threads.do(make), recovered=recovered, recording=recording)
     return {"tab": tab.id}
 
 

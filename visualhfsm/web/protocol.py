@@ -370,7 +370,7 @@ class TabState(msgspec.Struct, kw_only=True, rename="camel"):
     name of what was started from it and runs, or else of the component that it would be. `outside` says what
     another program did to the file: nothing, `changed` or `deleted`. A `dialect` other than `native` is
     replaced when the document is saved. `changed` says that the document differs from what its component
-    runs.
+    runs. `recording` is the recording that contains it, which is not changed; empty for other documents.
     """
 
     tab: int
@@ -382,6 +382,7 @@ class TabState(msgspec.Struct, kw_only=True, rename="camel"):
     recovered: bool
     outside: str
     changed: bool = False
+    recording: str = ""
 
 
 class Recoverable(msgspec.Struct, kw_only=True, rename="camel"):

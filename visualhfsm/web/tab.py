@@ -9,6 +9,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 from itertools import islice
+from pathlib import Path
 from typing import Concatenate, Final, ParamSpec, TypeVar
 
 from codegen.hfsm.document import Document
@@ -62,7 +63,8 @@ class Shown(Source):
 class Tab:
     """An editing session, which executes requests in order in threads, and what windows show of it.
 
-    `changed` is called on the event loop whenever `shown` is new.
+    `changed` is called on the event loop whenever `shown` is new. `recording` is the file of the recording
+    that contains the document, which is not changed then.
     """
 
     def __init__(
@@ -74,9 +76,11 @@ class Tab:
         changed: Callable[[Tab], None],
         output_lines: int,
         recovered: bool = False,
+        recording: Path | None = None,
     ) -> None:
         self.id = number
         self.recovered = recovered
+        self.recording = recording
         self.outside: Outside | None = None
         self.problems: Problems | None = None
         self.run: RunPush | None = None

@@ -217,12 +217,29 @@ class Workspace:
             raise MissingError(f"tab {number} is not open")
         return self._tabs[number]
 
+    def editable(self, number: int) -> Tab:
+        """Return an open document to change it; raises MissingError, or EditError for that of a recording."""
+        tab = self.tab(number)
+        if tab.recording is not None:
+            why, hint = (
+                "a recording contains it as it ran",
+                "make a copy with `Save as`, which can be changed",
+            )
+            raise EditError(f"{tab.shown.title} cannot be changed", why, hint)
+        return tab
+
+    def tab_of(self, path: Path) -> Tab | None:
+        """Return the open document of a file."""
+        return next((tab for tab in self._tabs.values() if tab.shown.path == path), None)
+
     def require_room(self) -> None:
         """Raise TooManyError when no more documents can be opened."""
         if len(self._tabs) >= self.limits.tabs:
             raise TooManyError(f"{len(self._tabs)} documents are open; close one first")
 
-    async def add(self, session: DocumentSession, *, recovered: bool = False) -> Tab:
+    async def add(
+        self, session: DocumentSession, *, recovered: bool = False, recording: Path | None = None
+    ) -> Tab:
         """Show a session in a new tab."""
         number = next(self._numbers)
         tab = await self.threads.do(
@@ -233,6 +250,7 @@ class Workspace:
                 changed=self._show,
                 output_lines=self.limits.output_lines,
                 recovered=recovered,
+                recording=recording,
             )
         )
         self._tabs[number] = tab
@@ -498,6 +516,7 @@ class Workspace:
             dirty=shown.dirty,
             dialect=shown.dialect,
             recovered=tab.recovered,
+            recording=self._name(tab.recording),
             outside="" if tab.outside is None else tab.outside.state,
             changed=tab.differs_from_run,
         )

@@ -274,7 +274,7 @@ export class HfsmApp extends PageElement {
         ${actionButton("help", this.context, {label: false})}
       </header>
       <hfsm-monitor-bar></hfsm-monitor-bar>
-      ${banner(() => this.requestUpdate())}
+      ${banner(this.context)}
       <div class="work ${starting ? "starting" : this.side ? "beside" : ""}">
         <nav class="left" aria-label="Tree of automata" ?hidden=${starting}>
           <hfsm-tree></hfsm-tree>

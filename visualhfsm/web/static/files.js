@@ -112,7 +112,7 @@ export async function save(tab = page.tab) {
 export async function saveAs(tab = page.tab, wanted = "") {
   const state = store.workspace.tabs.find((each) => each.tab === tab);
   const {path: former = "", title = ""} = state ?? {};
-  const suggestion = wanted || former || (/\.xml$/i.test(title) ? title : `${title}.xml`);
+  const suggestion = wanted || former || `${title.replace(/\.(xml|mcap)$/i, "")}.xml`;
   /** @param {string} path */
   const attempt = async (path) => {
     const done = await saving((overwrite) => store.request("saveAs", {tab, path, overwrite}), path, tab);
@@ -126,7 +126,7 @@ const OTHER_NAME = "Choose another name.";
 /**
  * Save, and ask before overwriting something.
  *
- * @param {(overwrite: boolean) => Promise<{path: string}>} request
+ * @param {(overwrite: boolean) => Promise<{path: string, tab?: number}>} request
  * @param {string} path
  * @param {number} tab
  * @returns {Promise<true | string>} why it was not saved, empty when the user says so; true when it was
@@ -135,6 +135,7 @@ async function saving(request, path, tab, overwrite = false) {
   try {
     const done = await request(overwrite);
     remember(done.path);
+    if (done.tab) page.show(done.tab); // a copy
     notify(`Saved ${done.path}.`);
     return true;
   } catch (error) {

@@ -2,6 +2,7 @@
  * The small parts around the canvas: tabs, breadcrumbs, buttons, banners, the line of status, and the lines between
  * areas.
  *
+ * @import {HfsmCanvas} from "./canvas/canvas.js"
  * @import {From} from "./element.js"
  * @import {Automaton, TabState, Target} from "./store.js"
  */
@@ -75,11 +76,12 @@ class Tabs extends PageElement {
                 role="tab"
                 aria-selected=${each.tab === page.tab}
                 tabindex=${each.tab === page.tab ? 0 : -1}
-                title=${each.path || "not saved yet"}
+                title=${each.recording ? `Recording ${each.recording}` : each.path || "not saved yet"}
                 @click=${() => page.show(each.tab)}
                 @auxclick=${(/** @type {MouseEvent} */ event) => event.button === 1 && this.#close(each.tab)}
               >
-                <span class="text">${each.title}${folderOf(each, tabs)}</span>${
+                ${each.recording ? icon("film") : nothing}<span class="text">${each.title}${folderOf(each, tabs)}</span
+                >${
                   each.dirty
                     ? html`<span class="dirty" role="img" aria-label="not saved" title="not saved"></span>`
                     : nothing
@@ -311,9 +313,9 @@ class Status extends PageElement {
  * What stands above everything until it is settled: the server is offline, the robot is stopped, a file was changed by
  * another program, changes were not saved, or what was typed was not sent.
  *
- * @param {() => void} redraw
+ * @param {import("./actions.js").Context} context
  */
-export function banner(redraw) {
+export function banner({app, canvas}) {
   if (!store.online && store.offlineSince) {
     const since = new Date(store.offlineSince).toLocaleTimeString();
     return html`<div class="banner error" role="alert">
@@ -322,7 +324,7 @@ export function banner(redraw) {
       ${copyUnsent()}
     </div>`;
   }
-  return html`${stoppedBanner()}${unsentBanner(redraw)}${fileBanner()}`;
+  return html`${stoppedBanner()}${unsentBanner(() => app.requestUpdate())}${fileBanner(canvas)}`;
 }
 
 /** The robot refuses commands until the operator has looked at it and resets the stop. */
@@ -343,8 +345,27 @@ async function resetStop() {
   }
 }
 
-/** The file of the shown document. */
-function fileBanner() {
+/** What the shown document comes from, and that it is not changed. @param {string} path @param {HfsmCanvas} canvas */
+function recordingBanner(path, canvas) {
+  const plays = monitor.recording?.tab === page.tab;
+  return html`<div class="banner recorded" role="status">
+    This is the document of the recording ${path}. It cannot be changed.
+    ${
+      plays
+        ? html`<button type="button" @click=${async () => (await recordings()).compareRecorded(canvas)}>
+            Compare with ${monitor.structure?.document || "its file"}
+          </button>`
+        : html`<button type="button" @click=${async () => (await recordings()).play(path)}>Play it</button>`
+    }
+    <button type="button" @click=${async () => (await import("./files.js")).saveAs()}>Save a copy</button>
+  </div>`;
+}
+
+const recordings = () => import("./monitor/documents.js");
+
+/** The file of the shown document. @param {HfsmCanvas} canvas */
+function fileBanner(canvas) {
+  if (page.tabState?.recording) return recordingBanner(page.tabState.recording, canvas);
   const outside = page.tabState?.outside;
   if (!outside) return unsavedBanner();
   return html`<div class="banner" role="alert">

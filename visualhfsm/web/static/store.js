@@ -30,7 +30,7 @@
  *   checked?: number}} OpenDocument `automata` are its `own` with the `content` of those that are imported; `checked`
  *   is the revision that the problems are those of
  *
- * @typedef {{tab: number, title: string, path: string, component: string, dirty: boolean, dialect: string, recovered: boolean,
+ * @typedef {{tab: number, title: string, path: string, component: string, dirty: boolean, dialect: string, recovered: boolean, recording: string,
  *   outside: "" | "changed" | "deleted", changed: boolean}} TabState
  * @typedef {{journal: string, name: string, path: string, changedAt: number}} Recoverable
  * @typedef {{tabs: TabState[], recoverable: Recoverable[], running: {component: string}[],
@@ -79,7 +79,7 @@
  *   world: import("./monitor/world-drawing.js").WorldShape[], cameras: string[]}} Recording
  * @typedef {{hello: Greeting, do: Done, undo: Undone, redo: Undone, goTo: Undone, copy: {text: string}, cut: Done & {text: string}, paste: Done, extract: Done,
  *   inline: Done, open: Opened, new: Opened, openText: Opened, recover: Opened, discard: null, close: null,
- *   save: {path: string}, saveAs: {path: string}, resolve: {conflicts?: string[]} | null,
+ *   save: {path: string}, saveAs: {path: string, tab?: number}, resolve: {conflicts?: string[]} | null,
  *   listFiles: {directory: string, parent: string | null, entries: Entry[]}, export: {name: string, text: string},
  *   search: {tab: number, hits: Hit[]}[], diff: {differences: Difference[], before: Automaton[]},
  *   imported: Automaton[], locate: {place: Place, line: number} | null, codeHelp: unknown,
@@ -171,6 +171,9 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
   unsaved = new Map();
   /** The answer of the server to `hello`. @type {Greeting} */
   greeting = {};
+
+  /** Whether a tab shows the document of a recording, which is not changed. @param {number} tab */
+  isRecorded = (tab) => this.workspace.tabs.some((each) => each.tab === tab && each.recording);
 
   /** @type {WebSocket | undefined} */
   #socket = undefined;

@@ -33,6 +33,9 @@ export async function compare({canvas}) {
   if (against) await new Comparison(canvas, against).begin();
 }
 
+/** Show the differences from a file. @param {import("./canvas.js").HfsmCanvas} canvas @param {string} path */
+export const compareWith = (canvas, path) => new Comparison(canvas, path).begin();
+
 export class Comparison {
   /** @param {import("./canvas.js").HfsmCanvas} canvas @param {string} against */
   constructor(canvas, against) {

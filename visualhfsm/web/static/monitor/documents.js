@@ -1,7 +1,8 @@
 /**
  * Open what a component runs elsewhere: its document, and recordings of its runs.
  *
- * @import {Entry, Recording} from "../store.js"
+ * @import {HfsmCanvas} from "../canvas/canvas.js"
+ * @import {Entry} from "../store.js"
  */
 
 import {ask} from "../commands.js";
@@ -32,8 +33,10 @@ export async function openFollowed() {
     );
 }
 
-/** @param {string} name */
+/** The path of a document by the name of its file, first of all of an open one. @param {string} name */
 async function find(name) {
+  const open = store.workspace.tabs.find(({path}) => path.replace(/^.*\//, "") === name);
+  if (open) return open.path;
   let level = [""];
   let looked = 0;
   for (let depth = 0; depth <= DEPTH && level.length; depth += 1) {
@@ -77,27 +80,19 @@ export function awaitRecording(tab, path) {
 }
 
 /** @param {string} path */
-async function play(path) {
+export async function play(path) {
   const found = await ask("recording", {path});
   if (!found) return;
   await monitor.lookAtRecording(path, found);
-  await showDocument(found);
+  if (found.tab) page.show(found.tab);
+  else notify("The recording does not contain its document: its states cannot be drawn.");
   if (!found.complete) notify("The recording is long: only its beginning was read.");
 }
 
-/** Show the document that was recorded: an open one that is the same, or else what the recording contains. */
-async function showDocument(/** @type {Recording} */ {document, structure, tab}) {
-  if (tab) {
-    page.show(tab);
-    return;
-  }
-  if (!document) {
-    notify("The recording does not contain its document: its states cannot be drawn.");
-    return;
-  }
-  const name = (structure?.structure.document || "document").replace(/^.*\//, "").replace(/\.xml$/i, "");
-  const opened = await ask("openText", {name: `${name} (recorded).xml`, text: document});
-  if (!opened) return;
-  monitor.showRecordingOn(opened.tab);
-  page.show(opened.tab);
+/** Compare what a recording contains, which is shown, with the document of that name as it is now. @param {HfsmCanvas} canvas */
+export async function compareRecorded(canvas) {
+  const name = monitor.structure?.document.replace(/^.*\//, "") ?? "";
+  const path = name && (await find(name));
+  if (path) await (await import("../canvas/comparison.js")).compareWith(canvas, path);
+  else notify(`No ${name || "document"} lies below ${store.greeting.root ?? "the root"}.`, "error");
 }

@@ -269,12 +269,6 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
     this.#emit("mode", "shown");
   }
 
-  /** Show what was recorded on the document of a tab. @param {number} tab */
-  showRecordingOn(tab) {
-    if (this.recording) this.recording.tab = tab;
-    this.#emit("structure", "shown");
-  }
-
   /** Follow nothing. */
   async detach() {
     const {component} = this;
@@ -432,9 +426,9 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
     if (component === this.component) this.end(this.ended?.message ?? message);
   }
 
-  /** A component ends with the tab from which it was started. @param {number} tab */
+  /** A component ends with the tab from which it was started, a recording with its own. @param {number} tab */
   #closed(tab) {
-    if (!this.recording && this.#origins.get(this.component) === tab) this.detach();
+    if ((this.recording ? this.recording.tab : this.#origins.get(this.component)) === tab) this.detach();
   }
 
   /** @param {number} since */

@@ -169,7 +169,8 @@ export class CodeField extends LitElement {
   }
 
   #content() {
-    const {tab, place, label, hint, wraps, readonly} = this;
+    const {tab, place, label, hint, wraps} = this;
+    const readonly = this.readonly || store.isRecorded(tab);
     return {text: this.#draft.text, cursor: this.#cursor, tab, place, label, hint, wraps, readonly};
   }
 

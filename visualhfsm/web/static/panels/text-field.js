@@ -123,7 +123,8 @@ export class TextField extends LitElement {
 
   /** @param {string} id @param {Problem[]} problems */
   #input(id, problems) {
-    const {kind, hint, readonly} = this;
+    const {kind, hint} = this;
+    const readonly = this.readonly || store.isRecorded(this.tab);
     const text = kind === "time" ? (this.typed ?? spokenTime(this.#draft.text)) : this.#draft.text;
     const invalid = problems.some((each) => each.severity === "error") ? "true" : nothing;
     const described = problems.length ? `${id}-problems` : nothing;
