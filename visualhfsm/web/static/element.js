@@ -20,6 +20,9 @@ import {page} from "./page.js";
 import {required} from "./required.js";
 import {store} from "./store.js";
 
+/** Resolves when what the server has just sent is drawn. */
+export const drawn = () => new Promise((resolve) => requestAnimationFrame(() => setTimeout(resolve)));
+
 /**
  * An element without a shadow, so that one style sheet, one order of focus and one set of labels hold for all.
  *

@@ -65,6 +65,8 @@ function folderOf({tab, title, path}, tabs) {
 }
 
 class Tabs extends PageElement {
+  #revealed = 0;
+
   render() {
     const {tabs} = store.workspace;
     return html`<div role="tablist" aria-label="Open documents" @keydown=${this.#key}>
@@ -109,7 +111,10 @@ class Tabs extends PageElement {
   }
 
   updated() {
-    this.querySelector(".tab.chosen")?.scrollIntoView({block: "nearest", inline: "nearest"});
+    if (this.#revealed === page.tab) return; // scrolling makes the browser lay out everything at once
+    const chosen = this.querySelector(".tab.chosen"); // not there until the workspace has come
+    chosen?.scrollIntoView({block: "nearest", inline: "nearest"});
+    this.#revealed = chosen ? page.tab : 0;
   }
 
   /** @param {number} tab */

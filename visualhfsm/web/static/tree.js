@@ -2,7 +2,7 @@
 
 import {guard, html, nothing} from "lit";
 
-import {PageElement} from "./element.js";
+import {drawn, PageElement} from "./element.js";
 import {lostIn, rootOf} from "./outline.js";
 import {page} from "./page.js";
 import {problemOf, problemOfAutomaton} from "./problems.js";
@@ -28,6 +28,12 @@ export class Tree extends PageElement {
   #focused = "";
   /** @type {string | undefined} */
   #revealed = "";
+
+  /** Draw what was done in the tree at once, and all else after the canvas, which is where one looks then. */
+  async scheduleUpdate() {
+    if (this.hasUpdated && !this.contains(document.activeElement)) await drawn();
+    super.scheduleUpdate();
+  }
 
   #rows() {
     const document = page.shownDocument;

@@ -351,7 +351,8 @@ function wider({left, right, top, bottom}, part) {
 
 /** @param {StateView | TransitionView} view @param {boolean} selected */
 function mark(view, selected) {
-  if (view.group.classList.contains("selected") === selected) return;
+  if (view.selected === selected) return;
+  view.selected = selected;
   view.group.classList.toggle("selected", selected);
   view.group.setAttribute("aria-pressed", String(selected));
   view.label?.classList.toggle("selected", selected);

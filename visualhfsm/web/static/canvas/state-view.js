@@ -30,6 +30,7 @@ const apart = (a, b) => Math.abs(((a - b + Math.PI * 3) % (Math.PI * 2)) - Math.
 
 export class StateView {
   words = "";
+  selected = false;
   /** What is shown beside the pointer. */
   tip = "";
 
@@ -100,6 +101,7 @@ export class StateView {
       state.final && "final",
       problem && `has-${problem.severity}`,
       mark && `is-${mark}`,
+      this.selected && "selected",
     ];
     group.setAttribute("class", kinds.filter(Boolean).join(" "));
     this.words = describe(state, imported, problem, mark);

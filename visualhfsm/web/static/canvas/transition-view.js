@@ -36,6 +36,7 @@ const NOWHERE = arc(undefined, undefined, {x: 0, y: 0});
 
 export class TransitionView {
   words = "";
+  selected = false;
   /** What is shown beside the pointer. */
   tip = "";
   arc = NOWHERE;
@@ -128,6 +129,7 @@ export class TransitionView {
       hasCode && "has-code",
       problem && `has-${problem.severity}`,
       mark && `is-${mark}`,
+      this.selected && "selected",
     ];
     this.group.setAttribute("class", kinds.filter(Boolean).join(" "));
     this.words = [
@@ -159,7 +161,7 @@ export class TransitionView {
     this.#details = detailsOf(blankHandle(), blankLabel());
     const {handle, label} = this.#details;
     this.group.append(handle);
-    label.classList.toggle("selected", this.group.classList.contains("selected"));
+    label.classList.toggle("selected", this.selected);
     this.#write();
   }
 
@@ -199,8 +201,8 @@ export class TransitionView {
     rank.setAttribute("y", (first.y + 3.5).toFixed(1));
   }
 
-  /** @type {unknown[]} */
-  #placed = [];
+  /** @type {{from?: Point, to?: Point, handle?: Point, isLoop?: boolean}} */
+  #placed = {};
 
   /**
    * Draw the arc between two points through a handle; returns whether anything differs from before.
@@ -216,9 +218,10 @@ export class TransitionView {
       this.group.removeAttribute("transform");
       this.label?.removeAttribute("transform");
     }
-    const placed = [from?.x, from?.y, to?.x, to?.y, handle.x, handle.y, isLoop];
-    if (placed.every((value, index) => value === this.#placed[index])) return false;
-    this.#placed = placed;
+    const former = this.#placed;
+    const stays = samePlace(from, former.from) && samePlace(to, former.to) && samePlace(handle, former.handle);
+    if (stays && isLoop === former.isLoop) return false;
+    this.#placed = {from, to, handle, isLoop};
     const made = arc(from, to, handle, isLoop);
     this.arc = made;
     for (const each of [this.#hit, this.glow, this.#line]) each.setAttribute("d", made.path);
@@ -255,6 +258,9 @@ export class TransitionView {
     this.nameAt = middle;
   }
 }
+
+/** @param {Point} [one] @param {Point} [other] */
+const samePlace = (one, other) => one === other || (one?.x === other?.x && one?.y === other?.y);
 
 /** The parts of a handle and of a label. @param {SVGElement} handle @param {SVGElement} label */
 function detailsOf(handle, label) {

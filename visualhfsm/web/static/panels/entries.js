@@ -9,6 +9,7 @@
 
 import {LitElement, html, nothing} from "lit";
 import {apply} from "../commands.js";
+import {drawn} from "../element.js";
 import {icon} from "../icons.js";
 import {spoken} from "../keys.js";
 import {placeOf} from "./places.js";
@@ -197,8 +198,6 @@ export class Entries extends LitElement {
   }
 }
 
-/** Resolves when what the server has just said is drawn. */
-const drawn = () => new Promise((resolve) => requestAnimationFrame(() => setTimeout(resolve)));
 /** @param {string} noun */
 const article = (noun) => `${/^[aeiou]/.test(noun) ? "an" : "a"} ${noun}`;
 
