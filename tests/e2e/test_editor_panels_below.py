@@ -131,6 +131,31 @@ def test_a_line_with_two_hits_is_listed_once_with_both_marked(shown: EditorPage)
     expect(shown.page.get_by_text("2 found")).to_be_visible()
 
 
+def test_what_is_found_is_replaced_in_one_line_and_in_all_code_as_one_step(shown: EditorPage) -> None:
+    edit(shown, "go")
+    shown.type("Count = count\ncounts = count")
+    shown.button("Search").click()
+    expect(shown.page.get_by_role("searchbox")).to_be_focused()
+    shown.type("count")
+    shown.page.get_by_role("checkbox", name="Whole word, same case").check()
+    shown.page.get_by_role("textbox", name="Replace by").fill("n")
+    rows = shown.page.get_by_role("list", name="Found").locator("button.row")
+    expect(rows).to_have_count(5)
+    shown.page.get_by_role("button", name="Replace in walk › go › code:2").click()
+    code = shown.page.get_by_role("textbox", name="Code of the state go").locator(".cm-line")
+    expect(code).to_have_text(["Count = count", "counts = n"])
+    expect(
+        shown.page.get_by_role("status").filter(has_text="Replace “count” by “n” (once): done.")
+    ).to_be_visible()
+    shown.button("Replace 4 in code").click()
+    expect(code).to_have_text(["Count = n", "counts = n"])
+    expect(rows).to_have_count(0)
+    assert undo_names(shown)[0] == "Replace “count” by “n” (4 times)"
+    shown.press("Control+z")
+    expect(rows).to_have_count(4)
+    assert panel_violations(shown) == []
+
+
 def test_search_follows_what_is_typed(shown: EditorPage) -> None:
     shown.press("Control+f")
     expect(shown.page.get_by_role("searchbox")).to_be_focused()

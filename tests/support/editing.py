@@ -135,6 +135,10 @@ def _value(
     match field.name:
         case "automaton":
             return automaton.id
+        case "place":
+            return {"kind": "state", "automaton": automaton.id, "id": random.choice(states), "part": "code"}
+        case "line":
+            return random.randint(0, 2)
         case "state" | "origin" | "destination":
             return random.choice([*states * 8, 77])
         case "transition":
@@ -147,7 +151,7 @@ def _value(
             return random.choice([0.0, 10.5, -300.0, 1e5, 0.1 + 0.2])
         case "index" | "to" | "child" | "source":
             return random.randint(0, 2)
-        case "final" | "cut":
+        case "final" | "cut" | "whole":
             return random.choice([False, True])
         case "name":
             return random.choice(NAMES)

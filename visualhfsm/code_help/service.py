@@ -12,10 +12,7 @@ import msgspec
 
 from codegen.hfsm.document import Document, Text
 from visualhfsm.child import LineProcess, NoAnswerError
-from visualhfsm.editing.commands import Command
-from visualhfsm.editing.commands.automata import SetAutomatonCode
-from visualhfsm.editing.commands.states import SetArgument, SetStateCode
-from visualhfsm.editing.commands.transitions import SetTransitionCode
+from visualhfsm.editing.commands.text import with_code
 from visualhfsm.editing.places import Place
 from visualhfsm.editing.serialization import written
 from visualhfsm.errors import VisualHfsmError
@@ -80,7 +77,7 @@ class CodeHelper:
         if len(code) > _LARGEST:
             return None
         if wanted == "lint":
-            document = written(_with_code(_around(source.document, place), place, code))
+            document = written(with_code(_around(source.document, place), place, code))
         else:
             document = self._context_of(source.document, place)
         path = source.path or Path.cwd() / _UNTITLED
@@ -123,7 +120,7 @@ class CodeHelper:
     def _context_of(self, document: Document, place: Place) -> str:
         """Return the text of what is around a piece of code; it is the same while the piece is typed."""
         if self._context is None or self._context[0] is not document or self._context[1] != place:
-            self._context = document, place, written(_with_code(_around(document, place), place, ""))
+            self._context = document, place, written(with_code(_around(document, place), place, ""))
         return self._context[2]
 
 
@@ -166,21 +163,3 @@ def _around(document: Document, place: Place) -> Document:
         for each in document.automata
     )
     return replace(document, automata=automata, properties=())
-
-
-def _with_code(document: Document, place: Place, code: str) -> Document:
-    """Return a document with another text for a piece of code; raises VisualHfsmError when there is none."""
-    where: dict[str, Any] = {"automaton": place.automaton}
-    command: Command
-    match place.kind, place.part:
-        case "state", "argument":
-            command = SetArgument(**where, state=place.id, name=place.name, value=code, child=place.child)
-        case "state", "entry" | "code" | "exit" as part:
-            command = SetStateCode(**where, state=place.id, part=part, text=code)
-        case "transition", "trigger" | "guard" | "fired" as part:
-            command = SetTransitionCode(**where, transition=place.id, part=part, text=code)
-        case "automaton", "variables" | "functions" as part:
-            command = SetAutomatonCode(**where, part=part, text=code)
-        case _:
-            raise VisualHfsmError(f"there is no code in the {place.part or 'whole'} of a {place.kind}")
-    return command.apply(document)

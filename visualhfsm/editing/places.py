@@ -12,13 +12,13 @@ import msgspec
 
 from codegen.hfsm.document import Automaton, Document, Node, Parameter, State, Text, Transition
 
-__all__ = ["TEXTS", "Hit", "Located", "Locator", "Place", "Spot", "search", "spots"]
+__all__ = ["CODE", "TEXTS", "Hit", "Located", "Locator", "Place", "Spot", "pattern_for", "search", "spots"]
 
-_CODE: Final = frozenset(
+CODE: Final = frozenset(
     ("argument", "code", "entry", "exit", "fired", "functions", "guard", "trigger", "variables")
 )
 """The parts that hold code."""
-TEXTS: Final = _CODE | frozenset(
+TEXTS: Final = CODE | frozenset(
     ("description", "import", "language", "name", "onError", "onRefused", "period", "priority")
 )
 """The parts of a document, automaton, state or transition that are typed."""
@@ -195,7 +195,7 @@ class Locator:
 
 
 def _has_code(spot: Spot, line: int) -> bool:
-    if spot.text is None or spot.place.part not in _CODE or not spot.text:
+    if spot.text is None or spot.place.part not in CODE or not spot.text:
         return False
     return spot.line <= line <= spot.line + spot.text.count("\n")
 
@@ -226,11 +226,20 @@ class Hit(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
     start: int
 
 
-def search(document: Document, text: str) -> list[Hit]:
-    """Return where a text occurs in names, code and all other typed text; the first 1000 places."""
+def search(document: Document, text: str, *, whole: bool = False) -> list[Hit]:
+    """Return where a text occurs in names, code and all other typed text; the first 1000 places.
+
+    Case does not matter, unless it is to be a `whole` word.
+    """
     if not text:
         return []
-    return list(islice(_hits(document, re.compile(re.escape(text), re.IGNORECASE)), _MOST_HITS))
+    return list(islice(_hits(document, pattern_for(text, whole=whole)), _MOST_HITS))
+
+
+def pattern_for(text: str, *, whole: bool) -> re.Pattern[str]:
+    """Return what a search looks for."""
+    escaped = re.escape(text)
+    return re.compile(rf"(?<!\w){escaped}(?!\w)") if whole else re.compile(escaped, re.IGNORECASE)
 
 
 def _hits(document: Document, pattern: re.Pattern[str]) -> Iterator[Hit]:

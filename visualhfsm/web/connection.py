@@ -312,8 +312,9 @@ class _Connection:
         workspace = self._workspace
         tabs = workspace.tabs if request.tab is None else [workspace.tab(request.tab)]
         shown = [(tab.id, tab.shown.document) for tab in tabs]
+        text, whole = request.text, request.whole
         return await workspace.threads.do(
-            lambda: [{"tab": number, "hits": search(document, request.text)} for number, document in shown]
+            lambda: [{"tab": number, "hits": search(each, text, whole=whole)} for number, each in shown]
         )
 
     async def _diff(self, number: int, against: str) -> object:

@@ -154,9 +154,10 @@ class Paste(TabEdit):
 
 
 class Search(_Request):
-    """Search names and code, in one document or in all open ones."""
+    """Search names and code, in one document or in all open ones, for a text or a whole word."""
 
     text: Name
+    whole: bool = False
     tab: TabId | None = None
 
 

@@ -337,6 +337,14 @@ def test_names_and_code_are_searched(text: str, hits: list[tuple[str, str, int, 
     assert [(each.place.kind, each.place.part, each.line, each.column) for each in found] == hits
 
 
+def test_a_whole_word_is_found_in_its_case_alone() -> None:
+    code = "ball = Ball(ball, football, ball_2).ball"
+    document = done(tree(), SetStateCode(automaton=1, state=2, part="exit", text=code))
+    assert [each.column for each in search(document, "ball", whole=True)] == [1, 13, 37]
+    assert len(search(document, "BALL")) == 6
+    assert search(document, "BALL", whole=True) == []
+
+
 def test_a_hit_is_shown_with_its_line() -> None:
     document = done(
         tree(), SetStateCode(automaton=1, state=2, part="exit", text=f"a = 1\n  {'b' * 300} = needle")

@@ -1,8 +1,9 @@
-/** Search in the names and all code of the document, or of all open ones. */
+/** Search in the names and all code of the document, or of all open ones, and replace in its code. */
 
 import {html, nothing} from "lit";
 import {PageElement} from "../element.js";
-import {messageOf} from "../notices.js";
+import {apply} from "../commands.js";
+import {messageOf, notify} from "../notices.js";
 import {page} from "../page.js";
 import {store} from "../store.js";
 import {keyOf, wordsFor} from "./places.js";
@@ -10,14 +11,27 @@ import {moveAmongRows} from "./rows.js";
 
 const PAUSE = 150; // ms
 const SHOWN = 200;
+/** The parts of a document that hold code, of which the lines have numbers, and the others. */
+const LINES = /^(entry|code|exit|fired|variables|functions)$/;
+const PHRASES = /^(trigger|guard|argument)$/;
+/** @param {Hit} hit */
+const inCode = ({place: {part = ""}}) => LINES.test(part) || PHRASES.test(part);
 
 /**
  * @import {From} from "../element.js"
+ * @import {Place} from "../store.js"
  * @typedef {import("../store.js").Hit & {tab: number}} Hit
  */
 
 class Search extends PageElement {
-  static properties = {text: {state: true}, hits: {state: true}, everywhere: {state: true}, failed: {state: true}};
+  static properties = {
+    text: {state: true},
+    by: {state: true},
+    whole: {state: true},
+    hits: {state: true},
+    everywhere: {state: true},
+    failed: {state: true},
+  };
   /** @type {typeof PageElement.watches} */
   static watches = {page: ["tab"], store: []};
 
@@ -27,6 +41,9 @@ class Search extends PageElement {
   constructor() {
     super();
     this.text = "";
+    /** What it is replaced by. */
+    this.by = "";
+    this.whole = false;
     /** @type {Hit[] | null} */
     this.hits = null;
     this.everywhere = false;
@@ -63,6 +80,27 @@ class Search extends PageElement {
           spellcheck="false"
           autocomplete="off"
         />
+        <input
+          type="text"
+          aria-label="Replace by"
+          placeholder="Replace by"
+          .value=${this.by}
+          @input=${(/** @type {From<HTMLInputElement>} */ {target}) => (this.by = target.value)}
+          spellcheck="false"
+          autocomplete="off"
+        />
+        ${this.#replaceAll()}
+        <label
+          ><input
+            type="checkbox"
+            .checked=${this.whole}
+            @change=${(/** @type {From<HTMLInputElement>} */ {target}) => {
+              this.whole = target.checked;
+              this.#soon();
+            }}
+          />
+          Whole word, same case</label
+        >
         <label
           ><input type="checkbox" .checked=${this.everywhere} @change=${this.#widen} /> In all open documents</label
         >
@@ -92,20 +130,48 @@ class Search extends PageElement {
     </div>`;
   }
 
+  /** The button for all code of the shown document. */
+  #replaceAll() {
+    const count = (this.hits ?? []).filter((hit) => hit.tab === page.tab && inCode(hit)).length;
+    if (!count) return nothing;
+    const many = `${count}${(this.hits?.length ?? 0) >= 1000 ? " or more" : ""}`;
+    return html`<button type="button" class="tool" @click=${() => this.#replace({})}>
+      ${this.by ? `Replace ${many} in code` : `Delete ${many} in code`}
+    </button>`;
+  }
+
+  /** Replace in all code of the document, or in a line of it. @param {{place?: Place, line?: number}} where */
+  async #replace(where) {
+    const {text, by, whole} = this;
+    const done = await apply("replaceText", {text, by, whole, ...where});
+    if (done) notify(`${done.name}: done.`);
+  }
+
   /** @param {Hit[]} line the hits in one line */
   #row(line) {
     const [hit] = line;
     const document = store.documents.get(hit.tab);
     const title = hit.tab !== page.tab ? store.workspace.tabs.find((each) => each.tab === hit.tab)?.title : undefined;
     const words = document ? wordsFor(document, hit.place) : [];
-    const number =
-      hit.line > 1 || hit.place.part?.match(/^(entry|code|exit|fired|variables|functions)$/) ? `:${hit.line}` : "";
+    const number = hit.line > 1 || LINES.test(hit.place.part ?? "") ? `:${hit.line}` : "";
     const where = `${[title, ...words].filter(Boolean).join(" › ")}${number}`;
-    return html`<li>
+    return html`<li class="hit-row">
       <button type="button" class="row hit" @click=${() => this.#go(hit)}>
         <span class="where" title=${where}><bdi>${where}</bdi></span>
         <code class="excerpt">${marked(line)}</code>
       </button>
+      ${
+        this.by && hit.tab === page.tab && inCode(hit)
+          ? html`<button
+              type="button"
+              class="tool"
+              aria-label="Replace in ${where}"
+              @click=${() => this.#replace({place: hit.place, line: hit.line})}
+            >
+              Replace
+            </button>`
+          : nothing
+      }
     </li>`;
   }
 
@@ -151,14 +217,14 @@ class Search extends PageElement {
   }
 
   async #ask() {
-    const {text} = this;
+    const {text, whole} = this;
     const number = ++this.#asked;
     if (!text || !page.tab) {
       this.hits = null;
       return;
     }
     try {
-      const found = await store.request("search", {text, ...(this.everywhere ? {} : {tab: page.tab})});
+      const found = await store.request("search", {text, whole, ...(this.everywhere ? {} : {tab: page.tab})});
       if (number !== this.#asked) return;
       this.hits = found.flatMap(({tab, hits}) => hits.map((hit) => ({...hit, tab})));
       this.failed = "";
