@@ -15,8 +15,6 @@ from codegen.options import DOCUMENTS, ErrorFormat, require_directories, require
 if TYPE_CHECKING:
     from codegen.hfsm.model_checker import ModelReport
 
-__all__ = ["EPILOG", "check"]
-
 EPILOG: Final = """Examples:
 
 visualhfsm check behaviors

@@ -22,18 +22,6 @@ from typing import Final, Literal
 
 from hfsm_command.child import ChildProcess, signal_name
 
-__all__ = [
-    "LineProcess",
-    "LineReports",
-    "Lines",
-    "NoAnswerError",
-    "Stream",
-    "WatchedProcess",
-    "answer_lines",
-    "child_environment",
-    "describe_exit",
-]
-
 Stream = Literal["out", "err"]
 
 _MEMORY: Final = 4 << 30

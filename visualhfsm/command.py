@@ -25,8 +25,6 @@ from visualhfsm.replay import replay
 from visualhfsm.steer.commands import register as register_steering
 from zenoh_ice.settings import Settings
 
-__all__ = ["app"]
-
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 
 _PACKAGES: Final = frozenset({"h11", "starlette", "uvicorn", "websockets"})

@@ -21,8 +21,6 @@ from codegen.hfsm.formats.xml_tree import read_bytes
 from codegen.hfsm.scxml import is_scxml, write_scxml
 from visualhfsm.editing.serialization import read_scxml
 
-__all__ = ["convert_document", "convert_python2", "read"]
-
 _WORD: Final = string.ascii_letters + string.digits + "_"
 _DIVISION: Final = "`/` rounds whole numbers down in Python 2, and does not in Python 3"
 

@@ -12,8 +12,6 @@ from codegen.files import FilesNotWrittenError, GeneratedFile, apply, compare_wi
 from codegen.options import ErrorFormat, report
 from visualhfsm.errors import VisualHfsmError
 
-__all__ = ["EPILOG", "convert"]
-
 EPILOG: Final = """Examples:
 
 visualhfsm convert old.xml new.xml

@@ -4,20 +4,6 @@ from __future__ import annotations
 
 from typing import ClassVar, Literal
 
-__all__ = [
-    "ChangedOutsideError",
-    "EditError",
-    "ErrorKind",
-    "ForbiddenPathError",
-    "MissingError",
-    "MissingPackageError",
-    "OldFormatError",
-    "TooManyError",
-    "UnsavedError",
-    "VisualHfsmError",
-    "WouldOverwriteError",
-]
-
 ErrorKind = Literal[
     "malformed",  # no request of this protocol
     "refused",  # a document cannot be changed, opened or saved like this

@@ -10,8 +10,6 @@ from codegen.files import FilesNotWrittenError, apply, compare_with_disk
 from codegen.hfsm import compile_document
 from visualhfsm.errors import VisualHfsmError
 
-__all__ = ["generate_component"]
-
 
 def generate_component(
     document: Path, output: Path | None, diagnostics: Diagnostics, include: Sequence[Path] = ()

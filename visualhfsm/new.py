@@ -11,8 +11,6 @@ import typer
 
 from visualhfsm.errors import VisualHfsmError
 
-__all__ = ["EPILOG", "new"]
-
 EPILOG: Final = """Examples:
 
 visualhfsm new my-robot"""

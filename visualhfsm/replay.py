@@ -28,8 +28,6 @@ from visualhfsm.child import child_environment
 from visualhfsm.errors import VisualHfsmError
 from zenoh_ice.text import printable
 
-__all__ = ["EPILOG", "outcome_lines", "replay"]
-
 _T = TypeVar("_T", Step, Divergence, Difference)
 
 EPILOG: Final = """Examples:

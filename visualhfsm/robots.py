@@ -25,8 +25,6 @@ from visualhfsm.monitoring.robot import RobotPresence
 from visualhfsm.services import Publish, Robot, Simulation, complete, free_endpoint
 from zenoh_ice import Settings
 
-__all__ = ["Robots", "World", "find_worlds"]
-
 _BALLS: Final = ("red", "green")
 _SIMULATION_PATIENCE: Final = (3.0, 2.0)
 """Seconds from SIGINT to SIGTERM, and from there to SIGKILL."""

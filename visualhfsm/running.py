@@ -33,8 +33,6 @@ from visualhfsm.generate import generate_component
 from visualhfsm.services import Output, OutputLine, Publish, RunPush, Source, complete
 from zenoh_ice import Settings
 
-__all__ = ["Origin", "Origins", "RunningComponents", "read_origins"]
-
 _Status = Literal["generating", "starting", "running", "stopping", "ended"]
 
 _PATIENCE: Final = (5.0, 3.0)

@@ -23,25 +23,6 @@ from codegen.hfsm.document import Document
 from visualhfsm.editing.places import Place
 from zenoh_ice.settings import host_and_port, is_loopback
 
-__all__ = [
-    "Components",
-    "Output",
-    "OutputLine",
-    "Publish",
-    "Push",
-    "Robot",
-    "RunPush",
-    "Simulation",
-    "Snapshot",
-    "Source",
-    "Stale",
-    "Structure",
-    "complete",
-    "free_endpoint",
-    "retrieve",
-    "tag",
-]
-
 R = TypeVar("R")
 
 

@@ -19,8 +19,6 @@ from codegen.hfsm.definitions import COMPONENT_ALIASES
 
 from .component import TypedComponent
 
-__all__ = ["Completion", "Completions", "Explanation", "Signature", "complete", "explain", "signature"]
-
 _MOST: Final = 200
 _DOCUMENTED: Final = 24
 _DOCUMENTATION_TIME: Final = 0.3

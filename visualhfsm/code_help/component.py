@@ -24,8 +24,6 @@ from codegen.hfsm.known_interfaces import KnownInterfaces
 from codegen.hfsm.source_map import SOURCE_MAP
 from visualhfsm.editing.places import Place, spots
 
-__all__ = ["TypedComponent", "generate_around"]
-
 _TYPED, _SHARED, _FUNCTIONS = "_hfsm_typed", "_hfsm_shared", "_hfsm_functions"
 _SHARING: Final = frozenset({"entry", "code", "exit", "fired"})
 _DEFAULTS: Final = {"int": "0", "float": "0.0", "bool": "False", "str": '""', "object": "None"}

@@ -13,8 +13,6 @@ from typing import Final, TypeVar
 import jedi
 from parso.cache import parser_cache
 
-__all__ = ["keep_parsed_files", "with_readable_files"]
-
 T = TypeVar("T")
 
 _temporary: Final[list[tempfile.TemporaryDirectory[str]]] = []

@@ -18,8 +18,6 @@ from visualhfsm.editing.serialization import written
 from visualhfsm.errors import VisualHfsmError
 from visualhfsm.services import Source, retrieve
 
-__all__ = ["CodeHelper", "Question"]
-
 Wanted = Literal["complete", "explain", "signature", "lint", "interfaces"]
 
 _PATIENCE: Final = 4.0

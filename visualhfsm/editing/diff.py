@@ -13,17 +13,6 @@ from codegen.hfsm.document import Argument, Automaton, Document, Import, Node, S
 
 from .places import Place
 
-__all__ = [
-    "KEYS",
-    "Difference",
-    "compared_fields",
-    "diff_documents",
-    "differ",
-    "keyed",
-    "part_of",
-    "shown",
-]
-
 _NodeT = TypeVar("_NodeT", bound=Node)
 
 KEYS: Final[dict[str, Callable[[Any], Hashable]]] = {

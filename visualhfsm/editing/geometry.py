@@ -12,8 +12,6 @@ from codegen.hfsm.document import Automaton, State, Transition
 
 from .nodes import coordinate
 
-__all__ = ["Point", "default_handle", "moved", "with_default_handles"]
-
 Point = tuple[float, float]
 """x and y in pixels, y downwards."""
 

@@ -17,26 +17,6 @@ from codegen.hfsm.formats.native import MAX_ID
 from codegen.hfsm.formats.writer import UNWRITABLE
 from visualhfsm.errors import EditError
 
-__all__ = [
-    "MAX_AUTOMATA",
-    "automaton_ids",
-    "changed",
-    "checked",
-    "coordinate",
-    "find_automaton",
-    "find_state",
-    "find_transition",
-    "free_ids",
-    "free_name",
-    "label",
-    "state_ids",
-    "swapped",
-    "transition_ids",
-    "with_automaton",
-    "with_state",
-    "with_transition",
-]
-
 MAX_AUTOMATA: Final = 10_000
 """Automata that a document may hold."""
 

@@ -12,8 +12,6 @@ import msgspec
 
 from codegen.hfsm.document import Automaton, Document, Node, Parameter, State, Text, Transition
 
-__all__ = ["CODE", "TEXTS", "Hit", "Located", "Locator", "Place", "Spot", "pattern_for", "search", "spots"]
-
 CODE: Final = frozenset(
     ("argument", "code", "entry", "exit", "fired", "functions", "guard", "trigger", "variables")
 )

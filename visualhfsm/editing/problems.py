@@ -25,14 +25,6 @@ from visualhfsm.errors import EditError
 from .places import Locator, Place
 from .serialization import written
 
-__all__ = [
-    "CheckProcess",
-    "CounterexampleView",
-    "Problem",
-    "StepView",
-    "find_problems",
-]
-
 _MOST: Final = 1000
 """Limit of the reported problems; more are usually repetitions of one."""
 _MOST_STEPS: Final = 2000

@@ -24,17 +24,6 @@ from .geometry import with_default_handles
 from .nodes import find_automaton, find_state
 from .subtrees import below
 
-__all__ = [
-    "MAX_SIZE",
-    "NATIVE",
-    "copy_states",
-    "import_scxml",
-    "parse",
-    "parse_file",
-    "read_scxml",
-    "written",
-]
-
 MAX_SIZE: Final = 12 << 20
 """Bytes of the largest document that can be saved: fewer than the reader takes in size and in elements."""
 NATIVE: Final[str] = Dialect.NATIVE.value

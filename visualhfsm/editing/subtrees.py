@@ -7,8 +7,6 @@ from dataclasses import replace
 
 from codegen.hfsm.document import NO_CHILD, Automaton, Document, State
 
-__all__ = ["below", "hanging", "owners", "renumbered", "without_automata"]
-
 
 def owners(document: Document) -> dict[int, list[tuple[Automaton, State]]]:
     """Return the owners of each automaton: states, each with its automaton."""

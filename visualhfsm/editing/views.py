@@ -11,8 +11,6 @@ from typing import Any, Final
 
 from codegen.hfsm.document import Automaton, Document, Interface, Node, Text
 
-__all__ = ["view"]
-
 _KEPT_ALONE: Final = frozenset(each.name for each in fields(Node))
 """Fields that are kept for the file and not shown."""
 _HIDDEN: Final[dict[type, frozenset[str]]] = {

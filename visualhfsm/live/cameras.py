@@ -18,8 +18,6 @@ from visualhfsm.monitoring.realm import has_interface
 from zenoh_ice import Communicator, Sample, ZenohIceError
 from zenoh_ice.text import printable
 
-__all__ = ["OLDEST", "Cameras", "Pictures", "encode_jpeg", "require_pillow"]
-
 QUALITY: Final = 80
 """Of 1 to 95; an image of 320 x 240 takes about 12 kB."""
 _LARGEST: Final = 4096

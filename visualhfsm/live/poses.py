@@ -20,8 +20,6 @@ import msgspec
 from visualhfsm.monitoring.robot import RobotMonitor
 from visualhfsm.monitoring.world import Placement, Shape
 
-__all__ = ["BodyState", "PoseStream"]
-
 PERIOD: Final = 1 / 30
 _REPEAT: Final = 1.0
 """Seconds after which a state that has not changed is sent again."""

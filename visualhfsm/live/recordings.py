@@ -48,8 +48,6 @@ from visualhfsm.monitoring.world import Shape, sound_objects, sound_placement, s
 
 from .cameras import OLDEST, encode_jpeg, require_pillow
 
-__all__ = ["RecordedRun", "open_recording"]
-
 _INTERVAL: Final = 100_000_000
 """Nanoseconds between two moments, as of a monitor, unless a state changes."""
 _PATIENCE: Final = 12.0

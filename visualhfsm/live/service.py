@@ -38,8 +38,6 @@ from .cameras import Cameras
 from .poses import PoseStream
 from .recordings import RecordedRun, open_recording
 
-__all__ = ["OPERATIONS", "Monitoring", "StopReport", "control", "reset_robot", "stand_robot", "stop_robot"]
-
 _PERIOD: Final = 0.1
 _RECORDING: Final = "recording:"
 _MOST_RECORDINGS: Final = 4

@@ -18,8 +18,6 @@ from interfaces.hfsm import (
 )
 from zenoh_ice.text import printable
 
-__all__ = ["Automata", "Change", "Span", "StateLog", "StateRow", "by_id", "number_in"]
-
 _DEEPEST: Final = 64
 """Levels of automata that are shown; codegen makes no more."""
 _LONGEST_LOG: Final = 5_000

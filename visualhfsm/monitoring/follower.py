@@ -15,8 +15,6 @@ from visualhfsm.monitoring.robot import RobotMonitor
 from visualhfsm.monitoring.run_log import LiveSnapshot, RunLog, is_sound
 from zenoh_ice import Communicator, Sample
 
-__all__ = ["Follower", "LiveStructure", "News", "Silence"]
-
 _HIGHEST_RATE: Final = 50.0
 """Limit of the snapshots per second that are published; of more, the newest is."""
 _AUTOMATA_A_SECOND: Final = 2_000

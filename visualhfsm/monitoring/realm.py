@@ -18,19 +18,6 @@ from zenoh_ice import Communicator, MarshalException, Sample, ZenohIceError
 from zenoh_ice.text import printable
 from zenoh_ice.transport import Target
 
-__all__ = [
-    "MONITOR_PREFIX",
-    "RELOAD_PATIENCE",
-    "Newest",
-    "PolledValue",
-    "components",
-    "did_you_mean",
-    "find_component",
-    "has_interface",
-    "missing_component",
-    "refusals",
-]
-
 MONITOR_PREFIX: Final = "Hfsm."
 """Prefix of the identities of monitors of components."""
 RELOAD_PATIENCE: Final = 30_000

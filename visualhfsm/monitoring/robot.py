@@ -14,8 +14,6 @@ from visualhfsm.monitoring.world import Placement, WorldMonitor
 from zenoh_ice import Communicator
 from zenoh_ice.text import printable
 
-__all__ = ["STALE", "RobotFacts", "RobotMonitor", "RobotPresence", "RobotState"]
-
 STALE: Final = 0.8
 """Wall seconds after which a value that is sent at least ten times a second is too old."""
 _STALE_HEALTH: Final = 2.0

@@ -23,8 +23,6 @@ from interfaces.hfsm import ComponentSnapshot, Mark
 from visualhfsm.monitoring.automata import Change, Span, StateLog, number_in
 from visualhfsm.monitoring.robot import RobotState
 
-__all__ = ["LiveSnapshot", "RunLog", "SeriesTable", "Timeline", "is_sound", "numbers_of"]
-
 LARGEST: Final = 48 << 20
 """Limit of the packed moments in bytes; an hour of a component of five automata takes about half of it."""
 _INTERVAL: Final = 0.05

@@ -18,18 +18,6 @@ from interfaces.nao import GroundTruthPrx, Pose, ScenePrx, ShapeKind, WorldShape
 from visualhfsm.monitoring.realm import Newest, PolledValue
 from zenoh_ice import Communicator
 
-__all__ = [
-    "MOST_SHAPES",
-    "Placement",
-    "Shape",
-    "WorldMonitor",
-    "as_recorded",
-    "placement",
-    "sound_objects",
-    "sound_placement",
-    "sound_shapes",
-]
-
 MOST_SHAPES: Final = 1000
 _MOST_OBJECTS: Final = 100
 _FARTHEST: Final = 1000.0

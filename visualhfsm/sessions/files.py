@@ -14,8 +14,6 @@ from pathlib import Path
 from codegen.hfsm.formats.xml_tree import MAX_SIZE
 from visualhfsm.errors import EditError
 
-__all__ = ["FileVersion", "read_file", "write_file"]
-
 
 @dataclass(frozen=True, slots=True)
 class FileVersion:

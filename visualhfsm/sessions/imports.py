@@ -20,8 +20,6 @@ from visualhfsm.errors import EditError
 
 from .files import write_file
 
-__all__ = ["extract", "imported_content", "imported_views", "inline"]
-
 
 def extract(document: Document, automaton: int, path: Path | None, file: Path) -> Command:
     """Write an automaton with all below it to a new document, and return the command that imports it.

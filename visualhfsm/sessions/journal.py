@@ -22,19 +22,6 @@ import msgspec
 
 from visualhfsm.errors import EditError
 
-__all__ = [
-    "Abandoned",
-    "Done",
-    "Entry",
-    "Header",
-    "Journal",
-    "Redone",
-    "Saved",
-    "Undone",
-    "find_abandoned",
-    "journal_directory",
-]
-
 _logger = logging.getLogger(__name__)
 
 _VERSION: Final = 1

@@ -19,8 +19,6 @@ from codegen.hfsm.document import Automaton, Document, Node, State, Text, Transi
 from visualhfsm.editing.diff import KEYS, compared_fields, keyed, part_of, shown
 from visualhfsm.editing.nodes import free_ids, label
 
-__all__ = ["Merged", "Typed", "merge_documents", "merge_lines", "merge_typing"]
-
 _NodeT = TypeVar("_NodeT", bound=Node)
 _T = TypeVar("_T", bound=Hashable)
 

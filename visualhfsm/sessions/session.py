@@ -31,8 +31,6 @@ from .files import FileVersion, read_file, write_file
 from .journal import Done, Entry, Header, Journal, Redone, Saved, Undone, journal_directory
 from .merge import merge_documents, merge_typing
 
-__all__ = ["Change", "Choice", "DocumentSession", "Resolution", "Step"]
-
 _GROWTH: Final = 2048
 """Limit of the bytes by which a command may let a document grow, beyond its own size."""
 _ESCAPED: Final = 6

@@ -12,8 +12,6 @@ from codegen.hfsm import parse_document, read_document, resolve, write_document
 from codegen.hfsm.document import Automaton, Document
 from visualhfsm.errors import EditError
 
-__all__ = ["EMPTY", "Template", "find_templates", "make_template"]
-
 EMPTY: Final = "empty"
 """The name of the template that is always there."""
 

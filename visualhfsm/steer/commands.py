@@ -24,8 +24,6 @@ from zenoh_ice import TimeoutException
 from zenoh_ice.settings import Settings
 from zenoh_ice.text import printable
 
-__all__ = ["register"]
-
 _Component = Annotated[str, typer.Argument(metavar="COMPONENT", help="Name of a running component.")]
 _Automaton = Annotated[
     str, typer.Argument(metavar="AUTOMATON", help="A path of states such as followBall/green, or an id.")

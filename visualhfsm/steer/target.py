@@ -26,8 +26,6 @@ from visualhfsm.monitoring.realm import MONITOR_PREFIX, did_you_mean, missing_co
 from zenoh_ice import ObjectNotExistException, Settings, initialize
 from zenoh_ice.text import printable
 
-__all__ = ["Address", "Addresses", "Target", "steered"]
-
 _SETTLING: Final = 1.0
 """Seconds in which other components are discovered, for suggestions."""
 _SHOWN: Final = 12

@@ -14,8 +14,6 @@ from visualhfsm.monitoring.robot import STALE
 from visualhfsm.watch.telemetry import WatchState
 from zenoh_ice.text import printable
 
-__all__ = ["ARM_JOINTS", "camera_lines", "from_center", "legend", "robot_lines", "tree_lines"]
-
 ARM_JOINTS = {"ShoulderPitch": "shoulder pitch", "ShoulderRoll": "shoulder roll",
               "ElbowYaw": "elbow yaw", "ElbowRoll": "elbow roll"}  # fmt: skip
 """Joints of an arm that are shown, and their labels; L or R goes before the name."""

@@ -20,8 +20,6 @@ from visualhfsm.monitoring.run_log import RunLog
 from visualhfsm.watch.panels import ARM_JOINTS
 from visualhfsm.watch.report import ReportContents
 
-__all__ = ["angles", "marks", "states"]
-
 _WIDTH: Final = 9.6
 _DPI: Final = 130
 _ROOM_FOR_LETTER: Final = 0.013

@@ -24,18 +24,6 @@ from visualhfsm.monitoring.run_log import RunLog
 from visualhfsm.watch.telemetry import CAMERA, IMAGE_SIZE, Picture, picture_png
 from zenoh_ice.text import printable
 
-__all__ = [
-    "SETTLING",
-    "ReportContents",
-    "Summary",
-    "check_packages",
-    "check_place",
-    "in_middle_third",
-    "summarize",
-    "summary_table",
-    "write_report",
-]
-
 SETTLING = 2.0
 """Seconds after a mark appears that do not count: the head is still turning."""
 _GAP = 0.6

@@ -18,8 +18,6 @@ from visualhfsm.monitoring.robot import STALE, RobotMonitor, RobotState
 from visualhfsm.monitoring.run_log import RunLog
 from zenoh_ice import Communicator
 
-__all__ = ["Album", "Picture", "Telemetry", "WatchState", "picture_from", "picture_png"]
-
 CAMERA: Final = "Camera"
 """The camera that is shown as long as no mark is on another one."""
 IMAGE_SIZE: Final = (320, 240)

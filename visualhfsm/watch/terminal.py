@@ -39,8 +39,6 @@ from visualhfsm.watch.telemetry import Telemetry, WatchState
 from zenoh_ice import Communicator
 from zenoh_ice.text import printable
 
-__all__ = ["View", "WatchOptions", "status_line", "watch"]
-
 _PERIOD: Final = 0.1
 _PLAIN_PERIOD: Final = 1.0
 _MOST_STDERR: Final = 65_536

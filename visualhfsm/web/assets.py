@@ -22,8 +22,6 @@ from starlette.responses import PlainTextResponse, Response
 
 from .security import content_security_policy
 
-__all__ = ["Assets", "Page"]
-
 STATIC: Final = Path(__file__).parent / "static"
 
 _VERSION: Final = "%VERSION%"

@@ -15,8 +15,6 @@ from visualhfsm.errors import EditError
 from .protocol import Problems
 from .tab import Tab, Threads
 
-__all__ = ["Checking"]
-
 _LONGEST_WAIT: Final = 10  # quiet periods after which a document that keeps changing is checked anyway
 
 _logger = logging.getLogger(__name__)

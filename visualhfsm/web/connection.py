@@ -38,8 +38,6 @@ from . import protocol as p
 from .window import Window
 from .workspace import Workspace
 
-__all__ = ["CODE_HELP", "CONCURRENT", "converse", "until_one_ends"]
-
 _UNSUPPORTED_DATA: Final = 1003  # RFC 6455, section 7.4.1
 
 CODE_HELP = p.CodeHelp | p.Interfaces

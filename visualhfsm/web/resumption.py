@@ -20,8 +20,6 @@ from collections import deque
 from pathlib import Path
 from typing import Final
 
-__all__ = ["Resumption", "kept_key"]
-
 _KEY_BYTES: Final = 32
 _CHALLENGES: Final = 64
 _LONGEST: Final = 128  # characters of what a page sends

@@ -24,16 +24,6 @@ from visualhfsm.errors import ForbiddenPathError
 
 from .resumption import Resumption
 
-__all__ = [
-    "DOCUMENT_SUFFIX",
-    "FOREIGN_SUFFIX",
-    "RECORDING_SUFFIX",
-    "Credentials",
-    "Guard",
-    "Root",
-    "content_security_policy",
-]
-
 DOCUMENT_SUFFIX: Final = ".xml"
 FOREIGN_SUFFIX: Final = ".scxml"
 RECORDING_SUFFIX: Final = ".mcap"

@@ -38,8 +38,6 @@ from .resumption import Resumption, kept_key
 from .security import Credentials, Guard, Root
 from .workspace import Limits, MakeServices, Workspace
 
-__all__ = ["Options", "PortInUseError", "Server", "launch_browser", "serve"]
-
 LOOPBACK: Final = "127.0.0.1"
 
 _CLOSE_LIMIT: Final = 3  # s that answers under way may take at the end

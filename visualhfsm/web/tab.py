@@ -20,8 +20,6 @@ from visualhfsm.sessions.session import DocumentSession
 
 from .protocol import Outside, Problems, Step
 
-__all__ = ["Shown", "Tab", "Threads"]
-
 P = ParamSpec("P")
 R = TypeVar("R")
 

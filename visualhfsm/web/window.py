@@ -25,8 +25,6 @@ from visualhfsm.services import Output, OutputLine, Push, Snapshot, Stale, Struc
 from .protocol import Answer, Closed, DocumentPush, ErrorAnswer, encode
 from .tab import Tab
 
-__all__ = ["Version", "Window", "full", "patch"]
-
 Item = TypeVar("Item", State, Transition)
 
 

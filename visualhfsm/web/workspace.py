@@ -44,8 +44,6 @@ from .security import Root
 from .tab import Tab, Threads
 from .window import Window
 
-__all__ = ["Limits", "MakeServices", "Services", "Workspace", "make_services"]
-
 _RECORDINGS: Final = "recordings"  # the directory of what is recorded from the page, below the root
 _CLOSE_LIMIT: Final = 20.0  # s that a service may take to close: a real robot crouches first
 _ANY_PORT: Final = Settings().listen

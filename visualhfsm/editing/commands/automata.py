@@ -25,16 +25,6 @@ from ..nodes import (
 from ..subtrees import hanging, without_automata
 from .base import Command, Id
 
-__all__ = [
-    "AddAutomaton",
-    "AddRoot",
-    "ExtractAutomaton",
-    "RepairNumbers",
-    "SetAutomatonCode",
-    "SetImport",
-    "SetPeriod",
-]
-
 
 class AddAutomaton(Command, frozen=True, kw_only=True):
     """Add an empty automaton to a state."""

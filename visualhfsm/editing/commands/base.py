@@ -11,8 +11,6 @@ from codegen.hfsm.document import Document
 from codegen.hfsm.formats.native import MAX_ID
 from visualhfsm.errors import EditError
 
-__all__ = ["Command", "Id", "Ids", "Index", "only_text"]
-
 Id = Annotated[int, msgspec.Meta(ge=0, le=MAX_ID)]
 Index = Annotated[int, msgspec.Meta(ge=0, le=1_000_000)]
 Ids = tuple[Id, ...]

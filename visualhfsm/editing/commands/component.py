@@ -29,8 +29,6 @@ from visualhfsm.errors import EditError
 from ..nodes import changed, find_automaton, free_name, with_automaton
 from .base import Command, Id, Index, only_text
 
-__all__ = ["AddEntry", "ChangeEntry", "RemoveEntry", "ReorderEntry", "SetComponentText"]
-
 ListName = Literal["parameters", "events", "properties", "libraries", "interfaces", "inputs"]
 PropertyKind = Literal["always", "eventually", "never"]
 Entries = tuple[Any, ...]

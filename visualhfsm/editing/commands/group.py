@@ -32,8 +32,6 @@ from ..subtrees import owners
 from .base import Command, Id, Ids
 from .items import describe
 
-__all__ = ["GroupStates", "split_variables"]
-
 _DEFAULT_NAME: Final = "group"
 _WORD: Final = re.compile(r"[^\W\d]\w*")
 _LINE: Final = re.compile(r"[^\r\n]*(?:\r\n|\r|\n)|[^\r\n]+")  # as Python's parser counts them

@@ -17,16 +17,6 @@ from ..nodes import changed, find_automaton, find_state, find_transition, label,
 from ..subtrees import hanging, without_automata
 from .base import Command, Id, Ids
 
-__all__ = [
-    "AlignStates",
-    "DeleteItems",
-    "DistributeStates",
-    "MoveItems",
-    "PlaceItems",
-    "Placement",
-    "ResetHandles",
-]
-
 
 class DeleteItems(Command, frozen=True, kw_only=True):
     """Delete states and transitions, with the transitions at those states and all automata below them."""

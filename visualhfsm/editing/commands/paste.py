@@ -28,8 +28,6 @@ from ..serialization import parse
 from ..subtrees import hanging, renumbered, renumbered_state, without_automata
 from .base import Command, Id
 
-__all__ = ["FillAutomaton", "PasteStates", "ReplaceDocument"]
-
 _STEP: Final = 30.0
 """Pixels by which states that would cover others are shifted, repeatedly."""
 _NEAR: Final = range(-2, 3)

@@ -25,17 +25,6 @@ from ..nodes import (
 from .base import Command, Id
 from .transitions import AddTransition
 
-__all__ = [
-    "AddState",
-    "MarkFinal",
-    "MarkInitial",
-    "RemoveArgument",
-    "RenameState",
-    "SetArgument",
-    "SetHistory",
-    "SetStateCode",
-]
-
 _DEFAULT_NAME: Final = "state"
 
 

@@ -19,8 +19,6 @@ from .base import Command, Index
 from .states import SetArgument, SetStateCode
 from .transitions import SetTransitionCode
 
-__all__ = ["ReplaceText", "with_code"]
-
 _Short = Annotated[str, msgspec.Meta(max_length=1000)]
 _SHOWN: Final = 30
 """Characters of a text in the name of a step."""

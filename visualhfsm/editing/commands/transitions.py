@@ -24,17 +24,6 @@ from ..nodes import (
 )
 from .base import Command, Id, Index
 
-__all__ = [
-    "AddTransition",
-    "RenameTransition",
-    "ReorderTransition",
-    "RetargetTransition",
-    "SetPriority",
-    "SetTransitionCode",
-    "SetTransitionType",
-    "TransitionType",
-]
-
 _DEFAULT_TIME: Final = "1000"  # ms
 
 TransitionType = Literal["time", "condition", "event", "finished"]
