@@ -100,6 +100,8 @@ def add_motor(spec: mujoco.MjSpec, joint: JointFacts, kind: str, lasting: float 
 
 def _kind(joint: str) -> str:
     """Return the class of a joint and its motor in scene.xml."""
+    if any(joint in (coupling.leader, coupling.follower) for coupling in H25.couplings):
+        return "pair"
     if any(part in joint for part in ("Hip", "Knee", "Ankle")):
         return "leg"
     return {"Hand": "hand", "WristYaw": "wrist"}.get(joint[1:], "upper")

@@ -41,6 +41,18 @@ def test_it_goes_into_every_posture_and_is_in_it(rig):
         assert rig.posture == posture
 
 
+@pytest.mark.parametrize("before", ["StandInit", "Stand", "Sit"])
+def test_gears_hold_a_crouch_whose_motors_go_limp(rig, before):
+    """So ends ALMotion.rest: it once threw the robot on its back."""
+    rig.go(before)
+    rig.go("Crouch", 0.8)
+    rig.robot.command_stiffnesses({joint.name: 0.0 for joint in rig.robot.joints}, 1.0)
+    rig.let_go(4.0)
+    assert max(rig.robot.read().stiffnesses) == 0.0
+    assert situation_of(rig.robot).up[2] > math.cos(math.radians(20))
+    assert rig.go("Stand").status is ActionStatus.Done
+
+
 @pytest.mark.parametrize("motion", ["kick", "kick_left", "dance", "wave"])
 def test_it_stays_on_its_feet(rig, motion):
     rig.begin(motion)
