@@ -186,13 +186,13 @@ def print_balance(minutes: float) -> None:
             targets[f"{side}ShoulderRoll"] = sign * roll
             targets[f"{side}ElbowRoll"] = sign * elbow
         speeds = run_speeds(run)
-        run.robot.command_positions(targets, {name: 0.3 * speeds[name] for name in targets})
+        run.robot.command_positions(targets, {name: speeds[name] for name in targets})
 
     table = Table("standing", "falls (required: 0)", "worst tilt")
     rows: Sequence[tuple[str, Callable[[Run, int], None], float]] = (
         ("still", nothing, 1.0),
         ("head at full speed", look_round, 0.7),
-        ("dance, both arms at 0.3 of full speed", dance, 1.2),
+        ("dance, both arms at full speed", dance, 1.2),
     )
     for name, act, pause in rows:
         run, worst = Run(0), 0.0

@@ -80,8 +80,6 @@ class GuardedDevice:
         self.joints: Final = device.joints
         self.read: Final = device.read
         """Return the newest snapshot of the joints without blocking."""
-        self.speed_cap: Final = safety.speed_cap
-        """Return the highest speed that a command of a joint gets, in rad/s or m/s."""
         self._device = device
         self._safety = safety
         self.gate: Final = gate
@@ -96,6 +94,10 @@ class GuardedDevice:
     def facts(self, joint: str) -> JointFacts:
         """Return the limits of a joint."""
         return self.joints[self._index[joint]]
+
+    def speed_cap(self, joint: str) -> float:
+        """Return the highest speed that a command of a joint gets now, in rad/s or m/s."""
+        return self._safety.speed_cap(joint, self.read())
 
     def index(self, joint: str) -> int:
         """Return the place of a joint in every reading."""

@@ -5,8 +5,8 @@ What it does to a command:
 - a value that is not finite, a joint that the device does not have: refused with InvalidCommand;
 - a target out of the joint's range, or out of the range that the other joint's angle leaves it (the
   anti-collision tables of `naoserver.body`): clamped, also on the way there while both joints move;
-- a position speed above the cap (a fraction of the joint's full speed), or at which another joint could not
-  make way in time: capped;
+- a position speed above the cap (a fraction of the joint's full speed, less of the arms on straight legs), or
+  at which another joint could not make way in time: capped;
 - a velocity: capped, reached and left by a ramp, ended at the joint's limit;
 - a velocity that its client does not renew in time: stopped. The deadline counts steady wall time, not
   robot time: a client that hangs stops the joint as soon however fast a simulation runs;
@@ -31,6 +31,9 @@ _REACHED: Final = 1e-3
 """Distance in rad (or m) within which a joint's setpoint counts as being at its goal."""
 _SAG: Final = 0.05
 """Distance in rad from its setpoint at which a joint's load may keep it; beyond it the joint lags behind."""
+
+_STRAIGHT: Final = 0.3
+"""Angle of the knees in rad below which legs are straight."""
 
 _LONGEST_NAME: Final = 64
 """Characters of a client's text that an error repeats."""
@@ -69,6 +72,7 @@ class JointRules:
     ) -> None:
         self.facts: Final = {joint.name: joint for joint in joints}
         self._options = options
+        self._knees = [index for index, joint in enumerate(joints) if joint.name.endswith("KneePitch")]
         self.couplings: Final = tuple(couplings)
 
     def check(self, values: Mapping[str, float], what: str) -> dict[str, float]:
@@ -95,18 +99,20 @@ class JointRules:
                 values[pair.leader] = follower
         return limitations
 
-    def speed_cap(self, joint: str) -> float:
-        """Return the highest speed that a command gets, in rad/s or m/s."""
-        fraction = self._options.speed_fractions.get(joint, self._options.speed_fraction)
+    def speed_cap(self, joint: str, reading: JointReading) -> float:
+        """Return the highest speed that a command gets at a reading, in rad/s or m/s."""
+        fraction = self._options.speed_fraction
+        straight = self._knees and all(reading.positions[knee] < _STRAIGHT for knee in self._knees)
+        if straight and ("Shoulder" in joint or "Elbow" in joint):
+            fraction = min(fraction, self._options.straight_legs_fraction)
         return fraction * self.facts[joint].max_velocity
 
     def default_speed(self, joint: str) -> float:
         """Return the speed of a position command that gives none."""
         return self._options.default_fraction * self.facts[joint].max_velocity
 
-    def cap_speed(self, joint: str, speed: float, outcome: Outcome, *, full: bool = False) -> float:
-        """Return a speed, or velocity, capped; with `full` only by what the motor does."""
-        cap = self.facts[joint].max_velocity if full else self.speed_cap(joint)
+    def cap_speed(self, joint: str, speed: float, cap: float, outcome: Outcome) -> float:
+        """Return a speed, or velocity, capped."""
         return self._limit(joint, speed, (-cap, cap), f"speed {speed:.4g} is too fast", outcome)
 
     def clamp_target(
@@ -206,7 +212,8 @@ class JointSafety:
             facts = rules.facts[joint]
             safe = rules.clamp_target(joint, target, (facts.lower, facts.upper), "is out of range", outcome)
             speed = limits.get(joint) or rules.default_speed(joint)
-            self._set_goal(joint, Goal(safe, rules.cap_speed(joint, speed, outcome, full=full_speed)))
+            cap = facts.max_velocity if full_speed else rules.speed_cap(joint, reading)
+            self._set_goal(joint, Goal(safe, rules.cap_speed(joint, speed, cap, outcome)))
         self._clear_tables(wanted, reading, outcome)
         self._leave_time(wanted, reading, outcome)
         self._command(wanted, reading, outcome)
@@ -228,7 +235,7 @@ class JointSafety:
             self._set_drive(
                 joint,
                 _Drive(
-                    target=self._rules.cap_speed(joint, velocity, outcome),
+                    target=self._rules.cap_speed(joint, velocity, self.speed_cap(joint, reading), outcome),
                     velocity=before.velocity if before else 0.0,
                     deadline=now + self.options.velocity_timeout,
                     client=client,
@@ -316,7 +323,7 @@ class JointSafety:
                 continue
             goal = self._goals[joint]
             way = table.over((self._setpoint(joint, reading), goal.target))
-            speed = self.speed_cap(other) / table.steepest
+            speed = self.speed_cap(other, reading) / table.steepest
             if speed < goal.speed and not _is_within(self._setpoint(other, reading), way):
                 reason = f"speed {goal.speed:.4g} leaves {other} no time to make way, limited to {speed:.4g}"
                 outcome.limitations.append(Limitation(joint, reason))
@@ -380,14 +387,16 @@ class JointSafety:
                     if _is_within(setpoint, limits):
                         self._issue_position(joint, safe, goal.speed, outcome)
                     else:  # the other joint comes near: out of its way first, however slow the goal
-                        self._issue_position(joint, clamp(setpoint, *limits), self.speed_cap(joint), outcome)
+                        self._issue_position(
+                            joint, clamp(setpoint, *limits), self.speed_cap(joint, reading), outcome
+                        )
                     continue
                 other = self._table_of[joint].independent if joint in self._table_of else None
                 if other in self._drives:  # on the way to a goal it is no news: the goal was accepted
                     self._report_once(
                         joint, f"kept at {safe:.4g}, clear of what {other} brings near", outcome
                     )
-                self._issue_position(joint, safe, self.speed_cap(joint), outcome)
+                self._issue_position(joint, safe, self.speed_cap(joint, reading), outcome)
 
     def _ramp(self, joint: str, drive: _Drive, elapsed: float) -> None:
         step = self._rules.facts[joint].max_velocity / self.options.ramp_time * elapsed
@@ -406,7 +415,9 @@ class JointSafety:
         if not inside or end != ahead:
             if not inside or abs(end - setpoint) <= _REACHED:
                 self._report_once(joint, f"stopped at its limit {end:.4g}", outcome)
-            self._issue_position(joint, end, abs(velocity) if inside else self.speed_cap(joint), outcome)
+            self._issue_position(
+                joint, end, abs(velocity) if inside else self.speed_cap(joint, reading), outcome
+            )
             return
         self._held_back.discard(joint)
         if self._issued.get(joint) != velocity:

@@ -8,7 +8,7 @@ from typing import Annotated, Final
 import typer
 
 from hfsm_command.cli import report_ready, stop_on_signals, with_settings
-from naoserver.options import ServerOptions
+from naoserver.options import ServerOptions, capped
 from naoserver.server import serve
 from naoserver_naoqi.libqi import connect
 from naoserver_naoqi.link import AddressError, RobotAddress
@@ -52,6 +52,16 @@ def naoserver_naoqi(
     life: Annotated[
         Life, typer.Option(help="Autonomous Life: leave it on, disable it, or suspend it until the end.")
     ] = Life.DISABLE,
+    joint_speed: Annotated[
+        float | None,
+        typer.Option(
+            min=0.05,
+            max=1.0,
+            metavar="FRACTION",
+            help="Cap every joint's speed at a fraction of its full speed."
+            " Without it: full speed, and 0.5 of the arms while the legs are straight.",
+        ),
+    ] = None,
 ) -> None:
     """Serve a Nao over NAOqi: the same servants as of the simulated robot.
 
@@ -62,7 +72,7 @@ def naoserver_naoqi(
     with stop_on_signals() as stop, initialize(settings) as communicator, closing(nao):
         nao.start()
         adapter = communicator.createObjectAdapter("NaoServer")
-        with serve(nao, adapter, ServerOptions()) as assembly:
+        with serve(nao, adapter, ServerOptions(safety=capped(joint_speed))) as assembly:
             nao.report_to(assembly)
             adapter.activate()
             report_ready(f"ready: realm {settings.realm}, {', '.join(settings.reached_at)}, robot {address}")

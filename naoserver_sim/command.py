@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Final
 import typer
 
 from hfsm_command.cli import report_ready, stop_on_signals, with_settings
-from naoserver.options import CameraOptions, ServerOptions
+from naoserver.options import CameraOptions, ServerOptions, capped
 from naoserver.server import serve
 from naoserver_qi import serve_as_naoqi
 from naoserver_sim.robot import SimulatedRobot
@@ -97,6 +97,16 @@ def naoserver_sim(
             " Without it: 320x240@10.",
         ),
     ] = None,
+    joint_speed: Annotated[
+        float | None,
+        typer.Option(
+            min=0.05,
+            max=1.0,
+            metavar="FRACTION",
+            help="Cap every joint's speed at a fraction of its full speed."
+            " Without it: full speed, and 0.5 of the arms while the legs are straight.",
+        ),
+    ] = None,
     qi: Annotated[
         str | None,
         typer.Option(
@@ -111,6 +121,7 @@ def naoserver_sim(
     """
     factor = parse_speed(speed)
     requested = parse_cameras(camera or ())
+    options = ServerOptions(safety=capped(joint_speed), cameras=requested)
     surroundings = load_world(world)
     if robots > 1:
         with stop_on_signals() as stop:
@@ -127,7 +138,7 @@ def naoserver_sim(
         robot.start()  # first: clients that find the server look for its servants, and not for long
         with initialize(settings) as communicator:
             adapter = communicator.createObjectAdapter("NaoServer")
-            with serve(robot, adapter, ServerOptions(cameras=requested)) as assembly, ExitStack() as also:
+            with serve(robot, adapter, options) as assembly, ExitStack() as also:
                 if qi is not None:
                     url = also.enter_context(serve_as_naoqi(robot, assembly, qi))
                     typer.echo(f"NAOqi: {url}")

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from naoserver.body import H25, RangeTable
 from naoserver.errors import InvalidCommand
 from naoserver.fake import FakeDevice
-from naoserver.options import SafetyOptions
+from naoserver.options import SafetyOptions, capped
 from naoserver.robot import JointFacts, JointReading
 from naoserver.safety import Goal, JointSafety
 from tests.support.examples import examples
@@ -118,11 +118,33 @@ def test_a_command_without_a_speed_moves_at_a_tenth():
     assert outcome.max_speeds["LKneePitch"] == pytest.approx(0.1 * LIMITS["LKneePitch"].max_velocity)
 
 
-@pytest.mark.parametrize(("joint", "fraction"), [("RShoulderPitch", 0.3), ("HeadYaw", 1.0)])
-def test_a_speed_is_capped_at_the_joints_fraction(joint, fraction):
-    outcome = Rig().move({joint: 0.2}, {joint: 100.0})
+BENT = {"LKneePitch": 0.7, "RKneePitch": 0.7}
+
+
+@pytest.mark.parametrize(
+    ("joint", "posture", "fraction"),
+    [
+        ("RShoulderPitch", BENT, 1.0),
+        ("RShoulderPitch", {}, 0.5),
+        ("LElbowYaw", {"LKneePitch": -0.09, "RKneePitch": -0.09}, 0.5),
+        ("LElbowYaw", {"LKneePitch": 0.7, "RKneePitch": 0.0}, 1.0),
+        ("HeadYaw", {}, 1.0),
+        ("LHipPitch", {}, 1.0),
+    ],
+)
+def test_a_joint_moves_at_full_speed_but_arms_on_straight_legs(joint, posture, fraction):
+    outcome = Rig(posture).move({joint: 0.2}, {joint: 100.0})
     assert outcome.max_speeds[joint] == pytest.approx(fraction * LIMITS[joint].max_velocity)
     assert [limitation.joint for limitation in outcome.limitations] == [joint]
+
+
+@pytest.mark.parametrize("posture", [{}, BENT])
+def test_a_cap_that_is_set_holds_in_every_posture(posture):
+    safety = JointSafety(H25.joints, capped(0.8), H25.anticollision, H25.couplings)
+    reading = Rig(posture).device.read()
+    assert safety.speed_cap("RShoulderPitch", reading) == pytest.approx(
+        0.8 * LIMITS["RShoulderPitch"].max_velocity
+    )
 
 
 def test_the_full_speed_as_a_client_gives_it_is_not_called_limited():
@@ -222,11 +244,12 @@ def test_the_head_stays_clear_whatever_is_commanded(commands):
 @given(st.dictionaries(st.sampled_from(H25.joint_names), st.floats(-10, 10), min_size=1), st.floats(0, 30))
 def test_whatever_is_commanded_the_device_gets_it_in_range_and_below_the_cap(targets, speed):
     rig = Rig()
+    before = rig.device.read()
     outcome = rig.move(targets, dict.fromkeys(targets, speed))
     assert outcome.accepted.keys() == targets.keys()
     for joint, target in outcome.positions.items():
         assert LIMITS[joint].lower <= target <= LIMITS[joint].upper
-        assert 0 < outcome.max_speeds[joint] <= rig.safety.speed_cap(joint)
+        assert 0 < outcome.max_speeds[joint] <= rig.safety.speed_cap(joint, before)
 
 
 def test_a_velocity_stops_half_a_second_after_it_was_last_renewed():
@@ -382,9 +405,12 @@ def test_an_unknown_joint_is_refused_with_a_list_of_the_others():
     assert str(refused.value) == "there is no joint 'Tail'; there are Axis, Other"
 
 
-def test_a_joint_without_a_fraction_of_its_own_is_driven_below_the_common_one():
-    outcome = Rig().drive({"RShoulderPitch": 100.0})
-    assert outcome.accepted["RShoulderPitch"] == pytest.approx(0.3 * LIMITS["RShoulderPitch"].max_velocity)
+@pytest.mark.parametrize(("posture", "fraction"), [(BENT, 1.0), ({}, 0.5)])
+def test_the_posture_decides_how_fast_an_arm_is_driven(posture, fraction):
+    outcome = Rig(posture).drive({"RShoulderPitch": 100.0})
+    assert outcome.accepted["RShoulderPitch"] == pytest.approx(
+        fraction * LIMITS["RShoulderPitch"].max_velocity
+    )
 
 
 def test_a_proven_motion_may_move_as_fast_as_the_motor():
@@ -400,10 +426,10 @@ def test_a_target_that_is_out_of_range_by_a_rounding_is_not_called_limited():
 
 
 def test_limitations_say_what_was_wrong_and_what_it_is_now():
-    outcome = Rig().move({"LHand": 2.0}, {"LHand": 5.0})
+    outcome = Rig().move({"LHand": 2.0}, {"LHand": 9.0})
     assert [limitation.reason for limitation in outcome.limitations] == [
         "2 is out of range, limited to 1",
-        "speed 5 is too fast, limited to 2.499",
+        "speed 9 is too fast, limited to 8.33",
     ]
 
 

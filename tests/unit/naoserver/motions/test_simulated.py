@@ -53,6 +53,26 @@ def test_gears_hold_a_crouch_whose_motors_go_limp(rig, before):
     assert rig.go("Stand").status is ActionStatus.Done
 
 
+GESTURES = ((-1.4, 0.2, -0.1), (1.4, 0.2, -1.4), (0.0, 1.2, -0.1), (0.0, 0.1, -1.0))
+SWINGS = ((-1.9, 0.1, -0.1), (1.9, 0.1, -0.1))
+
+
+@pytest.mark.parametrize(
+    ("posture", "poses", "fraction"),
+    [("StandInit", GESTURES, 1.0), ("Stand", GESTURES, 0.5), ("Stand", SWINGS, 0.5)],
+)
+def test_both_arms_at_the_highest_speed_do_not_throw_it_over(rig, posture, poses, fraction):
+    rig.go(posture)
+    body = rig.assembly.body
+    for number in range(12):
+        pitch, roll, elbow = poses[number % len(poses)]
+        left = {"LShoulderPitch": pitch, "LShoulderRoll": roll, "LElbowRoll": elbow}
+        targets = left | {"RShoulderPitch": pitch, "RShoulderRoll": -roll, "RElbowRoll": -elbow}
+        body.move(targets, {joint: body.facts(joint).max_velocity for joint in targets})
+        rig.let_go(0.5 / fraction)
+        assert situation_of(rig.robot).up[2] > math.cos(math.radians(20))
+
+
 @pytest.mark.parametrize("motion", ["kick", "kick_left", "dance", "wave"])
 def test_it_stays_on_its_feet(rig, motion):
     rig.begin(motion)
