@@ -6,7 +6,7 @@
  * @typedef {"home" | "top" | "follow" | "head"} View
  */
 
-import {Box3, Matrix4, MOUSE, OrbitControls, PerspectiveCamera, Quaternion, Sphere, Vector3} from "three";
+import {Matrix4, MOUSE, OrbitControls, PerspectiveCamera, Quaternion, Vector3} from "three";
 
 const ANGLE = 40; // degrees from the lower edge to the upper
 /** As the cameras of the head have it, which look straight ahead from above the eyes. */
@@ -25,7 +25,10 @@ const BEHIND = new Vector3(-1.25, 0, 0.85);
 const BEFORE = new Vector3(0.35, 0, 0.25);
 const SWING = 0.2; // part of the way to there, at each moment
 
-const FAR = 2.5; // m from the robot beyond which things are not framed
+const FAR = 2; // m from the robot beyond which things are not framed
+const MIDDLE = new Vector3(0, 0, 0.29); // of the robot, above where it stands
+const RADIUS = 0.52; // m around that in which the robot is, with a margin
+const MARGIN = 0.12; // m around the middle of a thing
 /** Metres that a robot may sway before it is followed: one that stands is not. */
 const NEAR = 0.05;
 
@@ -97,21 +100,30 @@ export class Viewpoints {
     }
   }
 
-  /** Include things in the view as they become known. @param {Object3D[]} things @param {Vector3} from */
+  /**
+   * Show the robot in the middle, and include things around it as they become known.
+   *
+   * @param {Object3D[]} things
+   * @param {Vector3} from
+   */
   #frame(things, from) {
     const near = things.filter(({position}) => Math.hypot(position.x - this.at.x, position.y - this.at.y) < FAR);
     if (near.length <= this.#framed) return;
     this.#framed = near.length;
-    const box = new Box3(new Vector3(-0.15, -0.3, 0), new Vector3(0.15, 0.3, 0.58)).translate(this.at);
-    for (const {position} of near) box.expandByPoint(position);
-    const around = box.getBoundingSphere(new Sphere());
-    const distance = (around.radius + 0.08) / Math.sin((this.camera.fov * Math.PI) / 360);
-    this.controls.target.copy(around.center);
-    this.camera.position
-      .copy(from)
-      .applyAxisAngle(UP, this.#heading)
-      .setLength(distance / Math.min(1, this.camera.aspect))
-      .add(around.center);
+    const {camera, controls} = this;
+    const away = from.clone().applyAxisAngle(UP, this.#heading).normalize();
+    const right = new Vector3().crossVectors(UP, away).normalize();
+    const above = new Vector3().crossVectors(away, right);
+    const half = (camera.fov * Math.PI) / 360;
+    const [high, wide] = [Math.tan(half), Math.tan(half) * camera.aspect];
+    controls.target.copy(this.at).add(MIDDLE);
+    const distances = near.map(({position}) => {
+      const offset = position.clone().sub(controls.target);
+      const across = (Math.abs(offset.dot(right)) + MARGIN) / wide;
+      return offset.dot(away) + Math.max(across, (Math.abs(offset.dot(above)) + MARGIN) / high);
+    });
+    const distance = Math.max(RADIUS / Math.sin(half) / Math.min(1, camera.aspect), ...distances);
+    camera.position.copy(controls.target).addScaledVector(away, distance);
     this.controls.update();
   }
 
