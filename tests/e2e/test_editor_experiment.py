@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -73,21 +75,16 @@ def content(document: Document) -> object:
 
 
 @pytest.fixture
-def robot() -> Iterator[str]:
-    """Start a simulated robot; gives its endpoint."""
-    endpoint = free_endpoint()
-    command = module("naoserver_sim", "--listen", endpoint, "--speed", str(SPEED))
-    with ComponentProcess(command) as server:
-        server.wait_for("ready")
-        yield endpoint
+def endpoint() -> str:
+    return free_endpoint()
 
 
 @pytest.fixture
-def running(robot: str, tmp_path: Path) -> Iterator[Editor]:
+def running(endpoint: str, tmp_path: Path) -> Iterator[Editor]:
     root = tmp_path / "root"
     root.mkdir()
     (root / "follow_ball.xml").write_bytes((REPOSITORY / "behaviors" / "follow_ball.xml").read_bytes())
-    settings = Settings(connect=(robot,), clock="wall", timeout=CALL_LIMIT)
+    settings = Settings(connect=(endpoint,), clock="wall", timeout=CALL_LIMIT)
     with editor(root, make_services=make_services(settings)) as running:
         yield running
 
@@ -99,7 +96,7 @@ def shown(browser: Browser, running: Editor) -> Iterator[EditorPage]:
 
 
 def test_the_third_experiment_is_drawn_run_watched_and_changed(
-    shown: EditorPage, robot: str, tmp_path: Path
+    shown: EditorPage, endpoint: str, tmp_path: Path
 ) -> None:
     wanted = read(REPOSITORY / "behaviors" / "dance_and_follow.xml")
     path = tmp_path / "root" / "dance_and_follow.xml"
@@ -107,14 +104,25 @@ def test_the_third_experiment_is_drawn_run_watched_and_changed(
     save(shown, path)
     assert content(read(path)) == content(wanted)
 
-    shown.press("F5")
-    expect(shown.state("followBall").and_(shown.page.locator(".active"))).to_be_visible()
-    with initialize(connect=[robot], clock="wall") as communicator:
-        monitor = HfsmMonitorPrx.uncheckedCast(communicator.stringToProxy("Hfsm.dance_and_follow"))
-        watch(shown, monitor)
-        change(shown, monitor)
-    shown.press("Shift+F5")
-    expect(shown.page.locator(".live-status")).to_contain_text("Ended")
+    with simulated_robot(endpoint):
+        expect(shown.page.get_by_role("button", name=re.compile("^Simulated Nao"))).to_be_visible()
+        shown.press("F5")
+        expect(shown.state("followBall").and_(shown.page.locator(".active"))).to_be_visible()
+        with initialize(connect=[endpoint], clock="wall") as communicator:
+            monitor = HfsmMonitorPrx.uncheckedCast(communicator.stringToProxy("Hfsm.dance_and_follow"))
+            watch(shown, monitor)
+            change(shown, monitor)
+        shown.press("Shift+F5")
+        expect(shown.page.locator(".live-status")).to_contain_text("Ended")
+
+
+@contextmanager
+def simulated_robot(endpoint: str) -> Iterator[None]:
+    """Start a simulated robot, once it is needed: it computes at all times."""
+    command = module("naoserver_sim", "--listen", endpoint, "--speed", str(SPEED))
+    with ComponentProcess(command) as server:
+        server.wait_for("ready")
+        yield
 
 
 def draw(shown: EditorPage, wanted: Document, path: Path) -> None:

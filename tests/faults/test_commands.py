@@ -8,7 +8,14 @@ import time
 from pathlib import Path
 
 import pytest
+from typer import Typer
+from typer.testing import CliRunner
 
+import ballmover.cli
+import deploy.nao.command
+import visualhfsm.command
+from behaviors.dance import Dance
+from hfsm_runtime.command import make_app
 from interfaces.nao import PoseHeadPrx
 from tests.support.limits import END_LIMIT, EVENT_LIMIT, MOVE_LIMIT, RUN_LIMIT, START_LIMIT
 from tests.support.processes import ComponentProcess, free_endpoint, module
@@ -89,20 +96,26 @@ def test_ctrl_c_while_a_command_loads_is_clean(command: list[str], package: str,
 
 @pytest.mark.parametrize("number", ["nan", "inf"])
 @pytest.mark.parametrize(
-    "command",
+    ("app", "arguments"),
     [
-        module("behaviors.dance", "--seconds"),
-        module("ballmover", "green", "--speed"),
-        module("ballmover", "green", "--tolerance"),
-        module("ballmover", "green", "--limit"),
-        module("visualhfsm", "watch", "--seconds"),
-        module("visualhfsm", "watch", "--wait"),
-        module("deploy.nao", "stack", "demo", "--seconds"),
+        (make_app(Dance), ["--seconds"]),
+        (ballmover.cli.app, ["green", "--speed"]),
+        (ballmover.cli.app, ["green", "--tolerance"]),
+        (ballmover.cli.app, ["green", "--limit"]),
+        (visualhfsm.command.app, ["watch", "--seconds"]),
+        (visualhfsm.command.app, ["watch", "--wait"]),
+        (deploy.nao.command.app, ["stack", "none", "--seconds"]),
     ],
-    ids=lambda command: f"{command[2]} {command[-1]}",
+    ids=lambda value: " ".join(value) if isinstance(value, list) else "",
 )
-def test_a_number_that_is_none_is_wrong_usage(command: list[str], number: str) -> None:
-    with ComponentProcess([*command, number]) as process:
+def test_a_number_that_is_none_is_wrong_usage(app: Typer, arguments: list[str], number: str) -> None:
+    outcome = CliRunner().invoke(app, [*arguments, number])
+    assert outcome.exit_code == 2
+    assert "Invalid value" in outcome.output
+
+
+def test_wrong_usage_ends_a_process_with_2() -> None:
+    with ComponentProcess(module("behaviors.dance", "--seconds", "nan")) as process:
         assert process.wait(RUN_LIMIT) == 2
         assert "Invalid value" in process.output
 
