@@ -70,7 +70,12 @@ def test_run_asks_once_for_a_robot_and_for_the_reset_of_its_emergency_stop(shown
     shown.button("Reset the emergency stop and run").click()
     expect(status).to_have_text("Running", timeout=STARTED)
     shown.press("Alt+b")
-    shown.page.get_by_role("dialog", name="Robot").wait_for()
+    menu = shown.page.get_by_role("dialog", name="Robot")
+    menu.wait_for()
+    expect(menu.get_by_role("button", name="Restart the simulation", exact=True)).to_be_visible()
+    menu.get_by_label("Speed").select_option("2")
+    expect(menu.get_by_role("button", name="Restart the simulation with these")).to_be_visible()
+    expect(menu).to_contain_text("World and speed change with a restart")
     assert shown.violations() == []
     shown.button("Stop the simulation").click()
     shown.button("No robot: start a simulation").wait_for()

@@ -111,11 +111,18 @@ class RobotMenu extends PageElement {
           : nothing
       }
       ${
+        runs && changed
+          ? html`<p class="hint" role="status">
+              World and speed change with a restart: the robot stands where it began.
+            </p>`
+          : nothing
+      }
+      ${
         isForeign
           ? nothing
           : this.#button(
               runs ? "reload" : "run",
-              runs ? (changed ? "Restart with these" : "Restart the simulation") : "Start a simulation",
+              runs ? `Restart the simulation${changed ? " with these" : ""}` : "Start a simulation",
               () => simulate(this.wanted),
               changed || !runs ? "primary" : "",
             )
