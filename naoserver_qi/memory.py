@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import difflib
+import logging
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property, partial
@@ -18,6 +20,8 @@ from naoserver_qi.access import Access
 from naoserver_qi.arguments import keepable, text, texts
 from naoserver_qi.calls import Faults
 
+_logger = logging.getLogger(__name__)
+
 MOST: Final = 1000
 """Keys that clients may write, and keys that they may listen to."""
 NOTIFYING: Final = 0.02
@@ -26,6 +30,15 @@ NOTHING_NEAR: Final = 5.0
 """Distance in m of the sonar when nothing is in its range."""
 _FULL: Final = 0.99
 _MOST_SUBSCRIBERS: Final = 100
+_TOUCH: Final = "TouchChanged"
+"""The event of all touch sensors; as ALTouch does, it sends only those that changed."""
+_RAISED: Final = (
+    "ALTextToSpeech/CurrentSentence",
+    "ALTextToSpeech/TextDone",
+    "ALTextToSpeech/TextStarted",
+    "AutonomousLife/State",
+)
+"""The events that services raise."""
 
 
 class ALSonar:
@@ -84,7 +97,7 @@ class ALMemory:
         self._lock = threading.Lock()
         self._inserted: dict[str, Any] = {}
         self._subscribers: dict[str, Subscriber] = {}
-        self._seen: dict[str, object] = {}
+        self._seen: dict[str, Any] = {}
 
     def getData(self, key: object, _lane: object = 0) -> Any:  # noqa: ANN401 - whatever stands there
         """Return the value of a key."""
@@ -131,7 +144,11 @@ class ALMemory:
         return [key for key in self.getDataListName() if part in key]
 
     def subscriber(self, event: object) -> Subscriber:
-        """Return an object whose `signal` sends the value of a key whenever it changes."""
+        """Return an object whose `signal` sends the value of a key whenever it changes.
+
+        As with NAOqi it may be any name, since another program may raise that event later; the log says when
+        nothing here does.
+        """
         name = text(event, "event")
         with self._lock:
             if name not in self._subscribers:
@@ -139,6 +156,10 @@ class ALMemory:
                     raise InvalidCommand("event", f"{MOST} keys already have listeners")
                 if name in self._looks:
                     self._seen[name] = self._look(name, _Moment(self._access))[1]
+                elif name not in self._inserted and name not in _RAISED:
+                    near = difflib.get_close_matches(name, (*self._looks, *_RAISED), 1)
+                    hint = f"; did it mean {near[0]!r}?" if near else ""
+                    _logger.warning("%r never happens here unless a program raises it%s", name[:200], hint)
                 self._subscribers[name] = Subscriber()
             return self._subscribers[name]
 
@@ -148,6 +169,8 @@ class ALMemory:
             moment = _Moment(self._access)
             seen, self._seen = self._seen, {name: self._looks[name](moment) for name in self._seen}
             changed = {name: value for name, value in self._seen.items() if value != seen[name]}
+        if _TOUCH in changed:
+            changed[_TOUCH] = [part for part in changed[_TOUCH] if part not in seen[_TOUCH]]
         for name, value in changed.items():
             self._subscribers[name].signal(value)
 
@@ -180,7 +203,7 @@ class _Moment:
         return self._access.robot.state().fallen
 
 
-_Look = Callable[[_Moment], object]
+_Look = Callable[[_Moment], Any]
 
 _FOOT_KEYS: Final = {
     "FrontLeft": "front_left",
@@ -240,6 +263,7 @@ def _keys_of_senses(sonar: ALSonar, touch_names: tuple[str, ...]) -> Iterator[tu
         yield touch_key(name), partial(_pressed, {name})
         if event := _touch_event(name):
             yield event, partial(_pressed, {name})
+    yield _TOUCH, partial(_touches, touch_names)
     for side in ("Left", "Right"):
         bumpers = {name for name in touch_names if name.startswith(f"{side[0]}FootBumper")}
         yield f"{side}BumperPressed", partial(_pressed, bumpers)
@@ -259,6 +283,12 @@ def _distance(sonar: ALSonar, side: int, _moment: _Moment) -> float:
 
 def _pressed(sensors: set[str], moment: _Moment) -> float:
     return 0.0 if sensors.isdisjoint(moment.senses.touched) else 1.0
+
+
+def _touches(names: tuple[str, ...], moment: _Moment) -> list[list[object]]:
+    touched = moment.senses.touched
+    parts = ((touch_key(name).removeprefix(DEVICES).removesuffix("/Sensor/Value"), name) for name in names)
+    return [[part, name in touched] for part, name in parts]
 
 
 def _touch_event(name: str) -> str | None:

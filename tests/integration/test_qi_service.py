@@ -1,5 +1,6 @@
 """A fake robot served as NAOqi in a separate process, and genuine clients of libqi."""
 
+import queue
 import signal
 import subprocess
 import sys
@@ -171,6 +172,19 @@ def test_a_touch_is_reported_when_it_is_felt(session):
     session.service("Faults").touch(["HeadFront"])
     assert heard.future().value(MILLISECONDS) == 1.0
     session.service("Faults").touch([])
+
+
+def test_touch_changed_sends_what_changed(session):
+    heard = queue.Queue()
+    subscriber = session.service("ALMemory").subscriber("TouchChanged")
+    subscriber.signal.connect(heard.put)
+    for touched, change in (
+        (["HeadFront", "LHandBack"], [["Head/Touch/Front", True], ["LHand/Touch/Back", True]]),
+        (["LHandBack"], [["Head/Touch/Front", False]]),
+        ([], [["LHand/Touch/Back", False]]),
+    ):
+        session.service("Faults").touch(touched)
+        assert sorted(heard.get(timeout=MILLISECONDS / 1000)) == change
 
 
 def test_many_clients_at_once(url):

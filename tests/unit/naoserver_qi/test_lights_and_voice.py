@@ -133,3 +133,25 @@ def test_what_is_measured_cannot_be_overwritten(rig, memory):
     key = "Device/SubDeviceList/HeadYaw/Position/Sensor/Value"
     memory.insertData(key, 7.0)
     assert memory.getData(key) == rig.positions("HeadYaw")[0]
+
+
+NEVER = "'{}' never happens here unless a program raises it"
+
+
+@pytest.mark.parametrize(
+    ("name", "warned"),
+    [
+        ("FaceDetected", [NEVER.format("FaceDetected")]),
+        ("FrontTactilTuched", [NEVER.format("FrontTactilTuched") + "; did it mean 'FrontTactilTouched'?"]),
+        ("FrontTactilTouched", []),
+        ("TouchChanged", []),
+        ("ALTextToSpeech/TextDone", []),
+        ("Program/Event", []),
+    ],
+)
+def test_a_subscription_that_nothing_answers_is_logged_once(rig, caplog, name, warned):
+    memory = ALMemory(rig.access, ALSonar(None))
+    memory.insertData("Program/Event", 0)
+    for _ in range(2):
+        memory.subscriber(name)
+    assert caplog.messages == warned
