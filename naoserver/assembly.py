@@ -128,10 +128,11 @@ class Assembly:
         self._add(
             InertialUnit=InertialUnitI(senses),
             FootPressure=FootPressureI(senses),
-            Sonar=SonarI(senses),
             Touch=TouchI(senses),
             Battery=BatteryI(senses),
         )
+        if senses.sonar_range is not None:
+            self._add(Sonar=SonarI(senses))
 
     def _add_mechanism(self, mechanism: JointDevice) -> None:
         # Its gate is never shut: what carries a ball is no part of the robot.

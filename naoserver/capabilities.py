@@ -104,7 +104,7 @@ class BatteryReading:
     """The state of the battery."""
 
     charge: float
-    """From 0 to 1."""
+    """From 0 to 1; not a number when the robot reports none."""
     current: float
     """In A, negative while it discharges."""
     temperature: float
@@ -135,8 +135,8 @@ class Senses(Protocol):
         """The touch sensors: ChestButton, HeadFront, HeadMiddle, HeadRear, LHandBack, LFootBumperLeft, ..."""
 
     @property
-    def sonar_range(self) -> tuple[float, float]:
-        """Nearest and farthest distance that the sonar measures in m."""
+    def sonar_range(self) -> tuple[float, float] | None:
+        """Nearest and farthest distance that the sonar measures in m; None of a robot without one."""
 
     @property
     def sonar_cone(self) -> float:

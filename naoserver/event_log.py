@@ -116,6 +116,10 @@ class ConditionWatch:
         if self._robot.senses is None:
             return
         battery = self._robot.senses.read().battery
+        unknown = (Severity.Warning, "unknown: the robot does not report its charge")
+        self._compare(
+            "battery", math.isnan(battery.charge), "Battery", unknown, "known: its charge is reported again"
+        )
         if battery.plugged or battery.charge > self._charge_mark + _RECOVERED:
             self._charge_mark = math.inf
             return

@@ -78,12 +78,12 @@ class NaoqiCameras:
     def __init__(self, connection: Connection, now: Callable[[], float]) -> None:
         self._connection = connection
         self._now = now
-        self._cameras = {facts.name: _Camera(index, facts) for index, facts in enumerate(H25.cameras)}
+        self._cameras: dict[str, _Camera] = {}
         self._closed = False
 
     @property
     def facts(self) -> tuple[CameraFacts, ...]:
-        """Abilities of the cameras; those of a NAO6 until the robot has been asked."""
+        """Abilities of the cameras that the robot has; none until it has been asked."""
         return tuple(camera.facts for camera in self._cameras.values())
 
     def open(self, link: Link) -> None:
@@ -93,9 +93,14 @@ class NaoqiCameras:
         except CallFailed as error:
             _logger.debug("nothing to release: %s", error)
         large = is_nao6(link)
-        for camera in self._cameras.values():
+        for index, facts in enumerate(H25.cameras):
+            if not _has_camera(link, index):
+                _logger.warning("the robot has no camera %s", facts.name)
+                self._cameras.pop(facts.name, None)
+                continue
+            camera = self._cameras.setdefault(facts.name, _Camera(index, facts))
             camera.subscription = None
-            camera.facts = _facts(link, camera.index, H25.cameras[camera.index], large=large)
+            camera.facts = _facts(link, index, facts, large=large)
 
     def capture(self, name: str, width: int, height: int) -> Frame:
         """Take a picture; blocks at most 1 s. Raises HardwareFailure."""
@@ -194,6 +199,19 @@ def _release(camera: _Camera) -> None:
     subscription, camera.subscription = camera.subscription, None
     if subscription is not None and not subscription.link.lost.is_set():
         call(subscription.link, "ALVideoDevice.unsubscribe", subscription.handle, timeout=_FAREWELL)
+
+
+def _has_camera(link: Link, index: int) -> bool:
+    """Return whether the robot has a camera; a NAOqi before 2.1 has both unless it has no video at all."""
+    try:
+        return bool(call(link, "ALVideoDevice.hasCamera", index))
+    except CallFailed:
+        pass
+    try:
+        call(link, "ALVideoDevice.getActiveCamera")
+    except CallFailed:
+        return False
+    return True
 
 
 def _facts(link: Link, index: int, facts: CameraFacts, *, large: bool) -> CameraFacts:

@@ -26,6 +26,8 @@ _EDGES: Final = ("FrontLeft", "FrontRight", "RearLeft", "RearRight")
 _COMFORTABLE: Final = 25.0
 """Degrees Celsius of a motor that reports none."""
 _PRESSED: Final = 0.5
+_STRAY: Final = 0.5
+"""Distance in rad from its range at which a joint cannot be: the measurement is wrong."""
 
 
 class Measurements(NamedTuple):
@@ -40,7 +42,8 @@ class MemoryLayout:
     """The keys to ask for, and how to read the answer.
 
     `known` are all keys that the robot has. Of several spellings the first that it knows is taken: the
-    inertial unit's changed with NAO5. What it does not have reads as at rest: nothing pressed, nothing near.
+    inertial unit's changed with NAO5. What it does not have reads as at rest: nothing pressed, nothing near;
+    a charge of the battery that it does not have is not a number.
     The signs of the inertial unit are those of a NAO6, or of a Nao before it.
     Raises KeyError, naming it, for a joint that has no position.
     """
@@ -69,10 +72,15 @@ class MemoryLayout:
         )
         self._plugged = self._add(["BatteryPowerPluggedChanged"])
 
+    @property
+    def has_sonar(self) -> bool:
+        """Whether the robot measures distances to both sides."""
+        return None not in self._sonar
+
     def read(self, values: Sequence[Any], time: float) -> Measurements:
         """Return what the answer to `keys` says, measured at `time` in s.
 
-        Raises ValueError when it is no such answer, or has no position of a joint.
+        Raises ValueError when it is no such answer, or has no position of a joint, or one where it cannot be.
         """
         if len(values) != len(self.keys):
             raise ValueError(f"{len(values)} values came for {len(self.keys)} keys")
@@ -92,12 +100,14 @@ class MemoryLayout:
             return tuple(at(index, otherwise) for index in self._joints[field])
 
         positions = joints("positions", math.nan)
-        for joint, position in zip(H25.joint_names, positions, strict=True):
+        for joint, position in zip(H25.joints, positions, strict=True):
             if math.isnan(position):
-                raise ValueError(f"there is no position of {joint}")
+                raise ValueError(f"there is no position of {joint.name}")
+            if not joint.lower - _STRAY <= position <= joint.upper + _STRAY:
+                raise ValueError(f"{joint.name} is at {position:g}, out of its range")
         commands = zip(self._joints["commands"], positions, strict=True)
         left, right = (FootReading(*(max(0.0, GRAVITY * at(i)) for i in foot)) for foot in self._feet)
-        charge, current = at(self._charge), at(self._current)
+        charge, current = at(self._charge, math.nan), at(self._current)
         return Measurements(
             joints=JointReading(
                 time=time,

@@ -160,6 +160,11 @@ class NaoqiState:
             self._setpoints.report(joints.commands, joints.positions, joints.stiffnesses, time)
         self._newest = measured._replace(joints=replace(joints, velocities=velocities))
 
+    @property
+    def has_sonar(self) -> bool:
+        """Whether the robot measures distances to both sides."""
+        return self._layout is not None and self._layout.has_sonar
+
     def freeze(self) -> None:
         """Keep setpoints where they are from now on: the robot is lost."""
         self._frozen = self._clock.now()
@@ -215,20 +220,29 @@ class NaoqiSenses:
     """The senses of the robot, with the sonar on while they are open. Implements Senses."""
 
     touch_names = H25.touch_sensors
-    sonar_range = (0.25, FARTHEST)
     sonar_cone = math.radians(60.0)
 
     def __init__(self, state: NaoqiState) -> None:
         self._state = state
+        self._sonar = False
+
+    @property
+    def sonar_range(self) -> tuple[float, float] | None:
+        """Nearest and farthest distance that the sonar measures in m; None when the robot has none."""
+        return (0.25, FARTHEST) if self._sonar else None
 
     def read(self) -> SenseReading:
         """Return the newest snapshot."""
         return self._state.senses()
 
     def open(self, link: Link) -> None:
-        """Turn the sonar on; a robot without one has nothing near."""
+        """Turn the sonar on, if the robot has one."""
+        self._sonar = False
+        if not self._state.has_sonar:
+            return
         try:
             call(link, "ALSonar.subscribe", NAME)
+            self._sonar = True
         except CallFailed as error:
             _logger.info("the sonar stays off: %s", error)
 

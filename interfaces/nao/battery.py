@@ -17,7 +17,7 @@ class BatteryReading(ice.Struct):
     time: float = 0.0
     """Robot time of the reading in s."""
     charge: float = 0.0
-    """Charge from 0, empty, to 1, full."""
+    """Charge from 0, empty, to 1, full; not a number when the robot reports none."""
     current: float = 0.0
     """Current in A, negative while it discharges."""
     temperature: float = 0.0

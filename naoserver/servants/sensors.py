@@ -55,7 +55,7 @@ class SonarI(nao.Sonar):
 
     def getSonarLimits(self, current: Current) -> nao.SonarLimits:
         """Return the sonar's range and cone."""
-        nearest, farthest = self._senses.sonar_range
+        nearest, farthest = self._senses.sonar_range or (0.0, 0.0)
         return nao.SonarLimits(nearest=nearest, farthest=farthest, cone=self._senses.sonar_cone)
 
 

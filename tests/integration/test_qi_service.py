@@ -175,7 +175,7 @@ def test_a_touch_is_reported_when_it_is_felt(session):
 
 
 def test_touch_changed_sends_what_changed(session):
-    heard = queue.Queue()
+    heard: queue.Queue[object] = queue.Queue()
     subscriber = session.service("ALMemory").subscriber("TouchChanged")
     subscriber.signal.connect(heard.put)
     for touched, change in (

@@ -110,3 +110,12 @@ def test_a_battery_that_runs_low_is_reported_at_each_mark(rig, charges, reported
 def test_a_battery_that_is_charged_is_not_reported(rig):
     rig.robot.charge(0.01, 1.0, plugged=True)
     assert rig.look() == []
+
+
+def test_a_battery_whose_charge_is_unknown_is_not_called_empty(rig):
+    reported = []
+    for charge in (0.8, math.nan, math.nan, 0.8):
+        rig.robot.charge(charge, -1.0, plugged=False)
+        reported.append(rig.look())
+    unknown, known = (Severity.Warning, "Battery", "unknown"), (Severity.Info, "Battery", "known")
+    assert reported == [[], [unknown], [], [known]]

@@ -2,10 +2,12 @@
 
 import pytest
 
+from naoserver.assembly import Assembly
 from naoserver.errors import HardwareFailure
+from naoserver.options import ServerOptions
 from naoserver_naoqi.link import CallFailed
 from naoserver_naoqi.robot import End, Life, LifecycleOptions, NaoqiRobot, Start
-from tests.support.scripted_naoqi import ScriptedNaoqi
+from tests.support.scripted_naoqi import DEVICES, ScriptedNaoqi
 
 WAKE, REST, STIFFEN = "ALMotion.wakeUp", "ALMotion.rest", "ALMotion.stiffnessInterpolation"
 LIFE = "ALAutonomousLife.setState"
@@ -100,3 +102,40 @@ def test_the_sonar_is_on_while_the_robot_is_served(naoqi):
         assert len(naoqi.called("ALSonar.subscribe")) == 1
         assert naoqi.called("ALSonar.unsubscribe") == []
     assert naoqi.called("ALSonar.unsubscribe") == naoqi.called("ALSonar.subscribe")
+
+
+def refuse(*_arguments):
+    raise CallFailed("there is no such service")
+
+
+def served(naoqi):
+    """Return the identities of what is served of a robot."""
+    with naoqi.robot() as robot:
+        return set(Assembly(robot, ServerOptions(), robot.clock).servants)
+
+
+def test_all_that_the_robot_has_is_served(naoqi):
+    assert {"Sonar", "Camera", "CameraBottom"} <= served(naoqi)
+
+
+@pytest.mark.parametrize(
+    ("without", "missing"),
+    [
+        ({"ALSonar.subscribe": refuse}, {"Sonar"}),
+        ({"ALVideoDevice.hasCamera": lambda index: index == 0}, {"CameraBottom"}),
+        (
+            {"ALVideoDevice.hasCamera": refuse, "ALVideoDevice.getActiveCamera": refuse},
+            {"Camera", "CameraBottom"},
+        ),
+        ({"ALVideoDevice.hasCamera": refuse, "ALVideoDevice.getActiveCamera": 0}, set()),
+    ],
+)
+def test_what_the_robot_lacks_is_not_served(naoqi, without, missing):
+    naoqi.answers |= without
+    assert {"Sonar", "Camera", "CameraBottom"} - served(naoqi) == missing
+
+
+def test_a_robot_without_keys_of_a_sonar_has_none(naoqi):
+    for side in ("Left", "Right"):
+        del naoqi.memory[f"{DEVICES}US/{side}/Sensor/Value"]
+    assert "Sonar" not in served(naoqi)

@@ -107,7 +107,7 @@ def test_what_is_missing_reads_as_at_rest():
     senses = read(memory).senses
     assert senses.inertial.acceleration == (0.0, 0.0, 9.81)
     assert senses.touched == frozenset()
-    assert senses.battery.charge == 0.0
+    assert math.isnan(senses.battery.charge)
 
 
 @given(
@@ -138,3 +138,15 @@ def test_an_answer_of_another_length_is_refused():
     layout = MemoryLayout(nao_memory())
     with pytest.raises(ValueError, match="2 values came"):
         layout.read([0.0, 0.0], time=0.0)
+
+
+@pytest.mark.parametrize("charge", ["full", [0.8], None])
+def test_a_charge_that_is_no_number_is_not_called_empty(charge):
+    battery = read(nao_memory(), **{f"{DEVICES}Battery/Charge/Sensor/Value": charge}).senses.battery
+    assert math.isnan(battery.charge)
+
+
+@pytest.mark.parametrize("angle", [1e9, -1e9, 3.2])
+def test_an_angle_where_the_joint_cannot_be_is_refused(angle):
+    with pytest.raises(ValueError, match=r"LKneePitch is at .*, out of its range"):
+        read(nao_memory(), **{f"{DEVICES}LKneePitch/Position/Sensor/Value": angle})
