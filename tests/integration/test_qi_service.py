@@ -6,6 +6,7 @@ import subprocess
 import sys
 import threading
 from concurrent.futures import ThreadPoolExecutor
+from typing import Any
 
 import numpy as np
 import pytest
@@ -175,7 +176,7 @@ def test_a_touch_is_reported_when_it_is_felt(session):
 
 
 def test_touch_changed_sends_what_changed(session):
-    heard: queue.Queue[object] = queue.Queue()
+    heard: queue.Queue[list[list[Any]]] = queue.Queue()
     subscriber = session.service("ALMemory").subscriber("TouchChanged")
     subscriber.signal.connect(heard.put)
     for touched, change in (
