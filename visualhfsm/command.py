@@ -22,6 +22,8 @@ from visualhfsm.new import EPILOG as NEW_EPILOG
 from visualhfsm.new import new
 from visualhfsm.replay import EPILOG as REPLAY_EPILOG
 from visualhfsm.replay import replay
+from visualhfsm.report import EPILOG as REPORT_EPILOG
+from visualhfsm.report import report
 from visualhfsm.steer.commands import register as register_steering
 from zenoh_ice.settings import Settings
 
@@ -209,3 +211,4 @@ app.command(epilog=NEW_EPILOG)(new)
 app.command(epilog=CHECK_EPILOG)(check)
 app.command(epilog=CONVERT_EPILOG)(convert)
 app.command(epilog=REPLAY_EPILOG)(replay)
+app.command(epilog=REPORT_EPILOG)(report)

@@ -9,14 +9,16 @@ import logging
 import math
 import time
 from collections import deque
-from collections.abc import AsyncGenerator
-from typing import Final, cast
+from collections.abc import AsyncGenerator, Iterable
+from typing import Final, TypeVar, cast
 
 from interfaces.jderobot import CameraPrx, ImageData
 from visualhfsm.errors import MissingPackageError, VisualHfsmError
 from visualhfsm.monitoring.realm import has_interface
 from zenoh_ice import Communicator, Sample, ZenohIceError
 from zenoh_ice.text import printable
+
+T = TypeVar("T")
 
 QUALITY: Final = 80
 """Of 1 to 95; an image of 320 x 240 takes about 12 kB."""
@@ -60,6 +62,19 @@ class Pictures:
             if name == camera and taken <= at:
                 return jpeg if at - taken <= OLDEST else None
         return None
+
+    def spread(self, most: int) -> dict[str, list[tuple[float, bytes]]]:
+        """Return what is kept by camera, each with its wall time: `most` at most, evenly over time."""
+        found: dict[str, list[tuple[float, bytes]]] = {}
+        for taken, camera, jpeg in evenly(self._kept, most):
+            found.setdefault(camera, []).append((taken, jpeg))
+        return found
+
+
+def evenly(items: Iterable[T], most: int) -> list[T]:
+    """Return at most so many items, at equal distances."""
+    kept = list(items)
+    return kept[:: -(-len(kept) // max(1, most)) or 1]
 
 
 class Cameras:

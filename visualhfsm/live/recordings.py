@@ -5,14 +5,15 @@ from __future__ import annotations
 import bisect
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import msgspec
 
+from codegen.hfsm.document import Document
 from hfsm_recording.messages import (
     Action,
     Change,
@@ -45,8 +46,9 @@ from visualhfsm.errors import VisualHfsmError
 from visualhfsm.monitoring.robot import RobotState
 from visualhfsm.monitoring.run_log import LiveSnapshot, RunLog, is_sound
 from visualhfsm.monitoring.world import Shape, sound_objects, sound_placement, sound_shapes
+from visualhfsm.run_page import MOST_PICTURES, Run
 
-from .cameras import OLDEST, encode_jpeg, require_pillow
+from .cameras import OLDEST, encode_jpeg, evenly, require_pillow
 
 _INTERVAL: Final = 100_000_000
 """Nanoseconds between two moments, as of a monitor, unless a state changes."""
@@ -80,6 +82,13 @@ class RecordedRun:
     world: Sequence[Shape]
     pictures: RecordedPictures
 
+    def exported(self, document: Document | None, imported: Sequence[Mapping[str, Any]] = ()) -> Run:
+        """Return what of it is exported, with the document that it shows. Raises VisualHfsmError."""
+        pictures = self.pictures.spread(MOST_PICTURES)
+        return Run(
+            self.name, self.structure, self.log, document, imported, self.world, pictures, self.complete
+        )
+
 
 class RecordedPictures:
     """The images of a recording, by camera and wall time; they stay in the file."""
@@ -97,6 +106,14 @@ class RecordedPictures:
     def cameras(self) -> list[str]:
         """The identities of the cameras."""
         return sorted(self._places)
+
+    def spread(self, most: int) -> dict[str, list[tuple[float, bytes]]]:
+        """Return pictures by camera as JPEG, each with its wall time: `most` at most, evenly over time."""
+        found = {}
+        for camera, places in self._places.items():
+            times = [time for time, _, _ in evenly(places, most // len(self._places))]
+            found[camera] = [(time, jpeg) for time in times if (jpeg := self.at(camera, time)) is not None]
+        return found
 
     def take(self, message: RawMessage) -> None:
         """Note where an image is. Raises RecordingError when it has no hash."""

@@ -6,7 +6,7 @@ import asyncio
 import itertools
 import logging
 import math
-from collections.abc import AsyncGenerator, Callable, Mapping
+from collections.abc import AsyncGenerator, Callable, Mapping, Sequence
 from concurrent.futures import Future
 from pathlib import Path
 from typing import Annotated, Any, Final
@@ -14,6 +14,7 @@ from typing import Annotated, Any, Final
 import msgspec
 from msgspec import Meta
 
+from codegen.hfsm.document import Document
 from interfaces.hfsm import HfsmMonitorPrx
 from interfaces.jderobot import InvalidValueException, MotorsPrx
 from interfaces.nao import GroundTruthPrx, JointsPrx, PoseHeadPrx, SafetyPrx, ScenePrx
@@ -28,6 +29,7 @@ from visualhfsm.monitoring.realm import (
 )
 from visualhfsm.monitoring.robot import RobotMonitor, RobotPresence
 from visualhfsm.monitoring.run_log import LiveSnapshot, RunLog
+from visualhfsm.run_page import MOST_PICTURES, Run, run_page
 from visualhfsm.services import Components, Publish, Snapshot, Stale, Structure
 from zenoh_ice import Communicator, ObjectPrx, Settings, ZenohIceError, initialize
 from zenoh_ice.interface import Operation
@@ -181,6 +183,21 @@ class Monitoring:
             "world": run.world,
             "cameras": run.pictures.cameras,
         }
+
+    async def exported(
+        self, component: str, document: Document | None, imported: Sequence[Mapping[str, Any]]
+    ) -> str:
+        """Return the run of a component that is followed, or of an open recording, as a page of HTML."""
+        recorded = self._recordings.get(component)
+        if recorded is not None:
+            return await asyncio.to_thread(lambda: run_page(recorded.exported(document, imported)))
+        follower = self._follower(component)
+        if follower.structure is None:
+            raise VisualHfsmError(f"the automata of {component} are not known yet")
+        structure, shapes = follower.structure.structure, self._robot.world.shapes
+        pictures = self._cameras.former.spread(MOST_PICTURES)
+        run = Run(component, structure, follower.log, document, imported, shapes, pictures)
+        return await asyncio.to_thread(run_page, run)
 
     def camera(self, name: str) -> AsyncGenerator[bytes, None]:
         """Return the newest image of a camera, as JPEG, whenever there is a newer one."""

@@ -28,6 +28,8 @@ LARGEST: Final = 48 << 20
 _INTERVAL: Final = 0.05
 """Seconds of component time between two moments that are kept, unless a state changes."""
 _FASTEST: Final = 1
+_SAMPLE: Final = 20
+"""Of so many moments one is unpacked to estimate the size of all."""
 CAPACITY: Final = 18_000
 """Rows of numbers kept: half an hour at 10 a second."""
 MOST_COLUMNS: Final = 1000
@@ -132,6 +134,17 @@ class RunLog:
                 return None
             packed = self._packed[max(0, bisect.bisect_right(self._times, time) - 1)]
         return msgspec.Raw(zlib.decompress(packed))
+
+    def moments(self, largest: int) -> list[tuple[float, bytes]]:
+        """Return the moments as JSON, each with its component time.
+
+        When all would take more than about `largest` bytes, they are fewer, at equal distances.
+        """
+        with self._lock:
+            kept = list(zip(self._times, self._packed, strict=True))
+        unpacked = sum(len(zlib.decompress(packed)) for _, packed in kept[::_SAMPLE]) * _SAMPLE
+        step = max(1, math.ceil(unpacked / largest))
+        return [(time, zlib.decompress(packed)) for time, packed in kept[::-step]][::-1]
 
     def timeline(self) -> Timeline:
         """Return the changes of state in the time that is kept."""

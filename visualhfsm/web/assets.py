@@ -11,7 +11,6 @@ import gzip
 import hashlib
 import json
 import mimetypes
-import re
 import secrets
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,9 +19,9 @@ from typing import Final
 from starlette.requests import Request
 from starlette.responses import PlainTextResponse, Response
 
-from .security import content_security_policy
+from visualhfsm.run_page import LIBRARIES, STATIC, imported_modules
 
-STATIC: Final = Path(__file__).parent / "static"
+from .security import content_security_policy
 
 _VERSION: Final = "%VERSION%"
 _IMPORT_MAP: Final = "%IMPORT_MAP%"
@@ -30,12 +29,6 @@ _PRELOADS: Final = "%PRELOADS%"
 _NONCE: Final = b"%NONCE%"
 _ENTRY: Final = "app.js"
 
-_LIBRARIES: Final = ("codemirror", "dagre", "lit", "three", "uplot")
-"""Libraries that the page imports by name; each is a file in vendor/."""
-
-_STATIC_IMPORT: Final = re.compile(
-    r"""^\s*(?:import|export)\s(?:[^"';]*?\sfrom\s)?\s*["'](?P<name>[^"']+)["']""", re.MULTILINE
-)
 _COMPRESSED: Final = frozenset({".css", ".html", ".js", ".json", ".svg", ".txt"})
 _TYPES: Final = {".js": "text/javascript", ".svg": "image/svg+xml", ".txt": "text/plain"}
 
@@ -132,10 +125,12 @@ class Assets:
 
     def _make_page(self) -> Page:
         base = f"/static/{self._version}"
-        imports = {name: f"{base}/vendor/{name}.js" for name in _LIBRARIES}
+        imports = {name: f"{base}/vendor/{name}.js" for name in LIBRARIES}
         import_map = json.dumps({"imports": imports}, separators=(",", ":"))
+        # The browser requests all modules at once instead of one after the other.
         preloads = "\n".join(
-            f'<link rel="modulepreload" href="{base}/{name}">' for name in self._loaded_at_once()
+            f'<link rel="modulepreload" href="{imports.get(name, f"{base}/{name}")}">'
+            for name in imported_modules(_ENTRY, self._directory)
         )
         html = (
             (self._directory / "index.html")
@@ -146,29 +141,6 @@ class Assets:
         )
         digest = base64.b64encode(hashlib.sha256(import_map.encode()).digest()).decode()
         return Page(html.encode(), f"sha256-{digest}")
-
-    def _loaded_at_once(self) -> list[str]:
-        """Return the modules that the page's first module imports, itself included.
-
-        The browser then requests all of them at once instead of one after the other.
-        """
-        found: dict[str, None] = {}
-        waiting = [_ENTRY]
-        while waiting:
-            name = waiting.pop(0)
-            path = self._directory / name
-            if name in found or not path.is_file():
-                continue
-            found[name] = None
-            for match in _STATIC_IMPORT.finditer(path.read_text("utf-8")):
-                target = match["name"]
-                if target in _LIBRARIES:
-                    found[f"vendor/{target}.js"] = None
-                elif target.startswith("."):
-                    joined = (path.parent / target).resolve()
-                    if joined.is_relative_to(self._directory):
-                        waiting.append(joined.relative_to(self._directory).as_posix())
-        return list(found)
 
 
 def _stamp(path: Path) -> tuple[int, int]:

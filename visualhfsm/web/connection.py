@@ -29,7 +29,7 @@ from visualhfsm.errors import ErrorKind, MissingError, VisualHfsmError
 from visualhfsm.robots import find_worlds
 from visualhfsm.services import Simulation
 from visualhfsm.sessions.files import read_file
-from visualhfsm.sessions.imports import extract, imported_views, inline
+from visualhfsm.sessions.imports import extract, inline
 from visualhfsm.sessions.session import Change, Choice, DocumentSession
 from visualhfsm.sessions.templates import find_templates
 
@@ -43,7 +43,7 @@ _UNSUPPORTED_DATA: Final = 1003  # RFC 6455, section 7.4.1
 CODE_HELP = p.CodeHelp | p.Interfaces
 """Requests that the page sends while code is typed."""
 
-_Reading = p.Diff | p.Export | p.Imported | p.ListFiles | p.Locate | p.Search
+_Reading = p.Diff | p.Export | p.ExportRun | p.Imported | p.ListFiles | p.Locate | p.Search
 _Robot = p.ConnectRobot | p.EndRobot | p.MoveBalls | p.Simulate
 _Running = p.Attach | p.Control | p.Detach | p.Generate | p.Recording | p.Run | p.StopRun
 
@@ -221,11 +221,10 @@ class _Connection:
                 tab = workspace.tab(number)
                 text = await tab.edit(DocumentSession.text)
                 return {"name": f"{tab.shown.title}.xml", "text": text}
+            case p.ExportRun(component=component, tab=number):
+                return await documents.export_run(workspace, component, number)
             case p.Imported(tab=number):
-                shown = workspace.tab(number).shown
-                if (path := shown.path) is None:
-                    return []  # imports are relative to the file
-                return await workspace.threads.do(lambda: imported_views(shown.document, path))
+                return await documents.imported(workspace, number)
             case p.ListFiles(directory=directory):
                 return await documents.list_files(workspace, directory)
             case p.Locate(tab=number, text=text, automaton=automaton, state=state):

@@ -14,6 +14,7 @@ from codegen.hfsm.scxml import is_scxml
 from visualhfsm.editing.serialization import import_scxml, parse
 from visualhfsm.errors import EditError, MissingError, UnsavedError, WouldOverwriteError
 from visualhfsm.sessions.files import read_file, write_file
+from visualhfsm.sessions.imports import imported_views
 from visualhfsm.sessions.session import Choice, DocumentSession
 from visualhfsm.sessions.templates import make_template
 
@@ -67,6 +68,22 @@ async def open_recording(workspace: Workspace, window: Window, path: Path) -> di
         return {**found, **({"tab": known} if known else await _add(workspace, make, recording=path))}
     except EditError:
         return {**found, "tab": 0}
+
+
+async def export_run(workspace: Workspace, component: str, number: int) -> dict[str, str]:
+    """Return the page of a run with the document of a tab, if there is one, and a name for the file."""
+    document = workspace.tab(number).shown.document if number else None
+    content = await imported(workspace, number) if number else []
+    text = await workspace.services.live.exported(component, document, content)
+    return {"name": f"{_stem(component.rpartition(':')[2])}.html", "text": text}
+
+
+async def imported(workspace: Workspace, number: int) -> list[dict[str, Any]]:
+    """Return the content of the automata that a document imports."""
+    shown = workspace.tab(number).shown
+    if (path := shown.path) is None:
+        return []  # imports are relative to the file
+    return await workspace.threads.do(lambda: imported_views(shown.document, path))
 
 
 async def new(workspace: Workspace, template: str) -> dict[str, Any]:

@@ -307,6 +307,16 @@ class Export(_Request):
     tab: TabId
 
 
+class ExportRun(_Request):
+    """Ask for the run of a followed component, or of an open recording, as one page of HTML, to download it.
+
+    `tab` is the one that shows its document, 0 without one.
+    """
+
+    component: Name
+    tab: ElementId = 0
+
+
 class Recording(_Request):
     """Open the recording of a run."""
 

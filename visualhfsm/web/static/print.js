@@ -1,7 +1,7 @@
 /**
  * The whole component as pages: the browser prints them, or saves them as PDF.
  *
- * @import {Automaton, Transition} from "./store.js"
+ * @import {Automaton, State, Transition} from "./store.js"
  */
 
 import {html, nothing, render} from "lit";
@@ -59,19 +59,20 @@ function automatonPage(automaton) {
     ${automaton.states.length ? html`<figure>${picture(automaton)}</figure>` : nothing}
     ${table("Inputs", ["name", "type", "default", "description"], automaton.inputs)}
     ${code("Variables", automaton.variables)}${code("Functions", automaton.functions)}
-    ${automaton.states.map(
-      (state) =>
-        html`<h3>State ${state.name}${state.initial ? ", initial" : ""}${state.final ? ", final" : ""}</h3>
-          ${code("Entry", state.entry)}${code("Each cycle", state.code)}${code("Exit", state.exit)}
-          ${outgoing(automaton.transitions.filter(({origin}) => origin === state.id)).map((each) =>
-            transition(automaton, each),
-          )}`,
-    )}
+    ${automaton.states.map((state) => statePart(automaton, state))}
   </section>`;
 }
 
-/** @param {Automaton} automaton @param {Transition} transition */
-function transition(automaton, {name, destination, type, trigger, guard, code: fired}) {
+/** A state with its code and the transitions out of it. @param {Automaton} automaton @param {State} state */
+export const statePart = (automaton, state) =>
+  html`<h3>State ${state.name}${state.initial ? ", initial" : ""}${state.final ? ", final" : ""}</h3>
+    ${code("Entry", state.entry)}${code("Each cycle", state.code)}${code("Exit", state.exit)}
+    ${outgoing(automaton.transitions.filter(({origin}) => origin === state.id)).map((each) =>
+      transitionPart(automaton, each),
+    )}`;
+
+/** A transition with its code. @param {Automaton} automaton @param {Transition} transition */
+export function transitionPart(automaton, {name, destination, type, trigger, guard, code: fired}) {
   const to = automaton.states.find((each) => each.id === destination)?.name ?? "nothing";
   const what = type === "time" ? `after ${spokenTime(trigger) || "no time"}` : (TRIGGERS[type]?.word ?? type);
   return html`<p class="arc">

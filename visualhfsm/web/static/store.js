@@ -81,6 +81,7 @@
  *   inline: Done, open: Opened, new: Opened, openText: Opened, recover: Opened, discard: null, close: null,
  *   save: {path: string}, saveAs: {path: string, tab?: number}, resolve: {conflicts?: string[]} | null,
  *   listFiles: {directory: string, parent: string | null, entries: Entry[]}, export: {name: string, text: string},
+ *   exportRun: {name: string, text: string},
  *   search: {tab: number, hits: Hit[]}[], diff: {differences: Difference[], before: Automaton[]},
  *   imported: Automaton[], locate: {place: Place, line: number} | null, codeHelp: unknown,
  *   interfaces: InterfaceDescription[], generate: {path: string}, run: {component: string, recording?: string}, stopRun: null, simulate: null,
@@ -171,6 +172,12 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
   unsaved = new Map();
   /** The answer of the server to `hello`. @type {Greeting} */
   greeting = {};
+  /**
+   * What answers requests in an exported page, which has no server, and the frames that it has by their path.
+   *
+   * @type {{answer: (op: string, fields: any) => any, frames: Record<string, ArrayBuffer>} | undefined}
+   */
+  exported = undefined;
 
   /** Whether a tab shows the document of a recording, which is not changed. @param {number} tab */
   isRecorded = (tab) => this.workspace.tabs.some((each) => each.tab === tab && each.recording);
@@ -197,6 +204,18 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
     socket.addEventListener("open", () => (this.#greeted = this.#greet()));
     socket.addEventListener("message", (event) => this.#receive(JSON.parse(event.data)));
     socket.addEventListener("close", (event) => this.#lose(event));
+  }
+
+  /**
+   * Show what an exported page contains, instead of connecting.
+   *
+   * @param {NonNullable<Store["exported"]>} exported
+   * @param {Message[]} pushes
+   */
+  show(exported, pushes) {
+    this.exported = exported;
+    this.online = true;
+    for (const push of pushes) this.#receive(push);
   }
 
   /** What users see while there is no connection. */
@@ -228,6 +247,8 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
    * @returns {Promise<Answers[Op]>}
    */
   #send(op, fields) {
+    const {exported} = this;
+    if (exported) return Promise.resolve().then(() => exported.answer(op, fields));
     return new Promise((resolve, reject) => {
       if (this.#socket?.readyState !== WebSocket.OPEN || (!this.online && op !== "hello")) {
         reject(new RequestError(this.whyOffline, "offline"));

@@ -12,7 +12,8 @@ from pathlib import Path
 import pytest
 
 from tests.support.places import ROOT
-from visualhfsm.web.assets import STATIC, Assets
+from visualhfsm.run_page import STATIC
+from visualhfsm.web.assets import Assets
 
 PAGE = '<script type="importmap">%IMPORT_MAP%</script>\n%PRELOADS%\n<script src="/static/%VERSION%/app.js"></script>'
 LIGHT = 150_000
@@ -21,7 +22,8 @@ LIGHT = 150_000
 
 @pytest.fixture
 def static(tmp_path: Path) -> Path:
-    (tmp_path / "canvas").mkdir()
+    for folder in ("canvas", "vendor"):
+        (tmp_path / folder).mkdir()
     (tmp_path / "index.html").write_text(PAGE)
     (tmp_path / "app.js").write_text(
         'import { html } from "lit";\nimport {\n  Canvas,\n} from "./canvas/canvas.js";\nimport "./keys.js";\n'
@@ -30,7 +32,7 @@ def static(tmp_path: Path) -> Path:
     (tmp_path / "canvas" / "canvas.js").write_text(
         'export * from \'../geometry.js\';\nexport { store } from "../app.js";\nexport const from = "./nothing.js";\n'
     )
-    for name in ("geometry.js", "keys.js", "monitor.js"):
+    for name in ("geometry.js", "keys.js", "monitor.js", "vendor/lit.js"):
         (tmp_path / name).write_text("export {};\n")
     return tmp_path
 

@@ -68,9 +68,9 @@ export class HfsmCanvas extends HTMLElement {
   /** @type {Map<string, Live> | undefined} */
   #live;
 
-  /** Whether changes are refused: of another version, and of what comes from another file. */
+  /** Whether changes are refused: of another version, of what was recorded, and of what comes from another file. */
   get readOnly() {
-    return this.compares || Boolean(page.automaton?.imported);
+    return this.compares || store.isRecorded(page.tab) || Boolean(page.automaton?.imported);
   }
 
   connectedCallback() {

@@ -116,6 +116,14 @@ export const monitorActions = [
     run: async () => (await import("./documents.js")).openRecording(),
   },
   {
+    id: "exportRun",
+    label: "Export as a page…",
+    icon: "exportFile",
+    enabled: () => Boolean(monitor.snapshot),
+    run: async () => (await import("./documents.js")).exportRun(),
+    hint: "the followed run or recording, in one file",
+  },
+  {
     id: "pauseResume",
     label: "Pause or resume",
     icon: "pause",

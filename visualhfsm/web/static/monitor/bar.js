@@ -21,7 +21,7 @@ const PAUSED = STATUS.indexOf("Paused");
 /** What the menu beside Run offers. */
 const MORE = [
   ["runWith", "startHere", "recordRun", "generate"],
-  ["attach", "openRecording"],
+  ["attach", "openRecording", "exportRun"],
 ];
 
 /** Where somebody writes, who is not to be taken elsewhere. */

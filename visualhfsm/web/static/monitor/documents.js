@@ -6,6 +6,7 @@
  */
 
 import {ask} from "../commands.js";
+import {download} from "../canvas/export.js";
 import {chooseFile} from "../dialogs/files.js";
 import {openPath} from "../files.js";
 import {notify} from "../notices.js";
@@ -54,6 +55,15 @@ async function find(name) {
     level = next;
   }
   return undefined;
+}
+
+/** Download what is followed, from its beginning until now, as a page that needs no server. */
+export async function exportRun() {
+  const done = await ask("exportRun", {component: monitor.component, tab: monitor.tab});
+  if (!done) return;
+  const file = new Blob([done.text], {type: "text/html"});
+  download(done.name, file);
+  notify(`${done.name} was exported: ${(file.size / 1e6).toFixed(1)} MB.`);
 }
 
 /** Ask which recording, and open it into the views of a component that runs. */

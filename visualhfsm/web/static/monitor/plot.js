@@ -12,10 +12,13 @@ const HEIGHT = 150; // px
 const POINTS = 1500; // that the server is asked for
 const EVERY = 100; // ms between two drawings
 
-const sheet = document.createElement("link");
-sheet.rel = "stylesheet";
-sheet.href = new URL("../vendor/uplot.css", import.meta.url).href;
-document.head.append(sheet);
+// An exported page, whose modules are in it, has its styles, too.
+if (!import.meta.url.startsWith("data:")) {
+  const sheet = document.createElement("link");
+  sheet.rel = "stylesheet";
+  sheet.href = new URL("../vendor/uplot.css", import.meta.url).href;
+  document.head.append(sheet);
+}
 
 export class Plot {
   /** Numbers by their names. @type {string[]} */

@@ -1,0 +1,75 @@
+"""An exported run, opened from disk: it plays without a server and without a network."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from playwright.sync_api import Browser, Page, expect
+
+from tests.support.browser import new_context
+from tests.support.component import dance_and_follow
+from tests.support.places import ROOT
+from tests.support.watching import recorded
+from visualhfsm.editing.serialization import parse
+from visualhfsm.run_page import Run, write_run_page
+
+HOSTILE = "</script><img src=x onerror=\"document.title='hostile'\">"
+
+ACTIVE = re.compile(r"\bactive\b")
+COLORS = """() => new Promise((resolve) => {
+  const {renderer, scene, viewpoints} = document.querySelector("hfsm-robot-view").drawing;
+  renderer.render(scene, viewpoints.camera);
+  const gl = renderer.getContext();
+  const [width, height] = [gl.drawingBufferWidth, gl.drawingBufferHeight];
+  const pixels = new Uint8Array(4 * width * height);
+  gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+  resolve(new Set(new Uint32Array(pixels.buffer)).size);
+})"""
+
+
+def write(path: Path) -> None:
+    """Write a page of 12 s of following a ball and dancing, with hostile names."""
+    text = (ROOT / "behaviors" / "dance_and_follow.xml").read_text("utf-8")
+    structure = dance_and_follow()
+    structure.automata[4].name = HOSTILE
+    log = recorded(12.0)
+    write_run_page(path, Run(HOSTILE, structure, log, parse(text, "Cannot read")))
+
+
+def test_an_exported_run_plays_from_disk(browser: Browser, tmp_path: Path) -> None:
+    path = tmp_path / "run.html"
+    write(path)
+    with new_context(browser, 1280, 800) as context:
+        context.set_offline(True)
+        page = context.new_page()
+        mishaps: list[str] = []
+        page.on("pageerror", lambda error: mishaps.append(str(error)))
+        page.on("console", lambda message: mishaps.extend([message.text] if message.type == "error" else []))
+        page.on("requestfailed", lambda request: mishaps.append(request.url))
+        requests: list[str] = []
+        page.on("request", lambda request: requests.append(request.url.partition(":")[0]))
+        page.goto(path.as_uri())
+        plays(page)
+        assert not mishaps
+        assert requests.count("file") == 1
+        assert set(requests) <= {"data", "file"}
+
+
+def plays(page: Page) -> None:
+    expect(page.get_by_role("heading", level=1)).to_have_text(HOSTILE)
+    expect(page).to_have_title(HOSTILE)
+    following = page.locator("hfsm-canvas [data-key=s1]")
+    expect(following).to_have_class(ACTIVE)
+    page.wait_for_function("document.querySelector('hfsm-robot-view').drawing?.body?.torso.visible")
+    assert page.evaluate(COLORS) > 50
+    moment = page.get_by_role("slider", name="Moment of the run")
+    moment.focus()
+    page.keyboard.press("End")
+    page.keyboard.press("Shift+ArrowLeft")
+    page.keyboard.press("Shift+ArrowLeft")
+    expect(moment).to_have_attribute("aria-valuenow", "9.9")
+    expect(following).to_have_class(ACTIVE)
+    page.get_by_role("button", name="Play from here").click()
+    expect(page.locator("hfsm-canvas [data-key=s2]")).to_have_class(ACTIVE)
+    expect(moment).to_have_attribute("aria-valuenow", "11.9")
