@@ -97,6 +97,26 @@ const PATHS = {
     "M8 19.5a2.5 2.5 0 1 0 0-5 2.5 2.5 0 0 0 0 5z",
 };
 
+/**
+ * A button with an icon alone.
+ *
+ * @param {string} image the name of the icon
+ * @param {string} label for screen readers, and beside the pointer unless there is another `title`
+ * @param {() => unknown} act
+ * @param {{title?: string, kind?: string, disabled?: boolean}} more
+ */
+export const iconButton = (image, label, act, {title = label, kind = "", disabled = false} = {}) =>
+  html`<button
+    type="button"
+    class="action bare ${kind}"
+    aria-label=${label}
+    title=${title}
+    ?disabled=${disabled}
+    @click=${act}
+  >
+    ${icon(image)}
+  </button>`;
+
 /** An icon by its name, for a template of Lit; screen readers do not see it. @param {string} name */
 export function icon(name) {
   return html`<svg class="icon" viewBox="0 0 24 24" aria-hidden="true" focusable="false">

@@ -5,7 +5,7 @@ import {html, nothing, svg} from "lit";
 import {ask} from "./commands.js";
 import {PageElement} from "./element.js";
 import {openFile, openNew, openPath, recentFiles, recover} from "./files.js";
-import {icon} from "./icons.js";
+import {icon, iconButton} from "./icons.js";
 import {store} from "./store.js";
 
 /** @param {number} x @param {number} y */
@@ -79,15 +79,12 @@ class Start extends PageElement {
                         ${icon("history")}<span>Recover ${each.name}</span
                         ><span class="when">${new Date(each.changedAt * 1000).toLocaleString()}</span>
                       </button>
-                      <button
-                        type="button"
-                        class="action bare"
-                        aria-label="Discard the changes of ${each.name}"
-                        title="Discard these changes"
-                        @click=${() => ask("discard", {journal: each.journal})}
-                      >
-                        ${icon("delete")}
-                      </button>
+                      ${iconButton(
+                        "delete",
+                        `Discard the changes of ${each.name}`,
+                        () => ask("discard", {journal: each.journal}),
+                        {title: "Discard these changes"},
+                      )}
                     </li>`,
                 )}
               </ul>`

@@ -7,7 +7,7 @@
 
 import {html, nothing} from "lit";
 
-import {icon} from "../icons.js";
+import {icon, iconButton} from "../icons.js";
 import {MonitorElement} from "./element.js";
 import {monitor} from "./monitor.js";
 import {Plot} from "./plot.js";
@@ -82,19 +82,16 @@ class Plots extends MonitorElement {
                     html`<li>
                       <span class="line-sign line-${line % 8}" aria-hidden="true"></span
                       ><span>${this.#titleOf(name)}</span><output class="number" data-name=${name}></output>
-                      <button
-                        type="button"
-                        class="action bare"
-                        aria-label="Remove ${this.#titleOf(name)}"
-                        title="Remove"
-                        @click=${() =>
+                      ${iconButton(
+                        "close",
+                        `Remove ${this.#titleOf(name)}`,
+                        () =>
                           this.#choose(
                             plot,
                             plot.names.filter((each) => each !== name),
-                          )}
-                      >
-                        ${icon("close")}
-                      </button>
+                          ),
+                        {title: "Remove"},
+                      )}
                     </li>`,
                 )}
               </ul>
@@ -120,15 +117,7 @@ class Plots extends MonitorElement {
                     </select>`
                   : nothing
               }
-              <button
-                type="button"
-                class="action bare"
-                aria-label="Remove plot ${index + 1}"
-                title="Remove the plot"
-                @click=${() => this.#remove(plot)}
-              >
-                ${icon("delete")}
-              </button>
+              ${iconButton("delete", `Remove plot ${index + 1}`, () => this.#remove(plot), {title: "Remove the plot"})}
             </div>
             ${plot.element}
           </section>`,

@@ -9,7 +9,7 @@
 
 import {html, nothing} from "lit";
 
-import {icon} from "../icons.js";
+import {iconButton} from "../icons.js";
 import {keyOf} from "../keys.js";
 import {page} from "../page.js";
 import {required} from "../required.js";
@@ -66,13 +66,13 @@ class Timeline extends MonitorElement {
     const live = !monitor.looking;
     return html`<div class="timeline ${this.compact ? "compact" : ""}">
       <div class="timeline-tools" role="group" aria-label="Playback">
-        ${this.#button(
+        ${iconButton(
           scrubbing.plays ? "pause" : "run",
           scrubbing.plays ? "Pause the playback" : "Play from here",
           () => (scrubbing.plays ? scrubbing.pause() : scrubbing.play()),
         )}
-        ${this.#button("previous", "Previous change", () => scrubbing.toChange(-1))}
-        ${this.#button("next", "Next change", () => scrubbing.toChange(1))}
+        ${iconButton("previous", "Previous change", () => scrubbing.toChange(-1))}
+        ${iconButton("next", "Next change", () => scrubbing.toChange(1))}
         ${
           monitor.recording
             ? nothing
@@ -223,13 +223,6 @@ class Timeline extends MonitorElement {
         </li>`;
       })}
     </ol>`;
-  }
-
-  /** @param {string} image @param {string} label @param {() => void} act */
-  #button(image, label, act) {
-    return html`<button type="button" class="action bare" aria-label=${label} title=${label} @click=${act}>
-      ${icon(image)}
-    </button>`;
   }
 
   /** What was shown when a drag began: it does not move meanwhile. @type {Range | undefined} */

@@ -6,7 +6,7 @@
  */
 
 import {html, nothing} from "lit";
-import {icon} from "../icons.js";
+import {iconButton} from "../icons.js";
 import {page} from "../page.js";
 
 /**
@@ -35,39 +35,20 @@ export function counterexamplePlayer(counterexample, index, choose) {
   };
   return html`<div class="player" role="group" aria-label="Steps until it is violated" @keydown=${press}>
     <div class="player-tools">
-      <button
-        type="button"
-        class="action bare"
-        aria-label="Previous step"
-        title="Previous step (←)"
-        ?disabled=${index <= 0}
-        @click=${() => choose(index - 1)}
-      >
-        ${icon("collapse")}
-      </button>
-      <button
-        type="button"
-        class="action bare next"
-        aria-label="Next step"
-        title="Next step (→)"
-        ?disabled=${index >= last}
-        @click=${() => choose(index + 1)}
-      >
-        ${icon("collapse")}
-      </button>
+      ${iconButton("collapse", "Previous step", () => choose(index - 1), {
+        title: "Previous step (←)",
+        disabled: index <= 0,
+      })}
+      ${iconButton("collapse", "Next step", () => choose(index + 1), {
+        title: "Next step (→)",
+        kind: "next",
+        disabled: index >= last,
+      })}
       <span role="status"
         >Step ${index + 1} of ${steps.length}, at ${(steps[index].timeMs / 1000).toFixed(3)} s:
         ${steps[index].text}</span
       ><span class="room"></span>
-      <button
-        type="button"
-        class="action bare"
-        aria-label="Stop playing"
-        title="Stop playing"
-        @click=${() => choose(null)}
-      >
-        ${icon("close")}
-      </button>
+      ${iconButton("close", "Stop playing", () => choose(null))}
     </div>
     <ol class="steps">
       ${steps.map(

@@ -343,7 +343,7 @@ function verdict(document, index, showProblems) {
  *
  * @typedef {[value: string, label: string][]} Options
  * @typedef {{name: string, label: string, kind?: string, options?: Options, hint?: string, mono?: boolean,
- *   unit?: string, wide?: boolean}} Field `wide` takes a whole line
+ *   wide?: boolean}} Field `wide` takes a whole line
  * @typedef {{list: string, title: string, noun: string, explain: string, fields: Field[]}} EntryList
  */
 

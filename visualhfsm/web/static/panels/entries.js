@@ -10,9 +10,10 @@
 import {LitElement, html, nothing} from "lit";
 import {apply} from "../commands.js";
 import {drawn} from "../element.js";
-import {icon} from "../icons.js";
+import {icon, iconButton} from "../icons.js";
 import {spoken} from "../keys.js";
 import {placeOf} from "./places.js";
+import {problemLines} from "./tabs.js";
 
 /**
  * `details(entry, index)` gives what is shown below the fields of an entry, `suggest(field, entry)` what is offered for
@@ -27,7 +28,6 @@ export class Entries extends LitElement {
     problems: {attribute: false},
     details: {attribute: false},
     suggest: {attribute: false},
-    readonly: {type: Boolean},
   };
 
   constructor() {
@@ -44,7 +44,6 @@ export class Entries extends LitElement {
     this.details = () => nothing;
     /** @type {(field: string, entry: Entry) => string[]} */
     this.suggest = () => [];
-    this.readonly = false;
   }
 
   createRenderRoot() {
@@ -56,13 +55,9 @@ export class Entries extends LitElement {
     const count = this.entries.length;
     return html` <header class="entries-head">
         <h3>${title}${count ? html` <span class="faint">${count}</span>` : nothing}</h3>
-        ${
-          this.readonly
-            ? nothing
-            : html`<button type="button" class="action add" aria-label="Add ${article(noun)}" @click=${this.#add}>
-                ${icon("add")}<span class="text">Add</span>
-              </button>`
-        }
+        <button type="button" class="action add" aria-label="Add ${article(noun)}" @click=${this.#add}>
+          ${icon("add")}<span class="text">Add</span>
+        </button>
       </header>
       <p class="explain">${explain}</p>
       <div class="entries">${this.entries.map((entry, index) => this.#entry(entry, index))}</div>`;
@@ -111,56 +106,24 @@ export class Entries extends LitElement {
               kind=${field.kind ?? "text"}
               .options=${field.options ?? []}
               hint=${field.hint ?? ""}
-              unit=${field.unit ?? ""}
               ?mono=${field.mono}
               .suggestions=${this.suggest(field.name, entry)}
-              ?readonly=${this.readonly}
             ></hfsm-text-field>`,
         )}
       </div>
-      ${
-        this.readonly
-          ? nothing
-          : html`<div class="entry-actions">
-              <button
-                type="button"
-                class="action bare"
-                aria-label="Move ${words} up"
-                title="Move up (${spoken("Alt+ArrowUp")})"
-                ?disabled=${index === 0}
-                @click=${() => this.#move(index, index - 1)}
-              >
-                ${icon("up")}
-              </button>
-              <button
-                type="button"
-                class="action bare down"
-                aria-label="Move ${words} down"
-                title="Move down (${spoken("Alt+ArrowDown")})"
-                ?disabled=${index === last}
-                @click=${() => this.#move(index, index + 1)}
-              >
-                ${icon("up")}
-              </button>
-              <button
-                type="button"
-                class="action bare"
-                aria-label="Remove ${words}"
-                title="Remove"
-                @click=${() => this.#remove(index)}
-              >
-                ${icon("delete")}
-              </button>
-            </div>`
-      }
-      ${
-        own.length
-          ? html`<p class="field-problems">
-              ${own.map((each) => html`<span class=${each.severity}>${each.message}</span>`)}
-            </p>`
-          : nothing
-      }
-      ${this.details(entry, index)}
+      <div class="entry-actions">
+        ${iconButton("up", `Move ${words} up`, () => this.#move(index, index - 1), {
+          title: `Move up (${spoken("Alt+ArrowUp")})`,
+          disabled: index === 0,
+        })}
+        ${iconButton("up", `Move ${words} down`, () => this.#move(index, index + 1), {
+          title: `Move down (${spoken("Alt+ArrowDown")})`,
+          kind: "down",
+          disabled: index === last,
+        })}
+        ${iconButton("delete", `Remove ${words}`, () => this.#remove(index), {title: "Remove"})}
+      </div>
+      ${problemLines(own)} ${this.details(entry, index)}
     </div>`;
   }
 
@@ -191,7 +154,7 @@ export class Entries extends LitElement {
   /** @param {KeyboardEvent} event @param {number} index */
   #press(event, index) {
     const step = /** @type {Record<string, number>} */ ({ArrowUp: -1, ArrowDown: 1})[event.key];
-    if (!step || !event.altKey || this.readonly) return;
+    if (!step || !event.altKey) return;
     event.preventDefault();
     event.stopPropagation();
     this.#move(index, index + step);

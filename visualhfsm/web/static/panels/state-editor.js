@@ -11,9 +11,9 @@
 
 import {html, keyed, live, nothing} from "lit";
 import {apply} from "../commands.js";
-import {icon} from "../icons.js";
+import {iconButton} from "../icons.js";
 import {keyOf, placeOf} from "./places.js";
-import {badge, tabStrip} from "./tabs.js";
+import {badge, problemLines, tabStrip} from "./tabs.js";
 
 const CODES = {
   entry: {label: "Entry", hint: "Runs once when the state is entered"},
@@ -80,13 +80,7 @@ export function stateEditor(about) {
         >
         ${state.children.length ? history(place, state, readonly) : nothing}
       </div>
-      ${
-        own.length
-          ? html`<p class="field-problems">
-              ${own.map((each) => html`<span class=${each.severity}>${each.message}</span>`)}
-            </p>`
-          : nothing
-      }
+      ${problemLines(own)}
     </div>
     ${tabStrip({label: "Code of the state", tabs, chosen, choose, prefix: "state"})}
     <div class="tab-panel" role="tabpanel" id="state-panel" aria-labelledby="state-tab-${chosen}">
@@ -200,15 +194,12 @@ function argumentList({tab, document, state, readonly}, place, inputs) {
             >${badge(problems)}
             ${
               given && !readonly
-                ? html`<button
-                    type="button"
-                    class="action bare"
-                    aria-label="Remove the argument ${name}"
-                    title="Remove"
-                    @click=${() => apply("removeArgument", {...at(place), name, child})}
-                  >
-                    ${icon("delete")}
-                  </button>`
+                ? iconButton(
+                    "delete",
+                    `Remove the argument ${name}`,
+                    () => apply("removeArgument", {...at(place), name, child}),
+                    {title: "Remove"},
+                  )
                 : nothing
             }
           </div>

@@ -49,6 +49,14 @@ export function tabStrip({label, tabs, chosen, choose, prefix}) {
   </div>`;
 }
 
+/** The messages of problems, below what they are about. @param {Problem[]} problems */
+export const problemLines = (problems) =>
+  problems.length
+    ? html`<p class="field-problems">
+        ${problems.map((each) => html`<span class=${each.severity}>${each.message}</span>`)}
+      </p>`
+    : nothing;
+
 /** @param {Problem[]} problems */
 const counted = (problems) => `${problems.length} problem${problems.length === 1 ? "" : "s"}`;
 

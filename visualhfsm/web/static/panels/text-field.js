@@ -25,7 +25,6 @@ export class TextField extends LitElement {
     text: {attribute: false},
     label: {},
     hint: {},
-    unit: {},
     kind: {},
     options: {attribute: false},
     suggestions: {attribute: false},
@@ -40,7 +39,6 @@ export class TextField extends LitElement {
     /** @type {Place} */
     this.place = {kind: "document"};
     this.label = "";
-    this.unit = "";
     this.readonly = false;
     this.mono = false;
     /** @type {((tab: number, text: string) => Promise<Done>) | undefined} */
@@ -87,17 +85,13 @@ export class TextField extends LitElement {
   }
 
   render() {
-    const {label, unit, number} = this;
+    const {label, number} = this;
     const problems = problemsAt(store.documents.get(this.tab)?.problems ?? [], this.place).filter(
       (each) => !isVerdict(each),
     );
     const id = `field-${number}`;
     return html` <label for=${id}>${label}</label>
-      <span class="field-box"
-        >${this.#input(id, problems)}${
-          unit ? html`<span class="unit" aria-hidden="true">${unit}</span>` : nothing
-        }</span
-      >
+      <span class="field-box">${this.#input(id, problems)}</span>
       ${
         this.suggestions.length
           ? html`<datalist id="${id}-list">

@@ -10,10 +10,11 @@
 
 import {html, live, nothing} from "lit";
 import {apply} from "../commands.js";
-import {icon} from "../icons.js";
+import {iconButton} from "../icons.js";
 import {outgoing} from "../outline.js";
 import {page} from "../page.js";
 import {placeOf} from "./places.js";
+import {problemLines} from "./tabs.js";
 
 const TYPES = [
   ["condition", "Condition", "when an expression is true"],
@@ -61,13 +62,7 @@ export function transitionEditor(about) {
         ?readonly=${readonly}
       ></hfsm-text-field>
       <div class="marks">${ends("origin", "From")} ${ends("destination", "To")}</div>
-      ${
-        own.length
-          ? html`<p class="field-problems">
-              ${own.map((each) => html`<span class=${each.severity}>${each.message}</span>`)}
-            </p>`
-          : nothing
-      }
+      ${problemLines(own)}
     </div>
     <div class="tab-panel sections">
       ${typeChoice(transition, fields, readonly)} ${trigger(about, place)}
@@ -209,26 +204,11 @@ function priority({tab, automaton, transition, readonly}, place, fields) {
       order.length < 2
         ? html`<span class="faint">the only one out of its state</span>`
         : html`<span class="faint">tried as number ${index + 1} of ${order.length}</span>
-            <button
-              type="button"
-              class="action bare"
-              aria-label="Evaluate earlier"
-              title="Evaluate earlier"
-              ?disabled=${index <= 0 || readonly}
-              @click=${() => move(-1)}
-            >
-              ${icon("up")}
-            </button>
-            <button
-              type="button"
-              class="action bare down"
-              aria-label="Evaluate later"
-              title="Evaluate later"
-              ?disabled=${index >= order.length - 1 || readonly}
-              @click=${() => move(1)}
-            >
-              ${icon("up")}
-            </button>`
+            ${iconButton("up", "Evaluate earlier", () => move(-1), {disabled: index <= 0 || readonly})}
+            ${iconButton("up", "Evaluate later", () => move(1), {
+              kind: "down",
+              disabled: index >= order.length - 1 || readonly,
+            })}`
     }
   </div>`;
 }
