@@ -111,26 +111,6 @@ def with_automaton(document: Document, id: int, change: Callable[[Automaton], Au
     return document if new is former else replace(document, automata=swapped(document.automata, former, new))
 
 
-def with_state(document: Document, automaton: int, state: int, change: Callable[[State], State]) -> Document:
-    """Return a document in which one state is changed; itself when the change does nothing."""
-    former = find_state(find_automaton(document, automaton), state)
-    new = change(former)
-    return with_automaton(
-        document, automaton, lambda each: changed(each, states=swapped(each.states, former, new))
-    )
-
-
-def with_transition(
-    document: Document, automaton: int, transition: int, change: Callable[[Transition], Transition]
-) -> Document:
-    """Return a document in which one transition is changed; itself when the change does nothing."""
-    former = find_transition(find_automaton(document, automaton), transition)
-    new = change(former)
-    return with_automaton(
-        document, automaton, lambda each: changed(each, transitions=swapped(each.transitions, former, new))
-    )
-
-
 def label(node: State | Transition | None, fallback: str = "") -> str:
     """Return the name of a state or a transition for a message or a step."""
     if node is None:

@@ -197,21 +197,18 @@ class DocumentSession:
     def __init__(
         self,
         document: Document,
-        *,
-        path: Path | None,
-        name: str,
-        dialect: str,
-        version: FileVersion | None,
         journal: Journal,
+        version: FileVersion | None,
         size: int,
-        clock: Callable[[], float] = time.monotonic,
+        clock: Callable[[], float],
     ) -> None:
-        self.path = path
-        self.name = name
-        self.dialect = dialect
+        header = journal.header
+        self.path = None if header.path is None else Path(header.path)
+        self.name = header.name
+        self.dialect = NATIVE if self.path is None else document.format
         self.revision = 0
         self._steps = UndoStack(document, clock)
-        self._saved: Document | None = document
+        self._saved = None if self.path is None else document
         self._version = version
         self._journal = journal
         self._size_bound = size
@@ -228,18 +225,9 @@ class DocumentSession:
         path = path.absolute()
         content, version = read_file(path)
         document = parse_file(content, path)
-        session = cls(
-            document,
-            path=path,
-            name=path.stem,
-            dialect=document.format,
-            version=version,
-            journal=Journal(
-                journals or journal_directory(), Header(str(path), path.stem, content, version.digest)
-            ),
-            size=len(content) * 2,
-            clock=clock,
-        )
+        header = Header(str(path), path.stem, content, version.digest)
+        journal = Journal(journals or journal_directory(), header)
+        session = cls(document, journal, version, len(content) * 2, clock)
         session._keep_original(document, content)
         return session
 
@@ -255,16 +243,8 @@ class DocumentSession:
     ) -> DocumentSession:
         """Begin with a document that has no file yet; `kept` says that it is kept elsewhere as it is."""
         content = written(document).encode()
-        session = cls(
-            document,
-            path=None,
-            name=name,
-            dialect=NATIVE,
-            version=None,
-            journal=Journal(journals or journal_directory(), Header(None, name, content, "")),
-            size=len(content),
-            clock=clock,
-        )
+        journal = Journal(journals or journal_directory(), Header(None, name, content, ""))
+        session = cls(document, journal, None, len(content), clock)
         session._saved = document if kept else None
         return session
 
@@ -282,18 +262,8 @@ class DocumentSession:
         except EditError:
             journal.close(keep=True)
             raise
-        session = cls(
-            document,
-            path=path,
-            name=header.name,
-            dialect=document.format,
-            version=None if path is None else FileVersion(0, len(header.content), header.digest),
-            journal=journal,
-            size=MAX_SIZE,
-            clock=clock,
-        )
-        if path is None:
-            session._saved = None
+        version = None if path is None else FileVersion(0, len(header.content), header.digest)
+        session = cls(document, journal, version, MAX_SIZE, clock)
         session._keep_original(document, header.content)
         session._replay(entries)
         session._steps.seal()

@@ -23,7 +23,7 @@ from ..nodes import (
     with_automaton,
 )
 from ..subtrees import hanging, without_automata
-from .base import Command, Id
+from .base import AutomatonCommand, Command, Id
 
 
 class AddAutomaton(Command, frozen=True, kw_only=True):
@@ -63,67 +63,57 @@ class AddRoot(Command, frozen=True, kw_only=True):
         return "Add the root"
 
 
-class SetPeriod(Command, frozen=True, kw_only=True):
+class SetPeriod(AutomatonCommand, frozen=True, kw_only=True):
     """Set the period of an automaton in milliseconds, as it was typed."""
 
     typed = ("period",)
-    automaton: Id
     period: str
 
-    def apply(self, document: Document) -> Document:
-        return with_automaton(
-            document, self.automaton, lambda automaton: changed(automaton, iteration_time=self.period)
-        )
+    def change(self, automaton: Automaton) -> Automaton:
+        return changed(automaton, iteration_time=self.period)
 
     def title(self, document: Document) -> str:
         return f"Set the period to {self.period.strip()[:20]} ms"
 
 
-class SetAutomatonCode(Command, frozen=True, kw_only=True):
+class SetAutomatonCode(AutomatonCommand, frozen=True, kw_only=True):
     """Set the variables or the functions of an automaton."""
 
     typed = ("text",)
-    automaton: Id
     part: Literal["variables", "functions"]
     text: str
 
-    def apply(self, document: Document) -> Document:
-        return with_automaton(
-            document, self.automaton, lambda automaton: changed(automaton, **{self.part: self.text})
-        )
+    def change(self, automaton: Automaton) -> Automaton:
+        return changed(automaton, **{self.part: self.text})
 
     def title(self, document: Document) -> str:
         return f"Edit the {self.part}"
 
 
-class SetImport(Command, frozen=True, kw_only=True):
+class SetImport(AutomatonCommand, frozen=True, kw_only=True):
     """Import the content of an empty automaton from another file, or remove the import when `file` is blank.
 
     `source` is the automaton in that file, 0 for its root.
     """
 
     typed = ("file", "source")
-    automaton: Id
     file: str
     source: Id = NO_CHILD
 
-    def apply(self, document: Document) -> Document:
-        def set_import(automaton: Automaton) -> Automaton:
-            if not self.file.strip():
-                return changed(automaton, imported=None)
-            if automaton.father == NO_CHILD:
-                why = "it is the root"
-                raise EditError("Cannot import this automaton", why, "import into an automaton of a state")
-            if automaton.states or automaton.transitions or automaton.inputs:
-                why = "it has states, transitions or inputs"
-                raise EditError("Cannot import this automaton", why, "import into an empty one")
-            file = checked(self.file, "the name of the file")
-            if automaton.imported is None:
-                return changed(automaton, imported=Import(file=Text(file), automaton=self.source))
-            imported = changed(automaton.imported, file=Text(file), automaton=self.source)
-            return changed(automaton, imported=imported)
-
-        return with_automaton(document, self.automaton, set_import)
+    def change(self, automaton: Automaton) -> Automaton:
+        if not self.file.strip():
+            return changed(automaton, imported=None)
+        if automaton.father == NO_CHILD:
+            why = "it is the root"
+            raise EditError("Cannot import this automaton", why, "import into an automaton of a state")
+        if automaton.states or automaton.transitions or automaton.inputs:
+            why = "it has states, transitions or inputs"
+            raise EditError("Cannot import this automaton", why, "import into an empty one")
+        file = checked(self.file, "the name of the file")
+        if automaton.imported is None:
+            return changed(automaton, imported=Import(file=Text(file), automaton=self.source))
+        imported = changed(automaton.imported, file=Text(file), automaton=self.source)
+        return changed(automaton, imported=imported)
 
     def title(self, document: Document) -> str:
         return f"Import {self.file.strip()[:40]}" if self.file.strip() else "Import nothing"

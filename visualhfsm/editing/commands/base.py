@@ -7,9 +7,11 @@ from typing import Annotated, Any, ClassVar, Self
 
 import msgspec
 
-from codegen.hfsm.document import Document
+from codegen.hfsm.document import Automaton, Document
 from codegen.hfsm.formats.native import MAX_ID
 from visualhfsm.errors import EditError
+
+from ..nodes import with_automaton
 
 Id = Annotated[int, msgspec.Meta(ge=0, le=MAX_ID)]
 Index = Annotated[int, msgspec.Meta(ge=0, le=1_000_000)]
@@ -72,6 +74,20 @@ class Command(
         """Return the fields of a command, by name, without those of its base class."""
         names = (name for name in self.__struct_fields__ if name not in base.__struct_fields__)
         return {name: getattr(self, name) for name in names}
+
+
+class AutomatonCommand(Command, frozen=True, kw_only=True):
+    """A change of one automaton."""
+
+    automaton: Id
+
+    def change(self, automaton: Automaton) -> Automaton:
+        """Return the changed automaton, or the same object when nothing changes. Raises EditError."""
+        raise NotImplementedError
+
+    def apply(self, document: Document) -> Document:
+        """Return the document with the changed automaton."""
+        return with_automaton(document, self.automaton, self.change)
 
 
 def only_text(command: Command, fields: Sequence[str]) -> str:

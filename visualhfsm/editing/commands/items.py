@@ -15,7 +15,7 @@ from codegen.hfsm.document import Automaton, Document
 from ..geometry import Point, moved, with_default_handles
 from ..nodes import changed, find_automaton, find_state, find_transition, label, with_automaton
 from ..subtrees import hanging, without_automata
-from .base import Command, Id, Ids
+from .base import AutomatonCommand, Command, Id, Ids
 
 
 class DeleteItems(Command, frozen=True, kw_only=True):
@@ -52,23 +52,19 @@ class DeleteItems(Command, frozen=True, kw_only=True):
         return f"{'Cut' if self.cut else 'Delete'} {what}"
 
 
-class MoveItems(Command, frozen=True, kw_only=True):
+class MoveItems(AutomatonCommand, frozen=True, kw_only=True):
     """Move states and handles by some pixels; the handles of other transitions follow their states."""
 
-    automaton: Id
     states: Ids = ()
     transitions: Ids = ()
     dx: float
     dy: float
 
-    def apply(self, document: Document) -> Document:
-        def move(automaton: Automaton) -> Automaton:
-            shift = (self.dx, self.dy)
-            states = {find_state(automaton, number).id: shift for number in self.states}
-            handles = {find_transition(automaton, number).id: shift for number in self.transitions}
-            return moved(automaton, states, handles)
-
-        return with_automaton(document, self.automaton, move)
+    def change(self, automaton: Automaton) -> Automaton:
+        shift = (self.dx, self.dy)
+        states = {find_state(automaton, number).id: shift for number in self.states}
+        handles = {find_transition(automaton, number).id: shift for number in self.transitions}
+        return moved(automaton, states, handles)
 
     def title(self, document: Document) -> str:
         return f"Move {describe(find_automaton(document, self.automaton), self.states, self.transitions)}"
@@ -78,73 +74,61 @@ class MoveItems(Command, frozen=True, kw_only=True):
         return type(self), self.automaton, frozenset(self.states), frozenset(self.transitions)
 
 
-class AlignStates(Command, frozen=True, kw_only=True):
+class AlignStates(AutomatonCommand, frozen=True, kw_only=True):
     """Align states at the outermost of them, or in the middle between both ends."""
 
-    automaton: Id
     states: Ids
     to: Literal["left", "center", "right", "top", "middle", "bottom"]
 
-    def apply(self, document: Document) -> Document:
-        def align(automaton: Automaton) -> Automaton:
-            states = [find_state(automaton, number) for number in self.states]
-            if len(states) < 2:
-                return automaton
-            horizontal = self.to in ("left", "center", "right")
-            places = [state.x if horizontal else state.y for state in states]
-            if self.to in ("left", "top"):
-                line = min(places)
-            elif self.to in ("right", "bottom"):
-                line = max(places)
-            else:
-                line = (min(places) + max(places)) / 2
-            shifts = [line - place for place in places]
-            return moved(automaton, _shifts(self.states, shifts, horizontal=horizontal), {})
-
-        return with_automaton(document, self.automaton, align)
+    def change(self, automaton: Automaton) -> Automaton:
+        states = [find_state(automaton, number) for number in self.states]
+        if len(states) < 2:
+            return automaton
+        horizontal = self.to in ("left", "center", "right")
+        places = [state.x if horizontal else state.y for state in states]
+        if self.to in ("left", "top"):
+            line = min(places)
+        elif self.to in ("right", "bottom"):
+            line = max(places)
+        else:
+            line = (min(places) + max(places)) / 2
+        shifts = [line - place for place in places]
+        return moved(automaton, _shifts(self.states, shifts, horizontal=horizontal), {})
 
     def title(self, document: Document) -> str:
         return f"Align {describe(find_automaton(document, self.automaton), self.states, ())}: {self.to}"
 
 
-class DistributeStates(Command, frozen=True, kw_only=True):
+class DistributeStates(AutomatonCommand, frozen=True, kw_only=True):
     """Distribute states at equal distances between the two outermost."""
 
-    automaton: Id
     states: Ids
     along: Literal["x", "y"]
 
-    def apply(self, document: Document) -> Document:
-        def distribute(automaton: Automaton) -> Automaton:
-            states = [find_state(automaton, number) for number in dict.fromkeys(self.states)]
-            if len(states) < 3:
-                return automaton
-            horizontal = self.along == "x"
-            places = sorted((state.x if horizontal else state.y, state.id) for state in states)
-            first, last = places[0][0], places[-1][0]
-            step = (last - first) / (len(places) - 1)
-            ids = tuple(number for _, number in places)
-            shifts = [first + step * index - place for index, (place, _) in enumerate(places)]
-            return moved(automaton, _shifts(ids, shifts, horizontal=horizontal), {})
-
-        return with_automaton(document, self.automaton, distribute)
+    def change(self, automaton: Automaton) -> Automaton:
+        states = [find_state(automaton, number) for number in dict.fromkeys(self.states)]
+        if len(states) < 3:
+            return automaton
+        horizontal = self.along == "x"
+        places = sorted((state.x if horizontal else state.y, state.id) for state in states)
+        first, last = places[0][0], places[-1][0]
+        step = (last - first) / (len(places) - 1)
+        ids = tuple(number for _, number in places)
+        shifts = [first + step * index - place for index, (place, _) in enumerate(places)]
+        return moved(automaton, _shifts(ids, shifts, horizontal=horizontal), {})
 
     def title(self, document: Document) -> str:
         return f"Distribute {describe(find_automaton(document, self.automaton), self.states, ())}"
 
 
-class ResetHandles(Command, frozen=True, kw_only=True):
+class ResetHandles(AutomatonCommand, frozen=True, kw_only=True):
     """Move handles to their default places."""
 
-    automaton: Id
     transitions: Ids
 
-    def apply(self, document: Document) -> Document:
-        def reset(automaton: Automaton) -> Automaton:
-            ids = frozenset(find_transition(automaton, number).id for number in self.transitions)
-            return with_default_handles(automaton, ids)
-
-        return with_automaton(document, self.automaton, reset)
+    def change(self, automaton: Automaton) -> Automaton:
+        ids = frozenset(find_transition(automaton, number).id for number in self.transitions)
+        return with_default_handles(automaton, ids)
 
     def title(self, document: Document) -> str:
         automaton = find_automaton(document, self.automaton)

@@ -19,10 +19,10 @@ from ..nodes import (
     free_name,
     label,
     state_ids,
+    swapped,
     with_automaton,
-    with_state,
 )
-from .base import Command, Id
+from .base import AutomatonCommand, Command, Id
 from .transitions import AddTransition
 
 _DEFAULT_NAME: Final = "state"
@@ -63,21 +63,21 @@ class AddState(Command, frozen=True, kw_only=True):
         return "Add a state" if self.origin is None else "Add a state and a transition to it"
 
 
-class _StateCommand(Command, frozen=True, kw_only=True):
-    """A change of one state: of the fields that the command has, unless `change` does something else."""
+class _StateCommand(AutomatonCommand, frozen=True, kw_only=True):
+    """A change of one state: of the fields of the command unless `changed_state` is another."""
 
     titled: ClassVar[str] = ""
-    automaton: Id
     state: Id
 
-    def change(self, state: State) -> State:
+    def changed_state(self, state: State) -> State:
         return changed(state, **self.own_fields(_StateCommand))
+
+    def change(self, automaton: Automaton) -> Automaton:
+        former = find_state(automaton, self.state)
+        return changed(automaton, states=swapped(automaton.states, former, self.changed_state(former)))
 
     def title(self, document: Document) -> str:
         return f"{self.titled} {self.label(document)}"
-
-    def apply(self, document: Document) -> Document:
-        return with_state(document, self.automaton, self.state, self.change)
 
     def label(self, document: Document) -> str:
         return label(find_state(find_automaton(document, self.automaton), self.state))
@@ -98,7 +98,7 @@ class SetStateCode(_StateCommand, frozen=True, kw_only=True):
     part: Literal["entry", "code", "exit"]
     text: str
 
-    def change(self, state: State) -> State:
+    def changed_state(self, state: State) -> State:
         return changed(state, **{self.part: self.text})
 
     def title(self, document: Document) -> str:
@@ -111,13 +111,10 @@ class MarkInitial(_StateCommand, frozen=True, kw_only=True):
 
     titled = "Start in"
 
-    def apply(self, document: Document) -> Document:
-        def mark(automaton: Automaton) -> Automaton:
-            chosen = find_state(automaton, self.state)
-            states = tuple(changed(state, initial=state is chosen) for state in automaton.states)
-            return changed(automaton, states=states)
-
-        return with_automaton(document, self.automaton, mark)
+    def change(self, automaton: Automaton) -> Automaton:
+        chosen = find_state(automaton, self.state)
+        states = tuple(changed(state, initial=state is chosen) for state in automaton.states)
+        return changed(automaton, states=states)
 
 
 class MarkFinal(_StateCommand, frozen=True, kw_only=True):
@@ -144,7 +141,7 @@ class SetArgument(_StateCommand, frozen=True, kw_only=True):
     value: str
     child: Id = NO_CHILD
 
-    def change(self, state: State) -> State:
+    def changed_state(self, state: State) -> State:
         value = checked(self.value, "the argument")
         former = [each for each in state.arguments if (each.name, each.child) == (self.name, self.child)]
         if former:
@@ -170,7 +167,7 @@ class RemoveArgument(_StateCommand, frozen=True, kw_only=True):
     name: str
     child: Id = NO_CHILD
 
-    def change(self, state: State) -> State:
+    def changed_state(self, state: State) -> State:
         kept = tuple(each for each in state.arguments if (each.name, each.child) != (self.name, self.child))
         return changed(state, arguments=kept)
 

@@ -18,21 +18,19 @@ from ..nodes import (
     find_state,
     find_transition,
     label,
+    swapped,
     transition_ids,
-    with_automaton,
-    with_transition,
 )
-from .base import Command, Id, Index
+from .base import AutomatonCommand, Id, Index
 
 _DEFAULT_TIME: Final = "1000"  # ms
 
 TransitionType = Literal["time", "condition", "event", "finished"]
 
 
-class AddTransition(Command, frozen=True, kw_only=True):
+class AddTransition(AutomatonCommand, frozen=True, kw_only=True):
     """Add a transition between two states, or from one to itself; its handle gets a default place."""
 
-    automaton: Id
     origin: Id
     destination: Id
     type: TransitionType = "condition"
@@ -40,25 +38,22 @@ class AddTransition(Command, frozen=True, kw_only=True):
     x: float | None = None
     y: float | None = None
 
-    def apply(self, document: Document) -> Document:
-        def add(automaton: Automaton) -> Automaton:
-            number = next(transition_ids(automaton))
-            transition = Transition(
-                id=number,
-                name=checked(self.name, "the name") or f"transition {number}",
-                origin=find_state(automaton, self.origin).id,
-                destination=find_state(automaton, self.destination).id,
-                type=self.type,
-            )
-            x, y = default_handle(automaton, transition)
-            placed = replace(
-                transition,
-                x=coordinate(x if self.x is None else self.x),
-                y=coordinate(y if self.y is None else self.y),
-            )
-            return replace(automaton, transitions=(*automaton.transitions, placed))
-
-        return with_automaton(document, self.automaton, add)
+    def change(self, automaton: Automaton) -> Automaton:
+        number = next(transition_ids(automaton))
+        transition = Transition(
+            id=number,
+            name=checked(self.name, "the name") or f"transition {number}",
+            origin=find_state(automaton, self.origin).id,
+            destination=find_state(automaton, self.destination).id,
+            type=self.type,
+        )
+        x, y = default_handle(automaton, transition)
+        placed = replace(
+            transition,
+            x=coordinate(x if self.x is None else self.x),
+            y=coordinate(y if self.y is None else self.y),
+        )
+        return replace(automaton, transitions=(*automaton.transitions, placed))
 
     def title(self, document: Document) -> str:
         automaton = find_automaton(document, self.automaton)
@@ -66,21 +61,22 @@ class AddTransition(Command, frozen=True, kw_only=True):
         return f"Add a transition from {label(origin)} to {label(destination)}"
 
 
-class _TransitionCommand(Command, frozen=True, kw_only=True):
-    """A change of one transition: of the fields that the command has, unless `change` does something else."""
+class _TransitionCommand(AutomatonCommand, frozen=True, kw_only=True):
+    """A change of one transition: of the fields of the command unless `changed_transition` is another."""
 
     titled: ClassVar[str] = ""
-    automaton: Id
     transition: Id
 
-    def change(self, transition: Transition) -> Transition:
+    def changed_transition(self, transition: Transition) -> Transition:
         return changed(transition, **self.own_fields(_TransitionCommand))
+
+    def change(self, automaton: Automaton) -> Automaton:
+        former = find_transition(automaton, self.transition)
+        new = self.changed_transition(former)
+        return changed(automaton, transitions=swapped(automaton.transitions, former, new))
 
     def title(self, document: Document) -> str:
         return f"{self.titled} {self.label(document)}"
-
-    def apply(self, document: Document) -> Document:
-        return with_transition(document, self.automaton, self.transition, self.change)
 
     def label(self, document: Document) -> str:
         return label(find_transition(find_automaton(document, self.automaton), self.transition))
@@ -100,23 +96,20 @@ class RetargetTransition(_TransitionCommand, frozen=True, kw_only=True):
     origin: Id | None = None
     destination: Id | None = None
 
-    def apply(self, document: Document) -> Document:
-        def retarget(automaton: Automaton) -> Automaton:
-            former = find_transition(automaton, self.transition)
-            origin = former.origin if self.origin is None else find_state(automaton, self.origin).id
-            destination = (
-                former.destination if self.destination is None else find_state(automaton, self.destination).id
-            )
-            if (origin, destination) == (former.origin, former.destination):
-                return automaton
-            index = next(index for index, each in enumerate(automaton.transitions) if each is former)
-            new = changed(former, origin=origin, destination=destination)
-            others = automaton.transitions[:index] + automaton.transitions[index + 1 :]
-            x, y = default_handle(replace(automaton, transitions=others), new)
-            new = changed(new, x=coordinate(x), y=coordinate(y))
-            return replace(automaton, transitions=(*others[:index], new, *others[index:]))
-
-        return with_automaton(document, self.automaton, retarget)
+    def change(self, automaton: Automaton) -> Automaton:
+        former = find_transition(automaton, self.transition)
+        origin = former.origin if self.origin is None else find_state(automaton, self.origin).id
+        destination = (
+            former.destination if self.destination is None else find_state(automaton, self.destination).id
+        )
+        if (origin, destination) == (former.origin, former.destination):
+            return automaton
+        index = next(index for index, each in enumerate(automaton.transitions) if each is former)
+        new = changed(former, origin=origin, destination=destination)
+        others = automaton.transitions[:index] + automaton.transitions[index + 1 :]
+        x, y = default_handle(replace(automaton, transitions=others), new)
+        new = changed(new, x=coordinate(x), y=coordinate(y))
+        return replace(automaton, transitions=(*others[:index], new, *others[index:]))
 
     def title(self, document: Document) -> str:
         automaton = find_automaton(document, self.automaton)
@@ -137,7 +130,7 @@ class SetTransitionType(_TransitionCommand, frozen=True, kw_only=True):
     type: TransitionType
     trigger: str | None = None
 
-    def change(self, transition: Transition) -> Transition:
+    def changed_transition(self, transition: Transition) -> Transition:
         former, guard = transition.trigger.text, transition.guard.text
         trigger = former
         if self.type != transition.type:
@@ -164,7 +157,7 @@ class SetTransitionCode(_TransitionCommand, frozen=True, kw_only=True):
     part: Literal["trigger", "guard", "fired"]
     text: str
 
-    def change(self, transition: Transition) -> Transition:
+    def changed_transition(self, transition: Transition) -> Transition:
         return changed(transition, **{"code" if self.part == "fired" else self.part: self.text})
 
     def title(self, document: Document) -> str:
@@ -188,29 +181,26 @@ class ReorderTransition(_TransitionCommand, frozen=True, kw_only=True):
 
     index: Index
 
-    def apply(self, document: Document) -> Document:
-        def reorder(automaton: Automaton) -> Automaton:
-            chosen = find_transition(automaton, self.transition)
-            former = automaton.outgoing(chosen.origin)
-            order = [each for each in former if each is not chosen]
-            order.insert(self.index, chosen)
-            if all(new is old for new, old in zip(order, former, strict=True)):
-                return automaton
-            if any(not each.priority.is_blank for each in order):
-                ranks = {id(each): str(rank) for rank, each in enumerate(order, 1)}
-                transitions = tuple(
-                    changed(each, priority=ranks[id(each)]) if id(each) in ranks else each
-                    for each in automaton.transitions
-                )
-            else:
-                ordered = iter(order)
-                moving = {id(each) for each in order}
-                transitions = tuple(
-                    next(ordered) if id(each) in moving else each for each in automaton.transitions
-                )
-            return changed(automaton, transitions=transitions)
-
-        return with_automaton(document, self.automaton, reorder)
+    def change(self, automaton: Automaton) -> Automaton:
+        chosen = find_transition(automaton, self.transition)
+        former = automaton.outgoing(chosen.origin)
+        order = [each for each in former if each is not chosen]
+        order.insert(self.index, chosen)
+        if all(new is old for new, old in zip(order, former, strict=True)):
+            return automaton
+        if any(not each.priority.is_blank for each in order):
+            ranks = {id(each): str(rank) for rank, each in enumerate(order, 1)}
+            transitions = tuple(
+                changed(each, priority=ranks[id(each)]) if id(each) in ranks else each
+                for each in automaton.transitions
+            )
+        else:
+            ordered = iter(order)
+            moving = {id(each) for each in order}
+            transitions = tuple(
+                next(ordered) if id(each) in moving else each for each in automaton.transitions
+            )
+        return changed(automaton, transitions=transitions)
 
     def title(self, document: Document) -> str:
         return f"Try {self.label(document)} as number {self.index + 1}"
