@@ -1,9 +1,9 @@
-"""Places on the canvas: the default place of the handle of a transition, and moving things."""
+"""Places on the canvas: the default places of the handles of transitions, and moving things."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from itertools import count
 from typing import Final, TypeVar
@@ -24,18 +24,12 @@ _NEAR: Final = 30.0
 _Placed = TypeVar("_Placed", State, Transition)
 
 
-def default_handle(automaton: Automaton, transition: Transition) -> Point:
-    """Return a free place for the handle of a transition between its states.
-
-    It is the middle between both states, or beside it; that of a loop is above its state, or around it.
-    """
-    others = (other for other in automaton.transitions if other is not transition)
-    taken = [(other.x, other.y) for other in others if _ends(other) == _ends(transition)]
-    return _free_place({state.id: state for state in reversed(automaton.states)}, transition, taken)
-
-
 def with_default_handles(automaton: Automaton, ids: frozenset[int]) -> Automaton:
-    """Return an automaton with the handles of some transitions at their default places."""
+    """Return an automaton with the handles of some transitions at their default places.
+
+    Each is a free one in the middle between both states, or beside it; that of a loop is above its state, or
+    around it.
+    """
     states = {state.id: state for state in reversed(automaton.states)}
     taken: dict[frozenset[int], list[Point]] = {}
     for transition in automaton.transitions:
@@ -47,7 +41,8 @@ def with_default_handles(automaton: Automaton, ids: frozenset[int]) -> Automaton
             transitions.append(transition)
             continue
         beside = taken.setdefault(_ends(transition), [])
-        x, y = _free_place(states, transition, beside)
+        places = _places(states.get(transition.origin), states.get(transition.destination))
+        x, y = next(place for place in places if all(math.dist(place, other) >= _NEAR for other in beside))
         beside.append((x, y))
         transitions.append(replace(transition, x=coordinate(x), y=coordinate(y)))
     if tuple(transitions) == automaton.transitions:
@@ -84,11 +79,6 @@ def _shifted(node: _Placed, shift: Point) -> _Placed:
 
 def _ends(transition: Transition) -> frozenset[int]:
     return frozenset((transition.origin, transition.destination))
-
-
-def _free_place(states: Mapping[int, State], transition: Transition, taken: Sequence[Point]) -> Point:
-    places = _places(states.get(transition.origin), states.get(transition.destination))
-    return next(place for place in places if all(math.dist(place, other) >= _NEAR for other in taken))
 
 
 def _places(origin: State | None, destination: State | None) -> Iterator[Point]:

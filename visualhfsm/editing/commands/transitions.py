@@ -9,7 +9,7 @@ from typing import ClassVar, Final, Literal
 
 from codegen.hfsm.document import Automaton, Document, Transition
 
-from ..geometry import default_handle
+from ..geometry import with_default_handles
 from ..nodes import (
     changed,
     checked,
@@ -46,14 +46,12 @@ class AddTransition(AutomatonCommand, frozen=True, kw_only=True):
             origin=find_state(automaton, self.origin).id,
             destination=find_state(automaton, self.destination).id,
             type=self.type,
+            x=coordinate(self.x or 0.0),
+            y=coordinate(self.y or 0.0),
         )
-        x, y = default_handle(automaton, transition)
-        placed = replace(
-            transition,
-            x=coordinate(x if self.x is None else self.x),
-            y=coordinate(y if self.y is None else self.y),
-        )
-        return replace(automaton, transitions=(*automaton.transitions, placed))
+        drawn = replace(automaton, transitions=(*automaton.transitions, transition))
+        is_placed = self.x is not None and self.y is not None
+        return drawn if is_placed else with_default_handles(drawn, frozenset((number,)))
 
     def title(self, document: Document) -> str:
         automaton = find_automaton(document, self.automaton)
@@ -104,12 +102,9 @@ class RetargetTransition(_TransitionCommand, frozen=True, kw_only=True):
         )
         if (origin, destination) == (former.origin, former.destination):
             return automaton
-        index = next(index for index, each in enumerate(automaton.transitions) if each is former)
         new = changed(former, origin=origin, destination=destination)
-        others = automaton.transitions[:index] + automaton.transitions[index + 1 :]
-        x, y = default_handle(replace(automaton, transitions=others), new)
-        new = changed(new, x=coordinate(x), y=coordinate(y))
-        return replace(automaton, transitions=(*others[:index], new, *others[index:]))
+        led = replace(automaton, transitions=swapped(automaton.transitions, former, new))
+        return with_default_handles(led, frozenset((former.id,)))
 
     def title(self, document: Document) -> str:
         automaton = find_automaton(document, self.automaton)
