@@ -45,9 +45,11 @@ class Trial(Runtime):
 
     timeline: _TrialTimeline
 
-    def __init__(self, *arguments: Any, **options: Any) -> None:  # noqa: ANN401 - those of Runtime
+    def __init__(self, *arguments: Any, robot: FakeRobot, **options: Any) -> None:  # noqa: ANN401 - of Runtime
         super().__init__(*arguments, **options)
         self.speed = self.timeline.speed
+        names = [joint.name for joint in robot.joints]
+        self.joints = lambda: dict(zip(names, robot.read().positions, strict=True))
 
     def set_speed(self, speed: float) -> None:
         """Let time pass faster or slower, in s a wall second. Raises ValueTypeError for what is no speed."""
@@ -102,7 +104,7 @@ def trial() -> Iterator[World]:
         adapter.activate()
         robot = stack.enter_context(closing(FakeRobot(clock)))
         stack.enter_context(serve(robot, adapter))
-        yield World(network, partial(_connect, adapter=adapter, stack=stack), Trial)
+        yield World(network, partial(_connect, adapter=adapter, stack=stack), partial(Trial, robot=robot))
 
 
 def _connect(component: Component, adapter: ObjectAdapter, stack: ExitStack) -> None:

@@ -118,7 +118,7 @@ class World:
 
     communicator: Communicator
     connect: Callable[[Component], None]
-    runtime: type[Runtime] = Runtime
+    runtime: Callable[..., Runtime] = Runtime
 
 
 def make_app(

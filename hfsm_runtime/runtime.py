@@ -69,6 +69,8 @@ class Runtime(Observer):
         """The clock of the component."""
         self.speed = 0.0
         """Seconds of component time in a wall second, which can be changed in a trial; otherwise 0."""
+        self.joints: Callable[[], dict[str, float]] = dict
+        """Returns the angles of the joints in rad of a trial's fake robot; without one none."""
         self.marks = Marks()
         """The component's marks on the pictures of its cameras."""
         equip(component, clock, self._sleep, self.send, self.mark)

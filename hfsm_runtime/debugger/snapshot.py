@@ -45,6 +45,7 @@ def take_snapshot(runtime: Runtime, points: Breakpoints, started_at: float) -> h
         marks=[hfsm.Mark(*mark) for mark in runtime.marks.shown(now)],
         refusal=refusal.message if (refusal := runtime.refusal) is not None else "",
         speed=runtime.speed,
+        joints=runtime.joints(),
     )
 
 

@@ -27,6 +27,7 @@ __all__ = [
     "HfsmMonitorPrx",
     "IdSeq",
     "InvalidValue",
+    "JointAngles",
     "Mark",
     "MarkSeq",
     "NoSuchElement",
@@ -243,6 +244,8 @@ class ComponentSnapshot(ice.Struct):
     """
     speed: float = 0.0
     """How fast time passes in a trial without a robot, in s a wall second; 0 unless it is a trial."""
+    joints: JointAngles = {}
+    """The joints of the fake robot in a trial."""
 
 
 class TransitionExplanation(ice.Struct):
@@ -305,7 +308,7 @@ class ReloadRefused(ice.UserException, id="::hfsm::ReloadRefused"):
     reason: str = ""
 
 
-class HfsmMonitorPrx(ice.ObjectPrx, id="::hfsm::HfsmMonitor", fingerprint="5d40c5215f700113"):
+class HfsmMonitorPrx(ice.ObjectPrx, id="::hfsm::HfsmMonitor", fingerprint="5c7c03957652f521"):
     """Watch a component and steer it."""
 
     @ice.operation(idempotent=True)
@@ -411,6 +414,8 @@ TimerSnapshotSeq = list[TimerSnapshot]
 GuardSnapshotSeq = list[GuardSnapshot]
 VariableValues = dict[str, str]
 """Variables of an automaton by name, each as Python's repr, cut to 120 characters."""
+JointAngles = dict[str, float]
+"""Angles of joints in rad, by name."""
 AutomatonSnapshotSeq = list[AutomatonSnapshot]
 ErrorReportSeq = list[ErrorReport]
 BreakpointSeq = list[Breakpoint]

@@ -125,15 +125,24 @@ test("the robot of the past is that of the moment that is looked at, and none wh
   });
   const then = [1, 2, 0.3, 0, 0, 0, 1];
   monitor.newest = {at: 9, component: {time: 9, automata: []}, robot: robot(0.9, null)};
-  assert.equal(monitor.bodyOfPast, undefined);
+  assert.equal(monitor.body, undefined);
   monitor.lookAt({at: 1, component: {time: 1, automata: []}, robot: robot(0.1, then)});
-  assert.deepEqual(monitor.bodyOfPast, {
+  assert.deepEqual(monitor.body, {
     joints: {HeadYaw: 0.1},
     tilt: 0.2,
     torso: then,
     objects: {Ball: [1, 0.1, 0, 0, 0, 0, 1]},
   });
   monitor.lookAt(undefined);
-  assert.equal(monitor.bodyOfPast, undefined);
+  assert.equal(monitor.body, undefined);
   monitor.newest = undefined;
+});
+
+test("the robot of a trial is that of the trial, also now", () => {
+  const robot = {joints: {HeadYaw: 0.5}, pan: 0.5, tilt: 0, health: null, torso: null, objects: {}};
+  monitor.newest = {at: 9, component: {time: 9, speed: 1, automata: []}, robot};
+  assert.ok(monitor.isTrial);
+  assert.deepEqual(monitor.body, {joints: {HeadYaw: 0.5}, tilt: null, torso: null, objects: {}});
+  monitor.newest = undefined;
+  assert.ok(!monitor.isTrial);
 });

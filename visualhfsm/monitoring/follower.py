@@ -11,7 +11,7 @@ import msgspec
 
 from interfaces.hfsm import Breakpoint, ComponentSnapshot, ComponentStructure, HfsmMonitorPrx
 from visualhfsm.monitoring.realm import MONITOR_PREFIX, PolledValue
-from visualhfsm.monitoring.robot import RobotMonitor
+from visualhfsm.monitoring.robot import RobotMonitor, trial_robot
 from visualhfsm.monitoring.run_log import LiveSnapshot, RunLog, is_sound
 from zenoh_ice import Communicator, Sample
 
@@ -160,7 +160,8 @@ class Follower:
             self._run += 1
             self._log = RunLog()
             self._restarted = True
-        live = LiveSnapshot(sample.wall_time, snapshot, self._robot.read())
+        robot = trial_robot(snapshot.joints) if snapshot.speed else self._robot.read()
+        live = LiveSnapshot(sample.wall_time, snapshot, robot)
         self._log.add(live)
         with self._order:
             self._set_silent(False)  # if that was the last snapshot of a lost component, it is silent again

@@ -42,6 +42,11 @@ class RobotState(msgspec.Struct, frozen=True, rename="camel"):
     """Why the joints of a present robot are unknown."""
 
 
+def trial_robot(joints: dict[str, float]) -> RobotState:
+    """Return the state of the fake robot of a trial, which stands upright."""
+    return RobotState(joints, joints.get("HeadYaw"), joints.get("HeadPitch"))
+
+
 class RobotPresence(NamedTuple):
     """Whether the realm has a robot, and what kind of robot it is."""
 

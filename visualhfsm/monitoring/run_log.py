@@ -40,6 +40,7 @@ _LATEST: Final = 1e11
 """Seconds since 1970 at which a component may have been started, some thousand years."""
 _MOST_AUTOMATA: Final = 10_000
 _MOST_MARKS: Final = 128
+_MOST_JOINTS: Final = 128
 _LONGEST_LABEL: Final = 60
 
 _NAN: Final = (math.nan,)
@@ -209,6 +210,8 @@ def is_sound(snapshot: ComponentSnapshot) -> bool:
         and len(snapshot.automata) <= _MOST_AUTOMATA
         and len(snapshot.marks) <= _MOST_MARKS
         and all(map(_is_sound_mark, snapshot.marks))
+        and len(snapshot.joints) <= _MOST_JOINTS
+        and all(map(math.isfinite, (snapshot.speed, *snapshot.joints.values())))
         and all(math.isfinite(automaton.enteredAt) for automaton in snapshot.automata)
     )
 

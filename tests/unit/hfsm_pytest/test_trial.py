@@ -40,6 +40,7 @@ def tried(root: Automaton) -> Iterator[Trial]:
     """Try automata for the time of a `with` block."""
     with trial() as world:
         runtime = world.runtime(component(root), world.communicator.clock)
+        assert runtime.joints()["HeadYaw"] == 0.0
         assert isinstance(runtime, Trial)
         runtime.start()
         try:

@@ -165,23 +165,25 @@ export class HfsmApp extends PageElement {
   }
 
   /**
-   * Start the component of the shown tab, and follow it; `options` are those of its command line.
+   * Start the component of the shown tab, and follow it; `options` are those of its command line. A `trial` needs no
+   * robot.
    *
    * @param {string[]} options
    */
-  async run(options = [], {record = false} = {}) {
+  async run(options = [], {record = false, trial = false} = {}) {
     const {tab, document: shown} = page;
     if (!shown) return;
-    if (!isReadyFor(shown.fields)) {
+    if (!trial && !isReadyFor(shown.fields)) {
       const {settle} = await import("./robot-run.js");
       if (!(await settle(shown.fields))) return;
       page.show(tab);
     }
     runs.dismiss(tab);
-    this.#showRobot();
+    if (trial) this.showLive("trial");
+    else this.#showRobot();
     if (!this.bottom) this.outputOpened = true;
     this.showBottom("hfsm-output");
-    const started = await askTab("run", {arguments: [...options, ...planned.argumentsFor(tab)], record});
+    const started = await askTab("run", {arguments: [...options, ...planned.argumentsFor(tab)], record, trial});
     if (started) monitor.expect(started.component);
     if (started?.recording) (await import("./monitor/documents.js")).awaitRecording(tab, started.recording);
     if (!started) this.#showErrors();
@@ -199,15 +201,15 @@ export class HfsmApp extends PageElement {
     if (store.robot.status !== "present" || isTyping || innerWidth < ROOMY || sessionStorage.getItem(ROBOT_SHOWN))
       return;
     sessionStorage.setItem(ROBOT_SHOWN, "yes");
-    await this.showRobot();
+    await this.showLive("view");
   }
 
-  /** Show the robot in 3D beside the automaton. */
-  async showRobot() {
+  /** Show what is live beside the automaton, such as the robot in 3D. @param {string} tab */
+  async showLive(tab) {
     const panel = /** @type {import("./monitor/panel.js").MonitorPanel | undefined} */ (
       await this.showSide("hfsm-monitor-panel")
     );
-    await panel?.choose("view");
+    await panel?.choose(tab);
   }
 
   /** Show what can be done with the robot. */

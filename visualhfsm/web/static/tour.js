@@ -97,7 +97,7 @@ async function runExample({app}) {
   const {status, simulated} = store.robot;
   const mayRun = status !== "present" || simulated;
   if (!mayRun) notify("A real robot is here. Press Run when it may move.");
-  await Promise.all([app.showRobot(), mayRun && (await import("./robot-run.js")).runSimulated(app)]);
+  await Promise.all([app.showLive("view"), mayRun && (await import("./robot-run.js")).runSimulated(app)]);
 }
 
 /** Show how long the example follows the ball. @param {Context} context */

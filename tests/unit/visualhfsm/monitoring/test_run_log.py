@@ -134,6 +134,9 @@ def test_the_ring_holds_the_newest_rows(capacity: int, steps: list[float]) -> No
         {"marks": [ball_mark(0, 0)] * 200},
         {"marks": [ball_mark(0, math.nan)]},
         {"marks": [ball_mark(0, 0, "x" * 100)]},
+        {"joints": {"HeadYaw": math.nan}},
+        {"joints": dict.fromkeys(map(str, range(200)), 0.0)},
+        {"speed": math.inf},
     ],
     ids=[
         "no number",
@@ -146,6 +149,9 @@ def test_the_ring_holds_the_newest_rows(capacity: int, steps: list[float]) -> No
         "too many marks",
         "a mark nowhere",
         "a long label",
+        "a joint nowhere",
+        "too many joints",
+        "endlessly fast",
     ],
 )
 def test_a_snapshot_of_no_run_is_none(changed: dict[str, Any]) -> None:

@@ -88,6 +88,16 @@ export const monitorActions = [
     hint: "it keeps running",
   },
   {
+    id: "tryIt",
+    label: "Try it without a robot",
+    icon: "flask",
+    keys: ["Alt+Shift+T"],
+    scope: "typing",
+    enabled: () => Boolean(page.document),
+    run: ({app}) => app.run([], {trial: true}),
+    hint: "you set the time, send the events and force transitions",
+  },
+  {
     id: "recordRun",
     label: "Run and record",
     icon: "film",
@@ -281,6 +291,7 @@ export const monitoredSelection = () =>
 export const MONITOR_KEYS = [
   "attach",
   "detach",
+  "tryIt",
   "recordRun",
   "runWith",
   "openRecording",

@@ -20,7 +20,7 @@ import {STOP_KEY} from "./stop.js";
 const PAUSED = STATUS.indexOf("Paused");
 /** What the menu beside Run offers. */
 const MORE = [
-  ["runWith", "startHere", "recordRun", "generate"],
+  ["tryIt", "runWith", "startHere", "recordRun", "generate"],
   ["attach", "openRecording", "exportRun"],
 ];
 
@@ -237,10 +237,11 @@ function statusOf() {
     };
   if (looking) return {status: "past", word: "Looking back"};
   const robot = store.robot.status;
-  if (robot === "lost" && usesRobot() !== false)
+  if (robot === "lost" && usesRobot() !== false && !monitor.isTrial)
     return {status: "lost", word: `Robot lost since ${clockTime(store.robot.since)}`, why: "It may come back."};
   if (!newest) return {status: "waiting", word: "Waiting"};
-  const {status, stoppedAt, refusal} = newest.component;
+  const {status, stoppedAt, refusal, speed} = newest.component;
+  if (status === 0 && speed) return {status: "running", word: `Trying, ${speed} x`, why: "No robot moves."};
   if (status === 0 && robot !== "present" && usesRobot())
     return {status: "lost", word: "Running, no robot", why: "The robot in the header can be started."};
   if (refusal) return {status: "paused", word: "Paused: command refused", why: refusal};

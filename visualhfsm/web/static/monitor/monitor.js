@@ -23,7 +23,7 @@
  * @typedef {{camera: string, u: number, v: number, label: string}} Mark
  * @typedef {{startedAt: number, time: number, status: number, generation: number, automata: AutomatonNow[],
  *   parameters: Record<string, string>, stoppedAt: Breakpoint[], errors: ErrorReport[], marks: Mark[],
- *   refusal: string}} ComponentNow
+ *   refusal: string, speed: number}} ComponentNow
  * @typedef {{realTimeFactor: number, lag: number, torsoTilt: number, fallen: boolean,
  *   cameraRates: Record<string, number>, limitedCommands: number, velocityTimeouts: number,
  *   events: {time: number, level: number, source: string, message: string}[]}} HealthReport
@@ -37,7 +37,7 @@
  * @typedef {{state: number, ghost: boolean, transitions: TransitionExplanation[], summary: string}} Explanation
  * @typedef {{facts: Facts, at: Snapshot | null, explain: Explanation, pause: null, resume: null, step: null,
  *   series: {times: number[], values: Record<string, (number | null)[]>}, setBreakpoints: null, setVariable: null,
- *   forceTransition: null, sendEvent: null, stop: null, placeObject: null, pushRobot: null, picture: string | null,
+ *   forceTransition: null, sendEvent: null, setSpeed: null, stop: null, placeObject: null, pushRobot: null, picture: string | null,
  *   reload: {generation: number, held: number, notKept: string[]},
  *   emergencyStop: {stopped: string[], failed: Record<string, string>}}} Controls what each action answers
  * @typedef {{start: number, end: number, changes: [number, number, number, number, number][],
@@ -61,6 +61,7 @@ import {RobotFacts, Structure} from "./structure.js";
 export const STATUS = ["Running", "Paused", "Halted"];
 /** `TransitionKind` of interfaces/hfsm.idl. */
 export const ON_TIME = 1;
+export const ON_EVENT = 2;
 
 /**
  * Events: `mode` when it is attached, detached, lost, found, or may be steered or not; `structure` when that is another
@@ -132,13 +133,19 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
     return this.looking ?? this.newest;
   }
 
-  /** Where the robot and the things around it were at the moment of the past that is looked at. */
-  get bodyOfPast() {
-    if (!this.looking) return undefined;
-    const {joints, health, torso, objects} = this.looking.robot;
+  /** Whether it is tried without a robot. */
+  get isTrial() {
+    return Boolean(this.newest?.component.speed);
+  }
+
+  /** Where the robot and the things around it were: at a moment of the past, or in a trial. */
+  get body() {
+    const moment = this.isTrial ? this.snapshot : this.looking;
+    if (!moment) return undefined;
+    const {joints, health, torso, objects} = moment.robot;
     /** @type {Moment} */
-    const moment = {joints, tilt: health?.torsoTilt ?? null, torso, objects};
-    return moment;
+    const body = {joints, tilt: health?.torsoTilt ?? null, torso, objects};
+    return body;
   }
 
   get isLive() {

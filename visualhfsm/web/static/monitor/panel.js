@@ -16,6 +16,7 @@ import {monitor} from "./monitor.js";
  * @type {{id: string, label: string, tag: string, module: string, robot?: boolean}[]}
  */
 const TABS = [
+  {id: "trial", label: "Try it", tag: "hfsm-trial", module: "./trial.js"},
   {id: "variables", label: "Variables", tag: "hfsm-live-variables", module: "./variables.js"},
   {id: "plots", label: "Plots", tag: "hfsm-plots", module: "./plots.js"},
   {id: "cameras", label: "Cameras", tag: "hfsm-cameras", module: "./cameras.js", robot: true},
@@ -94,15 +95,19 @@ export class MonitorPanel extends MonitorElement {
     /** @type {HTMLElement | null} */ (this.querySelector("[role=tab][aria-selected=true]"))?.focus();
   }
 
-  /** The tabs that have something to show; without a component they are those of the robot, if there is one. */
+  /**
+   * The tabs that have something to show; without a component they are those of the robot, if there is one. Its
+   * pictures are not those of a trial.
+   */
   get #tabs() {
-    return monitor.component ? TABS : TABS.filter(({robot}) => robot && store.robot.status === "present");
+    if (monitor.component) return TABS.filter(({id}) => id !== (monitor.isTrial ? "cameras" : "trial"));
+    return TABS.filter(({robot}) => robot && store.robot.status === "present");
   }
 
   /** The tab that is shown: the chosen one, as far as it has something to show. */
   get #shown() {
     const tabs = this.#tabs;
-    return (tabs.find(({id}) => id === this.chosen) ?? tabs.at(-1))?.id ?? "";
+    return (tabs.find(({id}) => id === this.chosen) ?? tabs.at(monitor.component ? 0 : -1))?.id ?? "";
   }
 
   render() {

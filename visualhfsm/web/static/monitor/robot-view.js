@@ -138,8 +138,8 @@ class RobotView extends MonitorElement {
 
   /** @param {import("./robot-drawing.js").Moment} moment */
   async #showNow(moment) {
-    this.simulated = moment.torso !== null;
-    if (monitor.looking) {
+    this.simulated = moment.torso !== null && !monitor.isTrial;
+    if (monitor.body) {
       this.#showPast();
       await new Promise((resolve) => setTimeout(resolve, IDLE));
       return;
@@ -158,9 +158,9 @@ class RobotView extends MonitorElement {
     this.drawing.world.build(shown);
   }
 
-  /** Show the moment of the past that is looked at: never the robot of now beside it. */
+  /** Show the moment of the past that is looked at, or that of a trial: never the robot of now beside it. */
   #showPast() {
-    const moment = monitor.bodyOfPast;
+    const moment = monitor.body;
     if (!moment || !this.drawing?.body) return;
     const known = this.drawing.pose(moment);
     const why = monitor.recording

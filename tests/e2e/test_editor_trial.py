@@ -1,0 +1,86 @@
+"""*Try it* in the page: a real component in its own process, without a robot, in Chromium."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, expect
+
+from tests.support.browser import EditorPage, editor_page
+from tests.support.editor import editor
+from tests.support.limits import CALL_LIMIT, RUN_LIMIT
+from tests.support.monitor import expect_current, status
+from tests.support.processes import free_endpoint
+from visualhfsm.web.workspace import make_services
+from zenoh_ice import Settings
+
+STARTED = RUN_LIMIT * 1000
+
+DOCUMENT = """<?xml version="1.0" encoding="UTF-8"?>
+<VisualHFSM>
+  <SubAutomata id="1" idFather="0">
+    <state initial="true" id="1">
+      <posx>100</posx><posy>150</posy><name>look</name><code>self.Head.setPose(0.5, 0.1, 1.0)</code>
+    </state>
+    <state id="2"><posx>300</posx><posy>150</posy><name>rest</name></state>
+    <state id="3"><posx>500</posx><posy>150</posy><name>sleep</name></state>
+    <transition id="1">
+      <posx>200</posx><posy>90</posy><name>enough</name><origin>1</origin><destiny>2</destiny>
+      <trans type="event">clap</trans>
+    </transition>
+    <transition id="2">
+      <posx>400</posx><posy>90</posy><name>tired</name><origin>2</origin><destiny>3</destiny>
+      <trans type="time">7200000</trans>
+    </transition>
+    <iteration_time>50</iteration_time>
+  </SubAutomata>
+  <config>
+    <iceinterface>
+      <nameinterface>Head</nameinterface><nameproxy>Head</nameproxy><ip>localhost</ip><port>7447</port>
+      <interface>PoseHead</interface>
+    </iceinterface>
+  </config>
+</VisualHFSM>
+"""
+
+
+@pytest.fixture
+def shown(browser: Browser, tmp_path: Path) -> Iterator[EditorPage]:
+    path = tmp_path / "clapping.xml"
+    path.write_text(DOCUMENT)
+    settings = Settings(realm="test-trial", connect=(free_endpoint(),), clock="wall", timeout=CALL_LIMIT)
+    with (
+        editor(tmp_path, path, make_services=make_services(settings)) as running,
+        editor_page(browser, running) as shown,
+    ):
+        yield shown
+
+
+def test_a_behavior_is_tried_without_a_robot(shown: EditorPage) -> None:
+    page = shown.page
+    shown.state("look").wait_for()
+    shown.button("Other ways to run").click()
+    page.get_by_role("menuitem", name="Try it without a robot").click()
+    expect(status(shown)).to_have_text("Trying, 1 x", timeout=STARTED)
+    expect(page.get_by_role("tab", name="Try it")).to_have_attribute("aria-selected", "true")
+    expect_current(shown, "look")
+    page.get_by_role("tab", name="Variables").click()
+    expect(page.locator("hfsm-live-variables")).to_contain_text("28.6°")  # 0.5 rad
+    page.get_by_role("tab", name="Try it").click()
+    assert shown.violations() == []
+    shown.button("clap").click()
+    expect_current(shown, "rest")
+    shown.button("20 x").click()
+    expect(status(shown)).to_have_text("Trying, 20 x")
+    shown.press("F8")
+    expect(status(shown)).to_have_text("Paused")
+    shown.button("tired").click()
+    shown.press("Control+F10")
+    expect_current(shown, "sleep")
+    expect(shown.button("No robot: start a simulation")).to_be_visible()
+    shown.press("Control+Shift+Space")
+    expect(status(shown)).to_have_text(re.compile("^Ended"))
+    expect(shown.button("No robot: start a simulation")).to_be_visible()

@@ -1,0 +1,77 @@
+/**
+ * What takes the place of a robot while a component is tried: the time, the events, and what conditions would say.
+ *
+ * @import {TransitionStructure} from "./monitor.js"
+ */
+
+import {html, nothing} from "lit";
+
+import {MonitorElement} from "./element.js";
+import {monitor, ON_EVENT} from "./monitor.js";
+
+const SPEEDS = [0.2, 1, 5, 20]; // s of component time in a second
+
+class Trial extends MonitorElement {
+  render() {
+    const {speed, automata = []} = monitor.snapshot?.component ?? {};
+    /** Whether each event is waited for now. @type {Map<string, boolean>} */
+    const events = new Map();
+    /** What may happen next, and in which automaton. @type {[number, TransitionStructure][]} */
+    const next = [];
+    for (const {id, transitions} of monitor.structure?.automata ?? []) {
+      const now = automata.find((each) => each.id === id);
+      for (const transition of transitions) {
+        const {event, kind, origin} = transition;
+        const leaves = now && !now.ghost && !now.finished && origin === now.state;
+        if (event) events.set(event, events.get(event) || Boolean(leaves));
+        if (leaves && kind !== ON_EVENT) next.push([id, transition]);
+      }
+    }
+    return html`<div class="live-values trial">
+      <section role="group" aria-label="Time">
+        <h3>Time</h3>
+        ${SPEEDS.map((each) =>
+          this.#button(`${each} x`, () => monitor.steer("setSpeed", {speed: each}), {pressed: each === speed}),
+        )}
+      </section>
+      <section role="group" aria-label="Events">
+        <h3>Send an event</h3>
+        ${[...events].map(([name, awaited]) =>
+          this.#button(name, () => monitor.steer("sendEvent", {name, data: ""}), {awaited}),
+        )}
+        ${events.size ? nothing : html`<p class="faint">No transition waits for an event.</p>`}
+      </section>
+      <section role="group" aria-label="Transitions">
+        <h3>Let a transition fire</h3>
+        ${next.map(([automaton, {id, name, destination, condition}]) =>
+          this.#button(
+            name || `to ${monitor.stateName(automaton, destination)}`,
+            () => monitor.steer("forceTransition", {automaton, transition: id}),
+            {title: condition},
+          ),
+        )}
+        ${next.length ? nothing : html`<p class="faint">None leaves the current states.</p>`}
+      </section>
+    </div>`;
+  }
+
+  /**
+   * @param {string} text
+   * @param {() => unknown} act
+   * @param {{pressed?: boolean, awaited?: boolean, title?: string}} options
+   */
+  #button(text, act, {pressed, awaited, title = awaited ? "A current state waits for it" : ""}) {
+    return html`<button
+      type="button"
+      class="button ${awaited ? "primary" : ""}"
+      title=${title}
+      aria-pressed=${pressed ?? nothing}
+      ?disabled=${!monitor.steers}
+      @click=${act}
+    >
+      ${text}
+    </button>`;
+  }
+}
+
+customElements.define("hfsm-trial", Trial);
