@@ -103,7 +103,7 @@ def trial() -> Iterator[World]:
         adapter = network.createObjectAdapter("trial")
         adapter.activate()
         robot = stack.enter_context(closing(FakeRobot(clock)))
-        stack.enter_context(serve(robot, adapter))
+        stack.enter_context(serve(robot, adapter, wall=clock))
         yield World(network, partial(_connect, adapter=adapter, stack=stack), partial(Trial, robot=robot))
 
 

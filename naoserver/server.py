@@ -9,18 +9,21 @@ from naoserver.assembly import Assembly
 from naoserver.jobs import JobThreads
 from naoserver.options import ServerOptions
 from naoserver.robot import Robot
-from zenoh_ice import ObjectAdapter, WallClock
+from zenoh_ice import Clock, ObjectAdapter, WallClock
 
 
 @contextmanager
-def serve(robot: Robot, adapter: ObjectAdapter, options: ServerOptions | None = None) -> Iterator[Assembly]:
+def serve(
+    robot: Robot, adapter: ObjectAdapter, options: ServerOptions | None = None, wall: Clock | None = None
+) -> Iterator[Assembly]:
     """Serve a started robot on an adapter within a `with` block, whose end stops motion and threads.
 
     Yields the assembly between the robot and its clients: other interfaces use its guards too. The
-    caller activates the adapter, and closes the robot afterwards. Raises RobotError when the options ask for
-    what the robot cannot do.
+    caller activates the adapter, and closes the robot afterwards. Only for a robot that is none, the safety
+    deadlines may go by another clock than steady `wall` time. Raises RobotError when the options ask for what
+    the robot cannot do.
     """
-    assembly = Assembly(robot, options or ServerOptions(), WallClock())
+    assembly = Assembly(robot, options or ServerOptions(), wall or WallClock())
     threads = JobThreads(assembly.jobs)
     assembly.on_wake = threads.wake
     served: list[str] = []

@@ -25,7 +25,7 @@ from visualhfsm.editing.problems import find_problems
 from visualhfsm.errors import VisualHfsmError
 from visualhfsm.new import new
 from visualhfsm.running import RunningComponents
-from visualhfsm.services import RunPush, Source
+from visualhfsm.services import Output, RunPush, Source
 from zenoh_ice import Settings
 
 LEFT = Place(kind="state", automaton=1, id=1, part="entry")
@@ -175,6 +175,22 @@ def test_the_editor_runs_the_behavior(project: Path, endpoint: str, *, unsaved: 
         finally:
             await service.close()
         assert end.exit_code == 0, end.message
+
+    asyncio.run(asyncio.wait_for(go(), RUN_LIMIT + EVENT_LIMIT))
+
+
+def test_the_editor_tries_the_behavior_without_robot_and_lamp(project: Path) -> None:
+    async def go() -> None:
+        pushes = Pushes()
+        service = RunningComponents(pushes, Settings(connect=(free_endpoint(),)))
+        try:
+            await service.run(opened(project), ["--seconds", "1"], trial=True)
+            end = await pushes.next(RunPush, lambda push: push.status == "ended")
+        finally:
+            await service.close()
+        assert end.exit_code == 0, end.message
+        lines = [line.text for push in pushes.of(Output) for line in push.lines]
+        assert any("self.Lamp is a stand-in" in line for line in lines), lines
 
     asyncio.run(asyncio.wait_for(go(), RUN_LIMIT + EVENT_LIMIT))
 

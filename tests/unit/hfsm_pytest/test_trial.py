@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import subprocess
+import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -13,8 +15,10 @@ from hfsm_pytest.trial import Trial, trial
 from hfsm_runtime import Automaton, Component, Proxy, State
 from hfsm_runtime.errors import ValueTypeError
 from interfaces.nao import HeadPose, PoseHeadPrx, SpeechPrx
+from naoserver.fake import FastClock
 from tests.support.automata import after, automaton, component
 from tests.support.gripper import GripperPrx
+from tests.support.limits import START_LIMIT
 from tests.support.running import eventually, running
 
 
@@ -55,6 +59,21 @@ def test_the_fake_robot_moves_as_its_servants_are_called() -> None:
         world.connect(tested)
         tested.Head.setPose(0.5, 0.1, 1.0)
         eventually(lambda: math.isclose(tested.Head.getPose().pan, 0.5, abs_tol=1e-3))
+
+
+def test_a_command_expires_by_the_time_of_the_trial() -> None:
+    tested = Nothing()
+    with trial() as world:
+        world.connect(tested)
+        assert isinstance(world.communicator.clock, FastClock)
+        world.communicator.clock.rate = 0.2
+        tested.Head.setSpeed(1.0, 0.0)
+        eventually(lambda: tested.Head.getPose().pan > 0.25)  # by wall time it would stop before
+
+
+def test_a_trial_needs_no_pytest() -> None:
+    code = "import sys, hfsm_pytest.trial; sys.exit(bool({'pytest', 'hypothesis'} & set(sys.modules)))"
+    subprocess.run([sys.executable, "-c", code], check=True, timeout=START_LIMIT)
 
 
 def test_what_the_robot_does_not_serve_answers_with_nothing_of_value() -> None:
