@@ -9,7 +9,10 @@ Where NAOqi is ambiguous it behaves as NAOqi 2.8 on a NAO6. docs/how-to/virtual-
 
 from __future__ import annotations
 
-from contextlib import AbstractContextManager
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hfsm_command import missing_package
@@ -19,13 +22,19 @@ if TYPE_CHECKING:
     from naoserver.assembly import Assembly
     from naoserver.robot import Robot
 
-__all__ = ["serve_as_naoqi"]
+__all__ = ["DISK_HELP", "serve_as_naoqi"]
+
+DISK_HELP = "With --qi: the folder that stands for the robot's disk, where its sounds are."
 
 
+@contextmanager
 def serve_as_naoqi(
-    robot: Robot, assembly: Assembly, url: str, *, faults: bool = False
-) -> AbstractContextManager[str]:
+    robot: Robot, assembly: Assembly, url: str, *, disk: Path | None = None, faults: bool = False
+) -> Iterator[str]:
     """Serve a started robot as NAOqi at `url`, as tcp://127.0.0.1:9559, through the guards of `assembly`.
+
+    The folder `disk` stands for the robot's disk, with sounds to play and those that it records; by default
+    one that is removed at the end.
 
     Use it in a `with` block that ends before the assembly is closed. The block gets the URL, with the port
     that the system picked for port 0; its end cancels running calls and closes every connection. With
@@ -36,4 +45,6 @@ def serve_as_naoqi(
         from naoserver_qi.service import serve
     except ModuleNotFoundError as error:
         raise RobotError(missing_package(error, "naoqi")) from None
-    return serve(robot, assembly, url, faults=faults)
+    folder = tempfile.TemporaryDirectory(prefix="nao-disk-") if disk is None else nullcontext(str(disk))
+    with folder as path, serve(robot, assembly, url, disk=Path(path), faults=faults) as served:
+        yield served

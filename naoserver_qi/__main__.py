@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from contextlib import ExitStack, closing
+from pathlib import Path
 from typing import Annotated, Final, NoReturn
 
 import typer
 
 import hfsm_command
+from naoserver_qi import DISK_HELP
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 
@@ -22,6 +24,10 @@ def serve_fake(
     qi: Annotated[
         str, typer.Option(metavar="URL", help="Address to listen on; port 0 picks a free port.")
     ] = "tcp://127.0.0.1:9559",
+    disk: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help=DISK_HELP, exists=True, file_okay=False),
+    ] = None,
     speed: Annotated[float, typer.Option(min=0.1, max=100.0, help="Robot seconds per wall second.")] = 1.0,
     faults: Annotated[
         bool,
@@ -49,7 +55,7 @@ def serve_fake(
         stack.enter_context(threads)
         for watched in assembly.watched:
             stack.callback(watched.close)
-        url = stack.enter_context(serve_as_naoqi(robot, assembly, qi, faults=faults))
+        url = stack.enter_context(serve_as_naoqi(robot, assembly, qi, disk=disk, faults=faults))
         report_ready(f"ready: {url}")
         stop.wait()
 

@@ -10,11 +10,13 @@ from __future__ import annotations
 
 import inspect
 import logging
+import math
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from fnmatch import fnmatchcase
+from itertools import count
 from typing import Any, Final
 
 import qi
@@ -22,7 +24,7 @@ import qi
 from naoserver.capabilities import Senses, SonarReading
 from naoserver.errors import HardwareFailure, RobotError
 from naoserver.fake.robot import FakeSenses
-from naoserver_qi.arguments import number, number_within, text, texts
+from naoserver_qi.arguments import chosen, listed, number, number_within, text, texts
 from zenoh_ice import Clock
 
 _logger = logging.getLogger(__name__)
@@ -31,6 +33,10 @@ MOST: Final = 64
 """Long calls that run at the same time; further ones wait."""
 MOST_WAITING: Final = 1000
 """Long calls that run or wait; further ones are refused."""
+VERSION: Final = "2.8.6.23"
+"""That of the NAOqi that this one takes after."""
+_LOOK: Final = 0.05
+"""Robot seconds between two looks whether a task has ended."""
 
 
 class Call:
@@ -133,6 +139,53 @@ class Faults:
         return not any(fnmatchcase(key, pattern) for pattern in self._forgotten.copy())
 
 
+class _Tasks:
+    """What every service offers: calls that run in the background, as tasks with numbers."""
+
+    def __init__(self, clock: Clock, operations: Mapping[str, Callable[..., Any]]) -> None:
+        self._clock = clock
+        self._operations = operations
+        self._numbers = count(1)
+        self._tasks: dict[float, Any] = {}  # futures of those that may be running
+
+    def pCall(self, call_: object) -> int:
+        """Begin a call, a list of the operation's name and its arguments; return the number of its task."""
+        method, *arguments = listed(call_, "call") or [""]
+        operation = self._operations[chosen(method, "operation", self._operations)]
+        for task in [task for task, future in self._tasks.copy().items() if future.isFinished()]:
+            self._tasks.pop(task, None)
+        task, future = next(self._numbers), operation(None, *arguments)
+        if isinstance(future, qi.Future):
+            self._tasks[task] = future
+        return task
+
+    def isRunning(self, task: object) -> bool:
+        """Return whether a task is running."""
+        future = self._tasks.get(number(task, "task"))
+        return future is not None and not future.isFinished()
+
+    def wait(self, call: Call, task: object, timeout: object) -> bool:
+        """Wait until a task has ended, or for some ms; 0 for no limit. Return whether it still runs."""
+        limit = number(timeout, "timeout") / 1000 or math.inf
+        end = self._clock.now() + limit
+        while (running := self.isRunning(task)) and self._clock.now() < end and not call.wait(_LOOK):
+            pass
+        return running
+
+    def stop(self, task: object) -> None:
+        """Cancel a task."""
+        if (future := self._tasks.get(number(task, "task"))) is not None:
+            future.cancel()
+
+    def ping(self) -> bool:
+        """Return True."""
+        return True
+
+    def version(self) -> str:
+        """Return the version of NAOqi."""
+        return VERSION
+
+
 class Calls:
     """Run the operations of services for libqi."""
 
@@ -146,11 +199,11 @@ class Calls:
 
     def facade(self, name: str, service: object) -> Callable[[], object]:
         """Return what makes an object for libqi: the public methods of a service as `name`, nothing else."""
-        operations = {
-            method: self._operation(f"{name}::{method}", getattr(service, method))
-            for method in dir(type(service))
-            if not method.startswith("_") and inspect.isfunction(getattr(type(service), method))
-        }
+        operations: dict[str, Callable[..., Any]] = {}
+        for each in (_Tasks(self._clock, operations), service):  # the service's own win
+            for method in dir(type(each)):
+                if not method.startswith("_") and inspect.isfunction(getattr(type(each), method)):
+                    operations[method] = self._operation(f"{name}::{method}", getattr(each, method))
         made: type[object] = qi.multiThreaded()(type(name, (), operations))
         return made
 

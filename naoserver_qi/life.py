@@ -7,6 +7,7 @@ from typing import Final
 from naoserver.capabilities import Senses
 from naoserver.errors import HardwareFailure
 from naoserver_qi.arguments import chosen
+from naoserver_qi.calls import VERSION
 from naoserver_qi.memory import ALMemory
 
 _STATES: Final = ("disabled", "solitary", "interactive", "safeguard")
@@ -54,4 +55,4 @@ class ALSystem:
 
     def systemVersion(self) -> str:
         """Return the version of NAOqi."""
-        return "2.8.6.23"  # that of the NAOqi that this one takes after
+        return VERSION

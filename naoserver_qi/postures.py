@@ -11,7 +11,7 @@ from naoserver.motions.postures import nearest_posture
 from naoserver.motions.routes import MotionRoute
 from naoserver.servants.motions import MOTION, POSTURE
 from naoserver_qi.access import CLIENT, Access
-from naoserver_qi.arguments import chosen, fraction, text
+from naoserver_qi.arguments import chosen, fraction, number_within, text, texts
 from naoserver_qi.calls import Call
 
 FAMILIES: Final[Mapping[str, str]] = {
@@ -55,6 +55,10 @@ class ALRobotPosture:
 
     applyPosture = goToPosture
 
+    def setMaxTryNumber(self, pMaxTryNumber: object) -> None:
+        """Do nothing: it tries once, and returns False when that fails."""
+        number_within(pMaxTryNumber, "number of tries", 0, 1000)
+
     def stopMove(self) -> None:
         """Stop on the way to a posture."""
         if self._access.robot.postures is not None:
@@ -88,6 +92,7 @@ class ALBehaviorManager:
         self._access = access
         self._player = access.player
         self._motions = load_motions()
+        self._default: list[str] = []
 
     def runBehavior(self, call: Call, name: object) -> None:
         """Run a behavior; returns at its end. Whatever else moves the body is ended first."""
@@ -124,6 +129,22 @@ class ALBehaviorManager:
         """Return the name of the behavior that runs; one at most does."""
         progress = self._player.progress(MOTION)
         return [progress.name] if progress.status is ActionStatus.Moving else []
+
+    def getDefaultBehaviors(self) -> list[str]:
+        """Return the names of the behaviors that a robot runs when it starts; this one runs none of them."""
+        return list(self._default)
+
+    def setDefaultBehaviors(self, behaviors: object) -> None:
+        """Remember the behaviors that a robot runs when it starts."""
+        self._default = texts(behaviors, "behaviors")
+
+    def addDefaultBehavior(self, behavior: object) -> None:
+        """Remember one more."""
+        self.setDefaultBehaviors([*dict.fromkeys((*self._default, text(behavior, "behavior")))])
+
+    def removeDefaultBehavior(self, behavior: object) -> None:
+        """Forget one of them."""
+        self._default = [name for name in self._default if name != text(behavior, "behavior")]
 
     def isBehaviorInstalled(self, name: object) -> bool:
         """Return whether there is a behavior of a name."""

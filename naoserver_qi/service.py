@@ -8,6 +8,7 @@ import time
 import weakref
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
+from pathlib import Path
 from typing import Final
 
 import qi
@@ -24,6 +25,8 @@ from naoserver_qi.life import ALAutonomousLife, ALBattery, ALSystem
 from naoserver_qi.memory import NOTIFYING, ALMemory, ALSonar
 from naoserver_qi.motion import ALMotion
 from naoserver_qi.postures import ALBehaviorManager, ALRobotPosture
+from naoserver_qi.refused import REFUSED, refused_service
+from naoserver_qi.sound import ALAudioDevice, ALAudioPlayer, ALAudioRecorder, Disk
 from naoserver_qi.speech import ALAnimatedSpeech, ALTextToSpeech
 from naoserver_qi.video import ALVideoDevice
 from zenoh_ice import WallClock
@@ -40,7 +43,7 @@ _GRACE: Final = 0.05
 
 
 @contextmanager
-def serve(robot: Robot, assembly: Assembly, url: str, *, faults: bool) -> Iterator[str]:
+def serve(robot: Robot, assembly: Assembly, url: str, *, disk: Path, faults: bool) -> Iterator[str]:
     """Serve a robot as NAOqi in a `with` block, which gets the URL; see `naoserver_qi.serve_as_naoqi`."""
     access = Access(robot, assembly)
     made_to_fail = Faults(
@@ -54,8 +57,13 @@ def serve(robot: Robot, assembly: Assembly, url: str, *, faults: bool) -> Iterat
     memory = ALMemory(access, sonar, made_to_fail)
     postures = ALRobotPosture(access)
     speech = ALTextToSpeech(robot.voice, memory)
+    files = Disk(disk)
+    recorder = ALAudioRecorder(files, robot.clock)
     services: dict[str, object] = {
         "ALAnimatedSpeech": ALAnimatedSpeech(speech),
+        "ALAudioDevice": ALAudioDevice(recorder),
+        "ALAudioPlayer": ALAudioPlayer(files, robot.clock),
+        "ALAudioRecorder": recorder,
         "ALAutonomousLife": ALAutonomousLife(memory),
         "ALBehaviorManager": ALBehaviorManager(access),
         "ALBattery": ALBattery(robot.senses),
@@ -67,6 +75,7 @@ def serve(robot: Robot, assembly: Assembly, url: str, *, faults: bool) -> Iterat
         "ALSystem": ALSystem(robot.name),
         "ALTextToSpeech": speech,
         "ALVideoDevice": ALVideoDevice(robot, made_to_fail),
+        **{name: refused_service(name) for name in REFUSED},
         **({"Faults": made_to_fail} if faults else {}),
     }
     listener = _Listener(url, {name: calls.facade(name, service) for name, service in services.items()})

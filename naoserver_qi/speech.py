@@ -18,7 +18,15 @@ _LOOK: Final = 0.05
 _TAG: Final = re.compile(r"\\\w+(=[^\\]*)?\\")
 """NAOqi's tags for pauses, speed and pitch in a text."""
 _ANIMATION: Final = re.compile(r"\^\w+(\([^)^]*\))?")
-_LANGUAGES: Final = ("English", "French", "German", "Italian", "Spanish")
+_VOICES: Final = {
+    "English": "naoenu",
+    "French": "naofrf",
+    "German": "naoged",
+    "Italian": "naoiti",
+    "Spanish": "naospe",
+}
+"""The voice of each language."""
+_MOST_PARAMETERS: Final = 50
 
 
 class ALTextToSpeech:
@@ -29,8 +37,9 @@ class ALTextToSpeech:
         self._found = voice
         self._memory = memory
         self._turn = threading.Lock()
-        self._language = _LANGUAGES[0]
+        self._language = "English"
         self._volume = 0.7
+        self._parameters: dict[str, float] = {}
 
     @property
     def _voice(self) -> Voice:
@@ -41,7 +50,7 @@ class ALTextToSpeech:
     def say(self, call: Call, stringToSay: object, language: object = None) -> None:
         """Say a text after the earlier ones; return when it was said."""
         if language is not None:
-            chosen(language, "language", _LANGUAGES)
+            chosen(language, "language", _VOICES)
         words = _TAG.sub(" ", text(stringToSay, "text")).strip()
         if len(words) > LONGEST_TEXT:
             raise InvalidCommand("text", f"the text has {len(words)} characters, more than {LONGEST_TEXT}")
@@ -70,7 +79,7 @@ class ALTextToSpeech:
 
     def setLanguage(self, pLanguage: object) -> None:
         """Remember the language, in which texts are taken as they are."""
-        self._language = chosen(pLanguage, "language", _LANGUAGES)
+        self._language = chosen(pLanguage, "language", _VOICES)
 
     def getLanguage(self) -> str:
         """Return the language."""
@@ -78,7 +87,7 @@ class ALTextToSpeech:
 
     def getAvailableLanguages(self) -> list[str]:
         """Return the languages that can be set."""
-        return list(_LANGUAGES)
+        return list(_VOICES)
 
     def setVolume(self, volume: object) -> None:
         """Remember the volume from 0 to 1."""
@@ -88,10 +97,32 @@ class ALTextToSpeech:
         """Return the volume from 0 to 1."""
         return self._volume
 
+    def getAvailableVoices(self) -> list[str]:
+        """Return the names of the voices, one of each language."""
+        return list(_VOICES.values())
+
+    def getVoice(self) -> str:
+        """Return the voice, that of the language."""
+        return _VOICES[self._language]
+
+    def setVoice(self, voiceID: object) -> None:
+        """Remember a voice, and its language."""
+        voice = chosen(voiceID, "voice", _VOICES.values())
+        self._language = next(language for language, name in _VOICES.items() if name == voice)
+
     def setParameter(self, pEffectName: object, pEffectValue: object) -> None:
-        """Take a parameter of the voice, such as `speed`, which has no effect."""
-        text(pEffectName, "name")
-        number(pEffectValue, "value")
+        """Remember a parameter of the voice, such as `speed`, which has no effect."""
+        name, value = text(pEffectName, "name"), number(pEffectValue, "value")
+        if len(self._parameters) < _MOST_PARAMETERS or name in self._parameters:
+            self._parameters[name] = value
+
+    def getParameter(self, pParameterName: object) -> float:
+        """Return a parameter of the voice; 0 for one that was not set."""
+        return self._parameters.get(text(pParameterName, "name"), 0.0)
+
+    def resetSpeed(self) -> None:
+        """Forget the parameter `speed`."""
+        self._parameters.pop("speed", None)
 
 
 class ALAnimatedSpeech:

@@ -8,6 +8,7 @@ import re
 import sys
 from collections.abc import Sequence
 from contextlib import ExitStack, closing
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
@@ -15,7 +16,7 @@ import typer
 from hfsm_command.cli import report_ready, stop_on_signals, with_settings
 from naoserver.options import CameraOptions, ServerOptions, capped
 from naoserver.server import serve
-from naoserver_qi import serve_as_naoqi
+from naoserver_qi import DISK_HELP, serve_as_naoqi
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.team import MOST_ROBOTS, run_team, team_commands
 from naoserver_sim.viewer import check_display
@@ -114,6 +115,10 @@ def naoserver_sim(
             help="Serve it as NAOqi too, for programs that use qi, such as at tcp://127.0.0.1:9559.",
         ),
     ] = None,
+    disk: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help=DISK_HELP, exists=True, file_okay=False),
+    ] = None,
 ) -> None:
     """Simulate a Nao in MuJoCo and serve all that it has, and what surrounds it.
 
@@ -140,7 +145,7 @@ def naoserver_sim(
             adapter = communicator.createObjectAdapter("NaoServer")
             with serve(robot, adapter, options) as assembly, ExitStack() as also:
                 if qi is not None:
-                    url = also.enter_context(serve_as_naoqi(robot, assembly, qi))
+                    url = also.enter_context(serve_as_naoqi(robot, assembly, qi, disk=disk))
                     typer.echo(f"NAOqi: {url}")
                 adapter.activate()
                 endpoints = ", ".join(settings.reached_at)

@@ -188,6 +188,33 @@ def test_touch_changed_sends_what_changed(session):
         assert sorted(heard.get(timeout=MILLISECONDS / 1000)) == change
 
 
+def test_a_call_runs_in_the_background_as_a_task(session, motion):
+    speech = session.service("ALTextToSpeech")
+    task = motion.pCall(["angleInterpolation", "HeadYaw", 0.5, 0.5, True])
+    assert motion.isRunning(task)
+    assert motion.wait(task, 10) is True
+    assert motion.wait(task, 0) is False
+    assert angle(motion) == pytest.approx(0.5, abs=0.01)
+    sentence = speech.pCall(["say", "a long text " * 100])
+    speech.stop(sentence)
+    assert speech.wait(sentence, MILLISECONDS) is False
+    with pytest.raises(RuntimeError, match="no operation 'fly'"):
+        motion.pCall(["fly"])
+
+
+def test_a_sound_without_a_file_plays_shortly(session):
+    player = session.service("ALAudioPlayer")
+    sound = player.loadFile("/home/nao/song.mp3")
+    player.play(sound)
+    assert player.getFileLength(sound) == 1.0
+
+
+def test_a_service_that_is_refused_says_why(session):
+    recognition = session.service("ALSpeechRecognition")
+    with pytest.raises(RuntimeError, match="ALSpeechRecognition is not offered: this robot hears nothing"):
+        recognition.setVocabulary(["yes", "no"], False)
+
+
 def test_many_clients_at_once(url):
     def use(number):
         with connected(url) as session:

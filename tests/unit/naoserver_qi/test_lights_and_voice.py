@@ -97,6 +97,22 @@ def test_stop_all_ends_what_is_being_said(rig, memory):
     call.join()
 
 
+def test_a_voice_goes_with_its_language(rig, memory):
+    speech = ALTextToSpeech(rig.robot.voice, memory)
+    speech.setVoice("naofrf")
+    assert (speech.getLanguage(), speech.getVoice()) == ("French", "naofrf")
+    with pytest.raises(InvalidCommand, match="no voice 'Nobody'; there are naoenu"):
+        speech.setVoice("Nobody")
+
+
+def test_parameters_of_the_voice_are_remembered(rig, memory):
+    speech = ALTextToSpeech(rig.robot.voice, memory)
+    speech.setParameter("speed", 80)
+    assert (speech.getParameter("speed"), speech.getParameter("pitchShift")) == (80.0, 0.0)
+    speech.resetSpeed()
+    assert speech.getParameter("speed") == 0.0
+
+
 @pytest.mark.parametrize(("key", "value"), KEYS.items())
 def test_memory_reports_the_senses(rig, memory, key, value):
     rig.robot.senses.feel(

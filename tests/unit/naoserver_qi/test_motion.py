@@ -245,6 +245,15 @@ def test_a_posture_ends_the_walk_first(rig):
 # -- behaviors -------------------------------------------------------------------------------------------
 
 
+def test_default_behaviors_are_remembered(rig):
+    behaviors = ALBehaviorManager(rig.access)
+    behaviors.setDefaultBehaviors(["wave"])
+    behaviors.addDefaultBehavior("bow")
+    behaviors.addDefaultBehavior("wave")
+    behaviors.removeDefaultBehavior("bow")
+    assert behaviors.getDefaultBehaviors() == ["wave"]
+
+
 def test_a_behavior_runs_to_its_end(rig):
     behaviors = ALBehaviorManager(rig.access)
     call = rig.begin(behaviors.runBehavior, "wave")
