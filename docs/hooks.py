@@ -44,6 +44,8 @@ _WHEEL: Final[dict[str, list[str]]] = tomllib.loads((ROOT / "pyproject.toml").re
     "hatch"
 ]["build"]["targets"]["wheel"]
 _MARKER: Final = re.compile(r"<!-- generated: ([a-z ]+) -->")
+_APPROXIMATED: Final = re.compile(r"[Rr]emember|Do nothing|no effect|hear nothing|silent")
+"""How the docstring of an operation says that it does less than a robot's."""
 _FENCE: Final = re.compile(r"^(```\w+) .+$", re.M)
 """The opening of a code block with words for the tests after its language, such as `xml fragment`."""
 _LINK: Final = re.compile(r"(!?)\[([^\]]*)\]\(([^)#\s]+)(#[^)]*)?\)")
@@ -258,6 +260,25 @@ def edits() -> str:
     return _messages(EDITS)
 
 
+def naoqi() -> str:
+    """Return a table of the operations of NAOqi's services on the virtual Nao."""
+    from naoserver_qi import service
+    from naoserver_qi.refused import REFUSED
+
+    rows = []
+    for name in sorted({name for name in vars(service) if name.startswith("AL")} | REFUSED.keys()):
+        if name in REFUSED:
+            reason, operations = REFUSED[name]
+            rows += [(f"`{name}.{each}`", "refused", reason) for each in sorted(operations.split())]
+            continue
+        for operation, function in inspect.getmembers(getattr(service, name), inspect.isfunction):
+            if not operation.startswith("_"):
+                does = (inspect.getdoc(function) or "").partition("\n\n")[0]
+                kind = "approximated" if _APPROXIMATED.search(does) else "works"
+                rows.append((f"`{name}.{operation}`", kind, _plain(does)))
+    return _table(("operation", "", "what it does"), rows)
+
+
 def _is(found: object, base: type) -> bool:
     return isinstance(found, type) and issubclass(found, base)
 
@@ -339,6 +360,17 @@ def _table(heads: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:
 
 GENERATED: Final[dict[str, Callable[[], str]]] = {
     made.__name__: made
-    for made in (commands, component, diagnostics, edits, exceptions, pushes, requests, roles, settings)
+    for made in (
+        commands,
+        component,
+        diagnostics,
+        edits,
+        exceptions,
+        naoqi,
+        pushes,
+        requests,
+        roles,
+        settings,
+    )
 }
 """What a page names in `<!-- generated: NAME -->`."""

@@ -87,3 +87,15 @@ def test_every_message_is_listed() -> None:
     pushes = {each.__struct_config__.tag for each in Push.__subclasses__()}
     assert set(first_column(hooks.pushes())) == pushes
     assert first_column(hooks.edits()) == [each.__struct_config__.tag for each in COMMANDS]
+
+
+def test_every_operation_of_naoqi_says_how_well_it_works() -> None:
+    pytest.importorskip("qi")
+    from naoserver_qi.refused import REFUSED
+
+    rows = dict(re.findall(r"^\| `([\w.]+)` \| (\w+) \| .{10}", hooks.naoqi(), re.MULTILINE))
+    assert set(rows.values()) == {"works", "approximated", "refused"}
+    assert rows["ALMotion.setAngles"] == "works"
+    assert rows["ALMotion.setFallManagerEnabled"] == "approximated"
+    assert {name.partition(".")[0] for name, kind in rows.items() if kind == "refused"} == set(REFUSED)
+    assert not [name for name in rows if "._" in name]
