@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from itertools import count
+from itertools import chain, count, islice
 from typing import Final, TypeVar
 
 from codegen.hfsm.document import Automaton, State, Transition
@@ -20,6 +20,11 @@ _FAN: Final = 50.0
 _LOOP: Final = 90.0
 """Pixels from the middle of a state to the handle of a transition to itself."""
 _NEAR: Final = 30.0
+_CLEAR: Final = 52.0
+"""Pixels from the middle of a state that the arcs of others keep, where they can: the radius and a margin."""
+_TRIES: Final = 80
+_MOST_STATES: Final = 200
+"""States of the largest automaton in which arcs are kept off others: it takes time."""
 
 _Placed = TypeVar("_Placed", State, Transition)
 
@@ -28,23 +33,27 @@ def with_default_handles(automaton: Automaton, ids: frozenset[int]) -> Automaton
     """Return an automaton with the handles of some transitions at their default places.
 
     Each is a free one in the middle between both states, or beside it; that of a loop is above its state, or
-    around it.
+    around it. In an automaton of a usual size all handles stand apart, and no arc passes another state,
+    where that is possible.
     """
     states = {state.id: state for state in reversed(automaton.states)}
+    is_usual = len(states) <= _MOST_STATES
     taken: dict[frozenset[int], list[Point]] = {}
+
+    def beside(transition: Transition) -> list[Point]:
+        return taken.setdefault(frozenset() if is_usual else _ends(transition), [])
+
     for transition in automaton.transitions:
         if transition.id not in ids:
-            taken.setdefault(_ends(transition), []).append((transition.x, transition.y))
+            beside(transition).append((transition.x, transition.y))
     transitions = []
     for transition in automaton.transitions:
-        if transition.id not in ids:
+        if transition.id in ids:
+            x, y = _free_place(states, transition, beside(transition), avoids_states=is_usual)
+            beside(transition).append((x, y))
+            transitions.append(replace(transition, x=coordinate(x), y=coordinate(y)))
+        else:
             transitions.append(transition)
-            continue
-        beside = taken.setdefault(_ends(transition), [])
-        places = _places(states.get(transition.origin), states.get(transition.destination))
-        x, y = next(place for place in places if all(math.dist(place, other) >= _NEAR for other in beside))
-        beside.append((x, y))
-        transitions.append(replace(transition, x=coordinate(x), y=coordinate(y)))
     if tuple(transitions) == automaton.transitions:
         return automaton
     return replace(automaton, transitions=tuple(transitions))
@@ -79,6 +88,44 @@ def _shifted(node: _Placed, shift: Point) -> _Placed:
 
 def _ends(transition: Transition) -> frozenset[int]:
     return frozenset((transition.origin, transition.destination))
+
+
+def _free_place(
+    states: Mapping[int, State],
+    transition: Transition,
+    taken: Sequence[Point],
+    *,
+    avoids_states: bool = False,
+) -> Point:
+    origin, destination = states.get(transition.origin), states.get(transition.destination)
+    places = _places(origin, destination)
+    free = (place for place in places if all(math.dist(place, other) >= _NEAR for other in taken))
+    first = next(free)
+    if not avoids_states or origin is None or destination is None:
+        return first
+    ends = _ends(transition)
+    others = [(each.x, each.y) for each in states.values() if each.id not in ends]
+    tries = chain((first,), islice(free, _TRIES))
+    return next((place for place in tries if _is_clear(origin, destination, place, others)), first)
+
+
+def _is_clear(origin: State, destination: State, handle: Point, others: Sequence[Point]) -> bool:
+    """Return whether the arc through a handle, a parabola, keeps off other states."""
+    chord = destination.x - origin.x, destination.y - origin.y
+    middle = (origin.x + destination.x) / 2, (origin.y + destination.y) / 2
+    bend = 2 * (handle[0] - middle[0]), 2 * (handle[1] - middle[1])
+    length = math.hypot(*chord) + math.hypot(*bend)
+    reach = length / 2 + _CLEAR
+    near = [each for each in others if math.dist(each, middle) < reach]
+    steps = max(2, int(length / _NEAR))
+    for step in range(steps + 1):
+        part = step / steps
+        bow = 2 * part * (1 - part)
+        x = origin.x + part * chord[0] + bow * bend[0]
+        y = origin.y + part * chord[1] + bow * bend[1]
+        if any(math.dist((x, y), each) < _CLEAR for each in near):
+            return False
+    return True
 
 
 def _places(origin: State | None, destination: State | None) -> Iterator[Point]:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import itertools
 import math
+import random
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from codegen.diagnostics import Diagnostics
-from codegen.hfsm.document import Document
+from codegen.hfsm.document import Automaton, Document
 from visualhfsm.conversion import read
 from visualhfsm.editing.serialization import import_scxml
 
@@ -42,6 +44,64 @@ def test_no_straight_transition_of_a_few_states_crosses_another(count: int) -> N
         for x, y in set(places) - {(x1, y1), (x2, y2)}:
             assert abs((x2 - x1) * (y - y1) - (y2 - y1) * (x - x1)) / length > 40, "the radius of a state"
     assert all(math.dist(one, other) > 10 for one, other in itertools.combinations(middles, 2))
+
+
+def states(count: int, transitions: list[tuple[int, int]], inner: str = "") -> str:
+    """SCXML of states with transitions between them; the first one contains others."""
+    return "".join(
+        f'<state id="{inner}s{number}">{"{inner}" if number == 0 and not inner else ""}'
+        + "".join(
+            f'<transition event="e{index}" target="{inner}s{goal}"/>'
+            for index, (origin, goal) in enumerate(transitions)
+            if origin == number
+        )
+        + "</state>"
+        for number in range(count)
+    )
+
+
+def edges(kind: str, count: int) -> list[tuple[int, int]]:
+    chosen = random.Random(count)
+    match kind:
+        case "chain":
+            return [(each, (each + 1) % count) for each in range(count)] + [
+                (each, 0) for each in range(2, count, 3)
+            ]
+        case "star":
+            return [ends for each in range(1, count) for ends in ((0, each), (each, 0))]
+    return [(chosen.randrange(count), chosen.randrange(count)) for _ in range(count * 3 // 2)]
+
+
+def arcs_through_states(automaton: Automaton) -> Iterator[int]:
+    """Yield the transitions whose arcs, as the page draws them, pass through other states."""
+    places = {state.id: (state.x, state.y) for state in automaton.states}
+    for each in automaton.transitions:
+        (x1, y1), (x2, y2) = places[each.origin], places[each.destination]
+        control = 2 * each.x - (x1 + x2) / 2, 2 * each.y - (y1 + y2) / 2
+        for part in (step / 300 for step in range(301) if each.origin != each.destination):
+            weights = (1 - part) ** 2, 2 * part * (1 - part), part**2
+            x = weights[0] * x1 + weights[1] * control[0] + weights[2] * x2
+            y = weights[0] * y1 + weights[1] * control[1] + weights[2] * y2
+            others = (place for key, place in places.items() if key not in (each.origin, each.destination))
+            if any(math.dist((x, y), place) < 41 for place in others):
+                yield each.id
+                break
+
+
+@pytest.mark.parametrize("kind", ["chain", "star", "random"])
+@pytest.mark.parametrize("count", [14, 25, 60])
+def test_many_states_keep_apart_and_no_arc_passes_through_another_one(kind: str, count: int) -> None:
+    inner = states(count, edges(kind, count), "i")
+    outer = states(count, edges(kind, count)).replace("{inner}", inner)
+    text = f'<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0">{outer}</scxml>'
+    document = import_scxml(text.encode(), "a.scxml")[0]
+    assert [len(each.states) for each in document.automata] == [count, count]
+    for automaton in document.automata:
+        places = [(state.x, state.y) for state in automaton.states]
+        assert all(math.dist(one, other) > 200 for one, other in itertools.combinations(places, 2))
+        handles = [(each.x, each.y) for each in automaton.transitions]
+        assert all(math.dist(one, other) >= 29 for one, other in itertools.combinations(handles, 2))
+        assert list(arcs_through_states(automaton)) == []
 
 
 @pytest.mark.parametrize("way", ["opened", "converted"])
