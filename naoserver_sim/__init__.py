@@ -13,7 +13,6 @@ Module            What it holds
 `senses`, `walk`  what the robot feels, and how it walks
 `stage`           the scene, read and changed
 `cameras`         the camera thread
-`viewer`          MuJoCo's window
 `geometry`        the visible shapes as JSON, for the editor
 `robot`           `SimulatedRobot`
 `learning`        environments of Gymnasium in which it learns

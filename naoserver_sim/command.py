@@ -19,7 +19,6 @@ from naoserver.server import serve
 from naoserver_qi import DISK_HELP, serve_as_naoqi
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.team import MOST_ROBOTS, run_team, team_commands
-from naoserver_sim.viewer import check_display
 from naoserver_sim.world import DEFAULT_WORLD, bundled_worlds, load_world
 from zenoh_ice import initialize
 from zenoh_ice.settings import DEFAULT_ENDPOINT, Settings
@@ -38,7 +37,7 @@ naoserver-sim                                              one robot, on the def
 
 naoserver-sim --speed 5                                    five times as fast; behaviors keep pace
 
-naoserver-sim --viewer --camera Camera=640x480@15          a window, and larger images
+naoserver-sim --camera Camera=640x480@15                   larger images
 
 naoserver-sim --qi tcp://127.0.0.1:9559                    programs written for NAOqi drive it too
 
@@ -61,9 +60,6 @@ def naoserver_sim(
     speed: Annotated[
         str, typer.Option(metavar="FACTOR|max", help="Robot seconds per wall second, such as 1, 5 or 20.")
     ] = "1",
-    viewer: Annotated[
-        bool, typer.Option("--viewer/--headless", help="Open MuJoCo's window, or run without a display.")
-    ] = False,
     world: Annotated[
         str,
         typer.Option(
@@ -132,8 +128,6 @@ def naoserver_sim(
         with stop_on_signals() as stop:
             run_team(team_commands(sys.argv[1:], robots, settings, seed=seed, qi=qi), stop)
         return
-    if viewer:
-        check_display()
     sys.setswitchinterval(_SWITCH_INTERVAL)
     with (
         stop_on_signals() as stop,
@@ -150,16 +144,8 @@ def naoserver_sim(
                 adapter.activate()
                 endpoints = ", ".join(settings.reached_at)
                 report_ready(f"ready: realm {settings.realm}, {endpoints}, {len(robot.cameras)} cameras")
-
-                def ended(seconds: float) -> bool:
+                while not stop.wait(_CHECK_INTERVAL):
                     robot.check()
-                    return stop.wait(seconds)
-
-                if viewer:
-                    robot.show(ended)
-                    return
-                while not ended(_CHECK_INTERVAL):
-                    pass
 
 
 def parse_speed(text: str) -> float:

@@ -26,7 +26,6 @@ from naoserver_sim.senses.record import SenseNoise, encoded
 from naoserver_sim.senses.simulated import SimulatedSenses
 from naoserver_sim.simulator import PacedSimulator, SimulationClock, VirtualSimulator
 from naoserver_sim.stage import SimulatedStage
-from naoserver_sim.viewer import show
 from naoserver_sim.walk.walker import SimulatedWalker
 from naoserver_sim.world import DEFAULT_WORLD, World, load_world, scattered
 from zenoh_ice import Clock, VirtualClock
@@ -195,13 +194,6 @@ class SimulatedRobot(SimulatedDevice):
         """Raise RobotError when the physics has stopped by an error."""
         if isinstance(self._simulator, PacedSimulator) and self._simulator.failure is not None:
             raise RobotError(f"the physics stopped: {self._simulator.failure}") from self._simulator.failure
-
-    def show(self, ended: Callable[[float], bool]) -> None:
-        """Show the robot in MuJoCo's window until it is closed or `ended(seconds)` returns true.
-
-        Blocks the calling thread, which must be the main one. Raises HardwareFailure without a display.
-        """
-        show(self._model.mj, self._simulator.newest, self._lamps.show, ended)
 
     def close(self) -> None:
         """End the threads of physics and cameras and free GL."""
