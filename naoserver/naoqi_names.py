@@ -5,7 +5,18 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Final
 
-__all__ = ["AXES", "DEVICES", "GRAVITY", "IMAGE_SIZES", "JOINT_KEYS", "LIGHT_GROUPS", "touch_key"]
+from naoserver.capabilities import WalkVelocity
+
+__all__ = [
+    "AXES",
+    "DEVICES",
+    "GRAVITY",
+    "IMAGE_SIZES",
+    "JOINT_KEYS",
+    "LIGHT_GROUPS",
+    "gait_limits",
+    "touch_key",
+]
 
 AXES: Final = "XYZ"
 DEVICES: Final = "Device/SubDeviceList/"
@@ -53,3 +64,24 @@ def touch_key(name: str) -> str:
         return f"{DEVICES}Head/Touch/{name.removeprefix('Head')}/Sensor/Value"
     kind = "Touch" if name[1:].startswith("Hand") else "Bumper"
     return f"{DEVICES}{name[:5]}/{kind}/{name[5:].removeprefix('Bumper')}/Sensor/Value"
+
+
+_FREQUENCIES: Final = (1 / 0.6, 1 / 0.42)
+"""Steps a second at the lowest and the highest frequency (control-walk in the documentation of NAOqi 2.1)."""
+_FEET: Final = 0.1
+"""Distance of the feet in m, which MaxStepY counts from."""
+
+
+def gait_limits(config: Mapping[str, float]) -> WalkVelocity:
+    """Return the highest velocities of a configuration of NAOqi's gait.
+
+    It takes a step of MaxStepX forwards each time; to the side every other step brings it on, and the feet
+    cannot come nearer to each other than they stand.
+    """
+    lowest, highest = _FREQUENCIES
+    frequency = lowest + config["MaxStepFrequency"] * (highest - lowest)
+    return WalkVelocity(
+        forward=config["MaxStepX"] * frequency,
+        left=(config["MaxStepY"] - _FEET) * frequency / 2.0,
+        turn=config["MaxStepTheta"] * frequency,
+    )

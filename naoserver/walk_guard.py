@@ -56,10 +56,11 @@ class WalkGuard:
         self._drives: dict[str, _Drive] = {}
         self._closed = False
 
-    def drive(self, velocities: Mapping[str, float], client: str) -> bool:
+    def drive(self, velocities: Mapping[str, float], client: str, limits: WalkVelocity | None = None) -> bool:
         """Walk at velocities, by fields of `WalkVelocity`, until the timeout; returns whether one was cut.
 
-        Raises InvalidCommand or CommandRefused, and then commands nothing.
+        `limits` are closer ones than those of the robot. Raises InvalidCommand or CommandRefused, and then
+        commands nothing.
         """
         limitations = []
         with self._lock:
@@ -70,7 +71,7 @@ class WalkGuard:
             for kind, velocity in velocities.items():
                 if not math.isfinite(velocity):
                     raise InvalidCommand(kind, f"{kind} is {velocity}: it must be a finite number")
-                highest = self._highest[kind]
+                highest = min(self._highest[kind], getattr(limits or self.limits, kind))
                 safe = max(-highest, min(highest, velocity))
                 if safe != velocity:
                     reason = f"{kind} velocity {velocity:.4g} is too high, limited to {safe:.4g}"

@@ -10,6 +10,7 @@ from typing import Any, Final
 from naoserver.body import H25
 from naoserver.capabilities import Odometry, PostureProgress, WalkVelocity
 from naoserver.errors import CommandRefused, HardwareFailure, InvalidCommand
+from naoserver.naoqi_names import gait_limits
 from naoserver_naoqi.background_calls import BackgroundCalls, CoalescingQueue, Poll
 from naoserver_naoqi.connection import PERIOD, Connection, Reporter
 from naoserver_naoqi.link import CallFailed, Link, LinkLost, Reply, call
@@ -23,11 +24,7 @@ _POSTURE_PERIOD: Final = 0.5
 """Seconds between two questions in which posture it is."""
 _ENDED: Final = 0.3
 """Seconds for which NAOqi has to say that it does not walk before that is believed."""
-_STEP: Final = 0.42
-"""Seconds of a step at the highest frequency."""
-_FEET: Final = 0.1
-"""Distance of the feet in m, which MaxStepY counts from."""
-_USUAL: Final = {"MaxStepX": 0.04, "MaxStepY": 0.14, "MaxStepTheta": 0.349}
+_USUAL: Final = {"MaxStepX": 0.04, "MaxStepY": 0.14, "MaxStepTheta": 0.349, "MaxStepFrequency": 1.0}
 _LEGS: Final = tuple(joint for joint in H25.joint_names if joint[1:].startswith(("Hip", "Knee", "Ankle")))
 _LIMP: Final = 0.05
 _POSITION: Final = "ALMotion.getRobotPosition"
@@ -48,7 +45,7 @@ class NaoqiWalker:
         self._velocities: CoalescingQueue[str, WalkVelocity] = CoalescingQueue(
             "walk", connection, reporter, _send
         )
-        self.limits = limits_of(_USUAL)
+        self.limits = gait_limits(_USUAL)
         """The highest velocity of each kind, as NAOqi is configured."""
         self._commanded = _STILL
         self.walking = False
@@ -70,7 +67,7 @@ class NaoqiWalker:
             config = {str(name): float(value) for name, value in answer}
         except (CallFailed, TypeError, ValueError):
             config = {}
-        self.limits = limits_of({**_USUAL, **config})
+        self.limits = gait_limits({**_USUAL, **config})
 
     def close(self) -> None:
         """End the walk, and the thread."""
@@ -134,19 +131,6 @@ class NaoqiWalker:
                     self._still_since = asked
                 elif asked - self._still_since >= _ENDED:
                     self._commanded, self.walking = _STILL, False
-
-
-def limits_of(config: Mapping[str, float]) -> WalkVelocity:
-    """Return the highest velocities of a configuration of NAOqi's gait.
-
-    It takes a step of MaxStepX forwards each time; to the side every other step brings it on, and the feet
-    cannot come nearer to each other than they stand.
-    """
-    return WalkVelocity(
-        forward=config["MaxStepX"] / _STEP,
-        left=(config["MaxStepY"] - _FEET) / (2.0 * _STEP),
-        turn=config["MaxStepTheta"] / _STEP,
-    )
 
 
 def _send(link: Link, commands: Mapping[str, WalkVelocity]) -> list[Reply]:

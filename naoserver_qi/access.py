@@ -35,8 +35,6 @@ RENEWAL: Final = 0.15
 _CORRECTION: Final = 0.05
 """Robot seconds between two corrections on the way to a goal."""
 _STILL: Final = WalkVelocity()
-_SHARE: Final = 0.7
-"""Fraction of the highest velocities, on the way to a goal."""
 _GAIN: Final = 1.5
 """Velocity in 1/s relative to the rest of the way."""
 _CLOSE: Final = 0.02
@@ -137,12 +135,12 @@ class Walking:
         """Whether it moves the legs: from a command until it stands on both feet again."""
         return self.active or (self._walker is not None and self._walker.walking)
 
-    def go(self, velocity: WalkVelocity) -> None:
-        """Walk at a velocity until further notice. Raises as `WalkGuard.drive` does."""
+    def go(self, velocity: WalkVelocity, limits: WalkVelocity | None = None) -> None:
+        """Walk at a velocity within limits until further notice. Raises as `WalkGuard.drive` does."""
         with self._lock:
             if self._closed:
                 return
-            self._drive(velocity)
+            self._drive(velocity, limits)
 
     def stop(self) -> None:
         """End the walk on both feet; nobody is refused to."""
@@ -151,12 +149,14 @@ class Walking:
             if self._access.walk is not None:
                 self._access.walk.stop()
 
-    def go_to(self, call: Call, x: float, y: float, heading: float, start: Odometry) -> bool:
+    def go_to(
+        self, call: Call, place: tuple[float, float, float], start: Odometry, highest: WalkVelocity
+    ) -> bool:
         """Walk to a place in m and rad as the robot stood at `start`; return whether it came."""
+        x, y, heading = place
         guard = self.guard
         # In the plane, x + iy.
         goal = complex(start.x, start.y) + cmath.rect(1.0, start.heading) * complex(x, y)
-        highest = WalkVelocity(*(_SHARE * limit for limit in astuple(guard.limits)))
         patience = _PATIENCE + 3.0 * (
             math.hypot(x / highest.forward, y / highest.left) + abs(heading) / highest.turn
         )
@@ -198,8 +198,8 @@ class Walking:
         with self._lock:
             self._closed = True
 
-    def _drive(self, velocity: WalkVelocity) -> None:
-        self.guard.drive(asdict(velocity), CLIENT)
+    def _drive(self, velocity: WalkVelocity, limits: WalkVelocity | None = None) -> None:
+        self.guard.drive(asdict(velocity), CLIENT, limits)
         self._wanted = self.guard.commanded()  # as it was limited
 
 

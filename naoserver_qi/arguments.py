@@ -154,3 +154,11 @@ def joints_of(names: object) -> tuple[str, ...]:
         else:
             raise InvalidCommand(name[:_QUOTED], f"there is no joint or chain {name[:_QUOTED]!r}")
     return tuple(joints)
+
+
+def for_joints(names: object, values: object) -> object:
+    """Return values for the joints of some names; of a list of one for each name a chain has the same."""
+    chains = texts(names, "names")
+    if not isinstance(values, (list, tuple)) or len(values) != len(chains):
+        return values
+    return [value for name, value in zip(chains, values, strict=True) for _ in joints_of(name)]

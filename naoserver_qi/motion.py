@@ -10,9 +10,11 @@ from typing import Any, Final
 from naoserver.capabilities import WalkVelocity
 from naoserver.errors import InvalidCommand
 from naoserver.kinematics import PARTS, angles_of
+from naoserver.naoqi_names import gait_limits
 from naoserver_qi.access import PERIOD, Access, Walking
 from naoserver_qi.arguments import (
     chosen,
+    for_joints,
     fraction,
     joints_of,
     listed,
@@ -45,7 +47,7 @@ _MOVE_CONFIG: Final = {
     "TorsoWx": (-0.122, 0.0, 0.122),
     "TorsoWy": (-0.122, 0.0, 0.122),
 }
-"""Minimum, default and maximum of each parameter of NAOqi's own gait; none has an effect here."""
+"""Minimum, default and maximum of each parameter of NAOqi's gait; those of steps limit the walk."""
 _CONFIGS: Final = ("Min", "Default", "Max")
 _ROBOT_CONFIG: Final[dict[str, object]] = {
     "Model Type": "naoH25",
@@ -183,7 +185,7 @@ class ALMotion:
     def setStiffnesses(self, names: object, stiffnesses: object) -> None:
         """Set how strongly joints hold, from 0, limp, to 1; returns at once."""
         joints = joints_of(names)
-        values = numbers(stiffnesses, "stiffnesses", len(joints))
+        values = numbers(for_joints(names, stiffnesses), "stiffnesses", len(joints))
         self._body.stiffen(dict(zip(joints, values, strict=True)), 0.0)
 
     def getStiffnesses(self, names: object) -> list[float]:
@@ -196,8 +198,8 @@ class ALMotion:
     ) -> None:
         """Change how strongly joints hold, evenly from key to key at times in s; returns at the last."""
         joints = joints_of(names)
-        values = number_lists(stiffnessLists, "stiffnessLists", len(joints))
-        times = number_lists(timeLists, "timeLists", len(joints))
+        values = number_lists(for_joints(names, stiffnessLists), "stiffnessLists", len(joints))
+        times = number_lists(for_joints(names, timeLists), "timeLists", len(joints))
         changes: list[tuple[float, str, float, float]] = []  # when, joint, stiffness, seconds
         for joint, own, moments in zip(joints, values, times, strict=True):
             check_times(joint, moments, len(own))
@@ -231,26 +233,25 @@ class ALMotion:
         """Return whether all motors are stiff."""
         return min(self._body.read().stiffnesses) > 0.0
 
-    # -- the walk: parameters of the gait are checked and have no effect -----------------------------------
+    # -- the walk, as fast as that of a Nao with the parameters of its gait ---------------------------------
 
-    def move(self, x: object, y: object, theta: object, moveConfig: object = ()) -> None:
+    def move(self, x: object, y: object, theta: object, *moveConfig: object) -> None:
         """Walk at a velocity in m/s and rad/s until further notice; returns at once."""
-        _check_config(moveConfig)
-        self._walking.go(WalkVelocity(number(x, "x"), number(y, "y"), number(theta, "theta")))
+        wanted = WalkVelocity(number(x, "x"), number(y, "y"), number(theta, "theta"))
+        self._walking.go(wanted, self._walk_limits(moveConfig))
 
-    def moveToward(self, x: object, y: object, theta: object, moveConfig: object = ()) -> None:
+    def moveToward(self, x: object, y: object, theta: object, *moveConfig: object) -> None:
         """Walk at shares, from -1 to 1, of the highest velocities until further notice; returns at once."""
-        _check_config(moveConfig)
-        shares = (number_within(v, what, -1.0, 1.0) for v, what in ((x, "x"), (y, "y"), (theta, "theta")))
-        highest = astuple(self._walking.guard.limits)
+        shares = [number_within(v, what, -1.0, 1.0) for v, what in ((x, "x"), (y, "y"), (theta, "theta"))]
+        highest = astuple(self._walk_limits(moveConfig))
         self._walking.go(WalkVelocity(*(share * limit for share, limit in zip(shares, highest, strict=True))))
 
     def setWalkTargetVelocity(
-        self, x: object, y: object, theta: object, frequency: object, moveConfig: object = ()
+        self, x: object, y: object, theta: object, frequency: object, *moveConfig: object
     ) -> None:
-        """Walk as moveToward does; its former name."""
-        number_within(frequency, "frequency", -1.0, 1.0)
-        self.moveToward(x, y, theta, moveConfig)
+        """Walk as moveToward does, at a share of the highest frequency; its former name."""
+        share = abs(number_within(frequency, "frequency", -1.0, 1.0))
+        self.moveToward(x, y, theta, [["MaxStepFrequency", share]], *moveConfig)
 
     def moveTo(self, call: Call, *goal: object) -> bool:
         """Walk to x, y and theta in m and rad in the robot's frame; returns at the end whether it got there.
@@ -261,14 +262,11 @@ class ALMotion:
             places, rest = listed(goal[0], "controlPoints"), goal[1:]
         else:
             places, rest = [list(goal[:3])], goal[3:]
-        if len(rest) > 1:
-            raise InvalidCommand("goal", f"moveTo takes a goal and a configuration, not {len(rest)} more")
-        for config in rest:
-            if not isinstance(config, (int, float)):  # formerly the seconds that it should take
-                _check_config(config)
+        # A number is the seconds that it should formerly take.
+        limits = self._walk_limits([config for config in rest if not isinstance(config, (int, float))])
         ways = [[number(part, "a place") for part in listed(place, "a place", 3)] for place in places]
         start = self._walking.guard.read()
-        return all(self._walking.go_to(call, x, y, theta, start) for x, y, theta in ways)
+        return all(self._walking.go_to(call, (x, y, theta), start, limits) for x, y, theta in ways)
 
     def moveInit(self) -> None:
         """Do nothing, since the walk begins from any stance. Raises HardwareFailure when there is none."""
@@ -336,8 +334,8 @@ class ALMotion:
     # -- the body ----------------------------------------------------------------------------------------
 
     def getBodyNames(self, name: object) -> list[str]:
-        """Return the joints of a chain, such as `Body` or `LArm`."""
-        return list(joints_of(name))
+        """Return the joints of a chain, such as `Body` or `LArm`; of `Chains` the chains."""
+        return ["Head", "LArm", "LLeg", "RLeg", "RArm"] if name == "Chains" else list(joints_of(name))
 
     getJointNames = getBodyNames  # its former name
 
@@ -417,6 +415,21 @@ class ALMotion:
             if joints and not call.stopped.is_set():
                 self._tasks.follow(task, paths(self._access.angles(measured=False)))
 
+    def _walk_limits(self, configs: Sequence[object]) -> WalkVelocity:
+        """Return the highest velocities with some parameters of the gait, of both feet or of each.
+
+        Raises InvalidCommand unless they are lists of names, such as MaxStepX, and numbers.
+        """
+        values = {name: default for name, (_, default, _) in _MOVE_CONFIG.items()}
+        for entry in (entry for config in configs for entry in listed(config, "moveConfig")):
+            parameter, value = listed(entry, "an entry of moveConfig", 2)
+            name = text(parameter, "a name in moveConfig").removeprefix("Left").removeprefix("Right")
+            name = "MaxStepFrequency" if name == "Frequency" else name
+            lowest, _, highest = _MOVE_CONFIG[chosen(name, "parameter", _MOVE_CONFIG)]
+            values[name] = min(max(number(value, name), lowest), highest)
+        limits = zip(astuple(gait_limits(values)), astuple(self._walking.guard.limits), strict=True)
+        return WalkVelocity(*map(min, limits))
+
     def _remember(self, name: str, enable: object) -> bool:
         if len(self._switches) < _MOST_SWITCHES or name in self._switches:
             self._switches[name] = bool(enable)
@@ -434,12 +447,3 @@ def _bezier_keys(joint: str, times: Sequence[float], points: object) -> list[Key
         sides = [(number(when, "a handle's time"), number(at, "a handle's angle")) for _, when, at in handles]
         keys.append(Key(time, number(parts[0], "an angle"), *sides))
     return keys
-
-
-def _check_config(config: object) -> None:
-    """Raise InvalidCommand unless it is a list of names, such as MaxStepX, and numbers."""
-    for entry in listed(config, "moveConfig"):
-        parameter, value = listed(entry, "an entry of moveConfig", 2)
-        name = text(parameter, "a name in moveConfig").removeprefix("Left").removeprefix("Right")
-        chosen(name, "parameter", (*_MOVE_CONFIG, "Frequency"))
-        number(value, name)

@@ -4,7 +4,7 @@ import pytest
 
 from naoserver.capabilities import WalkVelocity
 from naoserver.errors import InvalidCommand
-from naoserver_naoqi.moves import limits_of
+from naoserver.naoqi_names import gait_limits
 from tests.support.robot_server import eventually
 from tests.support.scripted_naoqi import DEVICES, ScriptedNaoqi
 
@@ -91,5 +91,7 @@ def test_the_odometry_is_the_robots(naoqi):
 
 
 def test_the_limits_follow_from_the_steps():
-    limits = limits_of({"MaxStepX": 0.04, "MaxStepY": 0.14, "MaxStepTheta": 0.349})
+    config = {"MaxStepX": 0.04, "MaxStepY": 0.14, "MaxStepTheta": 0.349, "MaxStepFrequency": 1.0}
+    limits = gait_limits(config)
     assert (limits.forward, limits.left, limits.turn) == pytest.approx((0.0952, 0.0476, 0.831), abs=1e-3)
+    assert gait_limits({**config, "MaxStepFrequency": 0.0}).forward == pytest.approx(0.04 / 0.6)

@@ -186,6 +186,27 @@ def test_stiffness_changes_key_by_key(rig):
     assert rig.motion.getStiffnesses("Head") == pytest.approx([0.0, 0.2])
 
 
+def test_a_chain_has_the_stiffness_of_its_name(rig):
+    rig.complete(rig.motion.stiffnessInterpolation, ["Head", "LArm"], [[0.5], [0.25]], [[0.2], [0.2]])
+    rig.advance(0.1)
+    assert rig.motion.getStiffnesses(["HeadYaw", "HeadPitch", "LElbowYaw"]) == pytest.approx([0.5, 0.5, 0.25])
+    rig.motion.setStiffnesses(["Head", "LArm"], [1.0, 0.75])
+    rig.advance(0.1)
+    assert rig.motion.getStiffnesses(["HeadYaw", "LElbowYaw"]) == pytest.approx([1.0, 0.75])
+
+
+def test_an_interpolation_of_a_limp_joint_ends_in_time(rig):
+    rig.motion.setStiffnesses("HeadYaw", 0.0)
+    rig.advance(0.1)
+    assert rig.complete(rig.motion.angleInterpolation, "HeadYaw", 0.5, 1.0, True) == pytest.approx(
+        1.0, abs=0.1
+    )
+
+
+def test_the_chains_have_names(rig):
+    assert rig.motion.getBodyNames("Chains") == ["Head", "LArm", "LLeg", "RLeg", "RArm"]
+
+
 def test_rest_crouches_and_lets_go_and_wake_up_stands(rig):
     posture = rig.postures
     rig.complete(rig.motion.rest)
@@ -201,15 +222,46 @@ def test_rest_crouches_and_lets_go_and_wake_up_stands(rig):
 
 def test_shares_of_the_highest_velocities(rig):
     rig.motion.moveToward(0.5, 0.0, -1.0)
-    limits = rig.access.walk.limits
-    assert rig.motion.getRobotVelocity() == pytest.approx([0.5 * limits.forward, 0.0, -limits.turn])
+    assert rig.motion.getRobotVelocity() == pytest.approx([0.5 * 0.04 / 0.42, 0.0, -0.349 / 0.42])
     assert rig.motion.moveIsActive()
 
 
+@pytest.mark.parametrize(
+    ("walk", "forward"),
+    [
+        (lambda motion: motion.moveToward(1.0, 0.0, 0.0), 0.04 / 0.42),
+        (lambda motion: motion.moveToward(1.0, 0.0, 0.0, [["MaxStepX", 0.08]]), 0.08 / 0.42),
+        (lambda motion: motion.moveToward(1.0, 0.0, 0.0, [["MaxStepX", 0.2]]), 0.08 / 0.42),
+        (lambda motion: motion.moveToward(1.0, 0.0, 0.0, [["MaxStepFrequency", 0.0]]), 0.04 / 0.6),
+        (lambda motion: motion.setWalkTargetVelocity(1.0, 0.0, 0.0, 0.0), 0.04 / 0.6),
+        (lambda motion: motion.move(0.3, 0.0, 0.0), 0.04 / 0.42),
+        (
+            lambda motion: motion.move(0.3, 0.0, 0.0, [["LeftMaxStepX", 0.02]], [["RightMaxStepX", 0.02]]),
+            0.02 / 0.42,
+        ),
+        (lambda motion: motion.move(0.05, 0.0, 0.0), 0.05),
+    ],
+)
+def test_the_parameters_of_the_gait_limit_the_walk_as_that_of_a_nao(rig, walk, forward):
+    walk(rig.motion)
+    assert rig.motion.getRobotVelocity() == pytest.approx([forward, 0.0, 0.0])
+
+
+def test_our_own_interface_walks_as_fast_as_the_robot_can(rig):
+    rig.access.walk.drive({"forward": 0.3}, "somebody")
+    assert rig.motion.getRobotVelocity()[0] == rig.access.walk.limits.forward == 0.3
+
+
+def test_move_to_walks_as_fast_as_its_configurations_say(rig):
+    feet = [["MaxStepX", 0.04]], [["MaxStepX", 0.04]]
+    assert rig.complete(rig.motion.moveTo, 0.2, 0.0, 0.0, *feet) > 0.2 / (0.04 / 0.42)
+    assert rig.motion.getRobotPosition(True)[0] == pytest.approx(0.2, abs=0.03)
+
+
 def test_a_walk_goes_on_until_it_is_stopped(rig):
-    rig.motion.move(0.1, 0.0, 0.0)
+    rig.motion.move(0.09, 0.0, 0.0)
     rig.advance(3.0)
-    assert rig.motion.getRobotPosition(True)[0] == pytest.approx(0.3, abs=0.05)
+    assert rig.motion.getRobotPosition(True)[0] == pytest.approx(0.27, abs=0.05)
     rig.motion.stopMove()
     assert not rig.motion.moveIsActive()
 
