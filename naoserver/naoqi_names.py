@@ -7,17 +7,6 @@ from typing import Final
 
 from naoserver.capabilities import WalkVelocity
 
-__all__ = [
-    "AXES",
-    "DEVICES",
-    "GRAVITY",
-    "IMAGE_SIZES",
-    "JOINT_KEYS",
-    "LIGHT_GROUPS",
-    "gait_limits",
-    "touch_key",
-]
-
 AXES: Final = "XYZ"
 DEVICES: Final = "Device/SubDeviceList/"
 GRAVITY: Final = 9.81

@@ -379,7 +379,7 @@ class JointSafety:
         for joint in dict.fromkeys((*named, *self._table_of)):
             goal = self._goals.get(joint)
             if goal is not None:
-                limits = self._range(joint, horizon, reading)
+                limits, cap = self._range(joint, horizon, reading), self.speed_cap(joint, reading)
                 safe = clamp(goal.target, *limits)
                 if safe == goal.target:
                     self._held_back.discard(joint)
@@ -387,16 +387,14 @@ class JointSafety:
                     if _is_within(setpoint, limits):
                         self._issue_position(joint, safe, goal.speed, outcome)
                     else:  # the other joint comes near: out of its way first, however slow the goal
-                        self._issue_position(
-                            joint, clamp(setpoint, *limits), self.speed_cap(joint, reading), outcome
-                        )
+                        self._issue_position(joint, clamp(setpoint, *limits), cap, outcome)
                     continue
                 other = self._table_of[joint].independent if joint in self._table_of else None
                 if other in self._drives:  # on the way to a goal it is no news: the goal was accepted
                     self._report_once(
                         joint, f"kept at {safe:.4g}, clear of what {other} brings near", outcome
                     )
-                self._issue_position(joint, safe, self.speed_cap(joint, reading), outcome)
+                self._issue_position(joint, safe, cap, outcome)
 
     def _ramp(self, joint: str, drive: _Drive, elapsed: float) -> None:
         step = self._rules.facts[joint].max_velocity / self.options.ramp_time * elapsed
@@ -415,9 +413,8 @@ class JointSafety:
         if not inside or end != ahead:
             if not inside or abs(end - setpoint) <= _REACHED:
                 self._report_once(joint, f"stopped at its limit {end:.4g}", outcome)
-            self._issue_position(
-                joint, end, abs(velocity) if inside else self.speed_cap(joint, reading), outcome
-            )
+            speed = abs(velocity) if inside else self.speed_cap(joint, reading)
+            self._issue_position(joint, end, speed, outcome)
             return
         self._held_back.discard(joint)
         if self._issued.get(joint) != velocity:

@@ -4,12 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
+from typing import Annotated
+
+import typer
 
 from naoserver.assembly import Assembly
 from naoserver.jobs import JobThreads
 from naoserver.options import ServerOptions
 from naoserver.robot import Robot
 from zenoh_ice import Clock, ObjectAdapter, WallClock
+
+_CAP = (
+    "Cap every joint's speed at a fraction of its full speed."
+    " Without it: full speed, and 0.5 of the arms while the legs are straight."
+)
+JointSpeed = Annotated[float | None, typer.Option(min=0.05, max=1.0, metavar="FRACTION", help=_CAP)]
+"""The option of the robot servers for `naoserver.options.capped`."""
 
 
 @contextmanager

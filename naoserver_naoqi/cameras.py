@@ -8,6 +8,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
@@ -203,15 +204,10 @@ def _release(camera: _Camera) -> None:
 
 def _has_camera(link: Link, index: int) -> bool:
     """Return whether the robot has a camera; a NAOqi before 2.1 has both unless it has no video at all."""
-    try:
-        return bool(call(link, "ALVideoDevice.hasCamera", index))
-    except CallFailed:
-        pass
-    try:
-        call(link, "ALVideoDevice.getActiveCamera")
-    except CallFailed:
-        return False
-    return True
+    for operation, *arguments in (("hasCamera", index), ("getActiveCamera",)):
+        with suppress(CallFailed):
+            return call(link, f"ALVideoDevice.{operation}", *arguments) is not False
+    return False
 
 
 def _facts(link: Link, index: int, facts: CameraFacts, *, large: bool) -> CameraFacts:

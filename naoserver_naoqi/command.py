@@ -9,7 +9,7 @@ import typer
 
 from hfsm_command.cli import report_ready, stop_on_signals, with_settings
 from naoserver.options import ServerOptions, capped
-from naoserver.server import serve
+from naoserver.server import JointSpeed, serve
 from naoserver_naoqi.libqi import connect
 from naoserver_naoqi.link import AddressError, RobotAddress
 from naoserver_naoqi.robot import End, Life, LifecycleOptions, NaoqiRobot, Start
@@ -52,16 +52,7 @@ def naoserver_naoqi(
     life: Annotated[
         Life, typer.Option(help="Autonomous Life: leave it on, disable it, or suspend it until the end.")
     ] = Life.DISABLE,
-    joint_speed: Annotated[
-        float | None,
-        typer.Option(
-            min=0.05,
-            max=1.0,
-            metavar="FRACTION",
-            help="Cap every joint's speed at a fraction of its full speed."
-            " Without it: full speed, and 0.5 of the arms while the legs are straight.",
-        ),
-    ] = None,
+    joint_speed: JointSpeed = None,
 ) -> None:
     """Serve a Nao over NAOqi: the same servants as of the simulated robot.
 

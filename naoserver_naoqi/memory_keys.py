@@ -72,11 +72,6 @@ class MemoryLayout:
         )
         self._plugged = self._add(["BatteryPowerPluggedChanged"])
 
-    @property
-    def has_sonar(self) -> bool:
-        """Whether the robot measures distances to both sides."""
-        return None not in self._sonar
-
     def read(self, values: Sequence[Any], time: float) -> Measurements:
         """Return what the answer to `keys` says, measured at `time` in s.
 

@@ -160,11 +160,6 @@ class NaoqiState:
             self._setpoints.report(joints.commands, joints.positions, joints.stiffnesses, time)
         self._newest = measured._replace(joints=replace(joints, velocities=velocities))
 
-    @property
-    def has_sonar(self) -> bool:
-        """Whether the robot measures distances to both sides."""
-        return self._layout is not None and self._layout.has_sonar
-
     def freeze(self) -> None:
         """Keep setpoints where they are from now on: the robot is lost."""
         self._frozen = self._clock.now()
@@ -238,8 +233,6 @@ class NaoqiSenses:
     def open(self, link: Link) -> None:
         """Turn the sonar on, if the robot has one."""
         self._sonar = False
-        if not self._state.has_sonar:
-            return
         try:
             call(link, "ALSonar.subscribe", NAME)
             self._sonar = True

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import logging
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -157,9 +156,7 @@ class ALMemory:
                 if name in self._looks:
                     self._seen[name] = self._look(name, _Moment(self._access))[1]
                 elif name not in self._inserted and name not in _RAISED:
-                    near = difflib.get_close_matches(name, (*self._looks, *_RAISED), 1)
-                    hint = f"; did it mean {near[0]!r}?" if near else ""
-                    _logger.warning("%r never happens here unless a program raises it%s", name[:200], hint)
+                    _logger.warning("%r never happens here unless a program raises it", name[:200])
                 self._subscribers[name] = Subscriber()
             return self._subscribers[name]
 

@@ -206,12 +206,9 @@ class JointTasks:
             self._body.move(targets, speeds)
 
     def _late(self, joint: str, target: float) -> bool:
-        """Return whether a setpoint is neither at the end of its way nor as far as it may go.
-
-        That of a limp motor goes along with its joint, and never comes.
-        """
+        """Return whether a setpoint is to come nearer to its end; that of a limp motor never does."""
         reading, index = self._body.read(), self._body.index(joint)
-        setpoint = reading.commands[index]
-        if reading.stiffnesses[index] == 0.0:
-            return False
-        return abs(setpoint - target) > _REACHED and abs(setpoint - self._body.goal(joint).target) > _REACHED
+        setpoint, limp = reading.commands[index], reading.stiffnesses[index] == 0.0
+        return (
+            not limp and min(abs(setpoint - target), abs(setpoint - self._body.goal(joint).target)) > _REACHED
+        )

@@ -15,7 +15,7 @@ import typer
 
 from hfsm_command.cli import report_ready, stop_on_signals, with_settings
 from naoserver.options import CameraOptions, ServerOptions, capped
-from naoserver.server import serve
+from naoserver.server import JointSpeed, serve
 from naoserver_qi import DISK_HELP, serve_as_naoqi
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.team import MOST_ROBOTS, run_team, team_commands
@@ -94,16 +94,7 @@ def naoserver_sim(
             " Without it: 320x240@10.",
         ),
     ] = None,
-    joint_speed: Annotated[
-        float | None,
-        typer.Option(
-            min=0.05,
-            max=1.0,
-            metavar="FRACTION",
-            help="Cap every joint's speed at a fraction of its full speed."
-            " Without it: full speed, and 0.5 of the arms while the legs are straight.",
-        ),
-    ] = None,
+    joint_speed: JointSpeed = None,
     qi: Annotated[
         str | None,
         typer.Option(

@@ -19,6 +19,9 @@ MAX_LAG = 0.25
 SHORTEST_WAIT = 0.001
 """Shorter waits cost more than they bring: at a high speed several ticks are due at once instead."""
 _ROUNDING = 1e-6
+_SLOW, _KEPT = 0.9, 0.97
+"""Shares of the speed below which the computer does not keep up, and above which it does again."""
+_SLIPS = "the computer does not keep up with speed %g: robot time slips, it runs at %.3g"
 
 
 class _Sample(NamedTuple):
@@ -45,6 +48,7 @@ class Pacer:
         self._anchor_simulated = 0.0
         self._samples: deque[_Sample] = deque()
         self._worst = 0.0
+        self._slow = False
         self.real_time_factor = 0.0
         """Simulated seconds in a wall second, over the last second."""
         self.lag = 0.0
@@ -70,8 +74,6 @@ class Pacer:
         self._worst = max(self._worst, late)
         if late > MAX_LAG:
             self.slips += 1
-            if self.slips == 1:
-                _log.warning("the computer does not keep up with speed %g: robot time slips", self.speed)
             self._anchor_wall += late
             return 1
         return min(1 + int(late * self.speed / self._period + _ROUNDING), limit)
@@ -91,6 +93,11 @@ class Pacer:
             self._samples.popleft()
         oldest = self._samples[0]
         self.real_time_factor = (simulated - oldest.simulated) / (wall - oldest.wall)
+        if len(self._samples) > 2 and wall - oldest.wall > WINDOW / 2 and not math.isinf(self.speed):
+            share = self.real_time_factor / self.speed
+            if share < _SLOW and not self._slow:
+                _log.warning(_SLIPS, self.speed, self.real_time_factor)
+            self._slow = share < (_KEPT if self._slow else _SLOW)
         self.lag = max(sample.lag for sample in self._samples)
 
     def _late(self, simulated: float) -> float:

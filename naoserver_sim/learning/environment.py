@@ -19,7 +19,7 @@ from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import World, load_world
 from zenoh_ice import VirtualClock
 
-__all__ = ["PERIOD", "NaoEnvironment", "Options", "upward"]
+__all__ = ["PERIOD", "NaoEnvironment", "Options", "three_numbers", "upward"]
 
 Array = NDArray[np.float32]
 
@@ -32,6 +32,7 @@ _SETTLING: Final = 0.2
 _FRACTION: Final = 0.5
 """Largest fraction of the joints' full speeds: with it the body stands firm."""
 _WEIGHT: Final = 53.0  # of the body in N
+_FARTHEST: Final = 2.5  # m, m/s or rad/s that an option asks for: observations show no more
 _SEEDS: Final = 2**31
 
 
@@ -51,13 +52,13 @@ class NaoEnvironment(gymnasium.Env[Array, Array]):
 
     Each episode has its own robot: after `reset(seed=n)` the same actions lead to the same observations and
     rewards, bit by bit, whatever was before. Actions move the joints `moved`; observations are their angles
-    and speeds, and `more` numbers.
+    and speeds, and `more` numbers. `option` is that of `reset`.
     """
 
     # Gymnasium declares it as the instance's own.
     metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": round(1 / PERIOD)}  # noqa: RUF012
 
-    def __init__(self, moved: Sequence[str], more: int, options: Options) -> None:
+    def __init__(self, moved: Sequence[str], more: int, option: str, options: Options) -> None:
         render_mode = options.get("render_mode")
         if render_mode is not None and render_mode not in self.metadata["render_modes"]:
             raise ValueError(f"there is no render mode {render_mode!r}; there is 'rgb_array'")
@@ -66,6 +67,7 @@ class NaoEnvironment(gymnasium.Env[Array, Array]):
         self.action_space = Box(-1.0, 1.0, (len(moved),), np.float32)
         self._places = [H25.joint_names.index(name) for name in moved]
         self._moved = [H25.joints[place] for place in self._places]
+        self._option = option
         self._noise = options.get("noise", True)
         self._world: World = load_world(options.get("world", "empty"))
         self._clock = VirtualClock()
@@ -84,7 +86,12 @@ class NaoEnvironment(gymnasium.Env[Array, Array]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Array, dict[str, Any]]:
-        """Begin an episode; return its first observation, and the same info as `step`."""
+        """Begin an episode; return its first observation, and the same info as `step`.
+
+        Raises ValueError for an option that the environment does not have, or a value that it cannot take.
+        """
+        if unknown := (options or {}).keys() - {self._option}:
+            raise ValueError(f"reset has no option {sorted(unknown)[0]!r}; it has {self._option!r}")
         super().reset(seed=seed, options=options)
         self.close()
         self._clock = VirtualClock()
@@ -104,9 +111,12 @@ class NaoEnvironment(gymnasium.Env[Array, Array]):
         """Do what an action says for a step.
 
         Returns the observation after it, the reward, whether the episode has ended, False, and more to know.
+        Raises ValueError unless every number of the action is finite; larger ones are clipped.
         """
-        robot = self.robot
-        self._act(robot, np.clip(np.nan_to_num(np.asarray(action, np.float64)), -1.0, 1.0))
+        robot, values = self.robot, np.asarray(action, np.float64)
+        if not np.isfinite(values).all():
+            raise ValueError(f"the action {values.tolist()} has a number that is not finite")
+        self._act(robot, np.clip(values, -1.0, 1.0))
         self._wait(PERIOD)
         self._look()
         reward, ended = self._judge()
@@ -178,6 +188,14 @@ class NaoEnvironment(gymnasium.Env[Array, Array]):
         """Return what the body feels of its balance: up (3), turning (3), loads of the soles (2)."""
         inertial, left, right = self._senses.inertial, self._senses.left_foot, self._senses.right_foot
         return [*upward(inertial), *inertial.angular_velocity, left.total / _WEIGHT, right.total / _WEIGHT]
+
+
+def three_numbers(value: Any, what: str) -> list[float]:  # noqa: ANN401
+    """Return the three numbers of an option in m, m/s or rad/s. Raises ValueError."""
+    numbers = np.asarray(value, np.float64)
+    if numbers.shape != (3,) or not (np.abs(numbers) <= _FARTHEST).all():
+        raise ValueError(f"the {what} {value!r} is not three numbers from -{_FARTHEST:g} to {_FARTHEST:g}")
+    return list(map(float, numbers))
 
 
 def upward(inertial: InertialReading) -> tuple[float, float, float]:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from naoserver.kinematics import place_of
-from naoserver_sim.learning.environment import NaoEnvironment, Options
+from naoserver_sim.learning.environment import NaoEnvironment, Options, three_numbers
 
 __all__ = ["ARM", "ReachEnvironment", "hand_at"]
 
@@ -38,14 +38,14 @@ class ReachEnvironment(NaoEnvironment):
     """
 
     def __init__(self, **options: Unpack[Options]) -> None:
-        super().__init__(ARM, 14, options)
+        super().__init__(ARM, 14, "place", options)
         self._target = self._hand = np.zeros(3)
 
     def _begin(self, options: Mapping[str, Any]) -> None:
         lower = np.array([joint.lower for joint in self._moved])
         upper = np.array([joint.upper for joint in self._moved])
         drawn = hand_at((lower + (upper - lower) * self.np_random.uniform(0.1, 0.9, len(ARM))).tolist())
-        self._target = np.array(options.get("place", drawn), np.float64)
+        self._target = np.array(three_numbers(options.get("place", drawn), "place"))
 
     def _judge(self) -> tuple[float, bool]:
         if self.fallen:

@@ -44,12 +44,15 @@ class StandUpEnvironment(NaoEnvironment):
     """
 
     def __init__(self, **options: Unpack[Options]) -> None:
-        super().__init__(MOTORS, 8, options)
+        super().__init__(MOTORS, 8, "side", options)
         self._stood = 0.0
 
     def _begin(self, options: Mapping[str, Any]) -> None:
         drawn = float(self.np_random.uniform(-math.pi, math.pi))
-        direction = _DIRECTIONS[options["side"]] if "side" in options else drawn
+        side = options.get("side")
+        if side is not None and side not in _DIRECTIONS:
+            raise ValueError(f"there is no side {side!r}; there are {', '.join(_DIRECTIONS)}")
+        direction = drawn if side is None else _DIRECTIONS[side]
         robot = self.robot
         robot.stage.push((_PUSH * math.cos(direction), _PUSH * math.sin(direction), 0.0), _PUSHED)
         self._wait(_FALLING)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from naoserver.capabilities import Truth, WalkVelocity
-from naoserver_sim.learning.environment import PERIOD, NaoEnvironment, Options
+from naoserver_sim.learning.environment import PERIOD, NaoEnvironment, Options, three_numbers
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.walk.kinematics import LEG_MOTORS
 
@@ -47,7 +47,7 @@ class WalkEnvironment(NaoEnvironment):
     """
 
     def __init__(self, **options: Unpack[Options]) -> None:
-        super().__init__(LEG_MOTORS, 24, options)
+        super().__init__(LEG_MOTORS, 24, "velocity", options)
         self._full = {joint.name: joint.max_velocity for joint in self._moved}
         self._stance = np.zeros(len(LEG_MOTORS))
         self._last = np.zeros(len(LEG_MOTORS))
@@ -61,7 +61,7 @@ class WalkEnvironment(NaoEnvironment):
         self._last = np.zeros(len(LEG_MOTORS))
         self._moves.clear()
         drawn = self.np_random.uniform(-1.0, 1.0, 3) * (_FASTEST.forward, _FASTEST.left, _FASTEST.turn)
-        self._wanted = WalkVelocity(*map(float, options.get("velocity", drawn)))
+        self._wanted = WalkVelocity(*three_numbers(options.get("velocity", drawn), "velocity"))
 
     def _act(self, robot: SimulatedRobot, action: NDArray[np.float64]) -> None:
         angles = self._stance + _REACH * action

@@ -36,8 +36,6 @@ def nao_memory(*, newer: bool = True) -> dict[str, Any]:
         memory[f"{DEVICES}InertialSensor/{velocity}{axis}/Sensor/Value"] = 0.0
     for axis in "XY":
         memory[f"{DEVICES}InertialSensor/Angle{axis}/Sensor/Value"] = 0.0
-    for side in ("Left", "Right"):
-        memory[f"{DEVICES}US/{side}/Sensor/Value"] = 0.0
     for foot in ("LFoot", "RFoot"):
         for edge in ("FrontLeft", "FrontRight", "RearLeft", "RearRight"):
             memory[f"{DEVICES}{foot}/FSR/{edge}/Sensor/Value"] = 0.5

@@ -7,7 +7,7 @@ from naoserver.errors import HardwareFailure
 from naoserver.options import ServerOptions
 from naoserver_naoqi.link import CallFailed
 from naoserver_naoqi.robot import End, Life, LifecycleOptions, NaoqiRobot, Start
-from tests.support.scripted_naoqi import DEVICES, ScriptedNaoqi
+from tests.support.scripted_naoqi import ScriptedNaoqi
 
 WAKE, REST, STIFFEN = "ALMotion.wakeUp", "ALMotion.rest", "ALMotion.stiffnessInterpolation"
 LIFE = "ALAutonomousLife.setState"
@@ -133,9 +133,3 @@ def test_all_that_the_robot_has_is_served(naoqi):
 def test_what_the_robot_lacks_is_not_served(naoqi, without, missing):
     naoqi.answers |= without
     assert {"Sonar", "Camera", "CameraBottom"} - served(naoqi) == missing
-
-
-def test_a_robot_without_keys_of_a_sonar_has_none(naoqi):
-    for side in ("Left", "Right"):
-        del naoqi.memory[f"{DEVICES}US/{side}/Sensor/Value"]
-    assert "Sonar" not in served(naoqi)

@@ -158,7 +158,7 @@ NEVER = "'{}' never happens here unless a program raises it"
     ("name", "warned"),
     [
         ("FaceDetected", [NEVER.format("FaceDetected")]),
-        ("FrontTactilTuched", [NEVER.format("FrontTactilTuched") + "; did it mean 'FrontTactilTouched'?"]),
+        ("FrontTactilTuched", [NEVER.format("FrontTactilTuched")]),
         ("FrontTactilTouched", []),
         ("TouchChanged", []),
         ("ALTextToSpeech/TextDone", []),

@@ -60,6 +60,15 @@ def test_real_time_factor_shows_when_the_computer_is_too_slow():
     assert pacer.real_time_factor == pytest.approx(0.5, abs=0.05)
 
 
+def test_a_speed_that_the_computer_does_not_keep_up_with_is_logged_each_time_it_begins(caplog):
+    wall = Wall()
+    pacer = Pacer(5.0, wall)
+    for cost, logged in ((0.0001, 0), (0.01, 1), (0.0001, 1), (0.01, 2)):
+        simulate(pacer, wall, 5.0, cost=cost)
+        assert len(caplog.messages) == logged
+    assert "does not keep up with speed 5: robot time slips, it runs at 0.99" in caplog.messages[0]
+
+
 def test_what_is_lost_in_a_long_stop_is_not_caught_up():
     wall = Wall()
     pacer = Pacer(1.0, wall)

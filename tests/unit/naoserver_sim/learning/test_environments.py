@@ -63,13 +63,39 @@ def test_the_same_seed_is_the_same_episode_bit_by_bit_whatever_was_before(make, 
     assert episode(used, 6, 5) != episode(fresh, 5, 5)
 
 
-def test_an_action_that_is_no_number_or_too_large_is_made_harmless(make):
+def test_an_action_that_is_too_large_is_clipped(make):
     environment = make("Walk", disable_env_checker=True)
     environment.reset(seed=1)
-    for value in (math.nan, math.inf, 1e30):
-        observation, reward, *_ = environment.step(np.full(11, value, np.float32))
-        assert environment.observation_space.contains(observation)
-        assert math.isfinite(reward)
+    observation, reward, *_ = environment.step(np.full(11, 1e30, np.float32))
+    assert environment.observation_space.contains(observation)
+    assert math.isfinite(reward)
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf])
+def test_an_action_that_is_not_finite_is_refused(make, value):
+    environment = make("Walk", disable_env_checker=True)
+    environment.reset(seed=1)
+    action = still(environment)
+    action[3] = value
+    with pytest.raises(ValueError, match="not finite"):
+        environment.step(action)
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "message"),
+    [
+        ("Walk", {"velocty": (0.1, 0.0, 0.0)}, "no option 'velocty'; it has 'velocity'"),
+        ("Walk", {"velocity": (9, 0, 0)}, "velocity .*9, 0, 0.* is not three numbers"),
+        ("Walk", {"velocity": (math.nan, 0, 0)}, "is not three numbers"),
+        ("Walk", {"velocity": (0.1, 0.0)}, "is not three numbers"),
+        ("Reach", {"position": (0.1, 0.1, 0.1)}, "no option 'position'; it has 'place'"),
+        ("Reach", {"place": (0.1, 0.1, 50.0)}, "is not three numbers"),
+        ("StandUp", {"side": "left"}, "no side 'left'; there are belly, back"),
+    ],
+)
+def test_options_of_reset_that_mean_nothing_are_refused(make, name, options, message):
+    with pytest.raises(ValueError, match=message):
+        make(name).reset(seed=1, options=options)
 
 
 def test_nothing_can_be_done_before_the_first_reset(make):
