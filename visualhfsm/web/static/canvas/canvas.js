@@ -56,8 +56,6 @@ export class HfsmCanvas extends HTMLElement {
   tool = undefined;
   /** A comparison with another version, see comparison.js. @type {Comparison | undefined} */
   comparison = undefined;
-  /** Whether another version of the document is shown. */
-  compares = false;
 
   #size = {width: 0, height: 0};
   /** The middle of the view of each automaton that was shown. @type {Map<string, Point & {scale: number}>} */
@@ -70,7 +68,7 @@ export class HfsmCanvas extends HTMLElement {
 
   /** Whether changes are refused: of another version, of what was recorded, and of what comes from another file. */
   get readOnly() {
-    return this.compares || store.isRecorded(page.tab) || Boolean(page.automaton?.imported);
+    return Boolean(this.comparison || page.automaton?.imported) || store.isRecorded(page.tab);
   }
 
   connectedCallback() {

@@ -61,7 +61,6 @@ export class Comparison {
     this.legend.setAttribute("aria-label", "Comparison");
     this.canvas.append(this.legend);
     this.canvas.comparison = this;
-    this.canvas.compares = true;
     store.addEventListener("document", ({detail}) => detail.tab === this.tab && this.#reload(), {signal});
     page.addEventListener("tab", () => this.end(), {signal});
     this.#show();
@@ -72,7 +71,6 @@ export class Comparison {
     this.stop.abort();
     this.legend.remove();
     this.canvas.comparison = undefined;
-    this.canvas.compares = false;
     this.canvas.redraw();
   }
 

@@ -47,7 +47,6 @@ export class StateView {
   #badges = undefined;
   /** What is not seen from far away, once it is drawn. @type {{name: Element, codes: Element} | undefined} */
   #details = undefined;
-  #signature = "";
   /** @type {Partial<More>} */
   #more = {};
   #x = NaN;
@@ -77,21 +76,6 @@ export class StateView {
     this.state = state;
     this.#more = more;
     const has = codesOf(state);
-    const signature = JSON.stringify([
-      state.id,
-      state.name,
-      state.initial,
-      state.final,
-      state.children.length,
-      state.history,
-      has,
-      imported,
-      mark,
-      problem?.severity,
-      problem?.message,
-    ]);
-    if (signature === this.#signature) return;
-    this.#signature = signature;
     const {group} = this;
     group.dataset.key = `s${state.id}`;
     const kinds = [

@@ -7,9 +7,9 @@
  * @typedef {Record<string, string>} Entry of a list, such as a parameter
  */
 
-import {LitElement, html, nothing} from "lit";
+import {html, nothing} from "lit";
 import {apply} from "../commands.js";
-import {drawn} from "../element.js";
+import {drawn, PageElement} from "../element.js";
 import {icon, iconButton} from "../icons.js";
 import {spoken} from "../keys.js";
 import {placeOf} from "./places.js";
@@ -19,7 +19,9 @@ import {problemLines} from "./tabs.js";
  * `details(entry, index)` gives what is shown below the fields of an entry, `suggest(field, entry)` what is offered for
  * one.
  */
-export class Entries extends LitElement {
+export class Entries extends PageElement {
+  /** @type {typeof PageElement.watches} */
+  static watches = {};
   static properties = {
     tab: {type: Number},
     automaton: {type: Number},
@@ -44,10 +46,6 @@ export class Entries extends LitElement {
     this.details = () => nothing;
     /** @type {(field: string, entry: Entry) => string[]} */
     this.suggest = () => [];
-  }
-
-  createRenderRoot() {
-    return this;
   }
 
   render() {

@@ -5,7 +5,8 @@
  * @import {Done, Place, Problem} from "../store.js"
  */
 
-import {LitElement, html, live, nothing} from "lit";
+import {html, live, nothing} from "lit";
+import {PageElement} from "../element.js";
 import {store} from "../store.js";
 import {spokenTime, toMilliseconds} from "../times.js";
 import {Draft, isTooLong} from "./draft.js";
@@ -18,7 +19,9 @@ let count = 0;
  * `kind` is `text`, `number`, `time` (such as `1.5 s`, milliseconds in the document), `area`, or `select` with `options` of [value, label]. `suggestions` are optional.
  * `send(tab, text)` replaces the command for its place.
  */
-export class TextField extends LitElement {
+export class TextField extends PageElement {
+  /** @type {typeof PageElement.watches} */
+  static watches = {store: ["problems"]};
   static properties = {
     tab: {type: Number},
     place: {attribute: false},
@@ -57,19 +60,8 @@ export class TextField extends LitElement {
 
   #draft = new Draft(() => this.requestUpdate());
 
-  createRenderRoot() {
-    return this;
-  }
-
-  connectedCallback() {
-    super.connectedCallback();
-    store.addEventListener("problems", this.#recheck);
-    this.requestUpdate(); // its problems may have changed while it was hidden
-  }
-
   disconnectedCallback() {
     super.disconnectedCallback();
-    store.removeEventListener("problems", this.#recheck);
     this.#draft.flush();
   }
 
@@ -198,11 +190,6 @@ export class TextField extends LitElement {
   /** @param {KeyboardEvent} event */
   #press = (event) => {
     if (event.key === "Enter") this.#draft.flush();
-  };
-
-  /** @param {CustomEvent<{tab: number}>} event */
-  #recheck = ({detail}) => {
-    if (detail.tab === this.tab) this.requestUpdate();
   };
 }
 
