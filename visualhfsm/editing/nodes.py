@@ -111,10 +111,8 @@ def with_automaton(document: Document, id: int, change: Callable[[Automaton], Au
     return document if new is former else replace(document, automata=swapped(document.automata, former, new))
 
 
-def label(node: State | Transition | None, fallback: str = "") -> str:
+def label(node: State | Transition) -> str:
     """Return the name of a state or a transition for a message or a step."""
-    if node is None:
-        return fallback
     name = " ".join(node.name.split())
     if not name:
         return f"{type(node).__name__.lower()} {node.id}"
@@ -142,7 +140,7 @@ def state_ids(automaton: Automaton) -> Iterator[int]:
     """Yield ids for new states; one that is only referred to counts as used."""
     used = {state.id for state in automaton.states}
     for transition in automaton.transitions:
-        used |= {transition.origin, transition.destination}
+        used.update((transition.origin, transition.destination))
     return free_ids(used)
 
 

@@ -200,7 +200,7 @@ class DocumentSession:
         journal: Journal,
         version: FileVersion | None,
         size: int,
-        clock: Callable[[], float],
+        clock: Callable[[], float] = time.monotonic,
     ) -> None:
         header = journal.header
         self.path = None if header.path is None else Path(header.path)
@@ -238,18 +238,17 @@ class DocumentSession:
         name: str,
         *,
         journals: Path | None = None,
-        clock: Callable[[], float] = time.monotonic,
         kept: bool = False,
     ) -> DocumentSession:
         """Begin with a document that has no file yet; `kept` says that it is kept elsewhere as it is."""
         content = written(document).encode()
         journal = Journal(journals or journal_directory(), Header(None, name, content, ""))
-        session = cls(document, journal, None, len(content), clock)
+        session = cls(document, journal, None, len(content))
         session._saved = document if kept else None
         return session
 
     @classmethod
-    def recover(cls, file: Path, *, clock: Callable[[], float] = time.monotonic) -> DocumentSession:
+    def recover(cls, file: Path) -> DocumentSession:
         """Open the document of a session that ended without closing, with all its steps.
 
         Raises EditError when its journal cannot be read, or its session is alive.
@@ -263,7 +262,7 @@ class DocumentSession:
             journal.close(keep=True)
             raise
         version = None if path is None else FileVersion(0, len(header.content), header.digest)
-        session = cls(document, journal, version, MAX_SIZE, clock)
+        session = cls(document, journal, version, MAX_SIZE)
         session._keep_original(document, header.content)
         session._replay(entries)
         session._steps.seal()

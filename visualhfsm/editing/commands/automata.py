@@ -17,9 +17,10 @@ from ..nodes import (
     checked,
     find_automaton,
     find_state,
-    free_ids,
     label,
+    state_ids,
     swapped,
+    transition_ids,
     with_automaton,
 )
 from ..subtrees import hanging, without_automata
@@ -163,11 +164,7 @@ class RepairNumbers(Command, frozen=True, kw_only=True):
 
 
 def _with_own_numbers(automaton: Automaton) -> Automaton:
-    used = {state.id for state in automaton.states}
-    for transition in automaton.transitions:
-        used |= {transition.origin, transition.destination}
-    state_numbers = free_ids(used)
-    transition_numbers = free_ids(transition.id for transition in automaton.transitions)
+    state_numbers, transition_numbers = state_ids(automaton), transition_ids(automaton)
     seen_states: set[int] = set()
     seen_transitions: set[int] = set()
     states: list[State] = []
