@@ -177,7 +177,9 @@ def watch(
     ] = 0.0,
     report: Annotated[
         Path | None,
-        typer.Option(metavar="HTML", dir_okay=False, help="Write a report with pictures at the end."),
+        typer.Option(
+            metavar="HTML", dir_okay=False, help="Write the run as a page at the end, with pictures."
+        ),
     ] = None,
     plain: Annotated[
         bool, typer.Option("--plain", help="Print one line a second, as when the output is not a terminal.")

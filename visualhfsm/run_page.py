@@ -13,6 +13,7 @@ import base64
 import gzip
 import html
 import json
+import os
 import re
 import secrets
 from collections.abc import Iterable, Mapping, Sequence
@@ -52,6 +53,14 @@ _IMPORT: Final = re.compile(
 )
 
 
+class Figure(msgspec.Struct, frozen=True):
+    """A figure that sums a run up."""
+
+    name: str
+    value: str
+    note: str = ""
+
+
 @dataclass(frozen=True, slots=True)
 class Run:
     """What is exported: what a component did, its document if that is known, its world and its pictures.
@@ -68,6 +77,18 @@ class Run:
     world: Sequence[Shape] = ()
     pictures: Mapping[str, Sequence[tuple[float, bytes]]] = field(default_factory=dict)
     complete: bool = True
+    figures: Sequence[Figure] = ()
+
+
+def check_place(path: Path) -> None:
+    """Raise VisualHfsmError when nothing can be written there, before the run begins."""
+    directory = path.resolve().parent
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise VisualHfsmError(f"{path}: the page cannot be written: {error.strerror}") from error
+    if not os.access(directory, os.W_OK):
+        raise VisualHfsmError(f"{path}: the page cannot be written: {directory} is not writable")
 
 
 def write_run_page(path: Path, run: Run) -> int:
@@ -170,6 +191,7 @@ def _packed(run: Run) -> str:
         "name": run.name,
         "began": newest.component.startedAt,
         "complete": run.complete,
+        "figures": run.figures,
         "structure": LiveStructure(run.structure, 1),
         "timeline": run.log.timeline(),
         "document": document,

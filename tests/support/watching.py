@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import base64
+import gzip
+import json
 import math
-from datetime import UTC, datetime
+import re
+from typing import Any
 
 from interfaces.nao import HealthEvent, HealthReport, Severity
 from tests.support.component import dance_and_follow, snapshot
@@ -11,12 +15,9 @@ from visualhfsm.monitoring.automata import Automata
 from visualhfsm.monitoring.robot import RobotState
 from visualhfsm.monitoring.run_log import LiveSnapshot, RunLog
 from visualhfsm.watch.panels import ARM_JOINTS
-from visualhfsm.watch.report import ReportContents
 from visualhfsm.watch.telemetry import WatchState
 
-__all__ = ["BEGAN", "contents", "recorded", "watched"]
-
-BEGAN = datetime(2026, 3, 1, 12, 30, tzinfo=UTC)
+__all__ = ["content", "recorded", "watched"]
 
 
 def recorded(until: float) -> RunLog:
@@ -27,9 +28,12 @@ def recorded(until: float) -> RunLog:
     return log
 
 
-def contents(until: float) -> ReportContents:
-    """Return the data for the report of such a run."""
-    return ReportContents(Automata(dance_and_follow()), recorded(until), BEGAN)
+def content(page: str) -> tuple[dict[str, Any], list[dict[str, Any]]]:
+    """Return what run-page.js reads: the content, and the moments."""
+    found = re.search(r'id="run">([A-Za-z0-9+/=]*)</script>', page)
+    assert found
+    first, *moments = gzip.decompress(base64.b64decode(found[1])).split(b"\n")
+    return json.loads(first), [json.loads(each) for each in moments]
 
 
 def _robot(time: float) -> RobotState:

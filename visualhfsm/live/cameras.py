@@ -4,77 +4,22 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import io
 import logging
-import math
 import time
-from collections import deque
-from collections.abc import AsyncGenerator, Iterable
-from typing import Final, TypeVar, cast
+from collections.abc import AsyncGenerator
+from typing import Final, cast
 
 from interfaces.jderobot import CameraPrx, ImageData
-from visualhfsm.errors import MissingPackageError, VisualHfsmError
+from visualhfsm.errors import VisualHfsmError
+from visualhfsm.monitoring.pictures import Pictures, encode_jpeg, require_pillow
 from visualhfsm.monitoring.realm import has_interface
 from zenoh_ice import Communicator, Sample, ZenohIceError
 from zenoh_ice.text import printable
 
-T = TypeVar("T")
-
-QUALITY: Final = 80
-"""Of 1 to 95; an image of 320 x 240 takes about 12 kB."""
-_LARGEST: Final = 4096
-"""Most pixels of a side."""
 _PATIENCE: Final = 1.0
 """Seconds without an image after which the presence of the camera is checked again."""
 
-_KEPT_BYTES: Final = 32 << 20
-"""Bytes of former images, of all cameras; at two a second and 12 kB those of 22 minutes of one camera."""
-_KEPT_INTERVAL: Final = 0.45
-"""Wall seconds between two images of a camera that are kept."""
-OLDEST: Final = 2.0
-"""Seconds for which an image counts as that of a later moment."""
-
 _logger = logging.getLogger(__name__)
-
-
-class Pictures:
-    """Former images of the cameras, the newest that fit, by the wall time at which they came."""
-
-    def __init__(self, most_bytes: int = _KEPT_BYTES) -> None:
-        self._most_bytes = most_bytes
-        self._kept: deque[tuple[float, str, bytes]] = deque()
-        self._bytes = 0
-        self._latest: dict[str, float] = {}
-
-    def add(self, camera: str, at: float, jpeg: bytes) -> None:
-        """Keep an image, unless one of this camera was kept just before."""
-        if 0.0 <= at - self._latest.get(camera, -math.inf) < _KEPT_INTERVAL:
-            return
-        self._latest[camera] = at
-        self._kept.append((at, camera, jpeg))
-        self._bytes += len(jpeg)
-        while self._bytes > self._most_bytes:
-            self._bytes -= len(self._kept.popleft()[2])
-
-    def at(self, camera: str, at: float) -> bytes | None:
-        """Return the last image of a camera up to a wall time; None when there is none of about then."""
-        for taken, name, jpeg in reversed(self._kept):
-            if name == camera and taken <= at:
-                return jpeg if at - taken <= OLDEST else None
-        return None
-
-    def spread(self, most: int) -> dict[str, list[tuple[float, bytes]]]:
-        """Return what is kept by camera, each with its wall time: `most` at most, evenly over time."""
-        found: dict[str, list[tuple[float, bytes]]] = {}
-        for taken, camera, jpeg in evenly(self._kept, most):
-            found.setdefault(camera, []).append((taken, jpeg))
-        return found
-
-
-def evenly(items: Iterable[T], most: int) -> list[T]:
-    """Return at most so many items, at equal distances."""
-    kept = list(items)
-    return kept[:: -(-len(kept) // max(1, most)) or 1]
 
 
 class Cameras:
@@ -116,22 +61,3 @@ class Cameras:
             work = asyncio.to_thread(encode_jpeg, shape.width, shape.height, image.pixelData)
             self._encoded[name] = which, asyncio.create_task(work)
         return await asyncio.shield(self._encoded[name][1])
-
-
-def encode_jpeg(width: int, height: int, pixels: bytes) -> bytes:
-    """Return an RGB8 image as JPEG; raises VisualHfsmError when its size does not fit its pixels."""
-    from PIL import Image
-
-    if not (0 < width <= _LARGEST and 0 < height <= _LARGEST) or len(pixels) != width * height * 3:
-        raise VisualHfsmError(f"an image of {width} x {height} has {len(pixels)} bytes, not 3 for each pixel")
-    buffer = io.BytesIO()
-    Image.frombuffer("RGB", (width, height), pixels, "raw", "RGB", 0, 1).save(buffer, "JPEG", quality=QUALITY)
-    return buffer.getvalue()
-
-
-def require_pillow() -> None:
-    """Raise MissingPackageError without Pillow."""
-    try:
-        import PIL.Image  # noqa: F401
-    except ModuleNotFoundError as error:
-        raise MissingPackageError("Pillow", "web") from error

@@ -43,12 +43,11 @@ from interfaces.hfsm import (
     TimerSnapshot,
 )
 from visualhfsm.errors import VisualHfsmError
+from visualhfsm.monitoring.pictures import OLDEST, encode_jpeg, evenly, require_pillow
 from visualhfsm.monitoring.robot import RobotState
 from visualhfsm.monitoring.run_log import LiveSnapshot, RunLog, is_sound
 from visualhfsm.monitoring.world import Shape, sound_objects, sound_placement, sound_shapes
 from visualhfsm.run_page import MOST_PICTURES, Run
-
-from .cameras import OLDEST, encode_jpeg, evenly, require_pillow
 
 _INTERVAL: Final = 100_000_000
 """Nanoseconds between two moments, as of a monitor, unless a state changes."""

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from interfaces.hfsm import ComponentSnapshot, Mark
-from visualhfsm.monitoring.automata import Change, Span, StateLog, number_in
+from visualhfsm.monitoring.automata import Change, StateLog, number_in
 from visualhfsm.monitoring.robot import RobotState
 
 LARGEST: Final = 48 << 20
@@ -103,11 +103,6 @@ class RunLog:
         with self._lock:
             found = list(self._log.changes)
         return found if most is None else found[max(0, len(found) - most) :]
-
-    def spans(self) -> Sequence[Span]:
-        """Return the newest times during which an automaton stayed in one state."""
-        with self._lock:
-            return list(self._log.spans)
 
     def add(self, snapshot: LiveSnapshot) -> None:
         """Add a moment; one that is not after the last only replaces it as the newest."""

@@ -2,29 +2,31 @@
 
 from __future__ import annotations
 
-import io
+import contextlib
 import math
+import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from types import TracebackType
 from typing import Final, Self
 
+from codegen.hfsm.document import Document
 from interfaces.hfsm import ComponentSnapshot, Mark
-from interfaces.jderobot import CameraPrx, ImageData
+from interfaces.jderobot import CameraPrx
+from visualhfsm.errors import VisualHfsmError
 from visualhfsm.monitoring.automata import Automata, Change
 from visualhfsm.monitoring.follower import Follower
+from visualhfsm.monitoring.pictures import Pictures, encode_jpeg
 from visualhfsm.monitoring.realm import Newest, PolledValue, has_interface
 from visualhfsm.monitoring.robot import STALE, RobotMonitor, RobotState
 from visualhfsm.monitoring.run_log import RunLog
+from visualhfsm.run_page import MOST_PICTURES, Figure, Run
 from zenoh_ice import Communicator
 
 CAMERA: Final = "Camera"
 """The camera that is shown as long as no mark is on another one."""
 IMAGE_SIZE: Final = (320, 240)
 _CHANGES_SHOWN: Final = 100
-_RGB8: Final = "RGB8"
-_FIRST_INTERVAL: Final = 1.0
-_MOST_PICTURES: Final = 9
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,11 +88,8 @@ class Telemetry:
         self._follower = Follower(communicator, component, self._robot)
         self._log = self._follower.log
         self._automata: Automata | None = None
-        self._pictures = pictures
-        outside = CameraPrx.uncheckedCast(communicator.stringToProxy("CameraOutside"))
-        self._outside_image = PolledValue(lambda: outside.getImageData.begin(_RGB8))
-        self.camera_album = Album()
-        self.outside_album = Album()
+        self._takes_pictures = pictures
+        self._pictures = Pictures()
         self._look_through(CAMERA)
 
     def __enter__(self) -> Self:
@@ -117,10 +116,20 @@ class Telemetry:
         image = self._image_description.value
         return (image.width, image.height) if image and image.width > 0 < image.height else IMAGE_SIZE
 
-    @property
-    def outside_trouble(self) -> str:
-        """Why there is no picture from outside; empty when nothing is known to be wrong."""
-        return self._outside_image.trouble
+    def exported(self, document: Document | None, figures: Sequence[Figure]) -> Run:
+        """Return the run with its pictures; its structure must be known."""
+        live = self._follower.structure
+        if live is None:
+            raise VisualHfsmError(f"the automata of {self._follower.component} are not known yet")
+        return Run(
+            name=self._follower.component,
+            structure=live.structure,
+            log=self.log,
+            document=document,
+            world=self._robot.world.shapes,
+            pictures=self._pictures.spread(MOST_PICTURES),
+            figures=figures,
+        )
 
     def update(self, elapsed: float = 0.0, seconds: float = 0.0) -> WatchState:
         """Request what is missing and return what is known now."""
@@ -131,8 +140,8 @@ class Telemetry:
         snapshot = self._snapshot()
         if snapshot is not None:
             self._choose_camera(snapshot)
-        if self._pictures:
-            self._take_pictures(snapshot)
+        if self._takes_pictures and snapshot is not None:
+            self._take_picture()
         return WatchState(
             component=self._follower.component,
             endpoint=self._endpoint,
@@ -155,7 +164,7 @@ class Telemetry:
             self._automata = Automata(live.structure)
         if self.log is not self._log:
             self._log = self.log
-            self.camera_album, self.outside_album = Album(), Album()
+            self._pictures = Pictures()
 
     def _snapshot(self) -> ComponentSnapshot | None:
         """Return the newest snapshot, unless its automata are not known yet, as after a reload."""
@@ -176,77 +185,14 @@ class Telemetry:
         self._image = Newest(proxy.getImageData.latest, STALE)
         self._image_description = PolledValue(proxy.getImageDescription.begin)
 
-    def _take_pictures(self, snapshot: ComponentSnapshot | None) -> None:
-        time = snapshot.time if snapshot is not None else 0.0
-        path = self._automata.current_path(snapshot) if self._automata and snapshot is not None else []
-        caption = " > ".join(path)
-        image = self._image() if snapshot is not None and self.camera_album.due(time) else None
-        if image is not None and snapshot is not None:
-            marks = [(mark.u, mark.v) for mark in snapshot.marks if mark.camera == self.camera]
-            self.camera_album.add(picture_from(image.value, time, caption, marks))
-        if self.outside_album.due(time) and self._outside_image.poll() is not None:
-            outside = self._outside_image.value
-            self._outside_image.forget()
-            if outside is not None:
-                self.outside_album.add(picture_from(outside, time, caption))
-
-
-@dataclass(frozen=True, slots=True)
-class Picture:
-    """An RGB8 image at a component time; `marks` are pixels, right and down from its top left corner."""
-
-    time: float
-    caption: str
-    width: int
-    height: int
-    pixels: bytes
-    marks: Sequence[tuple[float, float]] = ()
-
-
-class Album:
-    """At most 8 images: with one more, every other one is dropped, and the interval doubles."""
-
-    def __init__(self) -> None:
-        self.pictures: list[Picture] = []
-        self._interval = _FIRST_INTERVAL
-        self._next = 0.0
-
-    def due(self, time: float) -> bool:
-        """Whether a picture at this component time is wanted."""
-        return time >= self._next
-
-    def add(self, picture: Picture | None) -> None:
-        """Put a picture in, if there is one."""
-        if picture is None:
+    def _take_picture(self) -> None:
+        """Keep what the camera sees now, if it is time to."""
+        now = time.time()
+        image = self._image() if self._pictures.due(self.camera, now) else None
+        if image is None:
             return
-        self.pictures.append(picture)
-        if len(self.pictures) >= _MOST_PICTURES:
-            del self.pictures[1::2]
-            self._interval *= 2
-        self._next = picture.time + self._interval
-
-
-def picture_from(
-    image: ImageData, time: float, caption: str, marks: Sequence[tuple[float, float]] = ()
-) -> Picture | None:
-    """Make a picture of an RGB8 image, or None of one whose size does not fit its pixels."""
-    width, height = image.description.width, image.description.height
-    if width <= 0 or height <= 0 or len(image.pixelData) != width * height * 3:
-        return None
-    return Picture(time, caption, width, height, bytes(image.pixelData), marks)
-
-
-def picture_png(picture: Picture) -> bytes:
-    """Encode a picture as PNG, with a cross hair at each mark; needs Pillow (the extra `demo`)."""
-    from PIL import Image, ImageDraw
-
-    image = Image.frombytes("RGB", (picture.width, picture.height), picture.pixels)
-    draw = ImageDraw.Draw(image)
-    arm = max(picture.width // 20, 6)
-    for u, v in picture.marks:
-        for width, color in ((3, "black"), (1, "white")):
-            draw.line([(u - arm, v), (u + arm, v)], fill=color, width=width)
-            draw.line([(u, v - arm), (u, v + arm)], fill=color, width=width)
-    buffer = io.BytesIO()
-    image.save(buffer, "PNG", optimize=True)
-    return buffer.getvalue()
+        shape = image.value.description
+        with contextlib.suppress(VisualHfsmError):  # an image of another size than it says
+            self._pictures.add(
+                self.camera, now, encode_jpeg(shape.width, shape.height, image.value.pixelData)
+            )

@@ -16,7 +16,6 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from datetime import datetime
 from pathlib import Path
 from typing import Final
 
@@ -26,15 +25,19 @@ from rich.live import Live
 from rich.panel import Panel
 from rich.text import Text
 
+from codegen.hfsm.document import Document
 from hfsm_command.cli import stop_on_signals
 from interfaces.hfsm import ComponentStatus, HfsmMonitorPrx, TransitionStructure
 from interfaces.nao import Severity
-from visualhfsm.errors import VisualHfsmError
+from visualhfsm.editing.serialization import parse_file
+from visualhfsm.errors import EditError, VisualHfsmError
 from visualhfsm.monitoring.automata import by_id
+from visualhfsm.monitoring.pictures import require_pillow
 from visualhfsm.monitoring.realm import MONITOR_PREFIX, components, missing_component
 from visualhfsm.monitoring.robot import STALE
+from visualhfsm.run_page import check_place, write_run_page
 from visualhfsm.watch.panels import camera_lines, from_center, legend, robot_lines, tree_lines
-from visualhfsm.watch.report import ReportContents, check_packages, check_place, summary_table, write_report
+from visualhfsm.watch.summary import figures_of, summarize, summary_table
 from visualhfsm.watch.telemetry import Telemetry, WatchState
 from zenoh_ice import Communicator
 from zenoh_ice.text import printable
@@ -68,9 +71,8 @@ def watch(communicator: Communicator, options: WatchOptions, console: Console) -
     once when the report cannot be drawn.
     """
     if options.report is not None:
-        check_packages()
+        require_pillow()
         check_place(options.report)
-    began = datetime.now().astimezone()
     live = console.is_terminal and not options.plain
     telemetry = Telemetry(communicator, options.component, pictures=options.report is not None)
     with stop_on_signals() as stop:
@@ -78,7 +80,7 @@ def watch(communicator: Communicator, options: WatchOptions, console: Console) -
         with telemetry, _live_display(console) if live else _plain_display(console) as show:
             _follow(communicator, telemetry, options, show, stop)
         if stop.signal in (0, signal.SIGINT):
-            _conclude(telemetry, options, began, console)
+            _conclude(telemetry, options, console)
 
 
 def _follow(
@@ -113,24 +115,27 @@ def _explain_absence(communicator: Communicator, options: WatchOptions) -> None:
     raise VisualHfsmError(f"{options.component} is present but sent nothing within {options.wait:g} s")
 
 
-def _conclude(telemetry: Telemetry, options: WatchOptions, began: datetime, console: Console) -> None:
-    if telemetry.automata is None or telemetry.log.newest is None:
+def _conclude(telemetry: Telemetry, options: WatchOptions, console: Console) -> None:
+    automata, log = telemetry.automata, telemetry.log
+    if automata is None or log.newest is None:
         console.print(f"Nothing was received from {options.component}: there is nothing to report.")
         return
-    contents = ReportContents(
-        telemetry.automata,
-        telemetry.log,
-        began,
-        telemetry.camera,
-        telemetry.image_size,
-        telemetry.outside_album.pictures,
-        telemetry.camera_album.pictures,
-        telemetry.outside_trouble,
-    )
-    console.print(summary_table(contents))
+    figures = list(figures_of(summarize(log, telemetry.camera, telemetry.image_size)))
+    console.print(summary_table(automata, log, figures))
     if options.report is not None:
-        write_report(options.report, contents)
+        size = write_run_page(
+            options.report, telemetry.exported(_document_of(automata.structure.document), figures)
+        )
         console.print(f"Report: {options.report}")
+        console.print(f"It has {size / 1e6:.1f} MB and needs no network.")
+
+
+def _document_of(name: str) -> Document | None:
+    """Return the document of a component, if a file of its name lies here or in `behaviors`."""
+    for folder in (Path(), Path("behaviors")):
+        with contextlib.suppress(OSError, EditError):
+            return parse_file((folder / Path(name).name).read_bytes(), Path(name))
+    return None
 
 
 @contextlib.contextmanager

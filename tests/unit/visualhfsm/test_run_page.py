@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import base64
-import gzip
 import json
 import os
 import re
+import threading
 from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
@@ -17,11 +17,12 @@ import pytest
 from codegen.hfsm.document import Document
 from tests.support.component import dance_and_follow
 from tests.support.documents import document, state, sub, transition
-from tests.support.watching import recorded
+from tests.support.limits import EVENT_LIMIT
+from tests.support.watching import content, recorded
 from visualhfsm.editing.serialization import parse
 from visualhfsm.errors import VisualHfsmError
 from visualhfsm.monitoring.run_log import RunLog
-from visualhfsm.run_page import Run, run_page, write_run_page
+from visualhfsm.run_page import Figure, Run, check_place, run_page, write_run_page
 
 HOSTILE = "</script><script>alert(1)</script><img src=x onerror=alert(2)>"
 
@@ -38,14 +39,6 @@ def drawn(name: str = "stand", code: str = "beats = 1") -> Document:
 
 def run(**changes: Any) -> Run:
     return replace(Run("walker", dance_and_follow(), recorded(3.0), drawn()), **changes)
-
-
-def content(page: str) -> tuple[dict[str, Any], list[dict[str, Any]]]:
-    """Return what run-page.js reads: the content, and the moments."""
-    found = re.search(r'id="run">([A-Za-z0-9+/=]*)</script>', page)
-    assert found
-    first, *moments = gzip.decompress(base64.b64decode(found[1])).split(b"\n")
-    return json.loads(first), [json.loads(each) for each in moments]
 
 
 def modules(page: str) -> dict[str, str]:
@@ -126,7 +119,9 @@ def test_names_variables_and_code_cannot_become_script() -> None:
 
 def test_the_content_is_the_run() -> None:
     picture = b"\xff\xd8 a picture"
-    found, moments = content(run_page(run(pictures={"Camera": [(1.5, picture)]})))
+    figures = [Figure("lag", "3 ms", "at most 9 ms")]
+    found, moments = content(run_page(run(pictures={"Camera": [(1.5, picture)]}, figures=figures)))
+    assert found["figures"] == [{"name": "lag", "value": "3 ms", "note": "at most 9 ms"}]
     assert found["name"] == "walker"
     assert found["times"] == [moment["component"]["time"] for moment in moments]
     assert found["timeline"]["end"] == pytest.approx(2.9)
@@ -155,5 +150,26 @@ def test_nothing_is_not_exported() -> None:
 def test_a_file_that_cannot_be_written_is_named(tmp_path: Path) -> None:
     size = write_run_page(tmp_path / "new" / "run.html", run())
     assert (tmp_path / "new" / "run.html").stat().st_size == size
-    with pytest.raises(VisualHfsmError, match="cannot be written"):
-        write_run_page(tmp_path / "new" / "run.html" / "run.html", run())
+    for act in (lambda path: write_run_page(path, run()), check_place):
+        with pytest.raises(VisualHfsmError, match="cannot be written"):
+            act(tmp_path / "new" / "run.html" / "run.html")
+
+
+def test_a_link_stays_a_link(tmp_path: Path) -> None:
+    link = tmp_path / "link.html"
+    link.symlink_to(tmp_path / "run.html")
+    write_run_page(link, run())
+    assert link.is_symlink()
+    assert (tmp_path / "run.html").is_file()
+
+
+def test_a_pipe_is_written_to_and_not_replaced(tmp_path: Path) -> None:
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    read: list[str] = []
+    reader = threading.Thread(target=lambda: read.append(pipe.read_text(encoding="utf-8")), daemon=True)
+    reader.start()
+    write_run_page(pipe, run())
+    reader.join(EVENT_LIMIT)
+    assert pipe.is_fifo()
+    assert read[0].rstrip().endswith("</html>")

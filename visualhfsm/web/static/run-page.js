@@ -6,7 +6,8 @@
  * @import {WorldShape} from "./monitor/world-drawing.js"
  * @typedef {{name: string, began: number, complete: boolean, structure: LiveStructure, timeline: Timeline,
  *   document: (Fields & {automata: Automaton[]}) | null, imported: Automaton[], world: WorldShape[], body: object,
- *   pictures: Record<string, [at: number, jpeg: string][]>, times: number[]}} Content the moments follow it, as JSON,
+ *   pictures: Record<string, [at: number, jpeg: string][]>, times: number[],
+ *   figures: {name: string, value: string, note: string}[]}} Content the moments follow it, as JSON,
  *   at the component times `times`; pictures have wall times in s
  */
 
@@ -138,7 +139,7 @@ async function show() {
 }
 
 /** @param {Content} content @param {HfsmCanvas} canvas */
-function layout({name, began, complete, document, timeline}, canvas) {
+function layout({name, began, complete, document, timeline, figures}, canvas) {
   const marked = timeline.numbers.some((each) => each.startsWith("mark."));
   const seconds = (timeline.end - timeline.start).toFixed(1);
   const theme = () => {
@@ -175,6 +176,19 @@ function layout({name, began, complete, document, timeline}, canvas) {
       ${marked || monitor.recording?.cameras.length ? html`<hfsm-cameras></hfsm-cameras>` : nothing}
       <hfsm-live-variables></hfsm-live-variables>
       <hfsm-plots></hfsm-plots>
+      ${
+        figures.length
+          ? html`<dl class="health live-values">
+              ${figures.map(
+                (each) =>
+                  html`<div>
+                    <dt>${each.note ? `${each.name}, ${each.note}` : each.name}</dt>
+                    <dd>${each.value}</dd>
+                  </div>`,
+              )}
+            </dl>`
+          : nothing
+      }
       <hfsm-live-errors></hfsm-live-errors>
       ${document ? html`<hfsm-run-code></hfsm-run-code>` : nothing}
     </aside>

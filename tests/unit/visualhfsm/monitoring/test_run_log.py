@@ -186,8 +186,8 @@ def test_a_change_that_two_snapshots_show_only_by_its_time_is_noted() -> None:
 
 
 def test_spans_join_without_a_gap_and_distinguish_ghosts() -> None:
-    spans = [span for span in log_of(26.9).spans() if span.automaton == 2]
-    seen = [(AUTOMATA.state_name(2, span.state), span.ghost, span.start, span.end) for span in spans]
+    spans = [span for span in log_of(26.9).timeline().spans if span[0] == 2]
+    seen = [(AUTOMATA.state_name(2, state), ghost, start, end) for _, state, ghost, start, end in spans]
     assert seen == [
         ("red", False, 0.0, 8.0), ("green", False, 8.0, 10.0), ("green", True, 10.0, 20.0),
         ("green", False, 20.0, 26.0), ("red", False, 26.0, pytest.approx(26.9)),
@@ -199,7 +199,7 @@ def test_a_log_that_begins_late_starts_where_it_begins() -> None:
     for tenth in range(120, 130):
         log.add(live(tenth / 10))
     assert log.duration == pytest.approx(0.9)
-    assert min(span.start for span in log.spans()) == 12.0
+    assert min(start for _, _, _, start, _ in log.timeline().spans) == 12.0
     assert not log.changes()
 
 
@@ -237,3 +237,16 @@ def test_a_snapshot_with_an_unknown_automaton_is_of_other_automata() -> None:
 
 def test_a_snapshot_of_another_generation_is_of_other_automata() -> None:
     assert not AUTOMATA.fit(msgspec.structs.replace(snapshot(6.0), generation=1))
+
+
+def test_moments_are_fewer_when_all_would_be_too_large() -> None:
+    log = log_of(20.0)
+    every = log.moments(1 << 30)
+    assert [time for time, _ in every] == pytest.approx([tenth / 10 for tenth in range(201)])
+    assert all(msgspec.json.decode(moment)["component"]["time"] == time for time, moment in every)
+    size = sum(len(moment) for _, moment in every)
+    fewer = log.moments(size // 4)
+    assert sum(len(moment) for _, moment in fewer) <= 1.1 * size / 4
+    assert len(fewer) >= 40
+    assert fewer[-1] == every[-1]
+    assert RunLog().moments(1 << 30) == []

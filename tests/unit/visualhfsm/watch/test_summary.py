@@ -7,7 +7,7 @@ from interfaces.nao import HealthReport
 from tests.support.component import snapshot
 from visualhfsm.monitoring.robot import RobotState
 from visualhfsm.monitoring.run_log import LiveSnapshot, RunLog
-from visualhfsm.watch.report import in_middle_third, summarize
+from visualhfsm.watch.summary import in_middle_third, summarize
 
 
 def health(lag: float, factor: float, tilt: float = float("nan"), **rates: float) -> RobotState:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from visualhfsm.live.cameras import Pictures
+import pytest
+
+from visualhfsm.errors import VisualHfsmError
+from visualhfsm.monitoring.pictures import Pictures, encode_jpeg
 
 
 def test_the_picture_of_a_moment_is_the_last_one_before_it() -> None:
@@ -42,3 +45,20 @@ def test_the_oldest_pictures_give_way() -> None:
         pictures.add("Camera", 100.0 + second, bytes(1000))
     assert pictures.at("Camera", 106.5) is None
     assert pictures.at("Camera", 107.5) is not None
+
+
+def test_pictures_are_spread_evenly_over_the_run() -> None:
+    pictures = Pictures()
+    for second in range(100):
+        pictures.add("Camera", float(second), bytes([second]))
+        pictures.add("Camera", second + 0.1, b"too soon")
+    spread = pictures.spread(10)["Camera"]
+    assert spread == [(float(second), bytes([second])) for second in range(0, 100, 10)]
+    assert len(pictures.spread(1000)["Camera"]) == 100
+    assert Pictures().spread(10) == {}
+
+
+@pytest.mark.parametrize(("width", "height", "size"), [(4, 2, 23), (0, 0, 0), (-4, -2, 24), (4, 2, 8)])
+def test_an_image_of_another_size_than_it_claims_is_no_picture(width: int, height: int, size: int) -> None:
+    with pytest.raises(VisualHfsmError, match=f"an image of {width} x {height} has {size} bytes"):
+        encode_jpeg(width, height, bytes(size))
