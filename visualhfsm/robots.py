@@ -33,6 +33,8 @@ _ROBOT_PATIENCE: Final = (15.0, 3.0)
 _SPEED: Final = re.compile(r"max|\d{1,3}(\.\d{1,3})?")
 _ADDRESS: Final = re.compile(r"(?P<scheme>tcps?://)?[A-Za-z0-9][A-Za-z0-9.\-]{0,252}(:\d{1,5})?")
 _REPORTED: Final = re.compile(r"^[\w-]+: error: ")
+_UNSEEN: Final = 5.0
+"""Seconds after which a server that is ready must be seen."""
 _LEAVING: Final = 3.0
 """Seconds in which a robot that was ended here may still be seen."""
 
@@ -173,7 +175,7 @@ class Robots:
         await self._stop()
         async with self._busy:
             self._kind, self._name, self._trouble = kind, name, ""
-            self._ready.clear()
+            self._ready = asyncio.Event()
             self._last_error = ""
             self._report()
             client = self._settings.mode == "client"
@@ -234,6 +236,15 @@ class Robots:
                 self._last_error = text
             if text.startswith("ready"):
                 self._ready.set()
+                asyncio.get_running_loop().call_later(_UNSEEN, self._expect_seen, self._ready)
+
+    def _expect_seen(self, start: asyncio.Event) -> None:
+        if start is self._ready and self._server.is_running and self._status() == "starting":
+            self._trouble = (
+                "The robot's server is ready, but is not seen here: the router may not let this user serve a"
+                " robot. Stop it in the robot's menu, and start it where that is allowed."
+            )
+            self._report()
 
     def _end(self, code: int, stopped: bool) -> None:
         if stopped:

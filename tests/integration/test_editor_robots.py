@@ -18,6 +18,8 @@ from tests.support.limits import CALL_LIMIT, RUN_LIMIT
 from tests.support.processes import free_endpoint
 from tests.support.pushes import Pushes
 from tests.support.robot_server import served
+from tests.support.security import Keys, routing
+from visualhfsm import robots
 from visualhfsm.errors import VisualHfsmError
 from visualhfsm.robots import Robots, find_worlds
 from visualhfsm.services import Robot, Simulation
@@ -52,15 +54,19 @@ def children(module: str) -> list[psutil.Process]:
     ]
 
 
-def opened(go: Callable[[Page], Awaitable[object]], realm: str = "test-robots", endpoint: str = "") -> None:
+def opened(
+    go: Callable[[Page], Awaitable[object]],
+    realm: str = "test-robots",
+    endpoint: str = "",
+    settings: Settings | None = None,
+) -> None:
     """Do something as a page in a realm without a robot, or in that of one at an `endpoint`."""
+    connect = (endpoint or free_endpoint(),)
+    chosen = settings or Settings(realm=realm, connect=connect, clock="wall", timeout=CALL_LIMIT)
 
     async def run() -> None:
         pushes = Pushes()
-        connect = (endpoint or free_endpoint(),)
-        services = make_services(Settings(realm=realm, connect=connect, clock="wall", timeout=CALL_LIMIT))(
-            pushes
-        )
+        services = make_services(chosen)(pushes)
         try:
             async with asyncio.timeout(RUN_LIMIT):
                 await go(Page(services, pushes))
@@ -94,6 +100,42 @@ def test_a_simulation_is_started_with_moving_balls_and_ended(caplog: pytest.LogC
 
     opened(go)
     assert [record.message for record in caplog.records if record.levelname == "WARNING"] == []
+
+
+def test_a_client_of_a_router_starts_a_simulation_with_moving_balls_and_ends_it() -> None:
+    async def go(page: Page) -> None:
+        await page.robots.simulate(Simulation(balls=True))
+        await page.until(lambda robot: robot.status == "present" and robot.simulated and robot.speed)
+        await page.until(lambda robot: robot.has_balls and len(children("ballmover")) == 2)
+        await page.live.control("", "emergencyStop", {})
+        await page.until(lambda robot: robot.stopped)
+        await page.robots.end()
+        assert (await page.until(lambda robot: robot.status == "none")).trouble == ""
+
+    endpoint = free_endpoint()
+    client = Settings(
+        realm="test-client", mode="client", connect=(endpoint,), clock="wall", timeout=CALL_LIMIT
+    )
+    with routing(Settings(mode="router", listen=(endpoint,))):
+        opened(go, settings=client)
+
+
+def test_a_robot_that_a_user_of_the_router_may_not_serve_is_reported(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(robots, "_UNSEEN", 0.2)
+
+    async def go(page: Page) -> None:
+        await page.robots.simulate(Simulation(world="empty"))
+        robot = await page.until(lambda robot: robot.trouble)
+        assert robot.status == "starting"
+        assert "the router may not let this user serve a robot" in robot.trouble
+        await page.robots.end()
+        assert (await page.until(lambda robot: robot.status == "none")).trouble == ""
+
+    keys = Keys(tmp_path / "keys")
+    with routing(keys.settings("router")):
+        opened(go, settings=keys.settings("operator", timeout=CALL_LIMIT))
 
 
 def test_a_simulation_that_is_killed_is_lost_and_can_be_started_again(
