@@ -10,9 +10,9 @@ BIN := $(VENV)/bin
 PIP := PIP_CONSTRAINT=$(CURDIR)/constraints.txt PIP_DISABLE_PIP_VERSION_CHECK=1 $(BIN)/python -m pip
 PYTHONS ?= python3.11 python3.12 python3.13
 SECONDS ?=
-# Compiled before the tests: where PYTHONDONTWRITEBYTECODE is set, as in many containers, each of the
-# hundreds of processes that they start would compile it again, which takes a third of their time.
-PACKAGES := $(patsubst %/__init__.py,%,$(wildcard */__init__.py)) behaviors interfaces
+# Many containers set it. Then each process that runs tests, and each of the hundreds that the tests start, would
+# compile all its modules again, which takes a third of their time.
+unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: help demo check test types quick-tests all-tests cover-page docs release lint lint-page format coverage test-all bench bench-transport oracle mutation codegen constraints vendor packages system browser clean
 help: ## List the targets
@@ -30,7 +30,6 @@ quick-tests:
 
 test: ## Run the linters and every test, and build the documentation
 	@$(MAKE) --no-print-directory --jobs=2 $(VENV)/dev.stamp packages
-	@$(BIN)/python -m compileall -q -j 0 $(PACKAGES) tests/support
 	@$(MAKE) --no-print-directory --jobs=2 all-tests lint docs
 
 all-tests:
