@@ -132,7 +132,7 @@ def _options(command: Any) -> str:  # noqa: ANN401
 def _row(parameter: Any) -> tuple[str, str]:  # noqa: ANN401
     names = ", ".join([*parameter.opts, *parameter.secondary_opts])
     if isinstance(parameter, TyperArgument):
-        names = (parameter.metavar or parameter.name).upper()
+        names = (parameter.metavar or parameter.name or "").upper()
     meaning = " ".join((getattr(parameter, "help", None) or "").split())
     return f"`{names}`", _plain(meaning)
 
