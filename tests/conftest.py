@@ -102,6 +102,13 @@ def surroundings() -> Iterator[None]:
 
 
 @pytest.fixture(autouse=True)
+def rendering(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Switch the cameras of simulations off, unless the test is marked `gl`: setting GL up takes most of their start."""
+    if request.node.get_closest_marker("gl") is None:
+        monkeypatch.setenv("MUJOCO_GL", "disable")
+
+
+@pytest.fixture(autouse=True)
 def log_handlers() -> Iterator[None]:
     """Remove the log handlers of commands that ran in this process: their streams are closed by now."""
     root = logging.getLogger()

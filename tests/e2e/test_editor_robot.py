@@ -18,6 +18,8 @@ from tests.support.robot_server import eventually
 from visualhfsm.web.workspace import make_services
 from zenoh_ice import Settings
 
+pytestmark = pytest.mark.gl
+
 STARTED = RUN_LIMIT * 1000
 
 

@@ -25,6 +25,7 @@ def endpoint():
     return free_endpoint()
 
 
+@pytest.mark.gl  # without GL there is a warning
 def test_it_says_when_it_is_ready_and_ends_cleanly_at_ctrl_c(endpoint):
     with server(endpoint, "--realm", "two") as process:
         process.wait_for(f"^ready: realm two, {endpoint}, 3 cameras$")
