@@ -83,4 +83,7 @@ def test_a_behavior_is_tried_without_a_robot(shown: EditorPage) -> None:
     expect(shown.button("No robot: start a simulation")).to_be_visible()
     shown.press("Control+Shift+Space")
     expect(status(shown)).to_have_text(re.compile("^Ended"))
+    shown.press("F5")
+    shown.button("Try it without one").click()
+    expect(status(shown)).to_have_text("Trying, 1 x", timeout=STARTED)
     expect(shown.button("No robot: start a simulation")).to_be_visible()

@@ -175,7 +175,9 @@ export class HfsmApp extends PageElement {
     if (!shown) return;
     if (!trial && !isReadyFor(shown.fields)) {
       const {settle} = await import("./robot-run.js");
-      if (!(await settle(shown.fields))) return;
+      const settled = await settle(shown.fields);
+      if (!settled) return;
+      trial = settled === "trial";
       page.show(tab);
     }
     runs.dismiss(tab);

@@ -21,7 +21,7 @@ let chosen;
  * Settle what a document needs to run; asks the user where needed.
  *
  * @param {Fields} fields of the document
- * @returns {Promise<boolean>} whether it may run
+ * @returns {Promise<boolean | "trial">} whether it may run, or is to be tried without a robot
  */
 export async function settle(fields) {
   if (store.robot.stopped && !(await resetStop())) return false;
@@ -34,6 +34,7 @@ export async function settle(fields) {
       return false; // the user looks at the real robot first, and runs then
     }
     if (!choice) return false;
+    if (choice === "trial") return choice;
     chosen = choice;
     if (choice === "without") return true;
     return begin(simulate(simulationFor(fields)));
@@ -79,8 +80,9 @@ const choose = () =>
     title: "There is no robot here",
     text: "Start a simulated one and run? This is asked once.",
     choices: [
-      ["without", "Run without one"],
+      ["without", "Run anyway"],
       ["connect", "Use a real one"],
+      ["trial", "Try it without one"],
       ["simulate", "Start and run", "primary"],
     ],
   });
