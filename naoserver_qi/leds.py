@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from functools import partial
 from typing import Final
 
@@ -29,6 +30,20 @@ _COLORS: Final = {
     "magenta": 0xFF00FF,
     "cyan": 0x00FFFF,
 }
+_LAMP: Final = re.compile(
+    r"(Left|Right)?(Face|Ear|Brain)Led\d{1,2}|(Face|Ears|Head|ChestBoard|[LR]Foot)/Led/\S{1,60}"
+)
+"""Names of single lamps. A group is one light here, so that a lamp stands for its group."""
+_PAIRS: Final = ("Eye", "Ear", "Foot")
+_PLACES: Final = {
+    "Face": "Eye",
+    "Ear": "Ear",
+    "Foot": "Foot",
+    "Brain": "Head",
+    "Head": "Head",
+    "ChestBoard": "Chest",
+}
+"""The light of each place of lamps, without its side."""
 _LONGEST: Final = 60.0
 _MOST: Final = 100
 _part: Final = partial(number_within, lower=0.0, upper=1.0)
@@ -117,6 +132,12 @@ class ALLeds:
     def _members(self, name: object) -> tuple[tuple[str, ...], str]:
         """Return the lights of a group, and the one part that is meant of `FaceLedsRed` and its like."""
         group = text(name, "name")
+        if _LAMP.fullmatch(group):
+            light = next(light for place, light in _PLACES.items() if place in group)
+            sides = ("Left", "Right") if light in _PAIRS else ("",)
+            meant = [side for side in sides if side in group or group.startswith(f"{side[:1]}Foot")]
+            part = next((part for part in _PARTS if part in group), "")
+            return tuple(f"{side}{light}" for side in meant or sides), part
         part = next((part for part in _PARTS if group.endswith(f"Leds{part}")), "")
         return self._groups[chosen(group.removesuffix(part), "group of lights", self._groups)], part
 

@@ -1,23 +1,19 @@
-"""ALMemory: values under keys, and signals that send their changes; and ALSonar, which it shows."""
+"""ALMemory: values under keys, and signals and callbacks that send their changes."""
 
 from __future__ import annotations
 
 import logging
 import threading
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import cached_property, partial
-from operator import attrgetter
+from collections.abc import Callable
 from typing import Any, Final
 
 import qi
 
-from naoserver.capabilities import SenseReading, Senses
-from naoserver.errors import HardwareFailure, InvalidCommand
-from naoserver.naoqi_names import AXES, DEVICES, GRAVITY, JOINT_KEYS, touch_key
-from naoserver.robot import JointReading
+from naoserver.errors import InvalidCommand
 from naoserver_qi.access import Access
 from naoserver_qi.arguments import keepable, text, texts
 from naoserver_qi.calls import Faults
+from naoserver_qi.keys import TOUCH, Distances, Moment, keys_of
 
 _logger = logging.getLogger(__name__)
 
@@ -25,12 +21,6 @@ MOST: Final = 1000
 """Keys that clients may write, and keys that they may listen to."""
 NOTIFYING: Final = 0.02
 """Wall seconds between two checks for changes."""
-NOTHING_NEAR: Final = 5.0
-"""Distance in m of the sonar when nothing is in its range."""
-_FULL: Final = 0.99
-_MOST_SUBSCRIBERS: Final = 100
-_TOUCH: Final = "TouchChanged"
-"""The event of all touch sensors; as ALTouch does, it sends only those that changed."""
 _RAISED: Final = (
     "ALTextToSpeech/CurrentSentence",
     "ALTextToSpeech/TextDone",
@@ -40,43 +30,24 @@ _RAISED: Final = (
 """The events that services raise."""
 
 
-class ALSonar:
-    """Turn the sonar on and off; ALMemory has its newest reading while there are subscribers."""
+def _nobody(name: str) -> qi.Future:
+    """Find no service."""
+    promise = qi.Promise()
+    promise.setError(f"there is no service {name}")
+    return promise.future()
 
-    def __init__(self, senses: Senses | None) -> None:
-        """Serve the sonar of some senses; None of a robot that has none."""
-        self._senses = senses
-        self._lock = threading.Lock()
-        self._subscribers: dict[str, tuple[object, object]] = {}  # period and precision, without effect
-        self._newest = (0.0, 0.0)
 
-    def subscribe(self, name: object, period: object = 100, precision: object = 0.0) -> None:
-        """Turn the sonar on for a subscriber."""
-        if self._senses is None:
-            raise HardwareFailure("this robot has no sonar")
-        with self._lock:
-            if len(self._subscribers) >= _MOST_SUBSCRIBERS:
-                raise InvalidCommand("name", f"the sonar has {_MOST_SUBSCRIBERS} subscribers already")
-            self._subscribers[text(name, "name")] = (period, precision)
+def _call(found: qi.Future, method: str, event: str, value: object, message: str = "") -> None:
+    """Call back a program; one that is gone, or has no such operation, is logged."""
+    try:
+        called = getattr(found.value(), method)(event, value, message, _async=True)
+        called.addCallback(lambda done: _report(event, done.error()) if done.hasError() else None)
+    except (AttributeError, RuntimeError) as error:
+        _report(event, str(error))
 
-    def unsubscribe(self, name: object) -> None:
-        """Turn the sonar off for a subscriber; it is off when none is left."""
-        self._distances()
-        with self._lock:
-            if self._subscribers.pop(text(name, "name"), None) is None:
-                raise InvalidCommand("name", f"{str(name)[:60]!r} has not subscribed")
 
-    def getSubscribersInfo(self) -> list[list[object]]:
-        """Return name, period and precision of each subscriber."""
-        with self._lock:
-            return [[name, *wanted] for name, wanted in self._subscribers.items()]
-
-    def _distances(self) -> tuple[float, float]:
-        """Return the distances to the left and to the right in m; both 0 before anybody subscribed."""
-        if self._subscribers and self._senses is not None:
-            reading = self._senses.read().sonar
-            self._newest = (reading.left, reading.right)
-        return self._newest
+def _report(event: str, error: str) -> None:
+    _logger.warning("nobody was called back when %s changed: %s", event[:200], error[:500])
 
 
 class Subscriber:
@@ -89,10 +60,20 @@ class Subscriber:
 class ALMemory:
     """Keep what clients and services insert, and look up everything else when it is asked for."""
 
-    def __init__(self, access: Access, sonar: ALSonar, faults: Faults | None = None) -> None:
+    def __init__(
+        self,
+        access: Access,
+        distances: Distances,
+        faults: Faults | None = None,
+        *,
+        find: Callable[[str], qi.Future] = _nobody,
+    ) -> None:
+        """Show what a robot measures; `find` begins to look up the service of a program by its name."""
         self._access = access
-        self._looks = _keys_of(access, sonar)
+        self._looks = keys_of(access, distances)
         self._faults = faults or Faults()
+        self._find = find
+        self._callbacks: dict[tuple[str, str], int] = {}  # links to signals by event and module
         self._lock = threading.Lock()
         self._inserted: dict[str, Any] = {}
         self._subscribers: dict[str, Subscriber] = {}
@@ -101,14 +82,14 @@ class ALMemory:
     def getData(self, key: object, _lane: object = 0) -> Any:  # noqa: ANN401 - whatever stands there
         """Return the value of a key."""
         name = text(key, "key")
-        found, value = self._look(name, _Moment(self._access))
+        found, value = self._look(name, Moment(self._access))
         if not found:
             raise InvalidCommand("key", f"there is no data under {name[:200]!r}")
         return value
 
     def getListData(self, keys: object) -> list[Any]:
         """Return the values of keys at one moment; None where there is none."""
-        moment = _Moment(self._access)
+        moment = Moment(self._access)
         return [self._look(key, moment)[1] for key in texts(keys, "keys")]
 
     def insertData(self, key: object, value: object) -> None:
@@ -154,146 +135,51 @@ class ALMemory:
                 if len(self._subscribers) >= MOST:
                     raise InvalidCommand("event", f"{MOST} keys already have listeners")
                 if name in self._looks:
-                    self._seen[name] = self._look(name, _Moment(self._access))[1]
+                    self._seen[name] = self._look(name, Moment(self._access))[1]
                 elif name not in self._inserted and name not in _RAISED:
                     _logger.warning("%r never happens here unless a program raises it", name[:200])
                 self._subscribers[name] = Subscriber()
             return self._subscribers[name]
 
+    def subscribeToEvent(self, name: object, callbackModule: object, *callbackMethod: object) -> None:
+        """Call an operation of a program's service, with key, value and a text, whenever a key changes.
+
+        Before the operation may stand that text, which is empty otherwise.
+        """
+        *message, method = (text(each, "callback") for each in callbackMethod or ("",))
+        event, module = text(name, "event"), text(callbackModule, "module")
+        if len(message) > 1 or not method or method.startswith("_"):
+            raise InvalidCommand("callback", "give event, module and the operation to call")
+        self.unsubscribeToEvent(event, module)
+
+        def call(value: object) -> None:
+            self._find(module).addCallback(lambda found: _call(found, method, event, value, *message))
+
+        self._callbacks[event, module] = self.subscriber(event).signal.connect(call)
+
+    def unsubscribeToEvent(self, name: object, callbackModule: object) -> None:
+        """Call a program's service no more when a key changes."""
+        event = text(name, "event")
+        if (link := self._callbacks.pop((event, text(callbackModule, "module")), None)) is not None:
+            self.subscriber(event).signal.disconnect(link)
+
+    subscribeToMicroEvent = subscribeToEvent
+    unsubscribeToMicroEvent = unsubscribeToEvent
+
     def _notify(self) -> None:
         """Send the values that have changed since the last time to their subscribers."""
         with self._lock:
-            moment = _Moment(self._access)
+            moment = Moment(self._access)
             seen, self._seen = self._seen, {name: self._looks[name](moment) for name in self._seen}
             changed = {name: value for name, value in self._seen.items() if value != seen[name]}
-        if _TOUCH in changed:
-            changed[_TOUCH] = [part for part in changed[_TOUCH] if part not in seen[_TOUCH]]
+        if TOUCH in changed:  # as a robot does, only what has changed
+            changed[TOUCH] = [part for part in changed[TOUCH] if part not in seen[TOUCH]]
         for name, value in changed.items():
             self._subscribers[name].signal(value)
 
-    def _look(self, key: str, moment: _Moment) -> tuple[bool, object]:
+    def _look(self, key: str, moment: Moment) -> tuple[bool, object]:
         if not self._faults._knows(key):
             return False, None
         if key in self._looks:
             return True, self._looks[key](moment)
         return key in self._inserted, self._inserted.get(key)
-
-
-class _Moment:
-    """The readings of one moment, each taken when it is first asked for."""
-
-    def __init__(self, access: Access) -> None:
-        self._access = access
-
-    @cached_property
-    def joints(self) -> JointReading:
-        return self._access.body.read()
-
-    @cached_property
-    def senses(self) -> SenseReading:
-        senses = self._access.robot.senses
-        assert senses is not None  # since there are keys of them
-        return senses.read()
-
-    @cached_property
-    def fallen(self) -> bool:
-        return self._access.robot.state().fallen
-
-
-_Look = Callable[[_Moment], Any]
-
-_FOOT_KEYS: Final = {
-    "FrontLeft": "front_left",
-    "FrontRight": "front_right",
-    "RearLeft": "rear_left",
-    "RearRight": "rear_right",
-    "TotalWeight": "total",
-}
-"""The part of a FootReading under each key of a foot."""
-
-
-def _keys_of(access: Access, sonar: ALSonar) -> Mapping[str, _Look]:
-    """Return how to look up every key that the robot keeps itself."""
-    keys: dict[str, _Look] = {
-        "RobotConfig/Body/Type": lambda _: "nao",
-        "RobotConfig/Body/BaseVersion": lambda _: "V6.0",
-        "RobotConfig/Head/BaseVersion": lambda _: "V6.0",
-        "DCM/Time": lambda moment: round(moment.joints.time * 1000),
-        "robotHasFallen": attrgetter("fallen"),
-        "robotIsWakeUp": lambda moment: min(moment.joints.stiffnesses) > 0.0,
-    }
-    for i, joint in enumerate(access.body.joints):
-        for part, key in JOINT_KEYS.items():
-            keys[key.format(joint.name)] = partial(_entry, attrgetter(f"joints.{part}"), i, 1.0)
-    if (senses := access.robot.senses) is not None:
-        keys.update(_keys_of_senses(sonar, senses.touch_names))
-        if (walk := access.walk) is not None:
-            keys[f"{DEVICES}InertialSensor/AngleZ/Sensor/Value"] = lambda _: walk.read().heading
-    return keys
-
-
-def _keys_of_senses(sonar: ALSonar, touch_names: tuple[str, ...]) -> Iterator[tuple[str, _Look]]:
-    unit, battery = f"{DEVICES}InertialSensor/", f"{DEVICES}Battery/"
-    pull, turning = attrgetter("senses.inertial.acceleration"), attrgetter("senses.inertial.angular_velocity")
-    for i, axis in enumerate(AXES):
-        # The short names are those of the NAO4 and older, the long ones came with the NAO5.
-        for name in ("Acc", "Accelerometer"):  # gravity and inertia: -9.8 m/s2 along z of a NAO6 that stands
-            yield f"{unit}{name}{axis}/Sensor/Value", partial(_entry, pull, i, -1.0)
-        for name in ("Gyr", "Gyroscope"):
-            yield f"{unit}{name}{axis}/Sensor/Value", partial(_entry, turning, i, 1.0)
-    yield f"{unit}AngleX/Sensor/Value", attrgetter("senses.inertial.roll")
-    yield f"{unit}AngleY/Sensor/Value", attrgetter("senses.inertial.pitch")
-    for foot, side in (("LFoot", "left_foot"), ("RFoot", "right_foot")):
-        for name, part in _FOOT_KEYS.items():
-            yield (
-                f"{DEVICES}{foot}/FSR/{name}/Sensor/Value",
-                partial(_mass, attrgetter(f"senses.{side}.{part}")),
-            )
-    for i, side in enumerate(("Left", "Right")):
-        yield f"{DEVICES}US/{side}/Sensor/Value", partial(_distance, sonar, i)
-    for part in ("Charge", "Current", "Temperature"):
-        yield f"{battery}{part}/Sensor/Value", attrgetter(f"senses.battery.{part.lower()}")
-    yield "BatteryChargeChanged", lambda moment: round(100 * moment.senses.battery.charge)
-    yield "BatteryPowerPluggedChanged", attrgetter("senses.battery.plugged")
-    yield "BatteryFullChargedFlagChanged", lambda moment: moment.senses.battery.charge >= _FULL
-    for name in touch_names:
-        yield touch_key(name), partial(_pressed, {name})
-        if event := _touch_event(name):
-            yield event, partial(_pressed, {name})
-    yield _TOUCH, partial(_touches, touch_names)
-    for side in ("Left", "Right"):
-        bumpers = {name for name in touch_names if name.startswith(f"{side[0]}FootBumper")}
-        yield f"{side}BumperPressed", partial(_pressed, bumpers)
-
-
-def _entry(values: Callable[[_Moment], Sequence[float]], index: int, sign: float, moment: _Moment) -> float:
-    return sign * values(moment)[index]
-
-
-def _mass(force: Callable[[_Moment], float], moment: _Moment) -> float:
-    return force(moment) / GRAVITY
-
-
-def _distance(sonar: ALSonar, side: int, _moment: _Moment) -> float:
-    return min(sonar._distances()[side], NOTHING_NEAR)
-
-
-def _pressed(sensors: set[str], moment: _Moment) -> float:
-    return 0.0 if sensors.isdisjoint(moment.senses.touched) else 1.0
-
-
-def _touches(names: tuple[str, ...], moment: _Moment) -> list[list[object]]:
-    touched = moment.senses.touched
-    parts = ((touch_key(name).removeprefix(DEVICES).removesuffix("/Sensor/Value"), name) for name in names)
-    return [[part, name in touched] for part, name in parts]
-
-
-def _touch_event(name: str) -> str | None:
-    """Return the event of a touch sensor; None of a bumper, since one event is of both of a foot."""
-    if name == "ChestButton":
-        return "ChestButtonPressed"
-    if name.startswith("Head"):
-        return f"{name.removeprefix('Head')}TactilTouched"
-    if name[1:].startswith("Hand"):
-        return f"Hand{'Left' if name[0] == 'L' else 'Right'}{name[5:]}Touched"
-    return None

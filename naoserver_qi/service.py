@@ -22,10 +22,11 @@ from naoserver_qi.access import RENEWAL, Access, Walking
 from naoserver_qi.calls import Calls, Faults
 from naoserver_qi.leds import ALLeds
 from naoserver_qi.life import ALAutonomousLife, ALBattery, ALSystem
-from naoserver_qi.memory import NOTIFYING, ALMemory, ALSonar
+from naoserver_qi.memory import NOTIFYING, ALMemory
 from naoserver_qi.motion import ALMotion
 from naoserver_qi.postures import ALBehaviorManager, ALRobotPosture
 from naoserver_qi.refused import REFUSED, refused_service
+from naoserver_qi.sensors import ALSonar, ALTouch
 from naoserver_qi.sound import ALAudioDevice, ALAudioPlayer, ALAudioRecorder, Disk
 from naoserver_qi.speech import ALAnimatedSpeech, ALTextToSpeech
 from naoserver_qi.video import ALVideoDevice
@@ -54,7 +55,12 @@ def serve(robot: Robot, assembly: Assembly, url: str, *, disk: Path, faults: boo
     calls = Calls(robot.clock, made_to_fail)
     walking = Walking(access)
     sonar = ALSonar(robot.senses)
-    memory = ALMemory(access, sonar, made_to_fail)
+    memory = ALMemory(
+        access,
+        sonar._distances,
+        made_to_fail,
+        find=lambda name: listener.find(name),  # noqa: PLW0108 - it does not exist yet
+    )
     postures = ALRobotPosture(access)
     speech = ALTextToSpeech(robot.voice, memory)
     files = Disk(disk)
@@ -74,6 +80,7 @@ def serve(robot: Robot, assembly: Assembly, url: str, *, disk: Path, faults: boo
         "ALSonar": sonar,
         "ALSystem": ALSystem(robot.name),
         "ALTextToSpeech": speech,
+        "ALTouch": ALTouch(robot.senses),
         "ALVideoDevice": ALVideoDevice(robot, made_to_fail),
         **{name: refused_service(name) for name in REFUSED},
         **({"Faults": made_to_fail} if faults else {}),
@@ -119,6 +126,13 @@ class _Listener:
             self._break = threading.Timer(_ANSWERING, self._take_a_break, (seconds,))
             self._break.daemon = True
             self._break.start()
+
+    def find(self, name: str) -> qi.Future:
+        """Begin to look up a service, also one of a client. Raises RuntimeError during a break."""
+        session = self._session
+        if session is None:
+            raise RuntimeError("nobody is connected")
+        return session.service(name, _async=True)
 
     def close(self) -> None:
         """Close every connection."""

@@ -16,7 +16,7 @@ from naoserver.errors import InvalidCommand
 from naoserver.naoqi_names import IMAGE_SIZES
 from naoserver.pixel_formats import PIXEL_FORMATS
 from naoserver.robot import CameraFacts, Frame, Robot
-from naoserver_qi.arguments import number_within, text
+from naoserver_qi.arguments import number, number_within, text
 from naoserver_qi.calls import Faults
 
 _logger = logging.getLogger(__name__)
@@ -25,6 +25,9 @@ MOST_OF_A_NAME: Final = 8
 """Subscriptions that one name may have, as in NAOqi."""
 MOST: Final = 64
 """Subscriptions in all."""
+_MOST_PARAMETERS: Final = 100
+_SELECT: Final = 18
+"""NAOqi's parameter that chooses the camera."""
 CAMERAS: Final = ("Camera", "CameraBottom")
 """The cameras by NAOqi's number: top and bottom."""
 
@@ -120,6 +123,8 @@ class ALVideoDevice:
         self._lock = threading.Lock()
         self._subscriptions: dict[str, _Subscription] = {}
         self._counter = count()
+        self._active = 0
+        self._parameters: dict[tuple[str, float], int] = {}
         self._taking = {facts.name: threading.Lock() for facts in self._cameras}
         # The newest frame by camera and size, and when it was asked for.
         self._newest: dict[tuple[str, int, int], tuple[float, Frame]] = {}
@@ -142,8 +147,8 @@ class ALVideoDevice:
         return handle
 
     def subscribe(self, name: object, resolution: object, colorSpace: object, fps: object) -> str:
-        """Return a handle for pictures of the top camera, as before there were two."""
-        return self.subscribeCamera(name, 0, resolution, colorSpace, fps)
+        """Return a handle for pictures of the active camera, at first the top one."""
+        return self.subscribeCamera(name, self._active, resolution, colorSpace, fps)
 
     def unsubscribe(self, handle: object) -> bool:
         """End a subscription; returns whether there was one."""
@@ -186,7 +191,58 @@ class ALVideoDevice:
         with self._lock:
             return isinstance(handle, str) and handle in self._subscriptions
 
-    getActiveCamera = _setting("camera")[0]
+    _change_camera = _setting("camera")[1]
+
+    def getActiveCamera(self, *handle: object) -> int:
+        """Return the number of the camera of a subscription, or of `subscribe` without one."""
+        return self._get(handle[0]).camera if handle else self._active
+
+    def setActiveCamera(self, *handle_and_camera: object) -> bool:
+        """Choose the camera of a subscription, or without one that of all which show the active camera.
+
+        Returns whether there is that camera.
+        """
+        *handle, camera = handle_and_camera or (None,)
+        if handle:
+            return self._change_camera(handle[0], camera)
+        if not isinstance(camera, int) or not self.hasCamera(camera):
+            return False
+        before, self._active = self._active, camera
+        shown = [each for each in self.getSubscribers() if self._get(each).camera == before]
+        return all(self._change_camera(each, camera) for each in shown)
+
+    def setParameter(self, cameraIndex: object, parameter: object, value: object) -> bool:
+        """Remember a parameter of a camera, such as its brightness, which has no effect on pictures."""
+        camera = self._camera(cameraIndex).name
+        which, kept = number_within(parameter, "parameter", 0, _MOST_PARAMETERS), number(value, "value")
+        self._parameters[camera, which] = round(kept)
+        return True
+
+    def getParameter(self, cameraIndex: object, parameter: object) -> int:
+        """Return a parameter of a camera; 0 for one that was not set."""
+        which = number_within(parameter, "parameter", 0, _MOST_PARAMETERS)
+        return self._parameters.get((self._camera(cameraIndex).name, which), 0)
+
+    def setParameterToDefault(self, cameraIndex: object, parameter: object) -> bool:
+        """Forget a parameter of a camera."""
+        return self.setParameter(cameraIndex, parameter, 0)
+
+    def setAllParametersToDefault(self, cameraIndex: object) -> bool:
+        """Forget the parameters of a camera."""
+        name = self._camera(cameraIndex).name
+        self._parameters = {key: value for key, value in self._parameters.items() if key[0] != name}
+        return True
+
+    def setParam(self, parameter: object, value: object) -> bool:
+        """Remember a parameter of the active camera, which has no effect; number 18 chooses that camera."""
+        if parameter == _SELECT:
+            return self.setActiveCamera(value)
+        return self.setParameter(self._active, parameter, value)
+
+    def getParam(self, parameter: object) -> int:
+        """Return a parameter of the active camera, and with number 18 the camera."""
+        return self._active if parameter == _SELECT else self.getParameter(self._active, parameter)
+
     getResolution, setResolution = _setting("resolution")
     getColorSpace, setColorSpace = _setting("color_space")
     getFrameRate, setFrameRate = _setting("rate")

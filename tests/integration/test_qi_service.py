@@ -151,6 +151,26 @@ def test_subscriptions_of_a_name_are_few_and_can_be_given_back(video):
         video.getImageRemote(handles[1])
 
 
+def test_the_active_camera_is_that_of_subscriptions_without_one(video):
+    old, top = video.subscribe("old", 1, 11, 10), video.subscribeCamera("new", 0, 1, 11, 10)
+    assert video.setParam(18, 1) is True
+    assert (video.getActiveCamera(), video.getParam(18), video.getActiveCamera(old)) == (1, 1, 1)
+    assert video.getImageRemote(old)[7] == 1
+    assert video.setActiveCamera(top, 0) is True
+    assert video.getActiveCamera(top) == 0
+    assert video.setActiveCamera(5) is False
+    assert video.setActiveCamera(0) is True
+
+
+def test_parameters_of_a_camera_are_remembered(video):
+    assert video.setParameter(1, 0, 55) is True
+    assert (video.getParameter(1, 0), video.getParameter(0, 0)) == (55, 0)
+    video.setAllParametersToDefault(1)
+    assert video.getParameter(1, 0) == 0
+    with pytest.raises(RuntimeError, match="no camera 7"):
+        video.setParameter(7, 0, 1)
+
+
 def test_what_cannot_be_subscribed(video):
     assert video.subscribeCamera("test", 7, 1, 11, 10) == ""
     assert video.subscribeCamera("test", 0, 1, 99, 10) == ""
@@ -186,6 +206,43 @@ def test_touch_changed_sends_what_changed(session):
     ):
         session.service("Faults").touch(touched)
         assert sorted(heard.get(timeout=MILLISECONDS / 1000)) == change
+
+
+class Listener:
+    """A service of a program, with what was called back."""
+
+    def __init__(self):
+        self.heard = queue.Queue()
+
+    def onTouch(self, key, value, message):
+        self.heard.put((key, value, message))
+
+
+def test_a_programs_own_service_is_called_back(session, caplog):
+    memory, faults, listener = session.service("ALMemory"), session.service("Faults"), Listener()
+    session.listen(ANYWHERE)
+    session.registerService("MyModule", listener)
+    memory.subscribeToEvent("FrontTactilTouched", "MyModule", "onTouch")
+    memory.subscribeToMicroEvent("Mine", "MyModule", "note", "onTouch")
+    faults.touch(["HeadFront"])
+    assert listener.heard.get(timeout=EVENT_LIMIT) == ("FrontTactilTouched", 1.0, "")
+    memory.raiseMicroEvent("Mine", 7)
+    assert listener.heard.get(timeout=EVENT_LIMIT) == ("Mine", 7, "note")
+    memory.unsubscribeToEvent("FrontTactilTouched", "MyModule")
+    faults.touch([])
+    memory.raiseMicroEvent("Mine", 8)
+    assert listener.heard.get(timeout=EVENT_LIMIT) == ("Mine", 8, "note")
+    with pytest.raises(RuntimeError, match="the operation to call"):
+        memory.subscribeToEvent("FrontTactilTouched", "MyModule")
+
+
+def test_a_program_that_is_gone_is_called_back_no_more(session):
+    memory, heard = session.service("ALMemory"), queue.Queue()
+    memory.subscribeToEvent("Mine", "Nobody", "onTouch")
+    subscriber = memory.subscriber("Mine")
+    subscriber.signal.connect(heard.put)
+    memory.raiseEvent("Mine", 1)
+    assert heard.get(timeout=EVENT_LIMIT) == 1
 
 
 def test_a_call_runs_in_the_background_as_a_task(session, motion):

@@ -15,8 +15,9 @@ from naoserver.errors import RobotError
 from naoserver_qi.calls import Faults
 from naoserver_qi.leds import ALLeds
 from naoserver_qi.life import ALAutonomousLife
-from naoserver_qi.memory import ALMemory, ALSonar
+from naoserver_qi.memory import ALMemory
 from naoserver_qi.postures import ALBehaviorManager
+from naoserver_qi.sensors import ALSonar
 from naoserver_qi.speech import ALTextToSpeech
 from naoserver_qi.video import ALVideoDevice
 from tests.support.examples import examples
@@ -59,7 +60,7 @@ class Ended:
 def operations():
     rig = Rig()
     sonar = ALSonar(rig.robot.senses)
-    memory = ALMemory(rig.access, sonar)
+    memory = ALMemory(rig.access, sonar._distances)
     services = [
         rig.motion,
         memory,

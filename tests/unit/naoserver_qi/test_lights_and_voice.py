@@ -7,7 +7,8 @@ pytest.importorskip("qi")
 from naoserver.capabilities import BatteryReading, FootReading, InertialReading, SonarReading
 from naoserver.errors import HardwareFailure, InvalidCommand
 from naoserver_qi.leds import ALLeds
-from naoserver_qi.memory import ALMemory, ALSonar
+from naoserver_qi.memory import ALMemory
+from naoserver_qi.sensors import ALSonar, ALTouch
 from naoserver_qi.speech import ALAnimatedSpeech, ALTextToSpeech
 from tests.support.qi_service import Rig
 
@@ -42,7 +43,7 @@ def leds(rig):
 
 @pytest.fixture
 def memory(rig):
-    return ALMemory(rig.access, ALSonar(None))
+    return ALMemory(rig.access, ALSonar(None)._distances)
 
 
 @pytest.mark.parametrize(
@@ -59,6 +60,29 @@ def test_one_part_of_a_colour(rig, leds):
     leds.setIntensity("ChestLedsGreen", 1.0)
     rig.advance(0.1)
     assert rig.robot.lights.colors()["Chest"] == pytest.approx((0.2, 1.0, 0.6))
+
+
+@pytest.mark.parametrize(
+    ("name", "lights"),
+    [
+        ("FaceLed3", ["LeftEye", "RightEye"]),
+        ("RightFaceLed1", ["RightEye"]),
+        ("LeftEarLed10", ["LeftEar"]),
+        ("BrainLed0", ["Head"]),
+        ("Face/Led/Red/Left/45Deg/Actuator/Value", ["LeftEye"]),
+        ("RFoot/Led/Green/Actuator/Value", ["RightFoot"]),
+        ("ChestBoard/Led/Blue/Actuator/Value", ["Chest"]),
+    ],
+)
+def test_a_single_lamp_stands_for_its_group(leds, name, lights):
+    assert leds.listGroup(name) == lights
+
+
+def test_one_color_of_a_single_lamp(rig, leds):
+    leds.off("ChestLeds")
+    leds.setIntensity("ChestBoard/Led/Blue/Actuator/Value", 0.5)
+    rig.advance(0.1)
+    assert rig.robot.lights.colors()["Chest"] == pytest.approx((0.0, 0.0, 0.5))
 
 
 def test_groups_of_ones_own(rig, leds):
@@ -125,10 +149,32 @@ def test_memory_reports_the_senses(rig, memory, key, value):
     assert memory.getData(f"Device/SubDeviceList/{key}/Sensor/Value") == pytest.approx(value)
 
 
+def test_memory_reports_which_foot_stands(rig, memory):
+    keys = ["leftFootTotalWeight", "leftFootContact", "rightFootContact", "footContact"]
+    rig.robot.senses.feel(
+        left_foot=FootReading(9.81, 19.62, 0.0, 0.0), right_foot=FootReading(0.0, 0.0, 0.0, 0.0)
+    )
+    assert memory.getListData(keys) == pytest.approx([3.0, 1.0, 0.0, 1.0])
+
+
+def test_memory_reports_the_posture(rig, memory):
+    rig.complete(rig.postures.goToPosture, "Crouch", 1.0)
+    assert memory.getListData(["PostureChanged", "PostureFamilyChanged"]) == ["Crouch", "Crouching"]
+
+
+def test_touch_lists_its_sensors(rig):
+    touch = ALTouch(rig.robot.senses)
+    rig.robot.senses.feel(touched=frozenset({"LHandBack"}))
+    assert [name for name, touched, _ in touch.getStatus() if touched] == ["LHand/Touch/Back"]
+    assert [name for name, _, _ in touch.getStatus()] == touch.getSensorList()
+    with pytest.raises(HardwareFailure, match="feels no touch"):
+        ALTouch(None).getStatus()
+
+
 def test_the_sonar_stands_still_unless_somebody_wants_it(rig):
     rig.robot.senses.feel(sonar=SonarReading(0.5))
     sonar = ALSonar(rig.robot.senses)
-    memory = ALMemory(rig.access, sonar)
+    memory = ALMemory(rig.access, sonar._distances)
     keys = ["Device/SubDeviceList/US/Left/Sensor/Value", "Device/SubDeviceList/US/Right/Sensor/Value"]
     assert memory.getListData(keys) == [0.0, 0.0]
     sonar.subscribe("me")
@@ -166,7 +212,7 @@ NEVER = "'{}' never happens here unless a program raises it"
     ],
 )
 def test_a_subscription_that_nothing_answers_is_logged_once(rig, caplog, name, warned):
-    memory = ALMemory(rig.access, ALSonar(None))
+    memory = ALMemory(rig.access, ALSonar(None)._distances)
     memory.insertData("Program/Event", 0)
     for _ in range(2):
         memory.subscriber(name)
