@@ -212,7 +212,7 @@ class Listener:
     """A service of a program, with what was called back."""
 
     def __init__(self):
-        self.heard = queue.Queue()
+        self.heard: queue.Queue[tuple[str, object, str]] = queue.Queue()
 
     def onTouch(self, key, value, message):
         self.heard.put((key, value, message))
@@ -237,7 +237,8 @@ def test_a_programs_own_service_is_called_back(session, caplog):
 
 
 def test_a_program_that_is_gone_is_called_back_no_more(session):
-    memory, heard = session.service("ALMemory"), queue.Queue()
+    memory = session.service("ALMemory")
+    heard: queue.Queue[int] = queue.Queue()
     memory.subscribeToEvent("Mine", "Nobody", "onTouch")
     subscriber = memory.subscriber("Mine")
     subscriber.signal.connect(heard.put)
