@@ -151,7 +151,7 @@ def test_the_box_and_shift_select_several_which_move_and_align_together(shown: E
     shown.drag((x, y), (x, y + 60))
     shown.state("dance").click(modifiers=["Shift"])
     expect(shown.page.locator(".state.selected")).to_have_count(2)
-    shown.button("Align top").click()
+    shown.choose_in("Actions", "Align top")
     expect(shown.page.locator(".last-step")).to_have_text("Align 2 states: top")
     assert shown.middle_of("followBall")[1] == pytest.approx(shown.middle_of("dance")[1], abs=0.1)
 
@@ -167,7 +167,7 @@ def test_the_wheel_zooms_at_the_cursor_and_space_pans(shown: EditorPage) -> None
     assert shown.page.evaluate("window.changes.filter((each) => each !== 'title')") == []
     assert shown.radius_of("dance") > radius * 1.2
     shown.expect_at("dance", (x, y), within=1.0)
-    shown.page.locator("hfsm-canvas > .surface").click(position={"x": 20, "y": 20})
+    shown.page.locator("hfsm-canvas > .surface").click(position={"x": 20, "y": 100})
     shown.page.keyboard.down("Space")
     shown.drag((x, y), (x - 50, y - 30))
     shown.page.keyboard.up("Space")
@@ -256,7 +256,7 @@ def test_copies_carry_their_whole_sub_tree_into_another_automaton(shown: EditorP
     shown.press("Control+c")
     shown.page.get_by_role("treeitem", name="dance", exact=True).dblclick()
     shown.expect_states("right", "left")
-    shown.page.locator("hfsm-canvas > .surface").click(position={"x": 15, "y": 15})
+    shown.page.locator("hfsm-canvas > .surface").click(position={"x": 15, "y": 100})
     shown.press("Control+v")
     shown.expect_states("right", "left", "followBall")
     shown.press("Control+Enter")
@@ -317,6 +317,7 @@ def test_a_double_click_on_a_state_without_sub_automaton_opens_its_code(shown: E
 
 
 def test_a_drawing_that_is_seen_whole_is_so_beside_a_panel_too(shown: EditorPage) -> None:
+    shown.page.set_viewport_size({"width": 1000, "height": 800})
     shown.button("Fit").click()
     zoom = shown.page.locator(".zoom")
     before = zoom.inner_text()

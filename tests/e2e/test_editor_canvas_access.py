@@ -105,12 +105,12 @@ def test_tab_reaches_every_area_in_the_order_in_which_they_stand(shown: EditorPa
     for _ in range(100):
         shown.press("Tab")
         area = shown.page.evaluate(
-            "document.activeElement.closest('header, .left, .toolbar, hfsm-canvas, .right, footer')?.className"
+            "document.activeElement.closest('header, .left, .toolbar, .tools, hfsm-canvas, footer')?.className"
             " || document.activeElement.closest('header, hfsm-canvas, footer')?.localName || ''"
         )
         if area and (not areas or areas[-1] != area):
             areas.append(area)
-    order = ["left", "toolbar", "hfsm-canvas", "right", "footer"]
+    order = ["left", "toolbar", "tools", "hfsm-canvas", "footer"]
     found = [area for area in areas if area in order]
     start = found.index("left")
     assert found[start : start + len(order)] == order

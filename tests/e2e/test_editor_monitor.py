@@ -235,7 +235,7 @@ def test_breakpoint_in_another_document_is_gone_to(shown: EditorPage, path: Path
     expect(status(shown)).to_have_text("At a breakpoint")
     expect(shown.page.locator(".live-bar").get_by_role("button", name="State wait")).to_be_visible()
     shown.page.get_by_role("tab", name=re.compile("walk"), selected=True).wait_for()
-    expect(shown.page.locator("hfsm-actions").get_by_role("heading", name="State wait")).to_be_visible()
+    expect(shown.page.locator("hfsm-status").get_by_text("State wait", exact=True)).to_be_visible()
 
 
 def test_the_end_of_a_run_is_shown_beside_its_own_document_alone(shown: EditorPage, path: Path) -> None:

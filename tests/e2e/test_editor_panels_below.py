@@ -121,7 +121,7 @@ def test_search_finds_names_and_all_code_and_leads_there(shown: EditorPage) -> N
 def test_a_line_with_two_hits_is_listed_once_with_both_marked(shown: EditorPage) -> None:
     edit(shown, "go")
     shown.type("needle = needle + 1")
-    shown.button("Search").click()
+    shown.choose_in("Edit", "Search")
     expect(shown.page.get_by_role("searchbox")).to_be_focused()
     shown.type("needle")
     row = shown.page.get_by_role("list", name="Found").locator("button.row")
@@ -134,7 +134,7 @@ def test_a_line_with_two_hits_is_listed_once_with_both_marked(shown: EditorPage)
 def test_what_is_found_is_replaced_in_one_line_and_in_all_code_as_one_step(shown: EditorPage) -> None:
     edit(shown, "go")
     shown.type("Count = count\ncounts = count")
-    shown.button("Search").click()
+    shown.choose_in("Edit", "Search")
     expect(shown.page.get_by_role("searchbox")).to_be_focused()
     shown.type("count")
     shown.page.get_by_role("checkbox", name="Whole word, same case").check()

@@ -29,9 +29,9 @@ def alert(shown: EditorPage) -> Locator:
 
 
 def plant(shown: EditorPage, handler: str) -> None:
-    """Break the button for light and dark, and click it."""
+    """Break the action for light and dark, and choose it."""
     shown.page.evaluate(f"() => {{ document.querySelector('hfsm-app').toggleTheme = {handler} }}")
-    shown.button("Light or dark").click()
+    shown.choose_in("View", "Light or dark")
 
 
 @pytest.mark.parametrize("handler", ["() => missing()", "async () => missing()"], ids=["error", "rejection"])
@@ -39,7 +39,7 @@ def test_an_unexpected_error_is_shown_and_the_page_can_be_loaded_again(
     shown: EditorPage, handler: str
 ) -> None:
     plant(shown, handler)
-    expect(alert(shown)).to_contain_text("ReferenceError: missing is not defined (app.js:")
+    expect(alert(shown)).to_contain_text("ReferenceError: missing is not defined (actions.js:")
     expect(alert(shown)).to_contain_text("Your changes are kept by the server. Reload the page")
     alert(shown).get_by_role("button", name="Reload the page").click()
     expect(alert(shown)).to_have_count(0)
@@ -50,7 +50,7 @@ def test_an_error_that_comes_again_is_shown_once(shown: EditorPage) -> None:
     plant(shown, "() => missing()")
     expect(alert(shown)).to_have_count(1)
     alert(shown).evaluate("alert => alert.dataset.first = ''")
-    shown.button("Light or dark").click()
+    shown.choose_in("View", "Light or dark")
     expect(alert(shown)).to_have_count(1)
     expect(alert(shown)).to_have_attribute("data-first", "")
 

@@ -5,7 +5,7 @@ import {Socket, STATIC} from "./page.js";
 
 globalThis.addEventListener ??= () => {};
 
-const {actions, findActions, isEnabled, perform, selectionActions, selectionTitle} = await import(
+const {actions, findActions, isEnabled, MENUS, perform, selectionActions, selectionTitle} = await import(
   new URL("actions.js", STATIC).href
 );
 const {keyTable, listenForKeys, spoken, written} = await import(new URL("keys.js", STATIC).href);
@@ -71,6 +71,26 @@ test("what is in the menus and in the list of keys are actions, each with words"
     page.select(selection);
     for (const id of selectionActions().flat()) assert.ok(actions.get(id)?.label, `${id} is no action`);
   }
+});
+
+test("the menus have each action once, and none that is unknown", () => {
+  const ids = MENUS.flatMap(({groups}) => groups.flat());
+  assert.deepEqual(
+    ids.filter((id) => !actions.has(id)),
+    [],
+  );
+  assert.equal(new Set(ids).size, ids.length);
+});
+
+test("what has no key is in a menu", () => {
+  show(automaton(1, 0, [state(1, {children: [2]}), state(2), state(3)]), automaton(2, 1, []));
+  const reached = new Set(MENUS.flatMap(({groups}) => groups.flat()));
+  for (const states of [[1], [1, 2]]) {
+    page.select({states});
+    for (const id of selectionActions().flat()) reached.add(id);
+  }
+  const lost = [...actions.values()].filter(({id, keys}) => !keys && !reached.has(id)).map(({id}) => id);
+  assert.deepEqual(lost, ["inline", "repairNumbers"]); // in the menu of the canvas, where they are possible
 });
 
 test("actions that are possible are found by their words, those that begin so first", () => {

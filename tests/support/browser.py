@@ -164,6 +164,11 @@ class EditorPage:
         """The button with a name."""
         return self.page.get_by_role("button", name=name, exact=True)
 
+    def choose_in(self, menu: str, item: str) -> None:
+        """Choose an item of a menu of the header, or of *Actions* on the canvas."""
+        self.page.locator("hfsm-menubar, hfsm-tools").get_by_text(menu, exact=True).click()
+        self.page.get_by_role("menu").get_by_text(item, exact=True).click()
+
     def choose(self, name: str) -> None:
         """Click a radio button, and wait until it is selected in the page."""
         radio = self.page.get_by_role("radio", name=name)

@@ -1,8 +1,8 @@
 /**
- * All actions of the user in one table, for buttons, menus, keys and help.
+ * All actions of the user in one table, for buttons, menus, the palette, keys and help.
  *
  * @typedef {{id: string, label: string, icon: string, keys?: string[], run: (context: Context) => unknown,
- *   enabled?: (context: Context) => boolean, checked?: () => boolean, scope?: "canvas" | "typing", hint?: string,
+ *   enabled?: (context: Context) => boolean, checked?: (context: Context) => boolean, scope?: "canvas" | "typing", hint?: string,
  *   help?: string}} Action Keys of scope `canvas` count only there, those of `typing` also while text is typed. `hint`
  *   says more than the label, `help` stands for both in the list of keys; `checked` says whether a switch is on.
  * @typedef {{app: import("./app.js").HfsmApp, canvas: import("./canvas/canvas.js").HfsmCanvas,
@@ -255,6 +255,15 @@ const LIST = [
     hint: "start a simulation, connect to a real one",
   },
   {
+    id: "tree",
+    label: "Tree of automata",
+    icon: "child",
+    enabled: hasDocument,
+    run: ({app}) => app.toggleTree(),
+    hint: "on or off",
+    checked: ({app}) => app.showsTree,
+  },
+  {
     id: "theme",
     label: "Light or dark",
     icon: "moon",
@@ -299,14 +308,57 @@ const LIST = [
   },
 ];
 
+/** The menus of the header. @type {{title: string, groups: string[][]}[]} */
+export const MENUS = [
+  {
+    title: "File",
+    groups: [
+      ["new", "open", "openRecording"],
+      ["save", "saveAs"],
+      ["compare", "export", "exportRun", "generate"],
+      ["closeTab"],
+    ],
+  },
+  {
+    title: "Edit",
+    groups: [
+      ["undo", "redo"],
+      ["cut", "copy", "paste", "duplicate", "delete"],
+      ["selectAll", "search"],
+      ["rename", "editCode", "openChild", "group"],
+      ["layout", "layoutAll"],
+    ],
+  },
+  {
+    title: "Data",
+    groups: [
+      ["interfaces", "component"],
+      ["timing", "variables", "functions"],
+    ],
+  },
+  {
+    title: "View",
+    groups: [
+      ["robotView", "cameras", "livePanel", "timeline"],
+      ["problems", "output", "undoSteps", "tree"],
+      ["up", "fit", "fitSelection", "zoomIn", "zoomOut"],
+      ["follow", "wheelZooms", "theme"],
+    ],
+  },
+  {title: "Help", groups: [["help", "tour", "palette"]]},
+];
+
 /** @type {Map<string, Action>} */
 export const actions = new Map(LIST.map((action) => [action.id, action]));
 
 /** An action by its id. @param {string} id */
 export const actionOf = (id) => required(actions.get(id), `action ${id}`);
 
+/** Whether an action is possible now. @param {Action} action @param {Context} context */
+export const isPossible = (action, context) => action.enabled?.(context) ?? true;
+
 /** Whether an action is possible now. @param {string} id @param {Context} context */
-export const isEnabled = (id, context) => actionOf(id).enabled?.(context) ?? true;
+export const isEnabled = (id, context) => isPossible(actionOf(id), context);
 
 /** Perform an action, if it is possible now. @param {string} id @param {Context} context */
 export function perform(id, context) {

@@ -9,6 +9,7 @@
 import {html, nothing, render} from "lit";
 
 import "./canvas/canvas.js";
+import "./menubar.js";
 import "./robot-pill.js";
 import "./tree.js";
 import {perform} from "./actions.js";
@@ -16,7 +17,7 @@ import {askTab} from "./commands.js";
 import {PageElement} from "./element.js";
 import {holdKeys} from "./holding.js";
 import {icon} from "./icons.js";
-import {keyOf, listenForKeys} from "./keys.js";
+import {listenForKeys} from "./keys.js";
 import {messageOf, notify, notifyError} from "./notices.js";
 import {page} from "./page.js";
 import "./monitor/bar.js";
@@ -28,7 +29,7 @@ import {countOf} from "./problems.js";
 import {isReadyFor} from "./robot.js";
 import {runs} from "./runs.js";
 import {actionButton, banner, resizer, restoreSizes} from "./shell.js";
-import {currentTheme, initTheme, switchTheme} from "./theme.js";
+import {initTheme, switchTheme} from "./theme.js";
 import {store} from "./store.js";
 
 /**
@@ -66,7 +67,7 @@ const BOTTOM = [
 ];
 
 export class HfsmApp extends PageElement {
-  static properties = {side: {state: true}, bottom: {state: true}};
+  static properties = {side: {state: true}, bottom: {state: true}, tree: {state: true}};
   /** @type {typeof PageElement.watches} */
   static watches = {page: ["change"], store: ["workspace", "document", "connection", "run", "robot", "outside"]};
 
@@ -76,6 +77,8 @@ export class HfsmApp extends PageElement {
     this.side = "";
     /** Tag of the element below the canvas, "" for none. */
     this.bottom = "";
+    /** The class that shows or hides the tree; empty where the width of the window decides. */
+    this.tree = "";
     this.canvas = /** @type {HfsmCanvas} */ (document.createElement("hfsm-canvas"));
     /** Those of `LAZY` that are loaded. @type {Map<string, Panel>} */
     this.elements = new Map();
@@ -214,6 +217,15 @@ export class HfsmApp extends PageElement {
     await panel?.choose(tab);
   }
 
+  /** Whether the tree is to be seen. */
+  get showsTree() {
+    return Boolean(/** @type {HTMLElement | null} */ (this.querySelector(".left"))?.offsetWidth);
+  }
+
+  toggleTree() {
+    this.tree = this.showsTree ? "without-tree" : "with-tree";
+  }
+
   /** Show what can be done with the robot. */
   showRobotMenu() {
     /** @type {import("./robot-pill.js").RobotPill | null} */ (this.querySelector("hfsm-robot"))?.toggle(true);
@@ -242,7 +254,6 @@ export class HfsmApp extends PageElement {
 
   toggleTheme() {
     switchTheme();
-    this.requestUpdate();
     this.canvas.minimap?.draw();
   }
 
@@ -262,37 +273,26 @@ export class HfsmApp extends PageElement {
             ? html`<span class="brand">${icon("layout")}VisualHFSM</span>`
             : html`<h1 class="brand">${icon("layout")}VisualHFSM</h1>`
         }
+        <hfsm-menubar></hfsm-menubar>
         <hfsm-tabs></hfsm-tabs>
         <hfsm-robot></hfsm-robot>
         <div class="monitor-area">${this.elements.get("hfsm-monitor-toolbar") ?? nothing}</div>
-        ${actionButton("search", this.context, {label: false})}
-        <button
-          type="button"
-          class="action bare"
-          aria-label="Light or dark"
-          title="Light or dark (${keyOf("theme")})"
-          @click=${() => this.toggleTheme()}
-        >
-          ${icon(currentTheme() === "dark" ? "sun" : "moon")}
-        </button>
-        ${actionButton("help", this.context, {label: false})}
       </header>
       <hfsm-monitor-bar></hfsm-monitor-bar>
       ${banner(this.context)}
-      <div class="work ${starting ? "starting" : this.side ? "beside" : ""}">
+      <div class="work ${this.side && !starting ? "beside" : ""} ${this.tree}">
         <nav class="left" aria-label="Tree of automata" ?hidden=${starting}>
           <hfsm-tree></hfsm-tree>
           ${resizer({name: "Width of the tree", variable: "--left", along: "x", sign: 1, smallest: 120, largest: 480})}
         </nav>
         <main aria-label="Canvas">
           <div class="toolbar" role="toolbar" aria-label="View" ?hidden=${starting}>
+            ${actionButton("up", this.context, {label: false})}
             <hfsm-breadcrumbs></hfsm-breadcrumbs><span class="room"></span>
-            ${["undo", "redo", "layout", "fit", "zoomOut", "zoomIn", "compare", "export"].map((id) =>
-              actionButton(id, this.context, {label: false}),
-            )}
+            ${["undo", "redo", "zoomOut", "zoomIn", "fit"].map((id) => actionButton(id, this.context, {label: false}))}
           </div>
           <div class="center" ?hidden=${starting}>
-            ${this.canvas}
+            <div class="drawing"><hfsm-tools></hfsm-tools>${this.canvas}</div>
             ${
               this.side
                 ? html`${resizer({
@@ -333,9 +333,6 @@ export class HfsmApp extends PageElement {
           }
           ${starting && store.online ? this.#start() : nothing}
         </main>
-        <aside class="right" aria-label="Actions" ?hidden=${starting}>
-          <hfsm-actions></hfsm-actions>
-        </aside>
       </div>
       <footer><hfsm-status></hfsm-status></footer>`;
   }

@@ -128,6 +128,7 @@ export function keyTable() {
   };
   const groups = {
     Draw: [
+      "select",
       "newState",
       "newTransition",
       "rename",

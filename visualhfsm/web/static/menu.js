@@ -1,12 +1,13 @@
-/** The menu of the right mouse button, and of Shift+F10. */
+/** Menus: that of the right mouse button and of Shift+F10, and those below a button. */
 
 import {html, nothing, render} from "lit";
 
-import {actionOf, isEnabled, perform, selectionActions, selectionTitle} from "./actions.js";
+import {actionOf, isPossible, selectionActions, selectionTitle} from "./actions.js";
 import {icon} from "./icons.js";
 import {spoken} from "./keys.js";
 import {required} from "./required.js";
 
+const GAP = 4; // pixels between a button and the menu below it
 const GROUND = [
   ["newState", "newTransition", "paste"],
   ["selectAll", "layout", "layoutAll", "fit"],
@@ -15,47 +16,85 @@ const GROUND = [
 /** Actions that are left out where they are not possible. */
 const RARE = new Set(["repairNumbers", "extract", "inline"]);
 
+/**
+ * What a menu has, by default the actions on what is selected: ids of actions, or actions. `label` is its name where it
+ * shows no `title`.
+ *
+ * @typedef {{groups?: (string | Action)[][], title?: string, label?: string}} Content
+ * @import {Action, Context} from "./actions.js"
+ */
+
 /** @type {HTMLElement | undefined} */
 let element;
+/** The button below which the menu is shown. @type {HTMLElement | undefined} */
+let opener;
+
+/**
+ * Show a menu below a button; hide it if it is shown already.
+ *
+ * @param {HTMLElement} button
+ * @param {Content & {beside?: (step: number) => void, stay?: boolean}} content `beside` shows the menu beside this one;
+ *   with `stay` one that is shown already stays
+ * @param {Context} context
+ */
+export function dropMenu(button, {beside, stay, ...content}, context) {
+  const isShown = opener === button && element?.getAttribute("aria-label") === nameOf(content);
+  if (isShown && stay) return;
+  hideMenu();
+  if (isShown) return;
+  const {left, bottom} = button.getBoundingClientRect();
+  showMenu({x: left, y: bottom + GAP, ...content}, context);
+  opener = button;
+  button.setAttribute("aria-expanded", "true");
+  element?.addEventListener("keydown", ({key: pressed}) => {
+    const step = /** @type {Record<string, number>} */ ({ArrowLeft: -1, ArrowRight: 1})[pressed];
+    if (step) beside?.(step);
+  });
+}
+
+/** @param {Content} content */
+const nameOf = ({title, label}) => title || label || selectionTitle() || "Automaton";
 
 /**
  * Show a menu with the actions on what is selected, or with other ones.
  *
- * @param {{x: number, y: number, point?: {x: number, y: number}, groups?: string[][], title?: string}} where in the
- *   window, and in the drawing
- * @param {import("./actions.js").Context} context
+ * @param {Content & {x: number, y: number, point?: {x: number, y: number}}} where in the window, and in the drawing
+ * @param {Context} context
  */
-export function showMenu({x, y, point, groups: given, title = selectionTitle()}, context) {
+export function showMenu({x, y, point, groups: given, label, title = label ? "" : selectionTitle()}, context) {
   hideMenu();
   const here = {...context, point};
-  const groups = (given ?? (title ? selectionActions() : GROUND)).map((ids) =>
-    ids.filter((id) => !RARE.has(id) || isEnabled(id, here)),
+  const groups = (given ?? (title ? selectionActions() : GROUND)).map((all) =>
+    all
+      .map((each) => (typeof each === "string" ? actionOf(each) : each))
+      .filter((action) => !RARE.has(action.id) || isPossible(action, here)),
   );
   const menu = (element = document.createElement("div"));
   element.className = "menu";
   element.setAttribute("role", "menu");
-  element.setAttribute("aria-label", title || "Automaton");
-  /** @param {string} id */
-  const item = (id) => {
-    const {label, icon: image, keys = [], checked} = actionOf(id);
-    const enabled = isEnabled(id, here);
-    const isChecked = checked && enabled ? checked() : undefined;
+  element.setAttribute("aria-label", nameOf({title, label}));
+  /** @param {Action} action */
+  const item = (action) => {
+    const {label: words, hint, icon: image, keys = [], checked} = action;
+    const enabled = isPossible(action, here);
+    const isChecked = checked && enabled ? checked(here) : undefined;
     return html`<button
       type="button"
       role=${checked ? "menuitemcheckbox" : "menuitem"}
       tabindex="-1"
       aria-disabled=${!enabled}
       aria-checked=${checked ? String(Boolean(isChecked)) : nothing}
-      @click=${() => enabled && choose(id, here)}
+      title=${hint ?? nothing}
+      @click=${() => enabled && choose(action, here)}
     >
-      ${icon(isChecked ? "properties" : image)}<span>${label}</span>${
+      ${icon(isChecked ? "properties" : image)}<span>${words}</span>${
         keys[0] ? html`<kbd>${spoken(keys[0])}</kbd>` : nothing
       }
     </button>`;
   };
   render(
     html`${title ? html`<div class="title" role="presentation">${title}</div>` : nothing}
-    ${groups.map((ids, index) => html`${index ? html`<div role="separator"></div>` : nothing}${ids.map(item)}`)}`,
+    ${groups.map((all, index) => html`${index ? html`<div role="separator"></div>` : nothing}${all.map(item)}`)}`,
     element,
   );
   required(context.app.querySelector("main"), "place for the menu").append(element);
@@ -65,16 +104,16 @@ export function showMenu({x, y, point, groups: given, title = selectionTitle()},
   element.addEventListener("keydown", (event) => key(event, context));
   element.addEventListener(
     "focusout",
-    (event) => !menu.contains(/** @type {Node | null} */ (event.relatedTarget)) && hideMenu(),
+    ({relatedTarget: next}) => next !== opener && !menu.contains(/** @type {Node | null} */ (next)) && hideMenu(),
   );
   itemsOf(menu)[0]?.focus();
 }
 
-/** @param {string} id @param {import("./actions.js").Context} context */
-function choose(id, context) {
+/** @param {Action} action @param {Context} context */
+function choose(action, context) {
   hideMenu();
   context.canvas.focusSelected();
-  perform(id, context);
+  action.run(context);
 }
 
 /** @param {HTMLElement} menu @returns {NodeListOf<HTMLElement>} */
@@ -83,10 +122,12 @@ const itemsOf = (menu) => menu.querySelectorAll("[role^=menuitem]");
 function hideMenu() {
   const former = element;
   element = undefined;
+  opener?.setAttribute("aria-expanded", "false");
+  opener = undefined;
   former?.remove();
 }
 
-/** @param {KeyboardEvent} event @param {import("./actions.js").Context} context */
+/** @param {KeyboardEvent} event @param {Context} context */
 function key(event, context) {
   const items = element ? [...itemsOf(element)] : [];
   const index = items.findIndex((each) => each === document.activeElement);
@@ -98,8 +139,10 @@ function key(event, context) {
   })[event.key];
   if (next !== undefined) items.at(next % items.length)?.focus();
   else if (event.key === "Escape" || event.key === "Tab") {
+    const button = opener;
     hideMenu();
-    context.canvas.focusSelected();
+    if (button) button.focus();
+    else context.canvas.focusSelected();
   } else if (event.key.length === 1 && !event.ctrlKey) {
     const letter = event.key.toLowerCase();
     const rest = [...items.slice(index + 1), ...items.slice(0, index + 1)];

@@ -1,10 +1,13 @@
-/** Short messages at the edge of the page, which screen readers announce. */
+/** Short messages in a corner of the page, which screen readers announce. */
 
 const SHOWN = 6000; // ms
 const MOST = 4; // notices at a time, without errors
+const MOST_ERRORS = 3; // at a time; older ones are counted
 
 /** @type {HTMLElement | undefined} */
 let list;
+/** What stands for the errors that are not shown. @type {HTMLElement | undefined} */
+let older;
 
 /**
  * Show a notice, which disappears by itself; an error stays until it is dismissed.
@@ -14,41 +17,90 @@ let list;
  * @returns {() => void} takes it away
  */
 export function notify(text, kind = "info", link = undefined) {
-  if (!list) {
-    list = document.createElement("div");
-    list.className = "notices";
-    document.body.append(list);
-  }
+  list ??= makeList();
   const same = [...list.children].find(({firstChild}) => firstChild instanceof Text && firstChild.data === text);
-  if (same && kind === "error") return () => same.remove(); // it may come in each frame; its button must stay
+  if (same && kind === "error") return () => dismiss(same); // it may come in each frame; its button must stay
   same?.remove(); // it is shown once
   const notice = document.createElement("div");
   notice.className = `notice ${kind}`;
   notice.setAttribute("role", kind === "info" ? "status" : "alert");
   notice.textContent = text;
-  if (link) {
-    const button = document.createElement("button");
-    button.type = "button";
-    button.className = "link";
-    button.textContent = link.label;
-    button.addEventListener("click", () => {
-      notice.remove();
-      link.run();
-    });
-    notice.append(button);
-  }
-  const close = document.createElement("button");
-  close.type = "button";
-  close.className = "close";
+  const end = () => dismiss(notice);
+  if (link)
+    notice.append(
+      button(link.label, "link", () => {
+        end();
+        link.run();
+      }),
+    );
+  const close = button("×", "close", end);
   close.setAttribute("aria-label", "Dismiss");
-  close.textContent = "×";
-  close.addEventListener("click", () => notice.remove());
   notice.append(close);
   list.append(notice);
-  if (kind === "info") setTimeout(() => notice.remove(), SHOWN);
+  if (kind === "info") setTimeout(end, SHOWN);
   for (const old of [...list.querySelectorAll(".info")].slice(0, -MOST)) old.remove();
+  showNewest(list);
   list.scrollTop = list.scrollHeight;
-  return () => notice.remove();
+  return end;
+}
+
+function makeList() {
+  const made = document.createElement("div");
+  made.className = "notices";
+  document.body.append(made);
+  return made;
+}
+
+/** What stands for older errors. @param {HTMLElement} all */
+function makeOlder(all) {
+  const made = document.createElement("div");
+  made.className = "older";
+  made.append(
+    button("", "link", () => {
+      all.classList.toggle("open");
+      showNewest(all);
+    }),
+    button("Dismiss all", "link", () => {
+      for (const each of errorsOf(all)) each.remove();
+      showNewest(all);
+    }),
+  );
+  all.prepend(made);
+  return made;
+}
+
+/** @param {HTMLElement} all @returns {NodeListOf<HTMLElement>} */
+const errorsOf = (all) => all.querySelectorAll(".error");
+
+/** Show the newest errors, and how many older ones there are. @param {HTMLElement} all */
+function showNewest(all) {
+  const errors = [...errorsOf(all)];
+  const more = Math.max(0, errors.length - MOST_ERRORS);
+  if (more) older ??= makeOlder(all);
+  if (!older) return;
+  const count = /** @type {HTMLElement} */ (older.firstElementChild);
+  older.hidden = !more;
+  if (!more) all.classList.remove("open");
+  const isOpen = all.classList.contains("open");
+  for (const [index, each] of errors.entries()) each.hidden = index < more && !isOpen;
+  count.textContent = isOpen ? "Fewer" : `${more} older error${more === 1 ? "" : "s"}`;
+  count.setAttribute("aria-expanded", String(isOpen));
+}
+
+/** @param {Element} notice */
+function dismiss(notice) {
+  notice.remove();
+  if (list) showNewest(list);
+}
+
+/** @param {string} text @param {string} kind @param {() => void} act */
+function button(text, kind, act) {
+  const made = document.createElement("button");
+  made.type = "button";
+  made.className = kind;
+  made.textContent = text;
+  made.addEventListener("click", act);
+  return made;
 }
 
 /** The message of an error. @param {unknown} error as it was caught */

@@ -9,7 +9,7 @@
 
 import {html, nothing} from "lit";
 
-import {actionOf, isEnabled, perform, selectionActions, selectionTitle} from "./actions.js";
+import {actionOf, isEnabled, perform, selectionTitle} from "./actions.js";
 import {ask} from "./commands.js";
 import {PageElement} from "./element.js";
 import {icon} from "./icons.js";
@@ -26,26 +26,28 @@ import {copyUnsent, unsentBanner} from "./unsent.js";
  *
  * @param {string} id
  * @param {import("./actions.js").Context} context
- * @param {{label?: boolean | "short", kind?: string}} options a `short` label leaves out the key
+ * @param {{label?: boolean | "short", kind?: string, words?: string, image?: string}} options a `short` label leaves
+ *   out the key; `words` and `image` stand for those of the action
  */
-export function actionButton(id, context, {label = true, kind = ""} = {}) {
+export function actionButton(id, context, {label = true, kind = "", words, image} = {}) {
   const action = actionOf(id);
+  const name = words ?? action.label;
   const key = action.keys?.[0];
-  const title = `${action.label}${action.hint ? `: ${action.hint}` : ""}${key ? ` (${spoken(key)})` : ""}`;
+  const title = `${name}${action.hint ? `: ${action.hint}` : ""}${key ? ` (${spoken(key)})` : ""}`;
   return html`<button
     type="button"
     class="action ${kind} ${label ? "" : "bare"}"
     data-action=${id}
     title=${title}
     ?disabled=${!isEnabled(id, context)}
-    aria-label=${label ? nothing : action.label}
+    aria-label=${label ? nothing : name}
     aria-keyshortcuts=${key ? ariaKey(key) : nothing}
-    aria-pressed=${action.checked && isEnabled(id, context) ? String(action.checked()) : nothing}
+    aria-pressed=${action.checked && isEnabled(id, context) ? String(action.checked(context)) : nothing}
     @click=${() => perform(id, context)}
   >
-    ${icon(action.icon)}${
+    ${icon(image ?? action.icon)}${
       label
-        ? html`<span class="text">${action.label}</span
+        ? html`<span class="text">${name}</span
             >${key && label === true ? html`<kbd aria-hidden="true">${spoken(key)}</kbd>` : nothing}`
         : nothing
     }
@@ -209,50 +211,6 @@ export function importLink(file) {
   return html`<button type="button" class="link" title="Open ${file}" @click=${open}>${file}</button>`;
 }
 
-/** The four groups of buttons at the right, and those for what is selected. */
-class ActionBar extends PageElement {
-  /** @type {typeof PageElement.watches} */
-  static watches = {page: ["change"], store: ["document", "workspace", "run"]};
-  /** @type {[string, string[]][]} */
-  static groups = [
-    ["Navigation", ["up"]],
-    ["Figures", ["newState", "newTransition"]],
-    ["Files", ["open", "save", "saveAs"]],
-    ["Automaton data", ["interfaces", "timing", "variables", "functions", "component"]],
-  ];
-
-  connectedCallback() {
-    super.connectedCallback();
-    this.listen(monitor, "mode", () => this.requestUpdate());
-  }
-
-  render() {
-    const title = selectionTitle();
-    const groups = selectionActions();
-    return html`${ActionBar.groups.map(
-      ([name, ids]) =>
-        html`<section role="group" aria-label=${name}>
-          <h2>${name}</h2>
-          ${ids.map((id) => actionButton(id, this.context))}
-        </section>`,
-    )}
-    ${
-      groups.length
-        ? html`<section role="group" aria-label="Selection" class="selection">
-            <h2 title=${title}>${title}</h2>
-            ${groups[0].map((id) => actionButton(id, this.context, {label: "short"}))}
-            <div class="more">
-              ${groups
-                .slice(1)
-                .flat()
-                .map((id) => actionButton(id, this.context, {label: false}))}
-            </div>
-          </section>`
-        : nothing
-    }`;
-  }
-}
-
 class Status extends PageElement {
   /** @type {typeof PageElement.watches} */
   static watches = {page: ["change"], store: ["document", "workspace", "problems", "connection", "run"]};
@@ -284,7 +242,7 @@ class Status extends PageElement {
             : "No problems"
         }
       </button>
-      <span
+      <span class="about"
         >${
           selectionTitle() ||
           `${count(automaton?.states.length ?? 0, "state")}, ${count(automaton?.transitions.length ?? 0, "transition")}`
@@ -293,7 +251,7 @@ class Status extends PageElement {
       ${automaton?.imported ? html`<span>from ${importLink(automaton.imported.file)}</span>` : nothing}
       ${
         automaton?.states.length || !automaton?.imported
-          ? html`<span title="Time between two cycles of this automaton"
+          ? html`<span class="period" title="Time between two cycles of this automaton"
               >every ${automaton?.period.trim() || "?"} ms</span
             >`
           : nothing
@@ -479,5 +437,4 @@ export function resizer({name, variable, along, sign, smallest, largest}) {
 
 customElements.define("hfsm-tabs", Tabs);
 customElements.define("hfsm-breadcrumbs", Breadcrumbs);
-customElements.define("hfsm-actions", ActionBar);
 customElements.define("hfsm-status", Status);

@@ -45,16 +45,16 @@ const STEPS = [
     text: html`Every automaton with all its states. A selection here is also the selection on the canvas.`,
   },
   {
-    selector: '[data-action="newState"]',
+    selector: "hfsm-tools",
     title: "Drawing",
     text: html`Press <kbd>S</kbd> for a state and <kbd>T</kbd> for a transition, or drag from the rim of one state to
       another. <kbd>F2</kbd> renames. <kbd>${keyOf("undo")}</kbd> undoes any change.`,
   },
   {
-    selector: '[data-action="interfaces"]',
+    selector: "hfsm-menubar",
     title: "Data and code",
-    text: html`<kbd>${keyOf("editCode")}</kbd> opens the code of what is selected beside the canvas. Here are the parts
-      of the robot that the component uses, its cycle, variables and functions.`,
+    text: html`<kbd>${keyOf("editCode")}</kbd> opens the code of what is selected beside the canvas. The menu Data has
+      the parts of the robot that the component uses, its cycle, variables and functions.`,
   },
   {
     selector: "hfsm-status",

@@ -77,6 +77,20 @@ const distribute = (along) => () => commands.applyHere("distributeStates", {stat
 /** @type {import("../actions.js").Action[]} */
 export const canvasActions = [
   {
+    id: "select",
+    label: "Select",
+    icon: "select",
+    keys: ["V"],
+    enabled: hasDocument,
+    run: ({canvas}) => {
+      canvas.useTool(undefined);
+      canvas.focusSelected();
+    },
+    hint: "and move",
+    help: "Select and move: put a drawing tool away",
+    checked: ({canvas}) => !canvas.tool,
+  },
+  {
     id: "newState",
     label: "State",
     icon: "state",
@@ -88,6 +102,7 @@ export const canvasActions = [
     },
     hint: "new",
     help: "New state",
+    checked: ({canvas}) => canvas.tool instanceof StateTool,
   },
   {
     id: "newTransition",
@@ -98,6 +113,7 @@ export const canvasActions = [
     run: ({canvas}) => canvas.useTool(TransitionTool),
     hint: "new",
     help: "New transition",
+    checked: ({canvas}) => canvas.tool instanceof TransitionTool,
   },
   {
     id: "rename",

@@ -9,6 +9,8 @@ import {monitor} from "./monitor.js";
 import {STOP_KEY, stopRobot} from "./stop.js";
 
 const attached = () => Boolean(monitor.component);
+/** Whether there is something to show live: a component, or at least a robot. */
+const hasLive = () => attached() || store.robot.status === "present";
 const steers = () => monitor.steers;
 const paused = () => monitor.newest?.component.status !== 0;
 /** Whether the selection belongs to the component. */
@@ -198,6 +200,7 @@ export const monitorActions = [
     enabled: attached,
     run: () => monitor.setFollows(!monitor.follows),
     hint: "open sub-automata as they become active",
+    checked: () => monitor.follows,
   },
   {
     id: "livePanel",
@@ -205,9 +208,26 @@ export const monitorActions = [
     icon: "variables",
     keys: ["Alt+L"],
     scope: "typing",
-    enabled: () => attached() || store.robot.status === "present",
+    enabled: hasLive,
     run: ({app}) => app.showSide("hfsm-monitor-panel"),
     hint: "variables, plots, cameras, the robot",
+  },
+  {id: "robotView", label: "Robot in 3D", icon: "robot", enabled: hasLive, run: ({app}) => app.showLive("view")},
+  {
+    id: "cameras",
+    label: "Cameras",
+    icon: "film",
+    enabled: hasLive,
+    run: ({app}) => app.showLive("cameras"),
+    hint: "what the robot sees",
+  },
+  {
+    id: "timeline",
+    label: "Timeline",
+    icon: "timing",
+    enabled: () => Boolean(page.document) && attached(),
+    run: ({app}) => app.showBottom("hfsm-monitor-timeline"),
+    hint: "the run over time",
   },
   {
     id: "backToLive",

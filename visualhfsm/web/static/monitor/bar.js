@@ -7,11 +7,12 @@
 
 import {html, nothing} from "lit";
 
-import {actionOf, isEnabled, perform} from "../actions.js";
+import {isEnabled, perform} from "../actions.js";
 import {icon} from "../icons.js";
 import {keyOf, spoken} from "../keys.js";
 import {page} from "../page.js";
 import {needsRobot} from "../robot.js";
+import {actionButton} from "../shell.js";
 import {store} from "../store.js";
 import {clockTime, MonitorElement, spokenSeconds} from "./element.js";
 import {monitor, STATUS} from "./monitor.js";
@@ -21,7 +22,8 @@ const PAUSED = STATUS.indexOf("Paused");
 /** What the menu beside Run offers. */
 const MORE = [
   ["tryIt", "runWith", "startHere", "recordRun", "generate"],
-  ["attach", "openRecording", "exportRun"],
+  ["stepAll", "sendEvent"],
+  ["attach", "detach", "openRecording", "exportRun"],
 ];
 
 /** Where somebody writes, who is not to be taken elsewhere. */
@@ -45,29 +47,20 @@ class MonitorBar extends MonitorElement {
     return html`<div class="live-bar" role="region" aria-label="Run and stop">
       <div class="controls">
         <div role="group" aria-label="Run and steer">
-          <button
-            type="button"
-            class="action primary"
-            data-action="run"
-            title="Run (${keyOf("run")})"
-            aria-keyshortcuts="F5"
-            ?disabled=${!isEnabled("run", this.context)}
-            @click=${() => perform("run", this.context)}
-          >
-            ${icon("run")}<span class="text">Run</span>
-          </button>
+          ${actionButton("run", this.context, {label: "short", kind: "primary"})}
           <button
             type="button"
             class="action bare"
             aria-label="Other ways to run"
             title="Other ways to run"
             aria-haspopup="menu"
+            aria-expanded="false"
             @click=${this.#more}
           >
             ${icon("chevron")}
           </button>
-          ${this.#button("pauseResume", paused ? "resume" : "pause", paused ? "Resume" : "Pause")}
-          ${["stepOne", "stepAll", "stopRun"].map((id) => this.#button(id))}${this.#reload()}
+          ${this.#button("pauseResume", paused ? {image: "resume", words: "Resume"} : {words: "Pause"})}
+          ${["stepOne", "stopRun"].map((id) => this.#button(id))}${this.#reload()}
         </div>
         ${monitor.isShownBeside(page.tab) ? this.#followed() : nothing}
       </div>
@@ -122,34 +115,14 @@ class MonitorBar extends MonitorElement {
             </button>`
           : nothing
       }
-      <div role="group" aria-label="Watch">
-        <button
-          type="button"
-          class="action bare"
-          aria-pressed=${monitor.follows}
-          aria-label="Keep what is active in view"
-          title="Keep what is active in view (G)"
-          @click=${() => perform("follow", this.context)}
-        >
-          ${icon("target")}
-        </button>
-        ${recording ? nothing : this.#button("sendEvent")}${this.#button("livePanel")}${this.#button("detach")}
-      </div>`;
+      ${this.#button("livePanel")}`;
   }
 
   /** What takes the changes over into the run; with words when there are some. */
   #reload() {
     const changed = page.tabState?.changed && isEnabled("reload", this.context);
     return changed
-      ? html`<button
-          type="button"
-          class="action changed"
-          data-action="reload"
-          title="The drawing differs from what runs. ${actionOf("reload").hint} (${keyOf("reload")})"
-          @click=${() => perform("reload", this.context)}
-        >
-          ${icon("reload")}<span class="text">Changed: reload</span>
-        </button>`
+      ? actionButton("reload", this.context, {label: "short", kind: "changed", words: "Changed: reload"})
       : this.#button("reload");
   }
 
@@ -188,25 +161,12 @@ class MonitorBar extends MonitorElement {
 
   /** @param {MouseEvent & From<HTMLElement>} event */
   #more = async ({currentTarget}) => {
-    const {left, bottom} = currentTarget.getBoundingClientRect();
-    const {showMenu} = await import("../menu.js");
-    showMenu({x: left, y: bottom, groups: MORE, title: "Run"}, this.context);
+    (await import("../menu.js")).dropMenu(currentTarget, {groups: MORE, label: "Run"}, this.context);
   };
 
-  /** @param {string} id */
-  #button(id, image = actionOf(id).icon, label = actionOf(id).label) {
-    const {hint, keys = []} = actionOf(id);
-    return html`<button
-      type="button"
-      class="action bare"
-      data-action=${id}
-      aria-label=${label}
-      title="${label}${hint ? `: ${hint}` : ""} (${spoken(keys[0])})"
-      ?disabled=${!isEnabled(id, this.context)}
-      @click=${() => perform(id, this.context)}
-    >
-      ${icon(image)}
-    </button>`;
+  /** @param {string} id @param {{words?: string, image?: string}} [other] */
+  #button(id, other = {}) {
+    return actionButton(id, this.context, {label: false, ...other});
   }
 
   /** Where the document is that this is about, unless it is the one that is shown. */

@@ -1,0 +1,129 @@
+"""The menus of the header, the tools on the canvas, and the room that the page needs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, Locator, expect
+
+from tests.support.browser import EditorPage, editor_page
+from tests.support.editor import DOCUMENT, editor
+
+WIDTHS = (320, 390, 560, 561, 720, 721, 765, 860, 861, 1100, 1101, 1280, 1920)
+OUTSIDE = """() => [...document.querySelectorAll("hfsm-app *")]
+    .filter((each) => !each.closest("svg, hfsm-breadcrumbs, .cm-editor") && each.checkVisibility())
+    .filter((each) => each.getBoundingClientRect().right > innerWidth + 0.5)
+    .map((each) => `${innerWidth}: ${each.localName} ${each.className}`)"""
+ICONS = """() => [...document.querySelectorAll("svg.icon")]
+    .filter((each) => each.checkVisibility() && each.getBoundingClientRect().width).length"""
+MOST_ICONS = 25
+
+
+@pytest.fixture
+def shown(browser: Browser, tmp_path: Path) -> Iterator[EditorPage]:
+    root = tmp_path / "root"
+    root.mkdir()
+    file = root / "walk.xml"
+    file.write_text(DOCUMENT, "utf-8")
+    with editor(root, file) as running, editor_page(browser, running) as shown:
+        shown.expect_states("wait", "go")
+        yield shown
+
+
+def title(shown: EditorPage, name: str) -> Locator:
+    """The title of a menu in the header."""
+    return shown.page.get_by_role("menubar").get_by_role("menuitem", name=name)
+
+
+def item(shown: EditorPage, name: str) -> Locator:
+    """An item of the open menu."""
+    return shown.page.get_by_role("menu").get_by_role("menuitem", name=name)
+
+
+def test_the_menus_are_used_with_keys_alone(shown: EditorPage) -> None:
+    title(shown, "File").focus()
+    shown.press("ArrowRight")
+    expect(title(shown, "Edit")).to_be_focused()
+    shown.press("ArrowDown")
+    expect(item(shown, "Undo")).to_be_focused()
+    expect(title(shown, "Edit")).to_have_attribute("aria-expanded", "true")
+    shown.press("ArrowLeft")
+    expect(item(shown, "New")).to_be_focused()
+    assert shown.violations("header", ".menu") == []
+    shown.press("Escape")
+    expect(title(shown, "File")).to_be_focused()
+    expect(shown.page.get_by_role("menu")).to_have_count(0)
+    shown.press("Enter")
+    expect(item(shown, "New")).to_be_focused()
+    shown.press("ArrowRight", "ArrowRight")
+    expect(item(shown, "Interfaces")).to_be_focused()
+    shown.press("Enter")
+    expect(shown.button("Add an interface")).to_be_focused()
+
+
+def test_a_title_that_is_clicked_again_closes_its_menu(shown: EditorPage) -> None:
+    title(shown, "View").click()
+    expect(item(shown, "Problems")).to_be_visible()
+    title(shown, "Help").hover()
+    expect(item(shown, "Guided tour")).to_be_visible()
+    title(shown, "Help").click()
+    expect(shown.page.get_by_role("menu")).to_have_count(0)
+
+
+def test_the_tools_stay_in_their_places_and_show_which_is_in_use(shown: EditorPage) -> None:
+    tools = shown.page.get_by_role("group", name="Drawing tools").get_by_role("button")
+    names = ["SelectV", "StateS", "TransitionT", "Actions"]  # each with its key
+    expect(tools).to_have_text(names)
+    places = [tool.bounding_box() for tool in tools.all()]
+    shown.state("wait").click()
+    expect(shown.button("Select")).to_have_attribute("aria-pressed", "true")
+    shown.button("Transition").click()
+    expect(shown.button("Transition")).to_have_attribute("aria-pressed", "true")
+    expect(shown.button("Select")).to_have_attribute("aria-pressed", "false")
+    expect(tools).to_have_text(names)
+    assert [tool.bounding_box() for tool in tools.all()] == places
+    shown.press("v")
+    expect(shown.button("Transition")).to_have_attribute("aria-pressed", "false")
+    expect(shown.state("wait")).to_be_focused()
+
+
+def test_the_page_fits_into_every_width_and_has_few_icons(shown: EditorPage) -> None:
+    shown.state("wait").click()
+    shown.press("Shift+Enter")
+    expect(shown.page.get_by_role("textbox", name="Code of the state wait")).to_be_focused()
+    assert 0 < shown.page.evaluate(ICONS) <= MOST_ICONS
+    outside: list[str] = []
+    for width in WIDTHS:
+        shown.page.set_viewport_size({"width": width, "height": 800})
+        outside += shown.page.evaluate(OUTSIDE)
+    shown.page.set_viewport_size({"width": 320, "height": 800})
+    shown.button("Menus").click()
+    item(shown, "View").click()
+    shown.page.get_by_role("menuitemcheckbox", name="Tree of automata").click()
+    expect(shown.page.get_by_role("tree")).to_be_visible()
+    outside += shown.page.evaluate(OUTSIDE)
+    assert outside == []
+
+
+def test_the_newest_errors_are_shown_and_the_others_counted(shown: EditorPage) -> None:
+    shown.page.evaluate(
+        """async () => {
+            const path = document.querySelector("script[src$='/app.js']").src.replace("app.js", "notices.js");
+            const {notify} = await import(path);
+            for (let each = 1; each <= 5; each++) notify(`Error ${each}`, "error");
+        }"""
+    )
+    errors = shown.page.locator(".notice:visible")
+    expect(errors).to_contain_text(["Error 3", "Error 4", "Error 5"])
+    shown.button("2 older errors").click()
+    expect(errors).to_have_count(5)
+    shown.button("Fewer").click()
+    expect(errors).to_have_count(3)
+    errors.last.get_by_role("button", name="Dismiss").click()
+    expect(errors).to_contain_text(["Error 2", "Error 3", "Error 4"])
+    expect(shown.button("1 older error")).to_be_visible()
+    shown.button("Dismiss all").click()
+    expect(errors).to_have_count(0)
+    expect(shown.button("Dismiss all")).to_have_count(0)

@@ -1,0 +1,135 @@
+/**
+ * The menus of the header, and the drawing tools on the canvas.
+ *
+ * @import {From} from "./element.js"
+ * @import {Target} from "./store.js"
+ */
+
+import {html, nothing} from "lit";
+
+import {MENUS, selectionTitle} from "./actions.js";
+import {PageElement} from "./element.js";
+import {icon} from "./icons.js";
+import {page} from "./page.js";
+import {monitor} from "./monitor/monitor.js";
+import {actionButton} from "./shell.js";
+
+const menu = () => import("./menu.js");
+
+class Menubar extends PageElement {
+  static properties = {at: {state: true}};
+  /** @type {typeof PageElement.watches} */
+  static watches = {page: [], store: []};
+
+  constructor() {
+    super();
+    /** The title that Tab reaches. */
+    this.at = 0;
+  }
+
+  render() {
+    return html`<div role="menubar" aria-label="Menus" @keydown=${this.#key}>
+        ${MENUS.map(
+          ({title}, index) =>
+            html`<button
+              type="button"
+              role="menuitem"
+              aria-haspopup="menu"
+              aria-expanded="false"
+              tabindex=${index === this.at ? 0 : -1}
+              @click=${() => this.#open(index)}
+              @pointerenter=${() => this.querySelector('[aria-expanded="true"]') && this.#open(index, true)}
+            >
+              ${title}
+            </button>`,
+        )}
+      </div>
+      <button
+        type="button"
+        class="action bare all-menus"
+        aria-label="Menus"
+        title="Menus"
+        aria-haspopup="menu"
+        aria-expanded="false"
+        @click=${this.#openAll}
+      >
+        ${icon("menu")}
+      </button>`;
+  }
+
+  /** @returns {NodeListOf<HTMLElement>} */
+  get #titles() {
+    return this.querySelectorAll("[role=menuitem]");
+  }
+
+  /** @param {number} index @param {boolean} [stay] whether it stays open if it is open already */
+  async #open(index, stay = false) {
+    const {dropMenu} = await menu();
+    /** @param {number} at @param {boolean} [remain] */
+    const drop = (at, remain = true) => {
+      this.at = at;
+      const {title, groups} = MENUS[at];
+      const beside = (/** @type {number} */ step) => drop((at + step + MENUS.length) % MENUS.length);
+      dropMenu(this.#titles[at], {groups, label: title, beside, stay: remain}, this.context);
+    };
+    drop(index, stay);
+  }
+
+  /** The list of the menus, in a narrow window. @param {MouseEvent & From<HTMLElement>} event */
+  #openAll = async ({currentTarget: button}) => {
+    const {dropMenu} = await menu();
+    const titles = MENUS.map(({title, groups}) => ({
+      id: title,
+      label: title,
+      icon: "",
+      run: () => dropMenu(button, {groups, title}, this.context),
+    }));
+    dropMenu(button, {groups: [titles], label: "Menus"}, this.context);
+  };
+
+  /** @param {KeyboardEvent} event */
+  #key = (event) => {
+    const step = /** @type {Record<string, number>} */ ({ArrowLeft: -1, ArrowRight: 1})[event.key];
+    if (step) {
+      this.at = (this.at + step + MENUS.length) % MENUS.length;
+      this.#titles[this.at].focus();
+    } else if (event.key === "ArrowDown") this.#open(this.at, true);
+    else return;
+    event.preventDefault();
+  };
+}
+
+const TOOLS = ["select", "newState", "newTransition"];
+
+class Tools extends PageElement {
+  connectedCallback() {
+    super.connectedCallback();
+    this.listen(/** @type {Target<{tool: null}>} */ (this.context.canvas), "tool", () => this.requestUpdate());
+    this.listen(monitor, "mode", () => this.requestUpdate());
+  }
+
+  render() {
+    if (!page.document) return nothing;
+    const about = selectionTitle() || "the automaton";
+    return html`<div class="tools" role="group" aria-label="Drawing tools">
+      ${TOOLS.map((id) => actionButton(id, this.context))}
+      <button
+        type="button"
+        class="action more"
+        aria-label="Actions"
+        title="Actions on ${about} (right mouse button, Shift+F10)"
+        aria-haspopup="menu"
+        aria-expanded="false"
+        @click=${this.#more}
+      >
+        ${icon("dots")}<span class="text">Actions</span>
+      </button>
+    </div>`;
+  }
+
+  /** @param {MouseEvent & From<HTMLElement>} event */
+  #more = async ({currentTarget}) => (await menu()).dropMenu(currentTarget, {}, this.context);
+}
+
+customElements.define("hfsm-menubar", Menubar);
+customElements.define("hfsm-tools", Tools);
