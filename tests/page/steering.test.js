@@ -46,7 +46,6 @@ const runs = (...running) =>
     tabs: [{tab: 1, title: "walk", path: "walk.xml", component: "walk"}],
     running: running.map((component) => ({component})),
     recoverable: [],
-    clipboard: 0,
   });
 const status = (kind) => socket.push({push: "run", tab: 1, component: "walk", status: kind, message: "it was stopped"});
 const moment = (startedAt) => ({at: 0, component: {startedAt, time: 1, status: 0, automata: []}, robot: {joints: {}}});

@@ -190,11 +190,11 @@ class _Connection:
                 return await tab.edit(lambda session: _step(session.go_to(revision)))
             case p.Copy(automaton=automaton, states=states):
                 text = await tab.edit(lambda session: copy_states(session.document, automaton, states))
-                workspace.keep_copied(text, len(states))
+                workspace.clipboard = text
                 return {"text": text}
             case p.Cut(automaton=automaton, states=states):
                 text, change = await tab.edit(DocumentSession.cut, automaton, tuple(states))
-                workspace.keep_copied(text, len(states))
+                workspace.clipboard = text
                 return {**_outcome(change), "text": text}
             case p.Paste(automaton=automaton, x=x, y=y):
                 if not workspace.clipboard:

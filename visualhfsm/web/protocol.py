@@ -411,8 +411,6 @@ class Workspace(Push):
     tabs: list[TabState]
     recoverable: list[Recoverable]
     running: list[dict[str, Any]]
-    clipboard: int
-    """States in the clipboard."""
 
 
 class Closed(Push):

@@ -157,7 +157,6 @@ class Workspace:
         self.run_id = secrets.token_hex(8)
         """Distinguishes this run of the server from others, whose tabs had the same numbers."""
         self.clipboard = ""
-        self._copied_states = 0
         self._make_services = make_services
         self._tabs: dict[int, Tab] = {}
         self._numbers = count(1)
@@ -283,11 +282,6 @@ class Workspace:
         """Raise VisualHfsmError while components run: they would drive a robot that is connected now."""
         if names := [str(each["component"]) for each in self._components.running]:
             raise VisualHfsmError(f"stop {', '.join(names)} first: it would drive the real robot at once")
-
-    def keep_copied(self, text: str, states: int) -> None:
-        """Put a fragment with this many states into the clipboard."""
-        self.clipboard, self._copied_states = text, states
-        self.publish_state()
 
     async def look_for_abandoned(self) -> None:
         """Find the documents that can be recovered: of those below the root, and those without a file."""
@@ -501,7 +495,6 @@ class Workspace:
                 for journal, each in self._abandoned.items()
             ],
             running=[dict(each) for each in self._components.running],
-            clipboard=self._copied_states,
         )
 
     def _tab_state(self, tab: Tab) -> TabState:

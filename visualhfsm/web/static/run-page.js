@@ -112,7 +112,6 @@ function pushes({name, document}) {
       tabs: [{...named, dirty: false, recovered: false, outside: "", changed: false}],
       recoverable: [],
       running: [],
-      clipboard: 0,
     },
   ];
   if (document) all.push({push: "document", tab: TAB, revision: 0, undo: [], redo: [], dirty: false, full: document});

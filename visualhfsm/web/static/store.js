@@ -33,8 +33,7 @@
  * @typedef {{tab: number, title: string, path: string, component: string, dirty: boolean, dialect: string, recovered: boolean, recording: string,
  *   outside: "" | "changed" | "deleted", changed: boolean}} TabState
  * @typedef {{journal: string, name: string, path: string, changedAt: number}} Recoverable
- * @typedef {{tabs: TabState[], recoverable: Recoverable[], running: {component: string}[],
- *   clipboard: number}} Workspace
+ * @typedef {{tabs: TabState[], recoverable: Recoverable[], running: {component: string}[]}} Workspace
  * @typedef {{world: string, speed: string, balls: boolean}} Simulation
  * @typedef {{status: "none" | "starting" | "present" | "lost" | "stopping", simulated: boolean, name: string,
  *   speed: number, since: number, stopped: string, started: "" | "simulation" | "real", simulation: Simulation,
@@ -159,7 +158,7 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
   /** @type {Map<number, OpenDocument>} */
   documents = new Map();
   /** @type {Workspace} */
-  workspace = {tabs: [], recoverable: [], clipboard: 0, running: []};
+  workspace = {tabs: [], recoverable: [], running: []};
   robot = NO_ROBOT;
   online = false;
   /** When the connection was lost, ms since 1970; 0 while it stands. */
