@@ -64,6 +64,14 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> object:
             scope: str = super()._split_scope(nodeid)
             return scope if scope.startswith(ONE_BY_ONE) else scope.partition("::")[0]
 
+        def _assign_work_unit(self, node: Any) -> None:
+            # Pages keep processors busy, while other tests wait for robots that move in real time: half of the
+            # workers begin with those.
+            others = (scope for scope in self.workqueue if not scope.startswith(ONE_BY_ONE))
+            if self.nodes.index(node) % 2 and (first := next(others, None)):
+                self.workqueue.move_to_end(first, last=False)
+            super()._assign_work_unit(node)
+
     # By itself it begins with what has most tests, and so ends with the longest tests.
     config.option.loadscopereorder = False
     return Scheduling(config, log)
