@@ -16,6 +16,8 @@ import {monitor} from "./monitor.js";
 import {RobotDrawing} from "./robot-drawing.js";
 
 const IDLE = 200; // ms between two frames of now that are not shown
+/** @type {WorldShape[]} */
+const NOTHING = [];
 
 /** @type {{id: import("./viewpoints.js").View, label: string, title: string}[]} */
 const VIEWS = [
@@ -149,10 +151,14 @@ class RobotView extends MonitorElement {
     if (!document.hidden) await this.drawing?.drawn();
   }
 
-  /** Show the world of now, or that of a recording. @param {WorldShape[]} [world] of now, if it is another one */
+  /**
+   * Show the world of now, that of a recording, or none in a trial.
+   *
+   * @param {WorldShape[]} [world] of now, if it is another one
+   */
   #learn(world = this.world) {
     this.world = world;
-    const shown = monitor.recording?.world ?? world;
+    const shown = monitor.recording?.world ?? (monitor.isTrial ? NOTHING : world);
     if (this.shown === shown || !this.drawing) return;
     this.shown = shown;
     this.drawing.world.build(shown);
