@@ -22,6 +22,7 @@ from tests.support.monitor import (
     status,
 )
 from tests.support.robot_server import ServedRobot, eventually
+from tests.support.watching import content
 
 
 @pytest.fixture
@@ -441,3 +442,12 @@ def test_recording_is_played_on_the_document_that_it_contains(
     expect_current(shown, "go")
     shown.button("STOP the robot and all that runs").click()  # the robot may move meanwhile
     expect(shown.page.get_by_role("alert").filter(has_text="The robot is stopped")).to_be_visible()
+
+    shown.press("Control+k")
+    with shown.page.expect_download() as found:
+        shown.page.keyboard.type("export as a page")
+        shown.press("Enter")
+    assert found.value.suggested_filename == "walk.html"
+    exported, _ = content(found.value.path().read_text("utf-8"))
+    assert exported["document"]["automata"][0]["states"][0]["name"] == "wait"
+    expect(shown.page.locator(".notice", has_text="walk.html was exported")).to_contain_text("MB")

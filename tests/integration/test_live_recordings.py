@@ -23,7 +23,9 @@ from tests.support.documents import compile_to, document, state, sub, transition
 from tests.support.limits import CALL_LIMIT, RUN_LIMIT
 from tests.support.processes import free_endpoint
 from tests.support.pushes import Pushes
+from tests.support.watching import content
 from visualhfsm.child import child_environment
+from visualhfsm.editing.serialization import parse
 from visualhfsm.errors import VisualHfsmError
 from visualhfsm.live.recordings import RecordedRun, open_recording
 from visualhfsm.live.service import Monitoring
@@ -178,6 +180,9 @@ def test_pictures_are_those_that_the_component_saw(tmp_path: Path) -> None:
     assert red(0.8) is None  # of a format that is not shown
     assert red(60.0) is None  # too old by then
     assert pictures.at("Camera", start + 0.3) is None
+    spread = pictures.spread(10)["CameraBottom"]  # without that of a format that is not shown
+    assert [at - start for at, _ in spread] == pytest.approx([0.2, 0.4], abs=1e-3)
+    assert pictures.spread(1)["CameraBottom"] == spread[:1]
 
 
 def test_one_that_was_cut_off_is_shown_as_far_as_it_goes(file: Path, tmp_path: Path) -> None:
@@ -231,11 +236,16 @@ def test_the_page_opens_one_and_asks_for_its_past(file: Path, tmp_path: Path) ->
             assert msgspec.json.decode(moment, type=LiveSnapshot).component.automata[0].state == 1
             timeline = await service.control(name, "timeline", {})
             assert len(timeline.changes) == 1
+            page, _ = content(await service.exported(name, parse(DOCUMENT, "Cannot read"), []))
+            assert page["timeline"]["changes"] == [list(change) for change in timeline.changes]
+            assert page["document"]["automata"][0]["states"][0]["name"] == "walk"
             with pytest.raises(VisualHfsmError, match="cannot be read"):
                 await service.recording(tmp_path / "missing.mcap")
             await service.detach(name)
             with pytest.raises(VisualHfsmError, match="not followed"):
                 await service.control(name, "timeline", {})
+            with pytest.raises(VisualHfsmError, match="not followed"):
+                await service.exported(name, None, [])
         finally:
             await service.close()
 
