@@ -26,6 +26,7 @@ import {icon} from "./icons.js";
 import {monitor} from "./monitor/monitor.js";
 import {showOn} from "./monitor/overlay.js";
 import {numbersOf} from "./monitor/values.js";
+import {messageOf} from "./notices.js";
 import {page} from "./page.js";
 import {statePart, transitionPart} from "./print.js";
 import {required} from "./required.js";
@@ -36,8 +37,13 @@ const TAB = 1;
 const OLDEST = 2; // s for which a picture counts as that of a later moment, or twice the usual time between two
 const MOST_POINTS = 600; // of a line in a plot
 
-/** The code of what is selected. */
+/** The code of what is selected; a double click leads there. */
 class RunCode extends PageElement {
+  connectedCallback() {
+    super.connectedCallback();
+    this.listen(page, "edit", () => this.scrollIntoView({block: "nearest"}));
+  }
+
   render() {
     const {automaton, state, transition} = page;
     if (!automaton || !(state || transition))
@@ -196,4 +202,6 @@ function layout({name, began, complete, document, timeline, figures}, canvas) {
 }
 
 initTheme();
-show();
+show().catch((error) => {
+  document.body.textContent = `This page cannot be shown: ${messageOf(error)}. It needs a browser of 2023 or later.`;
+});
