@@ -7,6 +7,7 @@ import pytest
 
 from interfaces.jderobot import CameraPrx, HardwareFailedException, Pose3DEncodersPrx
 from interfaces.nao import ClockPrx, PoseHeadPrx
+from naoserver.body import H25
 from tests.support.limits import END_LIMIT, START_LIMIT
 from tests.support.processes import ComponentProcess, announced, free_endpoint, module
 from tests.support.robot_server import wait_for
@@ -35,10 +36,12 @@ def test_it_says_when_it_is_ready_and_ends_cleanly_at_ctrl_c(endpoint):
 
 
 def test_head_turns_and_balls_hang_in_the_air(endpoint):
-    with server(endpoint, "--speed", "20") as process:
+    with server(endpoint, "--speed", "20", "--joint-speed", "0.8") as process:
         process.wait_for("^ready")
         with initialize(connect=[endpoint], listen=["tcp/127.0.0.1:0"]) as communicator:
             head = PoseHeadPrx.checkedCast(communicator.stringToProxy("Head"))
+            full = H25.joints[H25.joint_names.index("HeadYaw")].max_velocity
+            assert head.getLimits().maxPanSpeed == pytest.approx(0.8 * full)
             head.setPose(0.5, 0.1, 0.5)
             for sample in head.getPose.samples(timeout=START_LIMIT):
                 if abs(sample.value.pan - 0.5) < 0.02:
