@@ -350,7 +350,7 @@ const resolve = async (choice) => (await import("./files.js")).resolve(choice);
 function unsavedBanner() {
   const path = page.tabState?.path;
   const lost = path && store.workspace.recoverable.find((each) => each.path === path);
-  if (!lost) return nothing;
+  if (!lost || store.restarted) return nothing;
   return html`<div class="banner" role="alert">
     Changes to ${page.tabState?.title} of ${new Date(lost.changedAt * 1000).toLocaleString()} were not saved when the
     editor ended.

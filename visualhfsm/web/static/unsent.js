@@ -26,7 +26,7 @@ export function copyUnsent() {
 /** What was not sent before the editor was restarted. @param {() => void} redraw */
 export function unsentBanner(redraw) {
   const text = sessionStorage.getItem(KEPT);
-  if (!text) return nothing;
+  if (!text || store.restarted) return nothing; // a click would be lost with the page that is about to be loaded again
   const drop = () => {
     sessionStorage.removeItem(KEPT);
     redraw();
