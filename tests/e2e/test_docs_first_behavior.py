@@ -119,8 +119,7 @@ def watch(shown: EditorPage) -> None:
     shown.press("Alt+l")
     shown.page.get_by_role("tab", name="3D").click()
     expect(shown.state("left").and_(active)).to_be_visible()
-    shown.page.wait_for_timeout(1000 if shown.page.locator("canvas").count() else 0)
-    picture(shown.page, "running", "tutorial")
+    picture(shown.page, "running", "tutorial", after=1000)
 
 
 def break_and_fix(shown: EditorPage) -> None:

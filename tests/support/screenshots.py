@@ -26,10 +26,13 @@ HIDE_NOTICES: Final = """() => {
 SHOW_NOTICES: Final = "() => document.adoptedStyleSheets.pop()"
 
 
-def picture(page: Page, name: str, folder: str = "editor", *, notices: bool = False) -> None:
-    """Save a page as docs/pictures/FOLDER/NAME.png, without its notices by default."""
+def picture(
+    page: Page, name: str, folder: str = "editor", *, notices: bool = False, after: float = 0.0
+) -> None:
+    """Save a page as docs/pictures/FOLDER/NAME.png `after` ms, without its notices by default."""
     if not os.environ.get("SCREENSHOTS"):
         return
+    page.wait_for_timeout(after)
     if not notices:
         page.evaluate(HIDE_NOTICES)  # also those that come just now
     page.mouse.move(0, 0)
