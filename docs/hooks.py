@@ -271,7 +271,9 @@ def naoqi() -> str:
             reason, operations = REFUSED[name]
             rows += [(f"`{name}.{each}`", "refused", reason) for each in sorted(operations.split())]
             continue
-        for operation, function in inspect.getmembers(getattr(service, name), inspect.isfunction):
+        parts = [getattr(service, name), *(service.PARTS_OF_MOTION if name == "ALMotion" else ())]
+        functions = {k: v for part in parts for k, v in inspect.getmembers(part, inspect.isfunction)}
+        for operation, function in sorted(functions.items()):
             if not operation.startswith("_"):
                 does = (inspect.getdoc(function) or "").partition("\n\n")[0]
                 kind = "approximated" if _APPROXIMATED.search(does) else "works"

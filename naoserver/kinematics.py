@@ -1,9 +1,9 @@
-"""Forward kinematics of the H25: where joints, effectors and cameras are, from the angles of the joints."""
+"""Kinematics of the H25: where its parts are by the angles of the joints, and which angles reach a place."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Final
 
 import numpy as np
@@ -20,6 +20,12 @@ _MOVED_BY: Final = {joint.child: joint.name for joint in H25.joints}
 _SIZES: Final = H25.facts["dimensions"]
 _HAND: Final = (_SIZES["hand_offset_x"], 0.0, -_SIZES["hand_offset_z"])
 _SOLE: Final = (0.0, 0.0, -_SIZES["foot_height"])
+_COUPLED: Final = (H25.couplings[0].leader, H25.couplings[0].follower)
+_MOST_STEPS: Final = 60
+_NEAR_ENOUGH: Final = 1e-4  # rad
+_DAMPING: Final = 1e-4
+_LARGEST_STEP: Final = 0.3  # rad
+_NO_TURN: Final = 1e-9
 
 
 def rotation(axis: tuple[float, float, float], angle: float) -> Matrix:
@@ -56,18 +62,26 @@ def place_of(name: str, angles: Mapping[str, float]) -> Matrix:
 
     A joint's frame is that of the link that it moves. Raises InvalidCommand for what there is none of.
     """
-    if name == "Torso":
-        return np.eye(4)
+    return _frames(name, angles)[-1][1]
+
+
+def _frames(name: str, angles: Mapping[str, float]) -> list[tuple[Joint | None, Matrix]]:
+    """Return the places of the joints from the torso to a part, and at the end that of the part itself."""
     joint, offset = PARTS.get(name, (name, np.eye(4)))
-    if joint not in _JOINTS:
+    if name != "Torso" and joint not in _JOINTS:
         known = ", ".join(PARTS)
         raise InvalidCommand("name", f"there is no part {name[:60]!r}; there are Torso, {known} and joints")
-    place: Matrix = offset
-    link: Joint | None = _JOINTS[joint]
+    chain: list[Joint] = []
+    link = _JOINTS.get(joint)
     while link is not None:
-        place = _shift(link.origin) @ rotation(link.axis, angles[link.name]) @ place
+        chain.insert(0, link)
         link = _JOINTS.get(_MOVED_BY.get(link.parent, ""))
-    return place
+    place: Matrix = np.eye(4)
+    frames: list[tuple[Joint | None, Matrix]] = []
+    for link in chain:
+        place = place @ _shift(link.origin) @ rotation(link.axis, angles[link.name])
+        frames.append((link, place))
+    return [*frames, (None, place @ offset)]
 
 
 def angles_of(matrix: Matrix) -> tuple[float, float, float]:
@@ -77,3 +91,108 @@ def angles_of(matrix: Matrix) -> tuple[float, float, float]:
         math.atan2(-matrix[2, 0], math.hypot(matrix[2, 1], matrix[2, 2])),
         math.atan2(matrix[1, 0], matrix[0, 0]),
     )
+
+
+def matrix_of(place: Sequence[float]) -> Matrix:
+    """Return the transform of x, y and z in m and the angles about x, y and z in rad."""
+    x, y, z, about_x, about_y, about_z = place
+    turned = rotation((0.0, 0.0, 1.0), about_z) @ rotation((0.0, 1.0, 0.0), about_y)
+    return _shift((x, y, z)) @ turned @ rotation((1.0, 0.0, 0.0), about_x)
+
+
+def reach(
+    goals: Mapping[str, tuple[Matrix, Sequence[bool]]], angles: Mapping[str, float]
+) -> dict[str, float]:
+    """Return angles of all joints with which effectors come as near to their goals as they can.
+
+    A goal is a place in the torso's frame, and which of x, y, z and of the rotations about them count. It
+    begins at `angles` and moves the joints between the torso and the effectors only, within their limits:
+    damped least squares (Levenberg, Q. Appl. Math. 2, 1944; Marquardt, SIAM J. Appl. Math. 11, 1963).
+    """
+    found = dict(angles)
+    moved = list(
+        dict.fromkeys(joint for name in goals for joint, _ in _frames(name, angles) if joint is not None)
+    )
+    columns = {joint.name: i for i, joint in enumerate(moved)}
+    if columns.keys() >= set(_COUPLED):  # one motor
+        columns[_COUPLED[1]] = columns[_COUPLED[0]]
+    error, jacobian = _errors(goals, found, columns)
+    damping = _DAMPING
+    for _ in range(_MOST_STEPS):
+        damped = jacobian @ jacobian.T + damping * np.eye(len(error))
+        change = np.clip(jacobian.T @ np.linalg.solve(damped, error), -_LARGEST_STEP, _LARGEST_STEP)
+        tried = dict(found)
+        for joint in moved:
+            turned = found[joint.name] + float(change[columns[joint.name]])
+            tried[joint.name] = min(max(turned, joint.lower), joint.upper)
+        error_then, jacobian_then = _errors(goals, tried, columns)
+        if error_then @ error_then < error @ error:
+            found, error, jacobian, damping = tried, error_then, jacobian_then, max(damping / 3.0, _DAMPING)
+        else:
+            damping *= 10.0
+        if np.abs(change).max(initial=0.0) < _NEAR_ENOUGH:
+            break
+    return found
+
+
+def _errors(
+    goals: Mapping[str, tuple[Matrix, Sequence[bool]]],
+    angles: Mapping[str, float],
+    columns: Mapping[str, int],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return how far effectors are from their goals, and how each joint's angle changes that."""
+    errors, rows = [], []
+    for name, (goal, counts) in goals.items():
+        *frames, (_, place) = _frames(name, angles)
+        effects = np.zeros((6, max(columns.values()) + 1))
+        for joint, frame in frames:
+            assert joint is not None
+            axis = frame[:3, :3] @ np.array(joint.axis)
+            effects[:3, columns[joint.name]] += np.cross(axis, place[:3, 3] - frame[:3, 3])
+            effects[3:, columns[joint.name]] += axis
+        wanted = np.array(counts, bool)
+        errors.append(_difference(place, goal)[wanted])
+        rows.append(effects[wanted])
+    return np.concatenate(errors), np.concatenate(rows)
+
+
+def _difference(place: Matrix, goal: Matrix) -> NDArray[np.float64]:
+    """Return the way in m and the rotation in rad, as a vector about its axis, from a place to a goal."""
+    turn = goal[:3, :3] @ place[:3, :3].T
+    axis = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]]) / 2.0
+    size = float(np.linalg.norm(axis))
+    angle = math.atan2(size, (float(np.trace(turn)) - 1.0) / 2.0)
+    return np.concatenate([goal[:3, 3] - place[:3, 3], axis * (angle / size if size > _NO_TURN else 1.0)])
+
+
+def between(start: Matrix, goal: Matrix, share: float) -> Matrix:
+    """Return the place at a share of the straight way, and of the shortest rotation, from one to another."""
+    way = share * _difference(start, goal)
+    angle = float(np.linalg.norm(way[3:]))
+    place = start.copy()
+    place[:3, 3] += way[:3]
+    if angle > _NO_TURN:
+        x, y, z = (float(part) for part in way[3:] / angle)
+        place[:3, :3] = rotation((x, y, z), angle)[:3, :3] @ start[:3, :3]
+    return place
+
+
+def center_of_mass(name: str, angles: Mapping[str, float]) -> tuple[float, NDArray[np.float64]]:
+    """Return the mass in kg of a part of the body and its center in m, in the torso's frame.
+
+    The part is `Body`, a joint with the link that it moves, or the chain of an effector. Raises
+    InvalidCommand for another.
+    """
+    if name in ("Head", "LArm", "RArm", "LLeg", "RLeg"):
+        chain = {joint.name for joint, _ in _frames(name, angles) if joint is not None}
+        links = [link for link in H25.links if link.parent_joint in chain]
+    else:
+        links = [link for link in H25.links if name in ("Body", link.parent_joint or "Torso")]
+    mass = sum(link.mass for link in links)
+    if not links:
+        raise InvalidCommand(
+            "name", f"there is no part {name[:60]!r}; there are Body, Torso, chains and joints"
+        )
+    places = ((link, place_of(link.parent_joint or "Torso", angles)) for link in links)
+    weighted = sum(link.mass * (place @ np.array([*link.com, 1.0]))[:3] for link, place in places)
+    return mass, np.asarray(weighted / mass if mass else np.zeros(3), np.float64)

@@ -12,7 +12,7 @@ import inspect
 import logging
 import math
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from fnmatch import fnmatchcase
@@ -197,10 +197,10 @@ class Calls:
         self._running: set[Call] = set()
         self._closed = False
 
-    def facade(self, name: str, service: object) -> Callable[[], object]:
-        """Return what makes an object for libqi: the public methods of a service as `name`, nothing else."""
+    def facade(self, name: str, parts: Sequence[object]) -> Callable[[], object]:
+        """Return what makes an object for libqi: the public methods of some parts as `name`, nothing else."""
         operations: dict[str, Callable[..., Any]] = {}
-        for each in (_Tasks(self._clock, operations), service):  # the service's own win
+        for each in (_Tasks(self._clock, operations), *parts):  # the service's own win
             for method in dir(type(each)):
                 if not method.startswith("_") and inspect.isfunction(getattr(type(each), method)):
                     operations[method] = self._operation(f"{name}::{method}", getattr(each, method))

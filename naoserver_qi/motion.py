@@ -286,6 +286,9 @@ class ALMotion:
         self._walking.stop()
 
     killMove = stopMove
+    # Former names.
+    walkTo, walkInit, walkIsActive = moveTo, moveInit, moveIsActive
+    waitUntilWalkIsFinished, stopWalk, killWalk = waitUntilMoveIsFinished, stopMove, stopMove
 
     def getMoveConfig(self, config: object) -> list[list[object]]:
         """Return the parameters of NAOqi's gait: `Min`, `Default` or `Max`."""
@@ -393,6 +396,8 @@ class ALMotion:
         """Remember whether the arms are to swing; they do unless they are commanded."""
         self._remember("MoveArms/LArm", leftArm)
         self._remember("MoveArms/RArm", rightArm)
+
+    setWalkArmsEnabled = setMoveArmsEnabled  # its former name
 
     # -- internal ----------------------------------------------------------------------------------------
 

@@ -20,6 +20,8 @@ from naoserver.libqi import start_libqi
 from naoserver.robot import Robot
 from naoserver_qi.access import RENEWAL, Access, Walking
 from naoserver_qi.calls import Calls, Faults
+from naoserver_qi.effectors import EffectorMotion
+from naoserver_qi.footsteps import FootSteps
 from naoserver_qi.leds import ALLeds
 from naoserver_qi.life import ALAutonomousLife, ALBattery, ALSystem
 from naoserver_qi.memory import NOTIFYING, ALMemory
@@ -30,7 +32,11 @@ from naoserver_qi.sensors import ALSonar, ALTouch
 from naoserver_qi.sound import ALAudioDevice, ALAudioPlayer, ALAudioRecorder, Disk
 from naoserver_qi.speech import ALAnimatedSpeech, ALTextToSpeech
 from naoserver_qi.video import ALVideoDevice
+from naoserver_qi.whole_body import WholeBody
 from zenoh_ice import WallClock
+
+PARTS_OF_MOTION: Final = (EffectorMotion, FootSteps, WholeBody)
+"""Further operations of ALMotion."""
 
 _logger = logging.getLogger(__name__)
 
@@ -63,6 +69,7 @@ def serve(robot: Robot, assembly: Assembly, url: str, *, disk: Path, faults: boo
     )
     postures = ALRobotPosture(access)
     speech = ALTextToSpeech(robot.voice, memory)
+    motion = ALMotion(access, postures, walking)
     files = Disk(disk)
     recorder = ALAudioRecorder(files, robot.clock)
     services: dict[str, object] = {
@@ -75,7 +82,6 @@ def serve(robot: Robot, assembly: Assembly, url: str, *, disk: Path, faults: boo
         "ALBattery": ALBattery(robot.senses),
         "ALLeds": ALLeds(robot.lights),
         "ALMemory": memory,
-        "ALMotion": ALMotion(access, postures, walking),
         "ALRobotPosture": postures,
         "ALSonar": sonar,
         "ALSystem": ALSystem(robot.name),
@@ -85,7 +91,9 @@ def serve(robot: Robot, assembly: Assembly, url: str, *, disk: Path, faults: boo
         **{name: refused_service(name) for name in REFUSED},
         **({"Faults": made_to_fail} if faults else {}),
     }
-    listener = _Listener(url, {name: calls.facade(name, service) for name, service in services.items()})
+    parts: dict[str, tuple[object, ...]] = {name: (service,) for name, service in services.items()}
+    parts["ALMotion"] = (motion, EffectorMotion(access, motion), WholeBody(access), FootSteps(motion))
+    listener = _Listener(url, {name: calls.facade(name, own) for name, own in parts.items()})
     wall = WallClock()
     jobs = (
         Periodic("ALMemory", wall, lambda: NOTIFYING, memory._notify, thread="NAOqi"),

@@ -9,6 +9,7 @@ pytest.importorskip("qi")
 from naoserver.body import H25
 from naoserver.capabilities import WalkVelocity
 from naoserver.errors import CommandRefused, HardwareFailure, InvalidCommand
+from naoserver_qi.footsteps import FootSteps
 from naoserver_qi.postures import ALBehaviorManager
 from tests.support.qi_service import LongCall, Rig
 from tests.support.robot_server import eventually
@@ -337,3 +338,31 @@ def test_a_robot_without_a_walk_says_so(rig):
     with pytest.raises(HardwareFailure, match="does not walk"):
         rig.motion.moveToward(1.0, 0.0, 0.0)
     rig.motion.stopMove()
+
+
+@pytest.mark.parametrize(
+    ("legs", "steps", "x", "y"),
+    [
+        (["LLeg", "RLeg"], [[0.06, 0.1, 0.0], [0.0, -0.1, 0.0]], 0.06, 0.0),
+        (["RLeg", "LLeg"], [[0.0, -0.14, 0.0], [0.0, 0.1, 0.0]], 0.0, -0.04),
+    ],
+    ids=["forward", "right"],
+)
+def test_foot_steps_lead_to_a_place(rig, legs, steps, x, y):
+    rig.complete(FootSteps(rig.motion).setFootSteps, legs, steps, [0.6, 1.2], False)
+    assert rig.motion.getRobotPosition(True) == pytest.approx([x, y, 0.0], abs=0.03)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((["LLeg"], [], [1.0], True), "0 steps for 1 legs"),
+        ((["LArm"], [[0, 0.1, 0]], [1.0], True), "no leg 'LArm'"),
+        ((["LLeg"], [[9, 0.1, 0]], [1.0], True), "longer than 1 m"),
+        ((["LLeg"], [[0, 0.1, 0]], [0.0], True), "must be above 0"),
+    ],
+)
+def test_what_are_no_foot_steps(rig, arguments, message):
+    call = rig.begin(FootSteps(rig.motion).setFootStepsWithSpeed, *arguments)
+    call.join()
+    assert message in str(call.error)

@@ -1,0 +1,245 @@
+"""ALMotion's Cartesian control: move hands, feet, head and torso to places, along paths."""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
+from typing import Any, Final
+
+import numpy as np
+
+from naoserver.errors import InvalidCommand
+from naoserver.kinematics import Matrix, between, matrix_of, place_of, reach
+from naoserver_qi.access import Access
+from naoserver_qi.arguments import CHAINS, chosen, listed, number, number_lists, number_within
+from naoserver_qi.calls import Call
+from naoserver_qi.motion import ALMotion
+from naoserver_qi.trajectory import Trajectory, check_times, smooth_trajectory
+
+_EFFECTORS: Final = ("Head", "LArm", "RArm", "LLeg", "RLeg", "Torso")
+_LEGS: Final = ("LLeg", "RLeg")
+_ALL_AXES: Final = 63
+"""The mask of all axes: 1, 2 and 4 for x, y and z, 8, 16 and 32 for the rotations about them."""
+_SPACING: Final = 0.1
+"""Robot seconds between two places of a path whose angles are computed."""
+_MOST_PLACES: Final = 1000
+
+_Read = Callable[[object], Matrix]
+"""What makes a place of what a client sent."""
+
+
+def _position(value: object) -> Matrix:
+    """Return the place of x, y and z in m and the angles about them in rad."""
+    return matrix_of([number(part, "a position") for part in listed(value, "a position", 6)])
+
+
+def _transform(value: object) -> Matrix:
+    """Return the place of a transform's first three rows, or of all four."""
+    parts = [number(part, "a transform") for part in listed(value, "a transform")]
+    if len(parts) not in (12, 16):
+        raise InvalidCommand("transform", f"a transform has 12 or 16 numbers, not {len(parts)}")
+    place = np.eye(4)
+    place[:3] = np.array(parts[:12]).reshape(3, 4)
+    turn = place[:3, :3]
+    if np.abs(turn @ turn.T - np.eye(3)).max() > 0.01:
+        raise InvalidCommand("transform", "the first three columns of a transform must be a rotation")
+    return place
+
+
+def _interpolations(read: _Read) -> tuple[Callable[..., Any], Callable[..., Any]]:
+    """Return the operations that move one effector, and several at the same time, along paths."""
+
+    def several(  # noqa: PLR0917 - the order is NAOqi's
+        self: EffectorMotion,
+        call: Call,
+        effectorNames: object,
+        frame: object,
+        paths: object,
+        axisMasks: object,
+        times: object,
+        isAbsolute: object = True,
+    ) -> None:
+        """Move effectors through places at times in s; returns when they are there."""
+        names = _names(effectorNames)
+        masks = axisMasks if isinstance(axisMasks, (list, tuple)) else [axisMasks] * len(names)
+        self._follow(
+            call,
+            frame,
+            {
+                name: ([read(each) for each in _places(path)], _mask(mask), own)
+                for name, path, mask, own in zip(
+                    names,
+                    listed(paths, "paths", len(names)),
+                    listed(masks, "axisMasks", len(names)),
+                    number_lists(times, "times", len(names)),
+                    strict=True,
+                )
+            },
+            absolute=bool(isAbsolute),
+        )
+
+    def one(  # noqa: PLR0917 - the order is NAOqi's
+        self: EffectorMotion,
+        call: Call,
+        effectorName: object,
+        frame: object,
+        path: object,
+        axisMask: object,
+        times: object,
+        isAbsolute: object = True,
+    ) -> None:
+        """Move an effector through places at times in s; returns when it is there."""
+        several(self, call, [effectorName], frame, [path], [axisMask], [times], isAbsolute)
+
+    return one, several
+
+
+def _targets(read: _Read, *, absolute: bool) -> Callable[..., Any]:
+    """Return the operation that sends effectors somewhere, relative to where they are unless absolute."""
+
+    def send(  # noqa: PLR0917 - the order is NAOqi's
+        self: EffectorMotion,
+        effectorNames: object,
+        frame: object,
+        places: object,
+        fractionMaxSpeed: object,
+        axisMask: object = _ALL_AXES,
+    ) -> None:
+        """Send effectors to places at a fraction of full speed; returns at once."""
+        names = _names(effectorNames)
+        goals = _places(places) if isinstance(effectorNames, (list, tuple)) else [places]
+        if len(goals) != len(names):
+            raise InvalidCommand("places", f"there are {len(goals)} places for {len(names)} effectors")
+        start, mask = self._access.angles(measured=False), _mask(axisMask)
+        base = self._access.place("Torso", frame, measured=False)
+        wanted = {}
+        for name, goal in zip(names, map(read, goals), strict=True):
+            wanted[name] = (goal if absolute else _moved(base @ place_of(name, start), goal), mask)
+        found, joints = _reach(wanted, base, start, start), _joints_of(names)
+        self._motion._send(joints, [found[joint] for joint in joints], fractionMaxSpeed)
+
+    return send
+
+
+class EffectorMotion:
+    """Move effectors by angles that reach their places as nearly as the joints can.
+
+    `Torso` moves over the feet, which stay where they are.
+    """
+
+    positionInterpolation, positionInterpolations = _interpolations(_position)
+    transformInterpolation, transformInterpolations = _interpolations(_transform)
+    setPosition = setPositions = _targets(_position, absolute=True)
+    setTransform = setTransforms = _targets(_transform, absolute=True)
+    changePosition = _targets(_position, absolute=False)
+    changeTransform = _targets(_transform, absolute=False)
+
+    def __init__(self, access: Access, motion: ALMotion) -> None:
+        self._access = access
+        self._motion = motion
+
+    def _follow(
+        self,
+        call: Call,
+        frame: object,
+        paths: Mapping[str, tuple[Sequence[Matrix], int, Sequence[float]]],
+        *,
+        absolute: bool,
+    ) -> None:
+        """Move effectors along paths, each of places, a mask of axes and times."""
+        for name, (places, _, times) in paths.items():
+            check_times(name, times, len(places))
+        end = max((times[-1] for _, _, times in paths.values()), default=0.0)
+        count = max(1, round(end / _SPACING))
+        if count > _MOST_PLACES:
+            raise InvalidCommand("times", f"the path takes {end:g} s: at most {_MOST_PLACES * _SPACING:g} s")
+        joints = _joints_of(paths)
+
+        def angles(start: dict[str, float]) -> dict[str, Trajectory]:
+            base = self._access.place("Torso", frame, measured=False)
+            ways = {}
+            for name, (places, mask, times) in paths.items():
+                here = base @ place_of(name, start)
+                goals = places if absolute else [_moved(here, place) for place in places]
+                ways[name] = partial(_at, [0.0, *times], [here, *goals]), mask
+            moments = [end * (i + 1) / count for i in range(count)]
+            found, keys = start, []
+            for moment in moments:
+                wanted = {name: (way(moment), mask) for name, (way, mask) in ways.items()}
+                found = _reach(wanted, base, start, found)
+                keys.append(found)
+            return {
+                joint: smooth_trajectory(joint, start[joint], moments, [key[joint] for key in keys])
+                for joint in joints
+            }
+
+        self._motion._follow(call, "positionInterpolation", joints, angles)
+
+
+def _names(effectors: object) -> list[str]:
+    names = [effectors] if isinstance(effectors, str) else listed(effectors, "effectors")
+    return [chosen(name, "effector", _EFFECTORS) for name in names]
+
+
+def _places(path: object) -> list[object]:
+    """Return the places of a path; one place may stand alone."""
+    places = listed(path, "a path")
+    return places if places and isinstance(places[0], (list, tuple)) else [places]
+
+
+def _mask(value: object) -> int:
+    """Return a mask of axes, which NAOqi takes alone or as one of each place of a path."""
+    one = listed(value, "axisMask")[-1] if isinstance(value, (list, tuple)) and value else value
+    return int(number_within(one, "axisMask", 0, _ALL_AXES))
+
+
+def _joints_of(effectors: Iterable[str]) -> list[str]:
+    """Return the joints that move effectors."""
+    chains = (_LEGS if name == "Torso" else (name,) for name in effectors)
+    return [joint for names in chains for name in names for joint in CHAINS[name] if joint[1:] != "Hand"]
+
+
+def _moved(place: Matrix, change: Matrix) -> Matrix:
+    """Return a place after a shift and a turn along the axes of its frame."""
+    moved = place.copy()
+    moved[:3, 3] += change[:3, 3]
+    moved[:3, :3] = change[:3, :3] @ place[:3, :3]
+    return moved
+
+
+def _at(times: Sequence[float], places: Sequence[Matrix], moment: float) -> Matrix:
+    """Return where a path is at a time; straight from place to place."""
+    later = min(bisect_left(times, moment), len(times) - 1)
+    before = max(later - 1, 0)
+    span = times[later] - times[before]
+    share = min(1.0, (moment - times[before]) / span) if span > 0.0 else 1.0
+    return between(places[before], places[later], share)
+
+
+def _reach(
+    wanted: Mapping[str, tuple[Matrix, int]],
+    base: Matrix,
+    start: Mapping[str, float],
+    near: Mapping[str, float],
+) -> dict[str, float]:
+    """Return angles near others with which effectors are at places in the frame in which `base` is the torso.
+
+    `start` are the angles at the beginning: a torso that moves leaves the feet where they were then.
+    """
+    torso = base
+    if (moved := wanted.get("Torso")) is not None:
+        goal, mask = moved
+        torso = base.copy()
+        if mask & 56:
+            torso[:3, :3] = goal[:3, :3]
+        for axis in range(3):
+            if mask >> axis & 1:
+                torso[axis, 3] = goal[axis, 3]
+        feet = {leg: (base @ place_of(leg, start), _ALL_AXES) for leg in _LEGS}
+        wanted = {**feet, **{name: goal for name, goal in wanted.items() if name != "Torso"}}
+    inverse, bits = np.linalg.inv(torso), range(6)
+    goals = {
+        name: (inverse @ place, [bool(mask >> i & 1) for i in bits]) for name, (place, mask) in wanted.items()
+    }
+    return reach(goals, near)
