@@ -9,10 +9,14 @@ the runtime does not know.
 
 from __future__ import annotations
 
+from hashlib import sha256
 from typing import Annotated, Any, Final
 
 import msgspec
 from msgspec import Meta
+
+WATCHED: Final = "watched"
+"""The metadata of a recording that somebody made who watched the component: it is not replayed."""
 
 METADATA: Final = "visualhfsm.component"
 """The name of the metadata about the component."""
@@ -98,6 +102,12 @@ class Mark(Message, frozen=True):
     label: Text = ""
 
 
+def values_of(pose: Any) -> list[float]:  # noqa: ANN401
+    """Return a place of a nao::Pose."""
+    at, turn = pose.position, pose.orientation
+    return [at.x, at.y, at.z, turn.x, turn.y, turn.z, turn.w]
+
+
 class RobotPose(Message, frozen=True):
     """Where the robot was, and in a simulation what can move: no input of the component.
 
@@ -118,6 +128,15 @@ class Shape(msgspec.Struct, frozen=True, omit_defaults=True):
     at: list[float]
     color: list[float]
     opacity: float = 1.0
+
+    @classmethod
+    def of(cls, shape: Any) -> Shape:  # noqa: ANN401 - a nao::WorldShape, which this package does not know
+        """Return the shape that a simulation reports."""
+        size, color = shape.size, shape.color
+        return cls(
+            shape.object, shape.kind.name.lower(), [size.x, size.y, size.z], values_of(shape.pose),
+            [color.x, color.y, color.z], shape.opacity,
+        )  # fmt: skip
 
 
 class World(Message, frozen=True):
@@ -224,6 +243,27 @@ class Image(Message, frozen=True):
     hash: Text
 
 
+class Picture(Message, frozen=True):
+    """A compressed image, in the shape of foxglove.CompressedImage."""
+
+    timestamp: Stamp
+    frame_id: Text
+    data: bytes
+    format: Text
+    hash: Text
+
+    @classmethod
+    def of(cls, camera: str, time: int, jpeg: bytes) -> Picture:
+        """Return the message of a JPEG."""
+        return cls(Stamp.of(time), camera, jpeg, "jpeg", sha256(jpeg).hexdigest())
+
+
+class Snapshot(Message, frozen=True):
+    """A component as its monitor showed it to who recorded it: a `hfsm::ComponentSnapshot` in JSON."""
+
+    component: msgspec.Raw
+
+
 class Gap(Message, frozen=True):
     """Messages were lost, since the recording could not keep up."""
 
@@ -239,13 +279,14 @@ class Overlap(Message, frozen=True):
 
 _OURS: Final[tuple[type[Message], ...]] = (
     Cycle, Change, Guard, Firing, Variables, Timers, Failure,
-    EventSent, Mark, RobotPose, World, Action, Reading, Result, Gap, Overlap,
+    EventSent, Mark, RobotPose, World, Action, Reading, Result, Gap, Overlap, Snapshot,
 )  # fmt: skip
-TO_LOOK_AT: Final[tuple[type[Message], ...]] = (Image, RobotPose, World)
+TO_LOOK_AT: Final[tuple[type[Message], ...]] = (Image, Picture, RobotPose, Snapshot, World)
 """What a replay leaves aside: it is no input of the component, or, as an image, found by its hash."""
 MESSAGES: Final[dict[str, type[Message]]] = {
     "foxglove.Log": LogLine,
     "foxglove.RawImage": Image,
+    "foxglove.CompressedImage": Picture,
     **{f"visualhfsm.{kind.__name__}": kind for kind in _OURS},
 }
 """The messages by the name of their schema."""

@@ -21,7 +21,7 @@ import zstandard
 from mcap.data_stream import ReadDataStream
 from mcap.records import Attachment, Channel, Chunk, Metadata, Schema
 
-from .messages import MESSAGES, METADATA, SOURCES, Image, Message
+from .messages import MESSAGES, METADATA, SOURCES, Image, Message, Picture
 
 LARGEST: Final = 64 << 20
 """Bytes of a record, of what a chunk unpacks to, and of all sources together."""
@@ -47,6 +47,7 @@ _BROKEN: Final = (
 """Exceptions for a truncated file: the library's parsers do not expect the end within a record."""
 
 T = TypeVar("T")
+P = TypeVar("P", Image, Picture)
 
 
 class RecordingError(Exception):
@@ -122,14 +123,14 @@ class RecordingFile:
         except OSError as error:
             raise RecordingError(f"the recording {self._path} cannot be read: {error.strerror}") from error
 
-    def image_at(self, place: int, hash: str) -> Image | None:
+    def image_at(self, place: int, hash: str, kind: type[P]) -> P | None:
         """Return the image of a hash, from the record of the file that begins at `place`."""
         with self._path.open("rb") as file:
             file.seek(place)
             for opcode, content in _unpack(*_read_record(file)):
                 data = content[_MESSAGE_HEAD.size :]
                 if opcode == _MESSAGE and hash.encode() in data:
-                    image = msgspec.json.decode(data, type=Image)
+                    image = msgspec.json.decode(data, type=kind)
                     if image.hash == hash:
                         return image
         return None

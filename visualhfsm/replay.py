@@ -22,6 +22,7 @@ from codegen.diagnostics import Diagnostics
 from codegen.options import ErrorFormat, require_directories, show
 from hfsm_command.child import ChildProcess
 from hfsm_command.cli import finite, stop_on_signals
+from hfsm_recording.messages import WATCHED
 from hfsm_recording.outcome import Begin, Difference, Divergence, Line, Outcome, Progress, Side, Step
 from hfsm_recording.reader import RecordingError, RecordingFile
 from visualhfsm.child import child_environment
@@ -106,6 +107,8 @@ def replay(
         recorded = RecordingFile(recording)
     except RecordingError as error:
         raise VisualHfsmError(str(error)) from error
+    if WATCHED in recorded.metadata:
+        raise VisualHfsmError(f"{recording} was recorded to be looked at: what --record writes is replayed")
     if not as_json:
         _announce(recorded, recording)
     with stop_on_signals() as stop, tempfile.TemporaryDirectory(prefix="visualhfsm-replay-") as folder:

@@ -24,12 +24,12 @@ from typing import Any, Final
 import msgspec
 
 from codegen.hfsm.document import Document
+from hfsm_recording.messages import Shape
 from interfaces.hfsm import ComponentStructure
 from visualhfsm.editing.views import view
 from visualhfsm.errors import VisualHfsmError
 from visualhfsm.monitoring.follower import LiveStructure
 from visualhfsm.monitoring.run_log import RunLog
-from visualhfsm.monitoring.world import Shape
 
 STATIC: Final = Path(__file__).parent / "web" / "static"
 LIBRARIES: Final = ("codemirror", "dagre", "lit", "three", "uplot")

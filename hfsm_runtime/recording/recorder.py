@@ -11,6 +11,7 @@ from typing import Any, Final
 import msgspec
 
 from hfsm_recording import messages
+from hfsm_recording.writer import Entry
 
 from ..automaton import Automaton, Event, Transition
 from ..errors import describe
@@ -18,7 +19,6 @@ from ..observer import Observer
 from ..tree import ChangeKind, Run, Tree
 from ..variables import cells_of
 from .values import readable, without_addresses
-from .writer import Entry
 
 _SECOND: Final = 1_000_000_000
 _LONGEST_MESSAGE: Final = 4000

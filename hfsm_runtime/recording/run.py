@@ -19,12 +19,20 @@ import msgspec
 
 from hfsm_recording import messages
 from hfsm_recording.messages import SOURCES, Action
+from hfsm_recording.writer import RecordingFailedError, RecordingWriter
 from zenoh_ice import ObjectPrx
 from zenoh_ice.clock import Clock
 
 from ..automaton import Automaton
 from ..component import Component, parameter_values, proxies_of, source_of
-from ..errors import ComponentStoppedError, CycleCutError, OnError, OnRefused, ReloadRefusedError
+from ..errors import (
+    ComponentError,
+    ComponentStoppedError,
+    CycleCutError,
+    OnError,
+    OnRefused,
+    ReloadRefusedError,
+)
 from ..marks import Mark
 from ..runtime import Runtime
 from ..source_map import sources_of
@@ -34,7 +42,6 @@ from ..tree import Replaced, Run, Tree
 from .clocks import InterceptedClock, InterceptedTimeline, intercepted_time
 from .recorder import LogRecorder, Recorder, automaton_context
 from .transport import recorded_proxies
-from .writer import RecordingWriter
 
 START: Final = "start"
 """The context of code before the first cycle."""
@@ -51,7 +58,7 @@ _PACKAGES: Final = ("visualhfsm", "eclipse-zenoh", "msgspec", "mcap")
 def recording(component: Component, path: Path, *, with_images: bool = False) -> Iterator[Recorder]:
     """Record a component, which is connected and has not run yet, for the time of a `with` block.
 
-    Give the recorder to a `RecordedRuntime`. Raises RecordingFailedError.
+    Give the recorder to a `RecordedRuntime`. Raises ComponentError when the file cannot be written.
     """
     start = time.time_ns()
     proxies = [vars(component).get(name) for name in proxies_of(component)]
@@ -71,7 +78,10 @@ def recording(component: Component, path: Path, *, with_images: bool = False) ->
         "python": platform.python_version(),
         **{package: _version(package) for package in _PACKAGES},
     }
-    writer = RecordingWriter(path, metadata, _sources(component), start)
+    try:
+        writer = RecordingWriter(path, metadata, _sources(component), start)
+    except RecordingFailedError as error:
+        raise ComponentError(str(error)) from error
     recorder = Recorder(writer.put, start)
     recorder.takes_images = lambda: with_images and not writer.crowded
     if not with_images:

@@ -11,8 +11,8 @@ import threading
 from collections.abc import Iterator
 from typing import Final
 
-from hfsm_recording.messages import RobotPose, Shape, World
-from interfaces.nao import GroundTruthPrx, JointsPrx, Pose, ScenePrx, WorldShape
+from hfsm_recording.messages import RobotPose, Shape, World, values_of
+from interfaces.nao import GroundTruthPrx, JointsPrx, Pose, ScenePrx
 from zenoh_ice import Communicator, ZenohIceError
 
 from .recorder import Recorder
@@ -73,7 +73,7 @@ class _Surroundings:
             if "Body" in present and self._names is None:
                 self._names = self._body.getJointNames()
             if "Scene" in present and not self._has_world:
-                found = [_described(shape) for shape in self._scene.getShapes()[:_MOST_SHAPES]]
+                found = [*map(Shape.of, self._scene.getShapes()[:_MOST_SHAPES])]
                 self._has_world = True
                 self._recorder.put("/world", World(found), 200 * len(found))
         state = self._body.getJointState.latest() if "Body" in present else None
@@ -92,17 +92,4 @@ class _Surroundings:
 
 
 def _values(pose: Pose) -> list[float]:
-    at, turn = pose.position, pose.orientation
-    return [round(value, _DIGITS) for value in (at.x, at.y, at.z, turn.x, turn.y, turn.z, turn.w)]
-
-
-def _described(shape: WorldShape) -> Shape:
-    size, color = shape.size, shape.color
-    return Shape(
-        object=shape.object,
-        kind=shape.kind.name.lower(),
-        size=[size.x, size.y, size.z],
-        at=_values(shape.pose),
-        color=[color.x, color.y, color.z],
-        opacity=shape.opacity,
-    )
+    return [round(value, _DIGITS) for value in values_of(pose)]

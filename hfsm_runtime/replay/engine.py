@@ -9,13 +9,13 @@ from functools import partial
 from typing import Any, Final, Self
 
 from hfsm_recording.messages import Action, Change, Cycle, Gap, Message, Overlap, Reading, Result
+from hfsm_recording.writer import Entry
 
 from ..component import Component
 from ..cycle import run_cycle
 from ..errors import OnError, OnRefused
 from ..recording.recorder import Recorder, automaton_context
 from ..recording.run import MONITOR, START, restore_random
-from ..recording.writer import Entry
 from ..timeline import slot_after, slot_from
 from ..tree import ChangeKind, Run
 from .comparison import Comparison

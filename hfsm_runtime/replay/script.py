@@ -89,7 +89,7 @@ class Recording(RecordingFile):
     def image(self, hash: str) -> bytes | None:
         """Return the bytes of an image, or None when the recording does not have them."""
         place = self._images.get(hash)
-        image = None if place is None else self.image_at(place, hash)
+        image = None if place is None else self.image_at(place, hash, Image)
         return None if image is None else image.data
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, expect
 
+from hfsm_recording.reader import RecordingFile
 from tests.support.browser import EditorPage
 from tests.support.editor import Editor
 from tests.support.monitor import (
@@ -395,6 +396,31 @@ def test_timeline_goes_back_through_the_run_and_to_now(shown: EditorPage) -> Non
     shown.button("Back to now").click()
     expect(status(shown)).to_have_text("Running")
     expect_current(shown, "go")
+
+
+def test_a_part_of_a_run_is_recorded_with_pictures_and_played(shown: EditorPage, path: Path) -> None:
+    shown.press("Control+k")
+    shown.type("pictures in rec")
+    shown.press("Enter")
+    shown.button("30").click()
+    run(shown)
+    shown.button("Record").click()
+    expect(shown.button("End the recording")).to_contain_text("0:01")
+    shown.transition("late").locator(".handle").click()
+    shown.press("Alt+Enter")
+    expect_current(shown, "go")
+    shown.button("End the recording").click()
+    expect(shown.button("Record")).to_be_visible()
+    shown.button("Play it").click()
+    expect(status(shown)).to_have_text("Recording")
+    expect_current(shown, "wait")
+    shown.page.get_by_role("slider", name="Moment of the run").focus()
+    shown.press("End")
+    expect_current(shown, "go")
+    (recording,) = (path.parent / "recordings").glob("walk-*.mcap")
+    kinds = [message.topic for message in RecordingFile(recording).messages()]
+    assert kinds.count("/images/Camera") > 10
+    assert {"/snapshots", "/robot", "/actions"} <= set(kinds)
 
 
 def test_recording_is_played_on_the_document_that_it_contains(

@@ -18,6 +18,7 @@ import msgspec
 import pytest
 from PIL import Image
 
+from hfsm_recording.reader import RecordingFile
 from hfsm_runtime import Component
 from hfsm_runtime.debugger.monitor import Monitor
 from hfsm_runtime.runtime import Runtime
@@ -566,3 +567,81 @@ def test_the_page_shows_the_world_of_a_simulation_and_moves_things_in_it() -> No
 
     with served(SimulatedRobot(skin=False, world=load_world("room"))) as robot:
         on_page(robot, go)
+
+
+def recorded_names(opened: Page) -> list[object]:
+    """Return the names of the files that the page sees being written."""
+    running = opened.pushes.of(Components)[-1].running
+    return [each["recording"] for each in running if "recording" in each]
+
+
+def test_a_followed_component_is_recorded_with_its_robot_and_pictures(
+    robot: ServedRobot, running: Walker, tmp_path: Path
+) -> None:
+    file = tmp_path / "walker.mcap"
+
+    async def go(opened: Page) -> None:
+        with pytest.raises(VisualHfsmError, match="not followed"):
+            opened.service.record("walker", file, "", 0)
+        await opened.attach()
+        first = await opened.snapshot(lambda value: value.robot.joints)
+        opened.service.record("walker", file, walker(), 10)
+        with pytest.raises(VisualHfsmError, match="recorded already"):
+            opened.service.record("walker", file, "", 0)
+        await opened.pushes.until(lambda: recorded_names(opened) == ["walker.mcap"] or None)
+        await opened.do("sendEvent", name="ball_lost", data="")
+        moved = await opened.snapshot(lambda value: value.component.automata[0].state == 2)
+        await opened.snapshot(lambda value: value.component.time > moved.component.time + 0.3)
+        await opened.service.end_record("walker")
+        await opened.pushes.until(lambda: not recorded_names(opened) or None)
+        with pytest.raises(VisualHfsmError, match="exists, and is not overwritten"):
+            opened.service.record("walker", file, "", 0)
+
+        found = await opened.service.recording(file)
+        assert (found["document"], found["complete"]) == (walker(), True)
+        assert {automaton.name for automaton in found["structure"].structure.automata} == {"walker", "walk"}
+        name, timeline = found["component"], found["timeline"]
+        assert first.component.time - 0.2 <= timeline.start < timeline.end
+        (change,) = timeline.changes
+        assert change[1:] == (1, 1, 2, 1)
+        past = await opened.service.control(name, "at", {"time": moved.component.time})
+        then = msgspec.json.decode(past, type=LiveSnapshot)
+        assert then.component.automata[0].variables == moved.component.automata[0].variables
+        assert then.robot.joints == pytest.approx(moved.robot.joints, abs=0.5)
+        assert found["cameras"] == ["Camera", "CameraBottom"]
+        picture = await opened.service.control(name, "picture", {"camera": "Camera", "at": then.at + 0.3})
+        with Image.open(io.BytesIO(picture)) as image:
+            assert (image.format, image.size) == ("JPEG", (320, 240))
+
+    on_page(robot, go)
+
+
+@pytest.mark.parametrize("ends", ["component", "window", "editor"])
+def test_a_recording_ends_with_the_run_and_with_who_follows_it(
+    robot: ServedRobot, component: Component, tmp_path: Path, ends: str
+) -> None:
+    file = tmp_path / "walker.mcap"
+
+    async def go(opened: Page) -> None:
+        with start(robot, component):
+            await opened.attach()
+            await opened.snapshot()
+            await opened.pushes.until(lambda: opened.pushes.of(Structure) or None)
+            opened.service.record("walker", file, "", 0)
+            await opened.pushes.until(lambda: recorded_names(opened) or None)
+            if ends == "window":
+                await opened.service.detach("walker")
+        if ends == "component":
+            await opened.pushes.until(lambda: not opened.pushes.of(Components)[-1].running or None)
+        if ends != "editor":
+            await opened.pushes.until(lambda: complete(file) or None)
+
+    on_page(robot, go)
+    assert complete(file)
+
+
+def complete(file: Path) -> bool:
+    """Whether a recording has been written to its end."""
+    recorded = RecordingFile(file)
+    assert sum(1 for _ in recorded.messages()) >= 0
+    return not recorded.truncated

@@ -18,7 +18,7 @@ from mcap.records import Chunk
 from mcap.stream_reader import StreamReader
 
 from hfsm_recording.messages import Change, Image, Message, RobotPose, Shape, Stamp, World
-from hfsm_runtime.recording.writer import Entry, RecordingWriter
+from hfsm_recording.writer import Entry, RecordingWriter
 from tests.support.documents import compile_to, document, state, sub, transition
 from tests.support.limits import CALL_LIMIT, RUN_LIMIT
 from tests.support.processes import free_endpoint

@@ -19,6 +19,7 @@ from tests.support.editor import services as make_services
 from tests.support.limits import EVENT_LIMIT, FOREVER
 from tests.support.robot_server import eventually
 from visualhfsm.editing.places import Place
+from visualhfsm.editing.serialization import parse_file
 from visualhfsm.errors import VisualHfsmError
 from visualhfsm.services import (
     Components,
@@ -310,7 +311,6 @@ def test_unsaved_changes_outlive_the_server(root: Path) -> None:
         tab = window.ask("recover", journal=found["journal"])["tab"]
         assert names(window, tab) == ["wait", "go", "stop"]
         assert window.workspace["recoverable"] == []
-        assert window.workspace["tabs"][0]["recovered"]
         window.ask("undo", tab=tab)
         assert names(window, tab) == ["wait", "go"]
 
@@ -442,7 +442,7 @@ class FakeRunning(NoService):
         self._publish = publish
         self.closed = False
 
-    async def run(self, source: Source, arguments: Sequence[str]) -> dict[str, Any]:
+    async def run(self, source: Source, arguments: Sequence[str], *, trial: bool = False) -> dict[str, Any]:
         self._publish(RunPush(tab=source.tab, component="robot", status="starting"))
         lines = [OutputLine(text=f"line {index}") for index in range(3000)]
         self._publish(Output(tab=source.tab, lines=lines))
@@ -464,6 +464,7 @@ class FakeLive(NoService):
         self._publish = publish
         self.attached: list[str] = []
         self.closed = False
+        self.recorded: Any = None
         publish(Components([{"component": "dance"}]))
 
     async def attach(self, component: str) -> object:
@@ -475,6 +476,12 @@ class FakeLive(NoService):
 
     async def detach(self, component: str) -> None:
         self.attached.clear()
+
+    def record(self, component: str, path: Path, document: str, pictures: int) -> None:
+        self.recorded = (component, path, document, pictures)
+
+    async def end_record(self, component: str) -> None:
+        self.recorded = (component,)
 
     async def recording(self, path: Path) -> object:
         self.attached.append(path.name)
@@ -609,6 +616,34 @@ def test_a_run_is_recorded_into_a_new_file_below_the_root(served: Editor, root: 
         (root / "recordings").symlink_to("/")
         with pytest.raises(Refused) as refused:
             window.ask("run", tab=1, record=True)
+        assert refused.value.kind == "forbidden"
+
+
+def test_a_followed_component_is_recorded_below_the_root_with_what_it_runs(
+    served: Editor, root: Path, services: list[Services]
+) -> None:
+    live = services[0].live
+    assert isinstance(live, FakeLive)
+    with served.window() as window:
+        name = window.ask("record", component="robot", pictures=5)["recording"]
+        assert re.fullmatch(r"recordings/robot-\d{8}-\d{6}\.mcap", name)
+        component, path, document, pictures = live.recorded
+        assert (component, path, pictures) == ("robot", root / name, 5)
+        assert parse_file(document.encode(), Path("robot.xml")) == parse_file(
+            DOCUMENT.encode(), Path("robot.xml")
+        )
+        window.ask("record", component="robot", pictures=None)
+        assert live.recorded == ("robot",)
+        window.ask("record", component="elsewhere", pictures=0)
+        assert live.recorded[2] == ""
+        for wrong in ({"pictures": 31}, {"pictures": -1}, {"pictures": 5, "path": "/tmp/run.mcap"}):
+            with pytest.raises(Refused) as refused:
+                window.ask("record", component="robot", **wrong)
+            assert refused.value.kind == "malformed"
+        (root / "recordings").rmdir()
+        (root / "recordings").symlink_to("/")
+        with pytest.raises(Refused) as refused:
+            window.ask("record", component="robot", pictures=0)
         assert refused.value.kind == "forbidden"
 
 

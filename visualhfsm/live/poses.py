@@ -17,8 +17,9 @@ from typing import Final
 
 import msgspec
 
+from hfsm_recording.messages import Shape
 from visualhfsm.monitoring.robot import RobotMonitor
-from visualhfsm.monitoring.world import Placement, Shape
+from visualhfsm.monitoring.world import Placement
 
 PERIOD: Final = 1 / 30
 _REPEAT: Final = 1.0

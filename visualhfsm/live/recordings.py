@@ -24,7 +24,10 @@ from hfsm_recording.messages import (
     Image,
     Mark,
     Message,
+    Picture,
     RobotPose,
+    Shape,
+    Snapshot,
     Timers,
     Variables,
     World,
@@ -33,20 +36,18 @@ from hfsm_recording.reader import ImageHash, RawMessage, RecordingError, Recordi
 from interfaces import hfsm
 from interfaces.hfsm import (
     AutomatonSnapshot,
-    AutomatonStructure,
     ComponentSnapshot,
     ComponentStatus,
     ComponentStructure,
     ErrorReport,
     GuardSnapshot,
-    StateStructure,
     TimerSnapshot,
 )
 from visualhfsm.errors import VisualHfsmError
 from visualhfsm.monitoring.pictures import OLDEST, encode_jpeg, evenly, require_pillow
 from visualhfsm.monitoring.robot import RobotState
 from visualhfsm.monitoring.run_log import LiveSnapshot, RunLog, is_sound
-from visualhfsm.monitoring.world import Shape, sound_objects, sound_placement, sound_shapes
+from visualhfsm.monitoring.world import sound_objects, sound_placement, sound_shapes
 from visualhfsm.run_page import MOST_PICTURES, Run
 
 _INTERVAL: Final = 100_000_000
@@ -61,6 +62,7 @@ _MOST_JOINTS: Final = 100
 _MOST_IMAGES: Final = 500_000
 _MARK_SHOWN: Final = 500_000_000
 """Nanoseconds for which a mark is shown, as by a running component."""
+_JPEG: Final = b"\xff\xd8"
 _OF_AUTOMATA: Final = (Cycle, Failure, Firing, Guard, Timers, Variables)
 
 
@@ -94,7 +96,7 @@ class RecordedPictures:
 
     def __init__(self, file: RecordingFile) -> None:
         self._file = file
-        self._places: dict[str, list[tuple[float, str, int]]] = {}
+        self._places: dict[str, list[tuple[float, str, int, bool]]] = {}
         try:
             identities = msgspec.json.decode(file.metadata.get("proxies", "{}"), type=dict[str, str])
         except msgspec.MsgspecError:
@@ -110,7 +112,7 @@ class RecordedPictures:
         """Return pictures by camera as JPEG, each with its wall time: `most` at most, evenly over time."""
         found = {}
         for camera, places in self._places.items():
-            times = [time for time, _, _ in evenly(places, most // len(self._places))]
+            times = [place[0] for place in evenly(places, most // len(self._places))]
             found[camera] = [(time, jpeg) for time in times if (jpeg := self.at(camera, time)) is not None]
         return found
 
@@ -120,7 +122,8 @@ class RecordedPictures:
         camera = self._identities.get(attribute, attribute)[:_LONGEST_TEXT]
         places = self._places.setdefault(camera, [])
         if len(places) < _MOST_IMAGES:
-            places.append((message.time / 1e9, decode(message, ImageHash).hash, message.place))
+            found = message.time / 1e9, decode(message, ImageHash).hash, message.place
+            places.append((*found, message.kind is Picture))
 
     def at(self, camera: str, at: float) -> bytes | None:
         """Return the last image of a camera up to a wall time as JPEG; None when there is none of about then.
@@ -131,10 +134,13 @@ class RecordedPictures:
         found = bisect.bisect_right(places, at, key=lambda place: place[0]) - 1
         if found < 0 or at - places[found][0] > OLDEST:
             return None
-        _, wanted, place = places[found]
-        require_pillow()
+        _, wanted, place, is_compressed = places[found]
         try:
-            image = self._file.image_at(place, wanted)
+            if is_compressed:
+                picture = self._file.image_at(place, wanted, Picture)
+                return picture.data if picture is not None and picture.data.startswith(_JPEG) else None
+            require_pillow()
+            image = self._file.image_at(place, wanted, Image)
         except (OSError, msgspec.MsgspecError, RecordingError, ValueError) as error:
             raise VisualHfsmError(f"an image of the recording cannot be read: {error}") from error
         if image is None or image.encoding != "rgb8":
@@ -199,10 +205,20 @@ class _Run:
 
     def take(self, message: RawMessage) -> None:
         """Process the next message; a malformed one is skipped."""
-        if message.kind not in (Action, Change, Image, Mark, RobotPose, World, *_OF_AUTOMATA):
+        if message.kind not in (
+            Action,
+            Change,
+            Image,
+            Mark,
+            Picture,
+            RobotPose,
+            Snapshot,
+            World,
+            *_OF_AUTOMATA,
+        ):
             return
         try:
-            if message.kind is Image:
+            if message.kind in (Image, Picture):
                 self.pictures.take(message)
                 return
             decoded = decode(message, message.kind)
@@ -220,6 +236,8 @@ class _Run:
             self._mark(decoded)
         elif isinstance(decoded, RobotPose):
             self._pose(decoded)
+        elif isinstance(decoded, Snapshot):
+            self._show(decoded, message.time / 1e9)
         elif isinstance(decoded, World):
             self.world = sound_shapes(decoded.shapes)
         elif isinstance(decoded, _OF_AUTOMATA) and decoded.automaton in self._automata:
@@ -233,7 +251,6 @@ class _Run:
     def _change(self, change: Change) -> None:
         if len(self._automata) >= _MOST_AUTOMATA and change.automaton not in self._automata:
             return
-        add_state(self.structure, change.automaton, change.name, change.state, change.state_name)
         found = self._automata.setdefault(change.automaton, _Automaton(change.automaton))
         snapshot = found.snapshot
         snapshot.ghost = change.kind == "ghost"
@@ -259,6 +276,13 @@ class _Run:
                 found = msgspec.convert(action.arguments, ComponentStructure)
                 if len(found.automata) <= _MOST_AUTOMATA:
                     self.structure = found
+
+    def _show(self, snapshot: Snapshot, at: float) -> None:
+        """Add a moment as somebody saw it who recorded the component."""
+        with suppress(msgspec.MsgspecError):
+            component = msgspec.json.decode(snapshot.component, type=ComponentSnapshot)
+            if is_sound(component):
+                self.log.add(LiveSnapshot(at, component, self._robot))
 
     def _pose(self, pose: RobotPose) -> None:
         joints = {
@@ -332,17 +356,3 @@ class _Run:
 def _shown(value: object) -> str:
     """Return a value of JSON as Python shows it."""
     return repr(value)[:_LONGEST_TEXT]
-
-
-def add_state(structure: ComponentStructure, automaton: int, title: str, state: int, name: str) -> None:
-    """Add a state that a recording has and its structure does not, as after a reload."""
-    found = next((each for each in structure.automata if each.id == automaton), None)
-    if found is None:
-        found = AutomatonStructure(
-            id=automaton, name=title, parent=0, owner=0, period=0.0, source="", states=[], transitions=[]
-        )
-        structure.automata.append(found)
-    if all(each.id != state for each in found.states):
-        found.states.append(
-            StateStructure(id=state, name=name, initial=False, final=False, children=[], restart=False)
-        )

@@ -38,6 +38,7 @@ from zenoh_ice.transport import Target
 
 from .cameras import Cameras
 from .poses import PoseStream
+from .recorder import Recorder
 from .recordings import RecordedRun, open_recording
 
 _PERIOD: Final = 0.1
@@ -95,6 +96,7 @@ class Monitoring:
         self._poses = PoseStream(self._robot)
         self._followers: dict[str, Follower] = {}
         self._recordings: dict[str, RecordedRun] = {}
+        self._recorders: dict[str, Recorder] = {}
         self._numbers = itertools.count(1)
         self._published: Components | None = None
         self._task = asyncio.create_task(self._keep(), name="monitoring")
@@ -118,8 +120,9 @@ class Monitoring:
         }
 
     async def detach(self, component: str) -> None:
-        """Stop following it, or close a recording."""
+        """Stop following and recording it, or close a recording."""
         self._recordings.pop(component, None)
+        await self.end_record(component)
         follower = self._followers.pop(component, None)
         if follower is not None:
             await asyncio.to_thread(follower.close)
@@ -164,6 +167,18 @@ class Monitoring:
             ) from error
         except ZenohIceError as error:
             raise VisualHfsmError(str(error)) from error
+
+    def record(self, component: str, path: Path, document: str, pictures: int) -> None:
+        """Record a component into a new file, as `Recorder` does, at most as long as it is followed."""
+        if component in self._recorders:
+            raise VisualHfsmError(f"{component} is being recorded already")
+        follower = self._follower(component)
+        self._recorders[component] = Recorder(follower, self._robot, path, document, pictures)
+
+    async def end_record(self, component: str) -> None:
+        """End what `record` began, if it has not ended yet."""
+        if (recorder := self._recorders.pop(component, None)) is not None:
+            await recorder.close()
 
     async def recording(self, path: Path) -> dict[str, Any]:
         """Open the recording of a run; return what the page begins with, and the name to ask for more."""
@@ -211,6 +226,8 @@ class Monitoring:
         """Stop listening, and close the session."""
         self._task.cancel()
         await asyncio.wait({self._task})
+        for component in list(self._recorders):
+            await self.end_record(component)
         await asyncio.to_thread(self._close)
 
     def _close(self) -> None:
@@ -225,7 +242,13 @@ class Monitoring:
             try:
                 self._robot.update()
                 self._observe(self._robot.presence())
-                running = [{"component": name} for name in components(self._communicator)]
+                for name, recorder in list(self._recorders.items()):
+                    if recorder.is_over:
+                        await self.end_record(name)
+                running = [
+                    {"component": name} | (it.shown if (it := self._recorders.get(name)) else {})
+                    for name in components(self._communicator)
+                ]
                 news = Components(running)
                 if news != self._published:
                     self._published = news
@@ -238,6 +261,8 @@ class Monitoring:
 
     def _publisher(self, component: str) -> Callable[[News], None]:
         def publish(news: News) -> None:
+            if (recorder := self._recorders.get(component)) is not None:
+                recorder.take(news)
             match news:
                 case LiveSnapshot():
                     self._publish(Snapshot(component=component, value=news))

@@ -12,9 +12,9 @@ from typing import Final
 
 import msgspec
 
-from hfsm_recording import messages
+from hfsm_recording.messages import Shape, values_of
 from interfaces.jderobot import Pose3DEncodersPrx
-from interfaces.nao import GroundTruthPrx, Pose, ScenePrx, ShapeKind, WorldShape
+from interfaces.nao import GroundTruthPrx, Pose, ScenePrx, ShapeKind
 from visualhfsm.monitoring.realm import Newest, PolledValue
 from zenoh_ice import Communicator
 
@@ -37,22 +37,8 @@ Placement = tuple[float, float, float, float, float, float, float]
 """A position in m, and a unit quaternion (x, y, z, w)."""
 
 
-class Shape(msgspec.Struct, frozen=True):
-    """A shape as the page draws it, in the form of the shapes of `nao_h25.json`."""
-
-    object: str
-    """What it moves with; empty of what stands firm."""
-    kind: str
-    size: tuple[float, float, float]
-    position: tuple[float, float, float]
-    quaternion: tuple[float, float, float, float]
-    """As x, y, z, w."""
-    color: tuple[float, float, float]
-    opacity: float
-
-
 _DEFAULT: Final = tuple(
-    Shape(name, "sphere", (_BALL_RADIUS, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), color, 1.0)
+    Shape(name, "sphere", [_BALL_RADIUS, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0], [*color])
     for name, color in _BALL_COLORS.items()
 )
 """The world where no simulation reports one: balls, of which those that are known are shown."""
@@ -81,7 +67,7 @@ class WorldMonitor:
         if _SCENE in self._communicator.identities():
             reported = self._reported.poll()
             if known is None and reported is not None:
-                self.shapes = sound_shapes(map(as_recorded, reported))
+                self.shapes = sound_shapes(map(Shape.of, reported))
         elif known is not None:
             self._reported.forget()
             self.shapes = _DEFAULT
@@ -97,7 +83,7 @@ class WorldMonitor:
         if truth is None:
             carried = {name: self._carried(name) for name in self._encoders}
             return {name: at for name, at in carried.items() if at is not None}
-        return sound_objects({name: _values(pose) for name, pose in truth.value.objects.items()})
+        return sound_objects({name: values_of(pose) for name, pose in truth.value.objects.items()})
 
     def _carried(self, name: str) -> Placement | None:
         """Return where a ball is: its mechanism turns by `pan`, reaches out by `x` and lifts by `z`."""
@@ -112,16 +98,16 @@ class WorldMonitor:
 
 def placement(pose: Pose) -> Placement | None:
     """Return a pose as the page takes it; None when it cannot be one."""
-    return sound_placement(_values(pose))
+    return sound_placement(values_of(pose))
 
 
-def sound_shapes(reported: Iterable[messages.Shape]) -> tuple[Shape, ...]:
+def sound_shapes(reported: Iterable[Shape]) -> tuple[Shape, ...]:
     """Return the shapes that can be drawn, the first `MOST_SHAPES` of them: any process may report any."""
     found = map(_sound_shape, reported)
     return tuple(itertools.islice((shape for shape in found if shape is not None), MOST_SHAPES))
 
 
-def _sound_shape(shape: messages.Shape) -> Shape | None:
+def _sound_shape(shape: Shape) -> Shape | None:
     """Return a shape as the page draws it; None when it cannot be drawn."""
     place, size, color = sound_placement(shape.at), shape.size, shape.color
     if place is None or len(size) != 3 or len(color) != 3 or len(shape.object) > _LONGEST_NAME:
@@ -130,22 +116,7 @@ def _sound_shape(shape: messages.Shape) -> Shape | None:
     shares = all(0.0 <= value <= 1.0 for value in (*color, shape.opacity))
     if not sizes or not shares or shape.kind not in _KINDS:
         return None
-    x, y, z = size
-    red, green, blue = color
-    return Shape(shape.object, shape.kind, (x, y, z), place[:3], place[3:], (red, green, blue), shape.opacity)
-
-
-def as_recorded(shape: WorldShape) -> messages.Shape:
-    """Return a shape of a running simulation as a recording has it."""
-    size, color = shape.size, shape.color
-    return messages.Shape(
-        shape.object,
-        shape.kind.name.lower(),
-        [size.x, size.y, size.z],
-        [*_values(shape.pose)],
-        [color.x, color.y, color.z],
-        shape.opacity,
-    )
+    return msgspec.structs.replace(shape, at=[*place])
 
 
 def sound_objects(reported: Mapping[str, Sequence[float]]) -> dict[str, Placement]:
@@ -166,8 +137,3 @@ def sound_placement(values: Sequence[float]) -> Placement | None:
         return None
     x, y, z, i, j, k, w = (round(value, _DIGITS) + 0.0 for value in values)
     return x, y, z, i, j, k, w
-
-
-def _values(pose: Pose) -> tuple[float, ...]:
-    at, turn = pose.position, pose.orientation
-    return at.x, at.y, at.z, turn.x, turn.y, turn.z, turn.w

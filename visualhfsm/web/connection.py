@@ -45,7 +45,7 @@ CODE_HELP = p.CodeHelp | p.Interfaces
 
 _Reading = p.Diff | p.Export | p.ExportRun | p.Imported | p.ListFiles | p.Locate | p.Search
 _Robot = p.ConnectRobot | p.EndRobot | p.MoveBalls | p.Simulate
-_Running = p.Attach | p.Control | p.Detach | p.Generate | p.Recording | p.Run | p.StopRun
+_Running = p.Attach | p.Control | p.Detach | p.Generate | p.Record | p.Recording | p.Run | p.StopRun
 
 CONCURRENT = CODE_HELP | _Reading | _Robot | p.Control | p.Generate | p.Recording | p.Run | p.StopRun
 """Requests that change no document: the connection goes on to the next one meanwhile."""
@@ -251,6 +251,8 @@ class _Connection:
                 return await workspace.emergency_stop()
             case p.Control(component=component, action=action, arguments=values):
                 return await workspace.control(component, action, values)
+            case p.Record(component=component, pictures=pictures):
+                return await workspace.record(component, pictures)
             case p.Recording(path=path):
                 return await documents.open_recording(workspace, window, workspace.root.recording(path))
 

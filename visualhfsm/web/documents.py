@@ -101,7 +101,7 @@ async def recover(workspace: Workspace, journal: str) -> dict[str, Any]:
     """Open a document whose session ended without closing, as it was then."""
     file = workspace.abandoned(journal)
     async with workspace.opening:
-        opened = await _add(workspace, lambda: DocumentSession.recover(file), recovered=True)
+        opened = await _add(workspace, lambda: DocumentSession.recover(file))
         await workspace.look_for_abandoned()
     return opened
 
@@ -202,14 +202,10 @@ async def _import_scxml(workspace: Workspace, name: str, content: bytes) -> dict
 
 
 async def _add(
-    workspace: Workspace,
-    make: Callable[[], DocumentSession],
-    *,
-    recovered: bool = False,
-    recording: Path | None = None,
+    workspace: Workspace, make: Callable[[], DocumentSession], *, recording: Path | None = None
 ) -> dict[str, Any]:
     workspace.require_room()
-    tab = await workspace.add(await workspace.threads.do(make), recovered=recovered, recording=recording)
+    tab = await workspace.add(await workspace.threads.do(make), recording=recording)
     return {"tab": tab.id}
 
 

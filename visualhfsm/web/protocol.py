@@ -317,6 +317,16 @@ class ExportRun(_Request):
     tab: ElementId = 0
 
 
+class Record(_Request):
+    """Record a followed component into a new file below the root, which is answered, or end that with None.
+
+    `pictures` are taken of each camera in a second. The push `workspace` says what is recorded.
+    """
+
+    component: Name
+    pictures: Annotated[int, msgspec.Meta(ge=0, le=30)] | None = None
+
+
 class Recording(_Request):
     """Open the recording of a run."""
 
@@ -379,9 +389,8 @@ class TabState(msgspec.Struct, kw_only=True, rename="camel"):
 
     `path` is relative to the root where it can be, and empty as long as there is no file. `component` is the
     name of what was started from it and runs, or else of the component that it would be. `outside` says what
-    another program did to the file: nothing, `changed` or `deleted`. A `dialect` other than `native` is
-    replaced when the document is saved. `changed` says that the document differs from what its component
-    runs. `recording` is the recording that contains it, which is not changed; empty for other documents.
+    another program did to the file: nothing, `changed` or `deleted`. `changed` says that the document differs
+    from what its component runs. `recording` is the file that contains a document which is not to be changed.
     """
 
     tab: int
@@ -389,8 +398,6 @@ class TabState(msgspec.Struct, kw_only=True, rename="camel"):
     path: str
     component: str
     dirty: bool
-    dialect: str
-    recovered: bool
     outside: str
     changed: bool = False
     recording: str = ""

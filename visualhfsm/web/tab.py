@@ -53,7 +53,6 @@ class Shown(Source):
 
     undo: tuple[Step, ...]
     redo: tuple[Step, ...]
-    dialect: str
     is_unsaved: bool
     """Whether closing would lose something."""
 
@@ -73,11 +72,9 @@ class Tab:
         *,
         changed: Callable[[Tab], None],
         output_lines: int,
-        recovered: bool = False,
         recording: Path | None = None,
     ) -> None:
         self.id = number
-        self.recovered = recovered
         self.recording = recording
         self.outside: Outside | None = None
         self.problems: Problems | None = None
@@ -85,7 +82,8 @@ class Tab:
         self.output: deque[OutputLine] = deque(maxlen=output_lines)
         self.generated: Document | None = None
         """The document as its component was generated last."""
-        self._runs: Document | None = None
+        self.runs: Document | None = None
+        """The document as its running component has loaded it."""
         self._compared: tuple[Document, Document, bool] | None = None
         self._session = session
         self._threads = threads
@@ -105,12 +103,12 @@ class Tab:
 
     def take_generated(self) -> None:
         """Remember that the running component has loaded what was generated last."""
-        self._runs = self.generated
+        self.runs = self.generated
 
     @property
     def differs_from_run(self) -> bool:
         """Whether the document differs from what its component runs, except in where things stand."""
-        runs, document = self._runs, self.shown.document
+        runs, document = self.runs, self.shown.document
         if runs is None or not self.is_running:
             return False
         if self._compared is None or self._compared[0] is not runs or self._compared[1] is not document:
@@ -148,7 +146,6 @@ class Tab:
             session.name,
             undo=_newest(session.undo_steps),
             redo=_newest(session.redo_steps),
-            dialect=session.dialect,
             is_unsaved=session.is_unsaved,
         )
 

@@ -17,6 +17,7 @@ from typing import Any, Final, Self
 from codegen.hfsm.code.names import component_name
 from visualhfsm.code_help.service import CodeHelper
 from visualhfsm.editing.problems import CheckProcess
+from visualhfsm.editing.serialization import written
 from visualhfsm.errors import EditError, MissingError, TooManyError, VisualHfsmError
 from visualhfsm.live.service import Monitoring
 from visualhfsm.robots import Robots
@@ -234,9 +235,7 @@ class Workspace:
         if len(self._tabs) >= self.limits.tabs:
             raise TooManyError(f"{len(self._tabs)} documents are open; close one first")
 
-    async def add(
-        self, session: DocumentSession, *, recovered: bool = False, recording: Path | None = None
-    ) -> Tab:
+    async def add(self, session: DocumentSession, *, recording: Path | None = None) -> Tab:
         """Show a session in a new tab."""
         number = next(self._numbers)
         tab = await self.threads.do(
@@ -246,7 +245,6 @@ class Workspace:
                 self.threads,
                 changed=self._show,
                 output_lines=self.limits.output_lines,
-                recovered=recovered,
                 recording=recording,
             )
         )
@@ -373,6 +371,22 @@ class Workspace:
         tab.take_generated()
         self.publish_state()
         return {**started, **recording}
+
+    async def record(self, component: str, pictures: int | None) -> dict[str, str] | None:
+        """Record a component that is followed, and what it runs where that is open; with None end that."""
+        live = self.services.live
+        if pictures is None:
+            await live.end_record(component)
+            return None
+        tabs = sorted(self._tabs.values(), key=lambda tab: not tab.is_running)
+        tab = next((tab for tab in tabs if tab.component == component), None)
+        text = ""
+        if tab is not None:
+            document = (tab.is_running and tab.runs) or tab.shown.document
+            text = await self.threads.do(lambda: written(document))
+        file = await self.threads.do(lambda: self._new_recording(component))
+        live.record(component, file, text, pictures)
+        return {"recording": self.root.name(file)}
 
     def _new_recording(self, component: str) -> Path:
         """Return the path of a file for a recording, in a directory that exists. Raises VisualHfsmError."""
@@ -505,8 +519,6 @@ class Workspace:
             path=self._name(shown.path),
             component=tab.component,
             dirty=shown.dirty,
-            dialect=shown.dialect,
-            recovered=tab.recovered,
             recording=self._name(tab.recording),
             outside="" if tab.outside is None else tab.outside.state,
             changed=tab.differs_from_run,

@@ -17,7 +17,7 @@ from mcap.records import Channel, Chunk, DataEnd, Footer, Header, Metadata, Sche
 from hfsm_recording import reader
 from hfsm_recording.messages import Image, Reading, Stamp
 from hfsm_recording.reader import RecordingError, RecordingFile
-from hfsm_runtime.recording.writer import Entry, RecordingWriter
+from hfsm_recording.writer import Entry, RecordingWriter
 from hfsm_runtime.replay.script import Recording
 from visualhfsm.errors import VisualHfsmError
 from visualhfsm.live.recordings import open_recording

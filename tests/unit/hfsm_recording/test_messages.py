@@ -17,15 +17,15 @@ from hypothesis import strategies as st
 from mcap.reader import make_reader
 
 from hfsm_recording import reader
+from hfsm_recording import writer as writing
 from hfsm_recording.messages import MESSAGES, Gap, Message, Reading, schema_of
 from hfsm_recording.reader import RecordingError
+from hfsm_recording.writer import Entry, RecordingFailedError, RecordingWriter
 from hfsm_runtime.automaton import Automaton, State
 from hfsm_runtime.component import Component
-from hfsm_runtime.recording import writer as writing
 from hfsm_runtime.recording.recorder import CodeLock, VariableWatch
 from hfsm_runtime.recording.run import RecordedRuntime, recording
 from hfsm_runtime.recording.values import readable
-from hfsm_runtime.recording.writer import Entry, RecordingFailedError, RecordingWriter
 from hfsm_runtime.replay.script import Recording
 from interfaces.jderobot import ImageDescription
 from tests.support.automata import after, automaton, component, when

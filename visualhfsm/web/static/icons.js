@@ -75,6 +75,7 @@ const PATHS = {
   paste: "M8 5H5v16h14V5h-3M9 3h6v4H9z",
   problems: "M12 3l10 18H2zM12 10v5M12 18h.01",
   properties: "M5 12l4 4L19 6",
+  record: "M12 18a6 6 0 1 0 0-12 6 6 0 0 0 0 12z",
   redo: "M20 8H9a5 5 0 0 0 0 10h4M16 4l4 4-4 4",
   rename: "M4 20l1-4L16 5l3 3L8 19zM14 7l3 3",
   robot: "M5 9h14v10H5zM9 13.500v1M15 13.500v1M12 9V5M12 5h.01M2.500 12v4M21.500 12v4",

@@ -110,15 +110,10 @@ const answers = ({times, pictures}, moments) => {
 /** What the server would push of the document. @param {Content} content @returns {Message[]} */
 function pushes({name, document}) {
   const title = `${name}.xml`;
-  const named = {tab: TAB, title, component: name, path: "", dialect: "", recording: name};
+  const named = {tab: TAB, title, component: name, path: "", recording: name};
   /** @type {Message[]} */
   const all = [
-    {
-      push: "workspace",
-      tabs: [{...named, dirty: false, recovered: false, outside: "", changed: false}],
-      recoverable: [],
-      running: [],
-    },
+    {push: "workspace", tabs: [{...named, dirty: false, outside: "", changed: false}], recoverable: [], running: []},
   ];
   if (document) all.push({push: "document", tab: TAB, revision: 0, undo: [], redo: [], dirty: false, full: document});
   return all;

@@ -30,10 +30,12 @@
  *   checked?: number}} OpenDocument `automata` are its `own` with the `content` of those that are imported; `checked`
  *   is the revision that the problems are those of
  *
- * @typedef {{tab: number, title: string, path: string, component: string, dirty: boolean, dialect: string, recovered: boolean, recording: string,
+ * @typedef {{tab: number, title: string, path: string, component: string, dirty: boolean, recording: string,
  *   outside: "" | "changed" | "deleted", changed: boolean}} TabState
  * @typedef {{journal: string, name: string, path: string, changedAt: number}} Recoverable
- * @typedef {{tabs: TabState[], recoverable: Recoverable[], running: {component: string}[]}} Workspace
+ * @typedef {{component: string, recording?: string, since?: number}} Running a component; the file into which it is
+ *   recorded, and since when
+ * @typedef {{tabs: TabState[], recoverable: Recoverable[], running: Running[]}} Workspace
  * @typedef {{world: string, speed: string, balls: boolean}} Simulation
  * @typedef {{status: "none" | "starting" | "present" | "lost" | "stopping", simulated: boolean, name: string,
  *   speed: number, since: number, stopped: string, started: "" | "simulation" | "real", simulation: Simulation,
@@ -84,6 +86,7 @@
  *   search: {tab: number, hits: Hit[]}[], diff: {differences: Difference[], before: Automaton[]},
  *   imported: Automaton[], locate: {place: Place, line: number} | null, codeHelp: unknown,
  *   interfaces: InterfaceDescription[], generate: {path: string}, run: {component: string, recording?: string}, stopRun: null, simulate: null,
+ *   record: {recording: string} | null,
  *   connectRobot: null, moveBalls: null, endRobot: null, attach: Followed,
  *   detach: null, control: unknown, recording: Recording}} Answers `codeHelp` and
  *   `control` answer what is asked for

@@ -9,9 +9,9 @@ from typing import Any
 import pytest
 
 from hfsm_recording.messages import RobotPose, World
+from hfsm_recording.writer import Entry
 from hfsm_runtime.recording.recorder import Recorder
 from hfsm_runtime.recording.surroundings import recorded_surroundings
-from hfsm_runtime.recording.writer import Entry
 from naoserver.fake import FakeRobot
 from tests.support.robot_server import eventually, served_to_client
 

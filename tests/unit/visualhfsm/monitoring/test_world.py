@@ -6,8 +6,9 @@ import math
 
 import pytest
 
+from hfsm_recording.messages import Shape
 from interfaces.nao import Pose, Quaternion, ShapeKind, Vector3, WorldShape
-from visualhfsm.monitoring.world import MOST_SHAPES, as_recorded, placement, sound_shapes
+from visualhfsm.monitoring.world import MOST_SHAPES, placement, sound_shapes
 
 UPRIGHT = Quaternion(1.0, 0.0, 0.0, 0.0)
 
@@ -34,10 +35,10 @@ def shape(
 
 
 def test_a_shape_is_passed_on_in_the_words_of_the_page() -> None:
-    (found,) = sound_shapes([as_recorded(shape(at=pose(1.0, 2.0, 3.0, Quaternion(0.0, 0.0, 0.0, 1.0))))])
-    assert (found.object, found.kind, found.size) == ("Crate", "box", (0.1, 0.2, 0.3))
-    assert (found.position, found.quaternion) == ((1.0, 2.0, 3.0), (0.0, 0.0, 1.0, 0.0))
-    assert (found.color, found.opacity) == ((1.0, 0.5, 0.0), 1.0)
+    (found,) = sound_shapes([Shape.of(shape(at=pose(1.0, 2.0, 3.0, Quaternion(0.0, 0.0, 0.0, 1.0))))])
+    assert (found.object, found.kind, found.size) == ("Crate", "box", [0.1, 0.2, 0.3])
+    assert found.at == [1.0, 2.0, 3.0, 0.0, 0.0, 1.0, 0.0]
+    assert (found.color, found.opacity) == ([1.0, 0.5, 0.0], 1.0)
 
 
 @pytest.mark.parametrize(
@@ -55,11 +56,11 @@ def test_a_shape_is_passed_on_in_the_words_of_the_page() -> None:
     ],
 )
 def test_a_shape_that_cannot_be_drawn_is_left_out(wrong: WorldShape) -> None:
-    assert len(sound_shapes(map(as_recorded, [wrong, shape()]))) == 1
+    assert len(sound_shapes(map(Shape.of, [wrong, shape()]))) == 1
 
 
 def test_no_more_shapes_are_passed_on_than_a_page_draws() -> None:
-    assert len(sound_shapes(as_recorded(shape()) for _ in range(MOST_SHAPES + 5))) == MOST_SHAPES
+    assert len(sound_shapes(Shape.of(shape()) for _ in range(MOST_SHAPES + 5))) == MOST_SHAPES
 
 
 def test_a_place_is_rounded_and_has_the_quaternion_as_the_page_takes_it() -> None:

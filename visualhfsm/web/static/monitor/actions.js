@@ -12,6 +12,9 @@ const attached = () => Boolean(monitor.component);
 /** Whether there is something to show live: a component, or at least a robot. */
 const hasLive = () => attached() || store.robot.status === "present";
 const steers = () => monitor.steers;
+/** Whether it runs, as far as is known. */
+const runs = () => monitor.isLive && !monitor.ended && !monitor.since && store.online;
+const recorder = () => import("./recorder.js");
 const paused = () => monitor.newest?.component.status !== 0;
 /** Whether the selection belongs to the component. */
 const here = () => attached() && page.tab === monitor.tab;
@@ -100,14 +103,29 @@ export const monitorActions = [
     hint: "you set the time, send the events and force transitions",
   },
   {
+    id: "record",
+    label: "Record",
+    icon: "record",
+    keys: ["Alt+Shift+R"],
+    scope: "typing",
+    enabled: () => runs() || Boolean(page.document),
+    run: async ({app}) => (runs() ? (await recorder()).toggleRecording() : app.run([], {record: true})),
+    hint: "what is followed, until it is pressed again; or run and record the document",
+  },
+  {
     id: "recordRun",
     label: "Run and record",
     icon: "film",
-    keys: ["Alt+Shift+R"],
-    scope: "typing",
     enabled: () => Boolean(page.document),
     run: ({app}) => app.run([], {record: true}),
-    hint: "states, values, robot, world and the pictures that the component sees; it cannot be reloaded",
+    hint: "all that it reads, to replay it, and the pictures that it sees; it cannot be reloaded",
+  },
+  {
+    id: "pictureRate",
+    label: "Pictures in recordings",
+    icon: "film",
+    run: async () => (await recorder()).chooseRate(),
+    hint: "how many a second are recorded with Record",
   },
   {
     id: "runWith",
@@ -312,7 +330,7 @@ export const MONITOR_KEYS = [
   "attach",
   "detach",
   "tryIt",
-  "recordRun",
+  "record",
   "runWith",
   "openRecording",
   "pauseResume",

@@ -23,7 +23,7 @@ const PAUSED = STATUS.indexOf("Paused");
 const MORE = [
   ["tryIt", "runWith", "startHere", "recordRun", "generate"],
   ["stepAll", "sendEvent"],
-  ["attach", "detach", "openRecording", "exportRun"],
+  ["attach", "detach", "openRecording", "exportRun", "pictureRate"],
 ];
 
 /** Where somebody writes, who is not to be taken elsewhere. */
@@ -60,7 +60,7 @@ class MonitorBar extends MonitorElement {
             ${icon("chevron")}
           </button>
           ${this.#button("pauseResume", paused ? {image: "resume", words: "Resume"} : {words: "Pause"})}
-          ${["stepOne", "stopRun"].map((id) => this.#button(id))}${this.#reload()}
+          ${["stepOne", "stopRun"].map((id) => this.#button(id))}${this.#reload()}${this.#record()}
         </div>
         ${monitor.isShownBeside(page.tab) ? this.#followed() : nothing}
       </div>
@@ -124,6 +124,24 @@ class MonitorBar extends MonitorElement {
     return changed
       ? actionButton("reload", this.context, {label: "short", kind: "changed", words: "Changed: reload"})
       : this.#button("reload");
+  }
+
+  /** Begins and ends a recording; while one goes on, for how long it does. */
+  #record() {
+    const {recordedSince: since, newest} = monitor;
+    if (!since) return this.#button("record");
+    const seconds = Math.max(0, Math.floor((newest?.at ?? since) - since));
+    const end = "End the recording";
+    return html`<button
+      type="button"
+      class="action records"
+      data-action="record"
+      aria-label=${end}
+      title="${end} (${keyOf("record")})"
+      @click=${() => perform("record", this.context)}
+    >
+      ${icon("record")}<span class="elapsed">${Math.floor(seconds / 60)}:${String(seconds % 60).padStart(2, "0")}</span>
+    </button>`;
   }
 
   /** The breakpoint at which it paused, which leads there. */

@@ -177,6 +177,11 @@ class Monitor extends /** @type {new () => Target<MonitorEvents>} */ (EventTarge
     return (store.workspace.running ?? []).map((each) => each.component);
   }
 
+  /** When the recording of it began that goes on, s since 1970; 0 without one. */
+  get recordedSince() {
+    return store.workspace.running?.find((each) => each.component === this.component)?.since ?? 0;
+  }
+
   /** The tab of the document of the component, first of all the one that it was started from; 0 without one. */
   get tab() {
     if (this.recording) return this.recording.tab;

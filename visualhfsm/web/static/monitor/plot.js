@@ -129,7 +129,9 @@ export class Plot {
         : monitor.past.end;
     chart.setData(/** @type {AlignedData} */ (this.#data), false);
     chart.batch(() => {
-      const start = monitor.recording ? 0 : Math.max(Math.min(this.#data[0][0] ?? 0, end), end - this.span);
+      const start = monitor.recording
+        ? monitor.past.start
+        : Math.max(Math.min(this.#data[0][0] ?? 0, end), end - this.span);
       chart.setScale("x", {min: start, max: Math.max(end, start + 1)});
     });
   }

@@ -3,7 +3,8 @@
  *
  * @import {Shape} from "./shapes.js"
  * @import {Raycaster, Vector3} from "three"
- * @typedef {Shape & {object: string}} WorldShape `object` is what it moves with; empty of what stands firm
+ * @typedef {Shape & {object: string, at: Placement}} WorldShape `object` is what it moves with; empty of what stands
+ *   firm
  * @typedef {[number, number, number, number, number, number, number]} Placement position in m, and a quaternion
  *   (x, y, z, w)
  */
@@ -61,6 +62,8 @@ export class WorldDrawing extends Group {
     for (const shape of shapes) {
       const made = shape.kind === "plane" ? floorOf(shape) : workshop.make(shape);
       if (!made) continue;
+      made.position.fromArray(shape.at);
+      made.quaternion.fromArray(shape.at, 3);
       made.receiveShadow = true;
       made.castShadow = Boolean(shape.object) && (shape.opacity ?? 1) > 0.5;
       this.#groupOf(shape.object).add(made);
@@ -136,7 +139,7 @@ export class WorldDrawing extends Group {
 }
 
 /** A floor with cells, so that it is seen what moves over it. @param {Shape} shape */
-function floorOf({size = [1, 1], position, quaternion, color}) {
+function floorOf({size = [1, 1], color}) {
   const [x, y] = size;
   const floor = new Mesh(new PlaneGeometry(2 * x, 2 * y), new MeshStandardMaterial({roughness: 0.95}));
   floor.material.color.setRGB(...color, SRGBColorSpace);
@@ -149,7 +152,5 @@ function floorOf({size = [1, 1], position, quaternion, color}) {
   texture.repeat.set(x / CELL, y / CELL);
   texture.needsUpdate = true;
   floor.material.map = texture;
-  if (position) floor.position.fromArray(position);
-  if (quaternion) floor.quaternion.fromArray(quaternion);
   return floor;
 }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import threading
+import time
 from collections import deque
 from collections.abc import Callable, Mapping
 from contextlib import suppress
@@ -13,9 +14,7 @@ from typing import IO, Final, NamedTuple
 import msgspec
 from mcap.writer import CompressionType, Writer
 
-from hfsm_recording.messages import MESSAGES, METADATA, Gap, Message, schema_of
-
-from ..errors import ComponentError
+from .messages import MESSAGES, METADATA, WATCHED, Gap, Message, schema_of
 
 _logger = logging.getLogger(__name__)
 
@@ -29,7 +28,7 @@ _MOST_BYTES: Final = 128 << 20
 _CLOSE: Final = 10.0
 
 
-class RecordingFailedError(ComponentError):
+class RecordingFailedError(Exception):
     """A recording cannot be written."""
 
 
@@ -89,6 +88,13 @@ class RecordingWriter:
             raise RecordingFailedError(f"the recording {path} cannot be written: {error.strerror}") from error
         self._thread = threading.Thread(target=self._run, name="recording", daemon=True)
         self._thread.start()
+
+    @classmethod
+    def watching(cls, path: Path, name: str, document: str) -> RecordingWriter:
+        """Record what somebody sees of a component; `document` is its text, empty where it is not known."""
+        start = time.time_ns()
+        metadata = {"name": name, "start": str(start), WATCHED: "yes"}
+        return cls(path, metadata, {f"document/{name}.xml": document} if document else {}, start)
 
     def put(self, entry: Entry) -> None:
         """Take a message; never waits."""

@@ -1,0 +1,111 @@
+"""Record a component that is followed, to be looked at: what its monitor shows, its robot, and pictures.
+
+It only listens, and the file is written here: nothing in the realm can start a recording, or name its file.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from contextlib import suppress
+from pathlib import Path
+from typing import Final
+
+import msgspec
+
+from hfsm_recording.messages import Action, Message, Picture, RobotPose, Snapshot, World
+from hfsm_recording.reader import LARGEST_MESSAGE
+from hfsm_recording.writer import Entry, RecordingFailedError, RecordingWriter
+from interfaces.jderobot import CameraPrx
+from visualhfsm.errors import VisualHfsmError
+from visualhfsm.monitoring.follower import Follower, LiveStructure, News
+from visualhfsm.monitoring.pictures import encode_jpeg, require_pillow
+from visualhfsm.monitoring.robot import RobotMonitor
+from visualhfsm.monitoring.run_log import LiveSnapshot
+from zenoh_ice import UserException, ZenohIceError
+
+_LONGEST: Final = 3600.0
+"""Seconds after which a recording ends by itself."""
+_PATIENCE: Final = 1000
+"""Milliseconds for a picture."""
+_MOST_CAMERAS: Final = 8
+
+
+class Recorder:
+    """Record until `close`. Create it on the event loop. Raises VisualHfsmError.
+
+    `document` is the text of what runs, empty where it is not known; `pictures` are those of each camera in a
+    second, 0 for none.
+    """
+
+    def __init__(
+        self, follower: Follower, robot: RobotMonitor, path: Path, document: str, pictures: int
+    ) -> None:
+        newest, structure = follower.log.newest, follower.structure
+        if newest is None or structure is None:
+            raise VisualHfsmError(f"{follower.component} has sent nothing yet: try again")
+        if pictures:
+            require_pillow()
+        self._since = time.time()
+        self.shown: Final[dict[str, object]] = {"recording": path.name, "since": self._since}
+        """What the page shows: the name of the file, and when it began, in s of wall time."""
+        self._follower = follower
+        self._communicator = follower.monitor.ice_getCommunicator()
+        self._robot = robot
+        self._run = newest.component.startedAt
+        try:
+            self._writer = RecordingWriter.watching(path, follower.component, document)
+        except RecordingFailedError as error:
+            raise VisualHfsmError(str(error)) from error
+        shapes = list(robot.world.shapes)
+        self._put("/world", World(shapes), self._since, 200 * len(shapes))
+        self.take(structure)
+        self.take(newest)
+        self._task = asyncio.create_task(self._take_pictures(pictures))
+
+    @property
+    def is_over(self) -> bool:
+        """Whether the run has ended, or the recording is too long."""
+        newest = self._follower.log.newest
+        other = newest is not None and newest.component.startedAt != self._run
+        gone = self._follower.identity not in self._communicator.identities()
+        return other or gone or time.time() - self._since > _LONGEST
+
+    def take(self, news: News) -> None:
+        """Record what is new of the component; called from any thread."""
+        match news:
+            case LiveStructure(structure=structure):
+                self._put("/actions", Action("structure", msgspec.to_builtins(structure)), time.time())
+            case LiveSnapshot(at=at, component=component, robot=robot) if component.startedAt == self._run:
+                objects = {name: [*place] for name, place in robot.objects.items()}
+                torso = None if robot.torso is None else [*robot.torso]
+                self._put("/robot", RobotPose(robot.joints, torso, objects), at, 2000)
+                packed = msgspec.json.encode(component)
+                self._put("/snapshots", Snapshot(msgspec.Raw(packed)), at, len(packed))
+
+    async def close(self) -> None:
+        """End the file."""
+        self._task.cancel()
+        await asyncio.wait({self._task})
+        await asyncio.to_thread(self._writer.close)
+
+    async def _take_pictures(self, rate: int) -> None:
+        """Record pictures of all cameras, until cancelled; where they take long there are fewer."""
+        while rate:
+            began = time.monotonic()
+            await asyncio.gather(*map(self._take_picture, self._robot.cameras()[:_MOST_CAMERAS]))
+            await asyncio.sleep(max(0.0, began + 1.0 / rate - time.monotonic()))
+
+    async def _take_picture(self, name: str) -> None:
+        proxy = self._communicator.stringToProxy(name).ice_invocationTimeout(_PATIENCE)
+        camera = CameraPrx.uncheckedCast(proxy)
+        with suppress(VisualHfsmError, ZenohIceError, UserException):  # the next picture may come
+            image = await asyncio.wrap_future(camera.getImageData.begin("RGB8"))
+            at, shape = time.time(), image.description
+            jpeg = await asyncio.to_thread(encode_jpeg, shape.width, shape.height, image.pixelData)
+            if not self._writer.crowded:
+                self._put(f"/images/{name}", Picture.of(name, round(at * 1e9), jpeg), at, 2 * len(jpeg))
+
+    def _put(self, topic: str, message: Message, at: float, size: int = 200) -> None:
+        if size < LARGEST_MESSAGE:  # a larger one would not be read
+            self._writer.put(Entry(topic, round(at * 1e9), message, size))

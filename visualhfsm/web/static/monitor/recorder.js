@@ -1,0 +1,56 @@
+/** Record what the followed component does into a file, with pictures at the rate that this browser remembers. */
+
+import {ask} from "../commands.js";
+import {confirm} from "../dialogs/dialog.js";
+import {notify} from "../notices.js";
+import {store} from "../store.js";
+import {play} from "./documents.js";
+import {monitor} from "./monitor.js";
+
+const RATE = "visualhfsm.recordedPictures";
+/** Pictures of each camera in a second. */
+const RATES = [0, 1, 5, 10, 30];
+const USUAL = 5;
+
+/** How many pictures a second are recorded. */
+export function pictureRate() {
+  const kept = localStorage.getItem(RATE);
+  const rate = Number(kept);
+  return kept !== null && RATES.includes(rate) ? rate : USUAL;
+}
+
+/** Begin to record the followed component, or end that. */
+export async function toggleRecording() {
+  const {component} = monitor;
+  if (monitor.recordedSince) {
+    await ask("record", {component, pictures: null});
+    return;
+  }
+  const done = await ask("record", {component, pictures: pictureRate()});
+  if (done) awaitEnd(done.recording);
+}
+
+/** Offer to play a recording as soon as it has ended, in any window. @param {string} path */
+function awaitEnd(path) {
+  let begun = false;
+  const look = () => {
+    const goesOn = store.workspace.running.some(({recording}) => recording && path.endsWith(`/${recording}`));
+    if (goesOn) begun = true;
+    if (goesOn || !begun) return;
+    store.removeEventListener("workspace", look);
+    notify(`The recording is ${path}.`, "info", {label: "Play it", run: () => play(path)});
+  };
+  store.addEventListener("workspace", look);
+  look();
+}
+
+/** Ask how many pictures are to be recorded. */
+export async function chooseRate() {
+  const now = pictureRate();
+  const rate = await confirm({
+    title: "Pictures in recordings",
+    text: `Of each camera, in a second; ${now || "none"} now. A picture takes some 10 kB.`,
+    choices: RATES.map((each) => [String(each), each ? String(each) : "None", each === now ? "primary" : ""]),
+  });
+  if (rate !== undefined) localStorage.setItem(RATE, rate);
+}
