@@ -91,11 +91,7 @@ def _ends(transition: Transition) -> frozenset[int]:
 
 
 def _free_place(
-    states: Mapping[int, State],
-    transition: Transition,
-    taken: Sequence[Point],
-    *,
-    avoids_states: bool = False,
+    states: Mapping[int, State], transition: Transition, taken: Sequence[Point], *, avoids_states: bool
 ) -> Point:
     origin, destination = states.get(transition.origin), states.get(transition.destination)
     places = _places(origin, destination)

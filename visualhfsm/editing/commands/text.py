@@ -37,35 +37,32 @@ class ReplaceText(Command, frozen=True, kw_only=True):
     line: Index = 0
 
     def apply(self, document: Document) -> Document:
-        count = self._count(document) if self.text else 0
-        if not count:
+        found = list(self._found(document)) if self.text else []
+        if not found:
             raise EditError("Cannot replace", f"no code has “{self.text[:_SHOWN]}” in it", "search again")
-        if count * len(self.by) > MAX_SIZE:
+        if sum(count for *_, count in found) * len(self.by) > MAX_SIZE:
             why = f"it would have more than {MAX_SIZE >> 20} MiB"
             raise EditError("Cannot replace that often", why, "search for more letters")
         pattern = pattern_for(self.text, whole=self.whole)
-        for place, lines, part in self._code(document):
-            code, here = pattern.subn(lambda _: self.by, "\n".join(lines[part]))
-            if here:
-                lines[part] = [code]
-                document = with_code(document, place, "\n".join(lines))
+        for place, lines, part, _ in found:
+            lines[part] = [pattern.sub(lambda _: self.by, "\n".join(lines[part]))]
+            document = with_code(document, place, "\n".join(lines))
         return document
 
     def title(self, document: Document) -> str:
-        count = self._count(document)
+        count = sum(count for *_, count in self._found(document))
         times = "once" if count == 1 else f"{count} times"
         return f"Replace “{self.text[:_SHOWN]}” by “{self.by[:_SHOWN]}” ({times})"
 
-    def _count(self, document: Document) -> int:
+    def _found(self, document: Document) -> Iterator[tuple[Place, list[str], slice, int]]:
+        """Yield the places of code that has the text, the lines there, which are changed, and how often."""
         pattern = pattern_for(self.text, whole=self.whole)
-        return sum(len(pattern.findall("\n".join(lines[part]))) for _, lines, part in self._code(document))
-
-    def _code(self, document: Document) -> Iterator[tuple[Place, list[str], slice]]:
-        """Yield the places of code with the lines there, and which of these are changed."""
-        chosen = slice(self.line - 1, self.line) if self.line else slice(None)
+        part = slice(self.line - 1, self.line) if self.line else slice(None)
         for place, text, _, _ in spots(document):
             if text and place.part in CODE and self.place in (None, place):
-                yield place, text.split("\n"), chosen
+                lines = text.split("\n")
+                if count := len(pattern.findall("\n".join(lines[part]))):
+                    yield place, lines, part, count
 
 
 def with_code(document: Document, place: Place, code: str) -> Document:
