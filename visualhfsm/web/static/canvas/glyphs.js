@@ -22,6 +22,6 @@ export const BADGES = {
   imported: {path: "M-4-4H1M-4-4V4H4V1M4-4L-1 1M-1-2.5V1H2.5", word: "imported from another file"},
   resume: {path: "M-2.5-4V4M2.5-4V4M-2.5 0H2.5", word: "resumes where it was"},
   error: {path: "M0-4.5V.8M0 4.2V4.3", word: "error"},
-  warning: {path: "M-2.6-2.2A2.6 2.4 0 1 1 1-.2Q0 .4 0 1.6M0 4.4V4.5", word: "warning"},
+  warning: {path: "M0-4.6L4.8 3.8H-4.8ZM0-1.6V1M0 2.5V2.6", word: "warning"},
   restart: {path: "M3.6-1.5A4 4 0 1 0 4 1M4-4.5V-1.2H.8", word: "restarts on entry"},
 };

@@ -39,7 +39,7 @@ class LiveVariables extends MonitorElement {
     [this.#before, this.#values] = [this.#values, new Map()];
     const none = !automata.length && !Object.keys(component.parameters).length;
     return html`<div class="live-values">
-      ${none ? html`<p class="empty">This component has no variables and no parameters.</p>` : nothing}
+      ${none ? html`<p class="empty">There are no variables and no parameters at this moment.</p>` : nothing}
       ${automata.map(({id, variables, ghost}) =>
         this.#table(
           monitor.automaton(id)?.name ?? `automaton ${id}`,

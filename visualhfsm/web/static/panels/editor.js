@@ -92,6 +92,8 @@ const theme = EditorView.theme({
     backgroundColor: "var(--code-chosen)",
     color: "var(--code-chosen-text)",
   },
+  // Its own sign is missing in many fonts.
+  ".cm-completionIcon-keyword::after": {content: "'k'"},
   ".cm-completionDetail": {color: "inherit", opacity: "0.9", fontStyle: "normal"},
   ".cm-help": {whiteSpace: "pre-wrap", maxHeight: "18em", overflow: "auto"},
   ".cm-completionInfo, .cm-tooltip.cm-help, .cm-tooltip-hover .cm-help": {padding: "6px 10px"},
