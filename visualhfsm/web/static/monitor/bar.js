@@ -115,7 +115,7 @@ class MonitorBar extends MonitorElement {
             </button>`
           : nothing
       }
-      ${this.#button("livePanel")}`;
+      ${actionButton("livePanel", this.context, {label: "short", kind: "values"})}`;
   }
 
   /** What takes the changes over into the run; with words when there are some. */
