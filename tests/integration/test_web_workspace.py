@@ -85,6 +85,8 @@ def test_windows_see_each_others_changes(running: Editor, window: Window) -> Non
 
 def test_windows_share_tabs_and_clipboard(running: Editor, window: Window) -> None:
     with running.window() as other:
+        with pytest.raises(Refused, match=r"no states were copied here: Ctrl\+V pastes"):
+            window.ask("paste", tab=1, automaton=1)
         window.ask("copy", tab=1, automaton=1, states=[1, 2])
         tab = other.ask("new")["tab"]
         other.ask("paste", tab=tab, automaton=1)

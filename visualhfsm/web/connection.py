@@ -198,7 +198,7 @@ class _Connection:
                 return {**_outcome(change), "text": text}
             case p.Paste(automaton=automaton, x=x, y=y):
                 if not workspace.clipboard:
-                    raise MissingError("nothing has been copied yet")
+                    raise MissingError("no states were copied here: Ctrl+V pastes those of another editor")
                 paste = PasteStates(automaton=automaton, content=workspace.clipboard, x=x, y=y)
                 return _outcome(await tab.edit(DocumentSession.do, paste))
             case p.Extract(automaton=automaton, path=path):
