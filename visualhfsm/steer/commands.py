@@ -204,10 +204,11 @@ def break_(
         raise typer.BadParameter("--if needs an ELEMENT to pause at")
     if state and transition:
         raise typer.BadParameter("ELEMENT is a state or a transition, not both")
-    kind = "state" if state else "transition" if transition else ""
     with steered(settings, component) as target:
+        addresses = target.addresses
+        find = addresses.state if state else addresses.transition if transition else addresses.element
         if element:
-            _change_breakpoint(target, element, kind, condition, delete=delete)
+            _change_breakpoint(target, find(element), condition, delete=delete)
         elif delete:
             target.monitor.setBreakpoints([])
         if wait is not None:
@@ -215,9 +216,8 @@ def break_(
         _show_breakpoints(target, as_json=as_json)
 
 
-def _change_breakpoint(target: Target, element: str, kind: str, condition: str, *, delete: bool) -> None:
+def _change_breakpoint(target: Target, found: Address, condition: str, *, delete: bool) -> None:
     """Add a breakpoint, or delete it; one at the same element gets the new condition."""
-    found = _element(target, element, kind)
     ids = (found.automaton, found.state, found.transition)
     before = target.monitor.getBreakpoints()
     others = [one for one in before if (one.automaton, one.state, one.transition) != ids]
@@ -252,14 +252,6 @@ def _wait_for_stop(target: Target, seconds: float) -> None:
             raise VisualHfsmError(f"{target.name} reached no breakpoint within {seconds:g} s")
         with suppress(TimeoutException):
             snapshot = stream.wait(after=stream.latest(), timeout=min(left, _PATIENCE)).value
-
-
-def _element(target: Target, element: str, kind: str) -> Address:
-    if kind == "state":
-        return target.addresses.state(element)
-    if kind == "transition":
-        return target.addresses.transition(element)
-    return target.addresses.element(element)
 
 
 def force(

@@ -8,7 +8,7 @@ has it. Ids work, too: `4`, `4/2`. A transition without a name is named by its s
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
@@ -148,12 +148,9 @@ def _find(text: str, among: dict[Address, set[str]], kind: str) -> Address:
         raise VisualHfsmError(f"{printable(text)} may be {choices}: name one in full, or by its ids")
     full = [address.name for address in among]
     names = [name for names in among.values() for name in names if not name.partition("/")[0].isdigit()]
-    hint = did_you_mean(text, [*full, *names] if _close(text, names) else full)
+    is_close = bool(difflib.get_close_matches(text[:200], names, 1))
+    hint = did_you_mean(text, [*full, *names] if is_close else full)
     raise VisualHfsmError(f"there is no {kind} {printable(text)}{hint}")
-
-
-def _close(text: str, names: Sequence[str]) -> bool:
-    return bool(difflib.get_close_matches(text[:200], names, 1))
 
 
 def _matches(text: str, among: dict[Address, set[str]]) -> list[Address]:
