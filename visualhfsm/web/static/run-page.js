@@ -46,12 +46,9 @@ class RunCode extends PageElement {
 
   render() {
     const {automaton, state, transition} = page;
-    if (!automaton || !(state || transition))
-      return html`<p class="empty">Select a state or a transition to read its code.</p>`;
-    if (state) return statePart(automaton, state);
-    const from = automaton.states.find(({id}) => id === transition?.origin)?.name ?? "nothing";
-    return html`<h3>Transition from ${from}</h3>
-      ${transition ? transitionPart(automaton, transition) : nothing}`;
+    if (automaton && state) return statePart(automaton, state);
+    if (automaton && transition) return transitionPart(automaton, transition);
+    return html`<p class="empty">Select a state or a transition to read its code.</p>`;
   }
 }
 
@@ -65,13 +62,6 @@ async function unpacked() {
   const [first, ...moments] = (await new Response(lines).text()).split("\n");
   return {content: JSON.parse(first), moments};
 }
-
-/** The place of the last time up to another one, the first one when all are later. @param {number[]} times */
-const lastUpTo = (times, /** @type {number} */ time) =>
-  Math.max(
-    0,
-    times.findLastIndex((each) => each <= time),
-  );
 
 /**
  * What the server would answer.
@@ -101,7 +91,7 @@ const answers = ({times, pictures}, moments) => {
     };
   };
   return (op, {action, arguments: {time = 0, camera = "", at = 0, names = [], start = 0, end = Infinity} = {}}) => {
-    if (action === "at") return JSON.parse(moments[lastUpTo(times, time)]);
+    if (action === "at") return JSON.parse(moments[times.findLastIndex((each) => each <= time)] ?? moments[0]);
     if (action === "series") return series(names, start, end);
     return action === "picture" ? picture(camera, at) : null;
   };
