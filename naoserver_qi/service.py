@@ -31,7 +31,15 @@ from naoserver_qi.refused import REFUSED, refused_service
 from naoserver_qi.sensors import ALSonar, ALTouch
 from naoserver_qi.sound import ALAudioDevice, ALAudioPlayer, ALAudioRecorder, Disk
 from naoserver_qi.speech import ALAnimatedSpeech, ALTextToSpeech
+from naoserver_qi.tracker import ALTracker
 from naoserver_qi.video import ALVideoDevice
+from naoserver_qi.vision import (
+    LOOKING,
+    ALColorBlobDetection,
+    ALFaceDetection,
+    ALLandMarkDetection,
+    ALRedBallDetection,
+)
 from naoserver_qi.whole_body import WholeBody
 from zenoh_ice import WallClock
 
@@ -72,6 +80,14 @@ def serve(robot: Robot, assembly: Assembly, url: str, *, disk: Path, faults: boo
     motion = ALMotion(access, postures, walking)
     files = Disk(disk)
     recorder = ALAudioRecorder(files, robot.clock)
+    ball, landmarks, faces, blobs = detectors = (
+        ALRedBallDetection(robot, access, memory),
+        ALLandMarkDetection(robot, access, memory),
+        ALFaceDetection(robot, access, memory),
+        ALColorBlobDetection(robot, access, memory),
+    )
+    targets = {"RedBall": ball, "LandMark": landmarks, "Face": faces}
+    tracker = ALTracker(access, motion, walking, targets)
     services: dict[str, object] = {
         "ALAnimatedSpeech": ALAnimatedSpeech(speech),
         "ALAudioDevice": ALAudioDevice(recorder),
@@ -80,12 +96,17 @@ def serve(robot: Robot, assembly: Assembly, url: str, *, disk: Path, faults: boo
         "ALAutonomousLife": ALAutonomousLife(memory),
         "ALBehaviorManager": ALBehaviorManager(access),
         "ALBattery": ALBattery(robot.senses),
+        "ALColorBlobDetection": blobs,
+        "ALFaceDetection": faces,
+        "ALLandMarkDetection": landmarks,
         "ALLeds": ALLeds(robot.lights),
         "ALMemory": memory,
+        "ALRedBallDetection": ball,
         "ALRobotPosture": postures,
         "ALSonar": sonar,
         "ALSystem": ALSystem(robot.name),
         "ALTextToSpeech": speech,
+        "ALTracker": tracker,
         "ALTouch": ALTouch(robot.senses),
         "ALVideoDevice": ALVideoDevice(robot, made_to_fail),
         **{name: refused_service(name) for name in REFUSED},
@@ -97,11 +118,26 @@ def serve(robot: Robot, assembly: Assembly, url: str, *, disk: Path, faults: boo
     wall = WallClock()
     jobs = (
         Periodic("ALMemory", wall, lambda: NOTIFYING, memory._notify, thread="NAOqi"),
+        *(
+            Periodic(
+                each.KEY, robot.clock, lambda: LOOKING, each._look, thread="NAOqi sight", wanted=each._wanted
+            )
+            for each in detectors
+        ),
+        Periodic(
+            "ALTracker",
+            robot.clock,
+            lambda: LOOKING,
+            tracker._follow,
+            thread="NAOqi sight",
+            wanted=tracker.isActive,
+        ),
         Periodic("the walk", wall, lambda: RENEWAL, walking.renew, thread="NAOqi"),
     )
     with ExitStack() as steps:  # run from the last to the first, each whatever the others raise
         steps.callback(listener.close)
         steps.callback(walking.close)
+        steps.callback(tracker.stopTracker)
         steps.callback(calls.close)
         steps.enter_context(JobThreads(jobs))
         yield listener.url

@@ -91,7 +91,9 @@ def describe_world(model: Model) -> list[WorldShape]:
     shapes = []
     for geom in range(mj.ngeom):
         body = int(mj.geom_bodyid[geom])
-        if mj.body_rootid[body] == model.base.body:
+        # The picture of a sign is a plane before its board.
+        picture = mj.geom_type[geom] == mujoco.mjtGeom.mjGEOM_PLANE and mj.geom(geom).name != "floor"
+        if picture or mj.body_rootid[body] == model.base.body:
             continue
         if body in objects:
             place, turn = mj.geom_pos[geom], mj.geom_quat[geom]

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from naoserver.robot import CameraFacts
 from naoserver_sim.body import add_camera, add_motor
+from naoserver_sim.signs import add_sign
 from naoserver_sim.world import BALL_RADIUS, Box, CarriedBall, Field, World
 
 SPECTATOR: Final = CameraFacts(
@@ -60,6 +61,8 @@ def add_surroundings(spec: mujoco.MjSpec, world: World) -> None:
     for box in world.boxes:
         if box.mass is None:
             _add_box(spec, box)
+    for number, sign in enumerate(world.signs, 1):
+        add_sign(spec, sign, f"sign{number}")
 
 
 def add_movables(spec: mujoco.MjSpec, world: World) -> None:

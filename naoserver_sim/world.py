@@ -100,6 +100,19 @@ class Wall(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
             raise ValueError("the wall is shorter than it is thick")
 
 
+class Sign(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """An upright board with a landmark on it, or with a face."""
+
+    position: tuple[Place, Place]
+    height: Annotated[float, Meta(ge=0.03, le=5.0)] = 0.5
+    """Of its middle, above the floor."""
+    heading: Angle = math.pi
+    """Where it faces."""
+    size: Annotated[float, Meta(ge=0.03, le=5.0)] = 0.2
+    landmark: Annotated[int, Meta(ge=0, le=249)] | None = None
+    """The number on it; a face without one."""
+
+
 class Field(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """A soccer field round the origin, goals at -x and +x; by default that of the Standard Platform League.
 
@@ -130,6 +143,7 @@ class World(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     balls: tuple[LooseBall, ...] = ()
     boxes: tuple[Box, ...] = ()
     walls: tuple[Wall, ...] = ()
+    signs: tuple[Sign, ...] = ()
     field: Field | None = None
 
     @property
@@ -175,7 +189,7 @@ def parse_world(text: str, source: str) -> World:
     for name in names:
         if names.count(name) > 1:
             raise RobotError(f"{source}: {name} appears {names.count(name)} times; use each name once")
-    if len(names) + len(world.walls) > _MOST_THINGS:
+    if len(names) + len(world.walls) + len(world.signs) > _MOST_THINGS:
         raise RobotError(f"{source}: there are more than {_MOST_THINGS} things")
     return world
 

@@ -1,0 +1,287 @@
+"""NAOqi's detectors: red balls, landmarks, faces and blobs of a color, seen in the robot's own pictures.
+
+Landmarks are ArUco marks of 4 by 4 bits, whose numbers they report. World files place them, and faces, as
+signs.
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+import threading
+from collections.abc import Sequence
+from typing import Any, ClassVar, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hfsm_command import missing_package
+from naoserver.errors import HardwareFailure, InvalidCommand, RobotError
+from naoserver.kinematics import angles_of
+from naoserver.robot import CameraFacts, Robot
+from naoserver_qi.access import Access
+from naoserver_qi.arguments import number_within, text
+from naoserver_qi.memory import ALMemory
+
+_logger = logging.getLogger(__name__)
+
+LOOKING: Final = 0.1
+"""Robot seconds between two looks at a picture."""
+_SIZE: Final = (320, 240)
+_MOST_SUBSCRIBERS: Final = 100
+_MOST_SEEN: Final = 10
+_SMALLEST: Final = 20
+"""Pixels of the smallest thing that is seen."""
+_ROUND: Final = 0.7
+"""Share of its smallest circle that a ball fills at least."""
+
+Pixels = NDArray[np.uint8]
+Region = tuple[float, float, float, float]
+"""Center, right and down, and width and height in pixels."""
+
+
+def find_red_ball(picture: Pixels) -> Region | None:
+    """Return the largest round red region of an RGB picture."""
+    import cv2
+
+    hsv = cv2.cvtColor(picture, cv2.COLOR_RGB2HSV)
+    red = cv2.inRange(hsv, (0, 140, 60), (8, 255, 255)) | cv2.inRange(hsv, (172, 140, 60), (180, 255, 255))
+    for contour in _contours(red):
+        (x, y), radius = cv2.minEnclosingCircle(contour)
+        if cv2.contourArea(contour) > _ROUND * math.pi * radius * radius:
+            return x, y, 2.0 * radius, 2.0 * radius
+    return None
+
+
+def find_blob(picture: Pixels, color: tuple[int, int, int], tolerance: int) -> Region | None:
+    """Return the largest region of an RGB picture whose color differs by at most `tolerance` in each part."""
+    import cv2
+
+    near = np.abs(picture.astype(np.int16) - color).max(axis=2) <= tolerance
+    for contour in _contours(near.astype(np.uint8)):
+        left, top, width, height = cv2.boundingRect(contour)
+        return left + width / 2, top + height / 2, float(width), float(height)
+    return None
+
+
+def find_landmarks(picture: Pixels) -> list[tuple[int, Region]]:
+    """Return number and region of the landmarks in an RGB picture, by number."""
+    import cv2
+
+    marks = cv2.aruco.ArucoDetector(cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_250))
+    corners, numbers, _ = marks.detectMarkers(cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY))
+    found = []
+    for number, corner in zip([] if numbers is None else numbers.ravel(), corners, strict=True):
+        (left, top), (right, bottom) = corner[0].min(axis=0), corner[0].max(axis=0)
+        found.append((int(number), _region(left, top, right, bottom)))
+    return sorted(found)
+
+
+def find_faces(picture: Pixels) -> list[Region]:
+    """Return the regions of an RGB picture that look like a face: skin, and two dark eyes side by side."""
+    import cv2
+
+    skin = cv2.inRange(cv2.cvtColor(picture, cv2.COLOR_RGB2YCrCb), (60, 135, 85), (255, 180, 135))
+    found = []
+    for contour in _contours(skin):
+        left, top, width, height = cv2.boundingRect(contour)
+        if not 0.8 * width <= height <= 2.0 * width:
+            continue
+        rows = slice(top + height * 3 // 10, top + height * 6 // 10)  # below the hair
+        middle = picture[rows, left + width // 10 : left + width * 9 // 10]
+        gray = cv2.cvtColor(middle, cv2.COLOR_RGB2GRAY)
+        eyes = _contours((gray < 0.5 * np.median(gray)).astype(np.uint8), smallest=2)
+        centers = [cv2.minEnclosingCircle(eye)[0] for eye in eyes[:2]]
+        if len(centers) == 2:
+            (x1, y1), (x2, y2) = centers
+            if 0.2 * width < abs(x1 - x2) < 0.7 * width and abs(y1 - y2) < 0.15 * height:
+                found.append(_region(left, top, left + width, top + height))
+    return found
+
+
+def _region(left: float, top: float, right: float, bottom: float) -> Region:
+    return float(left + right) / 2, float(top + bottom) / 2, float(right - left), float(bottom - top)
+
+
+def _contours(mask: Any, smallest: int = _SMALLEST) -> list[Any]:  # noqa: ANN401 - OpenCV's arrays
+    """Return the outlines of a mask's regions, the largest first."""
+    import cv2
+
+    outlines, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
+    large = [outline for outline in outlines if cv2.contourArea(outline) >= smallest]
+    return sorted(large, key=cv2.contourArea, reverse=True)[:_MOST_SEEN]
+
+
+class Detector:
+    """Look at pictures of a camera while there are subscribers, and raise an event with what is seen."""
+
+    KEY: ClassVar[str]
+    """The event, whose value is an empty list when nothing is seen any more."""
+
+    def __init__(self, robot: Robot, access: Access, memory: ALMemory) -> None:
+        self._robot = robot
+        self._access = access
+        self._memory = memory
+        self._lock = threading.Lock()
+        self._subscribers: dict[str, tuple[object, object]] = {}  # period and precision, without effect
+        self._camera = 0
+        self.seen: list[tuple[Region, Any]] = []
+        """What was seen in the newest picture: in angles, and what else is known of it."""
+        self._failing = False
+
+    def subscribe(self, name: object, period: object = 100, precision: object = 0.0) -> None:
+        """Look for it from now on, for a subscriber."""
+        if not self._robot.cameras:
+            raise HardwareFailure("this robot has no camera")
+        try:
+            import cv2  # noqa: F401 - whether it is there
+        except ModuleNotFoundError as error:
+            raise HardwareFailure(missing_package(error, "vision")) from None
+        with self._lock:
+            if len(self._subscribers) >= _MOST_SUBSCRIBERS:
+                raise InvalidCommand("name", f"there are {_MOST_SUBSCRIBERS} subscribers already")
+            self._subscribers[text(name, "name")] = (period, precision)
+        self._memory.insertData(self.KEY, [])
+
+    def unsubscribe(self, name: object) -> None:
+        """Look for it no more, for a subscriber."""
+        with self._lock:
+            if self._subscribers.pop(text(name, "name"), None) is None:
+                raise InvalidCommand("name", f"{str(name)[:60]!r} has not subscribed")
+
+    def getSubscribersInfo(self) -> list[list[object]]:
+        """Return name, period and precision of each subscriber."""
+        with self._lock:
+            return [[name, *wanted] for name, wanted in self._subscribers.items()]
+
+    def setActiveCamera(self, camera: object) -> bool:
+        """Look with the top camera, 0, or the bottom one, 1."""
+        self._camera = int(number_within(camera, "camera", 0, len(self._robot.cameras) - 1))
+        return True
+
+    def getActiveCamera(self) -> int:
+        """Return the number of the camera."""
+        return self._camera
+
+    def _wanted(self) -> bool:
+        return bool(self._subscribers)
+
+    def _look(self) -> None:
+        """Take a picture, and raise the event; due every LOOKING while there are subscribers."""
+        facts = self._robot.cameras[self._camera]
+        try:
+            frame = self._robot.capture(facts.name, *_SIZE)
+        except RobotError as error:
+            if not self._failing:
+                _logger.warning("%s sees nothing: %s", self.KEY, error)
+            self._failing = True
+            return
+        self._failing = False
+        before, self.seen = (
+            self.seen,
+            [(_in_angles(region, facts), what) for region, what in self._find(frame.pixels)],
+        )
+        if self.seen:
+            seconds = math.floor(frame.time)
+            stamp = [seconds, int((frame.time - seconds) * 1e6)]
+            self._memory.raiseEvent(self.KEY, self._value(stamp, self._poses()))
+        elif before:
+            self._memory.raiseEvent(self.KEY, [])
+
+    def _find(self, picture: Pixels) -> Sequence[tuple[Region, Any]]:
+        """Return the regions of what is seen, and what else is known of each."""
+        raise NotImplementedError
+
+    def _value(self, stamp: list[int], poses: list[object]) -> list[object]:
+        """Return the event's value."""
+        raise NotImplementedError
+
+    def _poses(self) -> list[object]:
+        """Return where the camera is in the torso's and in the robot's frame."""
+        name = ("CameraTop", "CameraBottom")[self._camera]
+        places = [self._access.place(name, frame, measured=True) for frame in (0, 2)]
+        return [[*(float(part) for part in place[:3, 3]), *angles_of(place)] for place in places]
+
+
+def _in_angles(region: Region, facts: CameraFacts) -> Region:
+    """Return a region as angles in rad from the middle of the picture, to the left and down, and its size."""
+    x, y, width, height = region
+    focal = _SIZE[0] / 2 / math.tan(facts.horizontal_fov / 2)
+    return (
+        math.atan2(_SIZE[0] / 2 - x, focal),
+        math.atan2(y - _SIZE[1] / 2, focal),
+        2.0 * math.atan2(width / 2, focal),
+        2.0 * math.atan2(height / 2, focal),
+    )
+
+
+class ALRedBallDetection(Detector):
+    """See a red ball."""
+
+    KEY = "redBallDetected"
+
+    def _find(self, picture: Pixels) -> Sequence[tuple[Region, Any]]:
+        ball = find_red_ball(picture)
+        return [] if ball is None else [(ball, None)]
+
+    def _value(self, stamp: list[int], poses: list[object]) -> list[object]:
+        return [stamp, list(self.seen[0][0]), *poses, self._camera]
+
+
+class ALLandMarkDetection(Detector):
+    """See landmarks, and read their numbers."""
+
+    KEY = "LandmarkDetected"
+
+    def _find(self, picture: Pixels) -> Sequence[tuple[Region, Any]]:
+        return [(region, number) for number, region in find_landmarks(picture)]
+
+    def _value(self, stamp: list[int], poses: list[object]) -> list[object]:
+        marks = [[[0, *region, 0.0], [number]] for region, number in self.seen]
+        return [stamp, marks, *poses, ("CameraTop", "CameraBottom")[self._camera]]
+
+
+class ALFaceDetection(Detector):
+    """See faces; whose they are it does not know."""
+
+    KEY = "FaceDetected"
+
+    def _find(self, picture: Pixels) -> Sequence[tuple[Region, Any]]:
+        return [(region, number) for number, region in enumerate(find_faces(picture), 1)]
+
+    def _value(self, stamp: list[int], poses: list[object]) -> list[object]:
+        faces: list[object] = [[[0, *region], [number, 0.0, ""]] for region, number in self.seen]
+        return [stamp, [*faces, []], *poses, self._camera]
+
+    def setRecognitionEnabled(self, enable: object) -> None:
+        """Do nothing: it does not recognize anybody."""
+
+    def setTrackingEnabled(self, enable: object) -> None:
+        """Do nothing: ALTracker follows a face."""
+
+
+class ALColorBlobDetection(Detector):
+    """See the largest region of a color."""
+
+    KEY = "ALTracker/ColorBlobDetected"
+
+    def __init__(self, robot: Robot, access: Access, memory: ALMemory) -> None:
+        super().__init__(robot, access, memory)
+        self._color, self._tolerance = (255, 0, 0), 60
+
+    def setColor(self, red: object, green: object, blue: object, tolerance: object) -> None:
+        """Look for a color of three parts from 0 to 255, each of which may differ by the tolerance."""
+        parts = zip(("red", "green", "blue"), (red, green, blue), strict=True)
+        r, g, b = (round(number_within(value, what, 0, 255)) for what, value in parts)
+        self._color, self._tolerance = (r, g, b), round(number_within(tolerance, "tolerance", 0, 255))
+
+    def getColor(self) -> list[int]:
+        """Return the color and the tolerance."""
+        return [*self._color, self._tolerance]
+
+    def _find(self, picture: Pixels) -> Sequence[tuple[Region, Any]]:
+        blob = find_blob(picture, self._color, self._tolerance)
+        return [] if blob is None else [(blob, None)]
+
+    def _value(self, stamp: list[int], poses: list[object]) -> list[object]:
+        return [stamp, list(self.seen[0][0]), *poses, self._camera]

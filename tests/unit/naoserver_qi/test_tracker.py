@@ -1,0 +1,104 @@
+"""ALTracker follows what a fake robot sees, in virtual time."""
+
+import math
+
+import pytest
+
+pytest.importorskip("qi")
+pytest.importorskip("cv2")
+
+from naoserver.errors import InvalidCommand
+from naoserver_qi.memory import ALMemory
+from naoserver_qi.sensors import ALSonar
+from naoserver_qi.tracker import ALTracker
+from naoserver_qi.vision import LOOKING, ALRedBallDetection
+from tests.support.qi_service import Rig
+
+
+@pytest.fixture
+def rig():
+    rig = Rig()
+    rig.complete(rig.postures.goToPosture, "StandInit", 1.0)
+    yield rig
+    rig.close()
+
+
+@pytest.fixture
+def detector(rig):
+    return ALRedBallDetection(rig.robot, rig.access, ALMemory(rig.access, ALSonar(None)._distances))
+
+
+@pytest.fixture
+def tracker(rig, detector):
+    return ALTracker(rig.access, rig.motion, rig.walking, {"RedBall": detector})
+
+
+def run(rig, tracker, detector, seconds):
+    for _ in range(round(seconds / LOOKING)):
+        if detector._wanted():
+            detector._look()
+        tracker._follow()
+        rig.walking.renew()
+        rig.advance(LOOKING)
+
+
+def test_the_head_turns_to_the_ball(rig, tracker, detector):
+    tracker.registerTarget("RedBall", 0.12)
+    tracker.track("RedBall")
+    assert tracker.isTargetLost()
+    run(rig, tracker, detector, 3.0)
+    assert rig.motion.getAngles("HeadYaw", True)[0] == pytest.approx(-0.15, abs=0.03)
+    assert tracker.isNewTargetDetected()
+    x, y, z = tracker.getTargetPosition(2)
+    assert math.hypot(x, y) == pytest.approx(1.0, abs=0.25)
+    assert math.atan2(y, x) == pytest.approx(-0.15, abs=0.03)
+    assert z == pytest.approx(0.5, abs=0.1)
+
+
+def test_it_walks_to_the_ball(rig, tracker, detector):
+    tracker.registerTarget("RedBall", [0.12])
+    tracker.setMode("Move")
+    tracker.setRelativePosition([-0.7, 0.0, 0.0, 0.1, 0.1, 0.3])
+    tracker.track("RedBall")
+    run(rig, tracker, detector, 2.0)
+    assert rig.walking.active
+    tracker.stopTracker()
+    assert not rig.walking.active
+    assert rig.motion.getRobotPosition(True)[0] > 0.05
+
+
+def test_a_target_that_is_gone_is_lost_and_ends_the_walk(rig, tracker, detector):
+    tracker.setMode("Move")
+    tracker.track("RedBall")
+    run(rig, tracker, detector, 1.0)
+    assert not tracker.isTargetLost()
+    detector._find = lambda _picture: []
+    run(rig, tracker, detector, 1.0)
+    assert tracker.isTargetLost()
+    assert not rig.walking.active
+
+
+def test_stopped_it_follows_nothing(rig, tracker, detector):
+    tracker.track("RedBall")
+    assert (tracker.isActive(), tracker.getActiveTarget()) == (True, "RedBall")
+    tracker.unregisterAllTargets()
+    assert (tracker.isActive(), tracker.getRegisteredTargets(), tracker.getTargetPosition()) == (
+        False,
+        [],
+        [],
+    )
+    assert not detector._wanted()
+
+
+@pytest.mark.parametrize("rest", [(2, 0.5, False), (0.5, False), ()], ids=["frame", "no frame", "alone"])
+def test_it_looks_at_a_point(rig, tracker, rest):
+    tracker.lookAt([1.0, 0.5, 0.1], *rest)
+    rig.advance(2.0)
+    assert rig.motion.getAngles("HeadYaw", True)[0] == pytest.approx(math.atan2(0.5, 1.0), abs=0.02)
+
+
+def test_what_is_no_target(tracker):
+    with pytest.raises(InvalidCommand, match="no target 'Cat'; there are RedBall"):
+        tracker.track("Cat")
+    with pytest.raises(InvalidCommand, match="not a finite number"):
+        tracker.lookAt([math.nan, 0, 0], 0, 0.5, False)

@@ -1,0 +1,67 @@
+"""Signs of a world: what is on them, and how a camera sees them."""
+
+import time
+
+import pytest
+
+from naoserver.errors import HardwareFailure, RobotError
+from naoserver_sim.robot import SimulatedRobot
+from naoserver_sim.world import parse_world
+from tests.support.limits import EVENT_LIMIT
+
+pytest.importorskip("cv2")
+
+from naoserver_qi import vision
+
+WORLD = """
+[[signs]]
+position = [1.2, 0.3]
+landmark = 68
+
+[[signs]]
+position = [1.2, 0.0]
+height = 0.6
+size = 0.25
+"""
+
+
+@pytest.fixture(scope="module")
+def robot():
+    robot = SimulatedRobot(world=parse_world(WORLD, "signs"), skin=False)
+    robot.start()
+    yield robot
+    robot.close()
+
+
+def seen(robot):
+    """Return a picture of the top camera; the first one may take longer than a robot waits."""
+    limit = time.monotonic() + EVENT_LIMIT
+    while True:
+        try:
+            return robot.capture("Camera", 320, 240).pixels
+        except HardwareFailure:
+            if time.monotonic() > limit:
+                raise
+
+
+@pytest.mark.sim
+def test_a_camera_sees_landmark_and_face(robot):
+    pytest.importorskip("qi")
+    picture = seen(robot)
+    ((number, (x, _, width, _)),) = vision.find_landmarks(picture)
+    assert number == 68
+    assert x < 110
+    assert width == pytest.approx(42, abs=5)
+    ((x, y, _, _),) = vision.find_faces(picture)
+    assert (x, y) == pytest.approx((160, 55), abs=6)
+
+
+def test_what_describes_the_world_shows_their_boards(robot):
+    kinds = [shape.kind for shape in robot.stage.shapes]
+    assert sorted(kinds) == ["Box", "Box", "Plane"]
+
+
+@pytest.mark.parametrize("line", ["landmark = 250", "size = 0.0", "height = -1.0", "number = 3"])
+def test_signs_that_are_wrong(line):
+    with pytest.raises(RobotError, match="signs"):
+        parse_world(f"[[signs]]\nposition = [1.0, 0.0]\n{line}\n", "signs")
