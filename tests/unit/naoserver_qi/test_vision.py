@@ -82,9 +82,9 @@ def test_the_largest_blob_of_a_color_is_seen():
 @pytest.mark.parametrize("number", [0, 68, 249])
 def test_the_number_of_a_landmark_is_read(number):
     small = draw_landmark(number)[::2, ::2]
-    assert find_landmarks(picture(small, 60, 90)) == [
-        (number, pytest.approx((92, 122, 48, 48), abs=3)),
-    ]
+    ((read, region),) = find_landmarks(picture(small, 60, 90))
+    assert read == number
+    assert region == pytest.approx((92, 122, 48, 48), abs=3)
 
 
 def test_a_face_has_two_eyes():
