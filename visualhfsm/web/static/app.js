@@ -237,7 +237,7 @@ export class HfsmApp extends PageElement {
       await this.#showMonitor("hfsm-monitor-toolbar")
     );
     await toolbar?.updateComplete;
-    toolbar?.toggle(true);
+    await toolbar?.open();
   }
 
   /** Follow a component that runs, and show its document. @param {string} component */
