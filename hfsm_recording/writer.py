@@ -15,6 +15,7 @@ import msgspec
 from mcap.writer import CompressionType, Writer
 
 from .messages import MESSAGES, METADATA, WATCHED, Gap, Message, schema_of
+from .reader import LARGEST_MESSAGE
 
 _logger = logging.getLogger(__name__)
 
@@ -107,6 +108,12 @@ class RecordingWriter:
                 self._record_gap(entry.time)
             self._queue.append(entry)
             self._bytes += entry.size
+
+    def look(self, topic: str, message: Message, at: float) -> None:
+        """Take a message to be looked at, of a wall time in s, unless it is too large to be read."""
+        size = len(msgspec.json.encode(message))
+        if size < LARGEST_MESSAGE:
+            self.put(Entry(topic, round(at * 1e9), message, size))
 
     @property
     def crowded(self) -> bool:

@@ -13,9 +13,8 @@ from typing import Final
 
 import msgspec
 
-from hfsm_recording.messages import Action, Message, Picture, RobotPose, Snapshot, World
-from hfsm_recording.reader import LARGEST_MESSAGE
-from hfsm_recording.writer import Entry, RecordingFailedError, RecordingWriter
+from hfsm_recording.messages import Action, Picture, RobotPose, Snapshot, World
+from hfsm_recording.writer import RecordingFailedError, RecordingWriter
 from interfaces.jderobot import CameraPrx
 from visualhfsm.errors import VisualHfsmError
 from visualhfsm.monitoring.follower import Follower, LiveStructure, News
@@ -57,8 +56,7 @@ class Recorder:
             self._writer = RecordingWriter.watching(path, follower.component, document)
         except RecordingFailedError as error:
             raise VisualHfsmError(str(error)) from error
-        shapes = list(robot.world.shapes)
-        self._put("/world", World(shapes), self._since, 200 * len(shapes))
+        self._writer.look("/world", World(list(robot.world.shapes)), self._since)
         self.take(structure)
         self.take(newest)
         self._task = asyncio.create_task(self._take_pictures(pictures))
@@ -73,15 +71,15 @@ class Recorder:
 
     def take(self, news: News) -> None:
         """Record what is new of the component; called from any thread."""
+        look = self._writer.look
         match news:
             case LiveStructure(structure=structure):
-                self._put("/actions", Action("structure", msgspec.to_builtins(structure)), time.time())
+                look("/actions", Action("structure", msgspec.to_builtins(structure)), time.time())
             case LiveSnapshot(at=at, component=component, robot=robot) if component.startedAt == self._run:
                 objects = {name: [*place] for name, place in robot.objects.items()}
                 torso = None if robot.torso is None else [*robot.torso]
-                self._put("/robot", RobotPose(robot.joints, torso, objects), at, 2000)
-                packed = msgspec.json.encode(component)
-                self._put("/snapshots", Snapshot(msgspec.Raw(packed)), at, len(packed))
+                look("/robot", RobotPose(robot.joints, torso, objects), at)
+                look("/snapshots", Snapshot(msgspec.Raw(msgspec.json.encode(component))), at)
 
     async def close(self) -> None:
         """End the file."""
@@ -103,9 +101,4 @@ class Recorder:
             image = await asyncio.wrap_future(camera.getImageData.begin("RGB8"))
             at, shape = time.time(), image.description
             jpeg = await asyncio.to_thread(encode_jpeg, shape.width, shape.height, image.pixelData)
-            if not self._writer.crowded:
-                self._put(f"/images/{name}", Picture.of(name, round(at * 1e9), jpeg), at, 2 * len(jpeg))
-
-    def _put(self, topic: str, message: Message, at: float, size: int = 200) -> None:
-        if size < LARGEST_MESSAGE:  # a larger one would not be read
-            self._writer.put(Entry(topic, round(at * 1e9), message, size))
+            self._writer.look(f"/images/{name}", Picture.of(name, round(at * 1e9), jpeg), at)

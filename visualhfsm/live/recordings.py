@@ -77,7 +77,6 @@ class RecordedRun:
     name: str
     structure: ComponentStructure
     log: RunLog
-    file: str
     document: str
     complete: bool
     world: Sequence[Shape]
@@ -170,7 +169,7 @@ def open_recording(path: Path) -> RecordedRun:
     run.finish()
     if run.log.newest is None:
         raise VisualHfsmError(f"the recording {path.name} holds no state of {recording.name}")
-    return RecordedRun(recording.name, run.structure, run.log, file, text, complete, run.world, run.pictures)
+    return RecordedRun(recording.name, run.structure, run.log, text, complete, run.world, run.pictures)
 
 
 class _Automaton:

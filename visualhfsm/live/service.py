@@ -192,7 +192,6 @@ class Monitoring:
             "structure": LiveStructure(run.structure, 1),
             "snapshot": run.log.at(0.0),
             "timeline": run.log.timeline(),
-            "file": run.file,
             "document": run.document,
             "complete": run.complete,
             "world": run.world,

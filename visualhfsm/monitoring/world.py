@@ -14,7 +14,7 @@ import msgspec
 
 from hfsm_recording.messages import Shape, values_of
 from interfaces.jderobot import Pose3DEncodersPrx
-from interfaces.nao import GroundTruthPrx, Pose, ScenePrx, ShapeKind
+from interfaces.nao import GroundTruthPrx, ScenePrx, ShapeKind
 from visualhfsm.monitoring.realm import Newest, PolledValue
 from zenoh_ice import Communicator
 
@@ -75,7 +75,7 @@ class WorldMonitor:
     def torso(self) -> Placement | None:
         """Return where a simulation has the torso; None while that is unknown."""
         truth = self._truth()
-        return None if truth is None else placement(truth.value.torso)
+        return None if truth is None else sound_placement(values_of(truth.value.torso))
 
     def objects(self) -> dict[str, Placement]:
         """Return where everything is that can move, as far as it is known."""
@@ -94,11 +94,6 @@ class WorldMonitor:
         return sound_placement(
             (arm.x * math.cos(arm.pan), arm.x * math.sin(arm.pan), arm.z, 0.0, 0.0, 0.0, 1.0)
         )
-
-
-def placement(pose: Pose) -> Placement | None:
-    """Return a pose as the page takes it; None when it cannot be one."""
-    return sound_placement(values_of(pose))
 
 
 def sound_shapes(reported: Iterable[Shape]) -> tuple[Shape, ...]:

@@ -76,7 +76,7 @@
  *   after?: string, lines?: string[]}} Difference with the `lines` of longer texts as `diff -u` has them
  * @typedef {{name: string, scoped: string, operations: {name: string, signature: string, result: string,
  *   documentation: string, streamed: boolean}[]}} InterfaceDescription
- * @typedef {Followed & {component: string, file: string, document: string, complete: boolean, tab: number,
+ * @typedef {Followed & {component: string, document: string, complete: boolean, tab: number,
  *   world: import("./monitor/world-drawing.js").WorldShape[], cameras: string[]}} Recording
  * @typedef {{hello: Greeting, do: Done, undo: Undone, redo: Undone, goTo: Undone, copy: {text: string}, cut: Done & {text: string}, paste: Done, extract: Done,
  *   inline: Done, open: Opened, new: Opened, openText: Opened, recover: Opened, discard: null, close: null,

@@ -6,9 +6,9 @@ import math
 
 import pytest
 
-from hfsm_recording.messages import Shape
+from hfsm_recording.messages import Shape, values_of
 from interfaces.nao import Pose, Quaternion, ShapeKind, Vector3, WorldShape
-from visualhfsm.monitoring.world import MOST_SHAPES, placement, sound_shapes
+from visualhfsm.monitoring.world import MOST_SHAPES, sound_placement, sound_shapes
 
 UPRIGHT = Quaternion(1.0, 0.0, 0.0, 0.0)
 
@@ -64,10 +64,10 @@ def test_no_more_shapes_are_passed_on_than_a_page_draws() -> None:
 
 
 def test_a_place_is_rounded_and_has_the_quaternion_as_the_page_takes_it() -> None:
-    at = placement(pose(1.00004, -0.00001, 0.3, Quaternion(0.6, 0.8, 0.0, 0.0)))
+    at = sound_placement(values_of(pose(1.00004, -0.00001, 0.3, Quaternion(0.6, 0.8, 0.0, 0.0))))
     assert at == (1.0, 0.0, 0.3, 0.8, 0.0, 0.0, 0.6)
 
 
 @pytest.mark.parametrize("x", [math.nan, math.inf, 1e9])
 def test_a_place_that_is_none_is_unknown(x: float) -> None:
-    assert placement(pose(x)) is None
+    assert sound_placement(values_of(pose(x))) is None

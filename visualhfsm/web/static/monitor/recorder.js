@@ -47,10 +47,11 @@ function awaitEnd(path) {
 /** Ask how many pictures are to be recorded. */
 export async function chooseRate() {
   const now = pictureRate();
+  const rates = [...RATES.filter((each) => each !== now), now]; // the last one has the focus
   const rate = await confirm({
     title: "Pictures in recordings",
     text: `Of each camera, in a second; ${now || "none"} now. A picture takes some 10 kB.`,
-    choices: RATES.map((each) => [String(each), each ? String(each) : "None", each === now ? "primary" : ""]),
+    choices: rates.map((each) => [String(each), each ? String(each) : "None", each === now ? "primary" : ""]),
   });
   if (rate !== undefined) localStorage.setItem(RATE, rate);
 }
