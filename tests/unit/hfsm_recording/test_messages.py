@@ -18,7 +18,7 @@ from mcap.reader import make_reader
 
 from hfsm_recording import reader
 from hfsm_recording import writer as writing
-from hfsm_recording.messages import MESSAGES, Gap, Message, Reading, schema_of
+from hfsm_recording.messages import MESSAGES, Action, Gap, Message, Reading, schema_of
 from hfsm_recording.reader import RecordingError
 from hfsm_recording.writer import Entry, RecordingFailedError, RecordingWriter
 from hfsm_runtime.automaton import Automaton, State
@@ -132,6 +132,17 @@ def test_a_reader_of_mcap_lists_channels_schemas_and_sources(tmp_path: Path) -> 
         assert [(a.name, a.data) for a in reader.iter_attachments()] == [("document/a.xml", b"<a/>")]
         assert [(m.name, m.metadata) for m in reader.iter_metadata()] == [("visualhfsm.component", STATE)]
     assert messages(path) == [("/readings", 1001, {"context": "automaton 1", "kind": "now", "value": 1.5})]
+
+
+def test_what_is_too_large_to_be_read_is_left_out_of_what_is_looked_at(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    writer = RecordingWriter.watching(path, "walker", "<a/>")
+    writer.look("/actions", Action("structure", {"name": "x" * reader.LARGEST_MESSAGE}), 2.5)
+    writer.look("/actions", Action("structure", {"name": "walker"}), 2.5)
+    writer.close()
+    recorded = reader.RecordingFile(path)
+    assert [(each.topic, each.time) for each in recorded.messages()] == [("/actions", 2_500_000_000)]
+    assert (recorded.name, recorded.files["document"]) == ("walker", ("walker.xml", b"<a/>"))
 
 
 def test_a_file_that_exists_is_not_overwritten(tmp_path: Path) -> None:

@@ -1,9 +1,15 @@
-"""How the end of a replay is reported to people."""
+"""What is replayed, and how its end is reported to people."""
 
 from __future__ import annotations
 
+from pathlib import Path
+
+import pytest
+
 from hfsm_recording.outcome import Divergence, Outcome, Side, Step
-from visualhfsm.replay import outcome_lines
+from hfsm_recording.writer import RecordingWriter
+from visualhfsm.errors import VisualHfsmError
+from visualhfsm.replay import outcome_lines, replay
 
 
 def side(state: str) -> Side:
@@ -34,3 +40,10 @@ def test_automata_of_one_name_are_distinguished() -> None:
     assert "first at 1.000 s: x (2) in the state a" in text
     assert " x (3) " in text
     assert " root  " in text
+
+
+def test_what_was_recorded_to_be_looked_at_is_not_replayed(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    RecordingWriter.watching(path, "walker", "<VisualHFSM/>").close()
+    with pytest.raises(VisualHfsmError, match=r"run\.mcap was recorded to be looked at"):
+        replay(path)
