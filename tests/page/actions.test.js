@@ -5,7 +5,7 @@ import {Socket, STATIC} from "./page.js";
 
 globalThis.addEventListener ??= () => {};
 
-const {actions, findActions, isEnabled, MENUS, perform, selectionActions, selectionTitle} = await import(
+const {actions, findActions, isEnabled, MENUS, perform, RUN_MENU, selectionActions, selectionTitle} = await import(
   new URL("actions.js", STATIC).href
 );
 const {keyTable, listenForKeys, spoken, written} = await import(new URL("keys.js", STATIC).href);
@@ -84,7 +84,7 @@ test("the menus have each action once, and none that is unknown", () => {
 
 test("what has no key is in a menu", () => {
   show(automaton(1, 0, [state(1, {children: [2]}), state(2), state(3)]), automaton(2, 1, []));
-  const reached = new Set(MENUS.flatMap(({groups}) => groups.flat()));
+  const reached = new Set([...MENUS.flatMap(({groups}) => groups.flat()), ...RUN_MENU.flat()]);
   for (const states of [[1], [1, 2]]) {
     page.select({states});
     for (const id of selectionActions().flat()) reached.add(id);

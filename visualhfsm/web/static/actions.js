@@ -308,6 +308,13 @@ const LIST = [
   },
 ];
 
+/** What the menu beside Run offers. */
+export const RUN_MENU = [
+  ["tryIt", "runWith", "startHere", "recordRun", "generate"],
+  ["stepAll", "sendEvent"],
+  ["attach", "detach", "openRecording", "exportRun", "pictureRate"],
+];
+
 /** The menus of the header. @type {{title: string, groups: string[][]}[]} */
 export const MENUS = [
   {

@@ -7,7 +7,7 @@
 
 import {html, nothing} from "lit";
 
-import {isEnabled, perform} from "../actions.js";
+import {isEnabled, perform, RUN_MENU} from "../actions.js";
 import {icon} from "../icons.js";
 import {keyOf, spoken} from "../keys.js";
 import {page} from "../page.js";
@@ -19,12 +19,6 @@ import {monitor, STATUS} from "./monitor.js";
 import {STOP_KEY} from "./stop.js";
 
 const PAUSED = STATUS.indexOf("Paused");
-/** What the menu beside Run offers. */
-const MORE = [
-  ["tryIt", "runWith", "startHere", "recordRun", "generate"],
-  ["stepAll", "sendEvent"],
-  ["attach", "detach", "openRecording", "exportRun", "pictureRate"],
-];
 
 /** Where somebody writes, who is not to be taken elsewhere. */
 const WRITING = "hfsm-code-panel, hfsm-data-panel, dialog";
@@ -179,7 +173,7 @@ class MonitorBar extends MonitorElement {
 
   /** @param {MouseEvent & From<HTMLElement>} event */
   #more = async ({currentTarget}) => {
-    (await import("../menu.js")).dropMenu(currentTarget, {groups: MORE, label: "Run"}, this.context);
+    (await import("../menu.js")).dropMenu(currentTarget, {groups: RUN_MENU, label: "Run"}, this.context);
   };
 
   /** @param {string} id @param {{words?: string, image?: string}} [other] */
