@@ -94,7 +94,8 @@ _SETUP_TIMEOUT: Final = 10.0
 _QUEUE_LENGTH: Final = 16
 _MOST_GEOMS: Final = 400
 # The passes that a camera image does without: they cost more than all the rest on a machine without a GPU.
-_FLAGS_OFF: Final = ("SHADOW", "REFLECTION", "FOG", "HAZE")
+# Shadows are drawn in worlds whose light casts them.
+_FLAGS_OFF: Final = ("REFLECTION", "FOG", "HAZE")
 
 
 @dataclass(frozen=True, slots=True)
@@ -242,6 +243,7 @@ class _Scene:
         self._scene = mujoco.MjvScene(mj, _MOST_GEOMS)
         for name in _FLAGS_OFF:
             self._scene.flags[getattr(mujoco.mjtRndFlag, f"mjRND_{name}")] = 0
+        self._scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = bool(mj.light_castshadow.any())
         self._view = mujoco.MjvCamera()
         self._view.type = mujoco.mjtCamera.mjCAMERA_FIXED
 

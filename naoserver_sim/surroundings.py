@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from naoserver.robot import CameraFacts
 from naoserver_sim.body import add_camera, add_motor
 from naoserver_sim.signs import add_sign
-from naoserver_sim.world import BALL_RADIUS, Box, CarriedBall, Field, World
+from naoserver_sim.world import BALL_RADIUS, Box, CarriedBall, Field, Light, World
 
 SPECTATOR: Final = CameraFacts(
     name="CameraOutside",
@@ -32,6 +32,14 @@ _FLOOR_HALF: Final = 6.0
 _SOFT: Final = (0.005, 1.0)
 """Time constant in s and damping ratio of a contact."""
 _BOX: Final = mujoco.mjtGeom.mjGEOM_BOX
+_SHINE: Final = 0.5
+"""Highlights as a share of the light that causes them."""
+_SUN_DISTANCE: Final = 12.0
+"""Metres from the origin to where the shadows of sunlight are computed: more than any floor reaches."""
+_LAMP_CUTOFF: Final = 80.0
+"""Degrees from its direction to which a lamp shines."""
+_SHADOW_PIXELS: Final = 1024
+"""Side of the map of shadows: on a floor of 12 m a pixel is 12 mm."""
 
 
 def add_surroundings(spec: mujoco.MjSpec, world: World) -> None:
@@ -63,6 +71,29 @@ def add_surroundings(spec: mujoco.MjSpec, world: World) -> None:
             _add_box(spec, box)
     for number, sign in enumerate(world.signs, 1):
         add_sign(spec, sign, f"sign{number}")
+    if world.light is not None:
+        _set_light(spec, world.light, max(half))
+
+
+def _set_light(spec: mujoco.MjSpec, light: Light, reach: float) -> None:
+    """Replace the light of the scene; shadows reach as far from the origin as the floor, `reach` in m."""
+    color = np.array(light.color)
+    source, head = spec.worldbody.lights[0], spec.visual.headlight
+    source.diffuse = light.brightness * color
+    source.specular = _SHINE * source.diffuse
+    head.ambient, head.diffuse, head.specular = light.ambient * color, np.zeros(3), np.zeros(3)
+    source.dir = np.array(light.direction) / math.hypot(*light.direction)
+    source.pos = -_SUN_DISTANCE * source.dir
+    if light.position is not None:
+        source.type, source.pos = mujoco.mjtLightType.mjLIGHT_SPOT, light.position
+        source.cutoff, source.exponent = _LAMP_CUTOFF, 0.0
+    # The sky shines by itself; it is as bright as what the light falls on.
+    sky, shining = spec.texture("sky"), np.minimum((light.ambient + light.brightness) * color, 1.0)
+    sky.rgb1, sky.rgb2 = sky.rgb1 * shining, sky.rgb2 * shining
+    if light.shadows:
+        source.castshadow = True
+        spec.visual.quality.shadowsize = _SHADOW_PIXELS
+        spec.visual.map.shadowclip, spec.visual.map.shadowscale = reach, 1.0
 
 
 def add_movables(spec: mujoco.MjSpec, world: World) -> None:

@@ -1,4 +1,4 @@
-"""A world as its file describes it: balls, boxes, walls, a soccer field, and where the robot starts.
+"""A world as its file describes it: balls, boxes, walls, a soccer field, light, and where the robot starts.
 
 A world is a TOML file, such as those of `naoserver_sim/worlds`; docs/how-to/worlds.md lists its keys. Its
 frame: x and y on the floor, z up. Lengths in m, masses in kg, angles in rad,
@@ -23,6 +23,8 @@ from zenoh_ice.toml_file import parse_toml, read_text
 BALL_RADIUS: Final = 0.06
 """Radius in m of a carried ball."""
 _MOST_THINGS: Final = 100
+_LOWEST: Final = 0.1
+"""Sine of the angle by which light goes down at least."""
 
 Place = Annotated[float, Meta(ge=-50.0, le=50.0)]
 Size = Annotated[float, Meta(ge=0.005, le=50.0)]
@@ -30,6 +32,9 @@ Mass = Annotated[float, Meta(ge=0.001, le=100.0)]
 Share = Annotated[float, Meta(ge=0.0, le=1.0)]
 Angle = Annotated[float, Meta(ge=-2 * math.pi, le=2 * math.pi)]
 Color = tuple[Share, Share, Share]
+Brightness = Annotated[float, Meta(ge=0.0, le=2.0)]
+Component = Annotated[float, Meta(ge=-1.0, le=1.0)]
+Height = Annotated[float, Meta(ge=0.1, le=50.0)]
 Name = Annotated[str, Meta(pattern=r"^[A-Z]\w{0,31}\Z")]
 
 
@@ -134,6 +139,26 @@ class Field(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     grass: Color = (0.18, 0.45, 0.20)
 
 
+class Light(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """The light of a world: sunlight, or a lamp, and light from everywhere."""
+
+    direction: tuple[Component, Component, Component] = (-0.3, -0.25, -1.0)
+    """Where the light goes: downwards. Any length."""
+    position: tuple[Place, Place, Height] | None = None
+    """Where a lamp is, which shines up to 80 degrees from the direction; without one it is sunlight."""
+    brightness: Brightness = 0.7
+    """Share of white that a white surface shows which the light meets at a right angle."""
+    ambient: Brightness = 0.4
+    """The same for the light that comes from everywhere."""
+    color: Color = (1.0, 1.0, 1.0)
+    """Color of both."""
+    shadows: bool = False
+
+    def __post_init__(self) -> None:
+        if self.direction[2] >= -_LOWEST * math.hypot(*self.direction):
+            raise ValueError("the direction does not go down: write a negative third number")
+
+
 class World(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """A world: what its file says."""
 
@@ -145,6 +170,8 @@ class World(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     walls: tuple[Wall, ...] = ()
     signs: tuple[Sign, ...] = ()
     field: Field | None = None
+    light: Light | None = None
+    """Without one the light is that of scene.xml."""
 
     @property
     def loose(self) -> tuple[str, ...]:

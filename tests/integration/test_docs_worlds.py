@@ -11,6 +11,7 @@ from naoserver_sim.world import (
     Box,
     CarriedBall,
     Field,
+    Light,
     LooseBall,
     Start,
     Wall,
@@ -32,6 +33,7 @@ TABLES: dict[str, type[msgspec.Struct]] = {
     "boxes": Box,
     "walls": Wall,
     "field": Field,
+    "light": Light,
 }
 
 
