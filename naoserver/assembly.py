@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from typing import Any, Final
 
@@ -37,8 +37,10 @@ from naoserver.servants.safety import SafetyI
 from naoserver.servants.sensors import BatteryI, FootPressureI, InertialUnitI, SonarI, TouchI
 from naoserver.servants.shared import StateStream
 from naoserver.servants.simulation import GroundTruthI, SceneI
-from naoserver.servants.walk import EncodersI, MotorsI
+from naoserver.servants.walk import EncodersI, MotorsI, WalkI
 from naoserver.walk_guard import WalkGuard
+from naoserver.walk_to import PERIOD as WALK_PERIOD
+from naoserver.walk_to import WalkTo
 from zenoh_ice import Clock, Object
 
 
@@ -72,6 +74,8 @@ class Assembly:
         self._add(Clock=self._clock, Safety=self._safety)
         self.body: Final = self._add_body()
         """The robot's joints behind the safety layer."""
+        self.walk_to: WalkTo | None = None
+        """Its walk to a place; None when it does not walk."""
         if robot.walker is not None:
             self._add_walk(robot.walker)
         if robot.senses is not None:
@@ -122,7 +126,8 @@ class Assembly:
         walk = WalkGuard(walker, self.body, self._options.safety)
         self.gate.on_stop(walk.stop)
         self.watched.append(walk)
-        self._add(Motors=MotorsI(walk), Encoders=EncodersI(walk))
+        self.walk_to = WalkTo(walk, self._robot.clock.now, self._wake)
+        self._add(Motors=MotorsI(walk), Encoders=EncodersI(walk), Walk=WalkI(walk, self.walk_to))
 
     def _add_senses(self, senses: Senses) -> None:
         self._add(
@@ -197,6 +202,7 @@ class Assembly:
                 thread="state",
                 wanted=lambda: player.busy,
             ),
+            *self._walk_job(),
             Periodic(
                 "clock",
                 self._wall,
@@ -208,6 +214,17 @@ class Assembly:
             Periodic("reports", self._wall, lambda: 1.0 / options.health_rate, report),
             *(self._camera_job(camera) for camera in self._cameras),
         ]
+
+    def _walk_job(self) -> Iterator[Job]:
+        if (walk_to := self.walk_to) is not None:
+            yield Periodic(
+                "walk",
+                self._robot.clock,
+                lambda: WALK_PERIOD,
+                walk_to.tick,
+                thread="state",
+                wanted=lambda: walk_to.busy,
+            )
 
     def _state_job(self, read: Callable[[], Any], streams: Sequence[StateStream[Any, Any]]) -> Job:
         """Return the job of the streams of one source; no reading, by its time, is sent twice."""

@@ -56,14 +56,22 @@ class WalkGuard:
         self._drives: dict[str, _Drive] = {}
         self._closed = False
 
-    def drive(self, velocities: Mapping[str, float], client: str, limits: WalkVelocity | None = None) -> bool:
+    def drive(
+        self,
+        velocities: Mapping[str, float],
+        client: str,
+        limits: WalkVelocity | None = None,
+        after: WalkVelocity | None = None,
+    ) -> bool:
         """Walk at velocities, by fields of `WalkVelocity`, until the timeout; returns whether one was cut.
 
-        `limits` are closer ones than those of the robot. Raises InvalidCommand or CommandRefused, and then
-        commands nothing.
+        `limits` are closer ones than those of the robot. With `after` it is refused unless that velocity is
+        still commanded. Raises InvalidCommand or CommandRefused, and then commands nothing.
         """
         limitations = []
         with self._lock:
+            if after is not None and self._walker.commanded() != after:
+                raise InvalidCommand("walk", "the walk was stopped, or walks by another command now")
             if any(velocities.values()):  # everybody may stop it
                 self._body.gate.require(client)
             drives = dict(self._drives)

@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-import cmath
 import logging
-import math
 import threading
-from dataclasses import asdict, astuple
+from dataclasses import asdict
 from typing import Final
 
-import numpy as np
-
+from interfaces.nao import ActionStatus
 from naoserver.assembly import Assembly
 from naoserver.capabilities import Odometry, WalkVelocity
 from naoserver.errors import HardwareFailure, InvalidCommand, RobotError
-from naoserver.kinematics import Matrix, place_of, rotation
+from naoserver.kinematics import Matrix, place_of, rotation, torso_place
 from naoserver.robot import Robot
 from naoserver.servants.motions import PosturesI
 from naoserver.walk_guard import WalkGuard
+from naoserver.walk_to import Way
 from naoserver_qi.calls import Call
 
 _logger = logging.getLogger(__name__)
@@ -32,15 +30,7 @@ _ENDING: Final = 5.0
 """Robot seconds that a walk or a motion gets to end."""
 RENEWAL: Final = 0.15
 """Wall seconds after which a command is renewed: well within the guard's timeout."""
-_CORRECTION: Final = 0.05
-"""Robot seconds between two corrections on the way to a goal."""
 _STILL: Final = WalkVelocity()
-_GAIN: Final = 1.5
-"""Velocity in 1/s relative to the rest of the way."""
-_CLOSE: Final = 0.02
-"""Distance in m, and in rad / 2, within which a goal counts as reached."""
-_PATIENCE: Final = 10.0
-"""Robot seconds that a way may take beside three times what it takes at full speed."""
 
 
 class Access:
@@ -52,6 +42,8 @@ class Access:
         """Its joints."""
         self.walk: Final = next((guard for guard in assembly.watched if isinstance(guard, WalkGuard)), None)
         """Its walk; None when it has none."""
+        self.walk_to: Final = assembly.walk_to
+        """Its walk to a place; None when it has none."""
         self.player: Final = assembly.player
         """The player of motions."""
         postures = assembly.servants["Postures"]
@@ -88,13 +80,8 @@ class Access:
         place = place_of(name, angles)
         if frame == _TORSO:
             return place
-        torso = np.eye(4)
-        if self.robot.senses is not None:
-            inertial = self.robot.senses.read().inertial
-            torso = rotation((0.0, 1.0, 0.0), inertial.pitch) @ rotation((1.0, 0.0, 0.0), inertial.roll)
-        # The lower sole stands on the floor.
-        torso[2, 3] = -min(float((torso @ place_of(leg, angles))[2, 3]) for leg in ("LLeg", "RLeg"))
-        place = torso @ place
+        senses = self.robot.senses
+        place = torso_place(angles, senses.read().inertial if senses else None) @ place
         if frame == _WORLD and self.walk is not None:
             at = self.walk.read()
             floor = rotation((0.0, 0.0, 1.0), at.heading)
@@ -153,27 +140,18 @@ class Walking:
         self, call: Call, place: tuple[float, float, float], start: Odometry, highest: WalkVelocity
     ) -> bool:
         """Walk to a place in m and rad as the robot stood at `start`; return whether it came."""
-        x, y, heading = place
-        guard = self.guard
-        # In the plane, x + iy.
-        goal = complex(start.x, start.y) + cmath.rect(1.0, start.heading) * complex(x, y)
-        patience = _PATIENCE + 3.0 * (
-            math.hypot(x / highest.forward, y / highest.left) + abs(heading) / highest.turn
-        )
-        begin, began = guard.read().time, False
+        walk_to = self._access.walk_to
+        if walk_to is None:
+            raise HardwareFailure("this robot does not walk")
+        with self._lock:
+            if self._closed:
+                return False
+            walk_to.begin(Way(place, start, highest), CLIENT)
         try:
-            while not call.stopped.is_set():
-                now = guard.read()
-                way = (goal - complex(now.x, now.y)) * cmath.rect(1.0, -now.heading)
-                turn = math.remainder(start.heading + heading - now.heading, math.tau)
-                if abs(way) < _CLOSE and abs(turn) < 2 * _CLOSE:
-                    return True
-                if now.time - begin > patience or (began and not self.active):
+            while walk_to.busy:
+                if call.wait(PERIOD):
                     return False
-                self.go(_limited((way.real, way.imag, turn), highest))
-                began = True
-                call.wait(_CORRECTION)
-            return False
+            return walk_to.state().status is ActionStatus.Done
         finally:
             self.stop()
             self._access.free(call)
@@ -201,11 +179,3 @@ class Walking:
     def _drive(self, velocity: WalkVelocity, limits: WalkVelocity | None = None) -> None:
         self.guard.drive(asdict(velocity), CLIENT, limits)
         self._wanted = self.guard.commanded()  # as it was limited
-
-
-def _limited(left: tuple[float, float, float], highest: WalkVelocity) -> WalkVelocity:
-    """Return the velocity for the rest of a way in m and rad, straight, within the highest of each."""
-    wanted = [_GAIN * part for part in left]
-    shares = (abs(part) / limit for part, limit in zip(wanted, astuple(highest), strict=True))
-    scale = max(1.0, *shares)
-    return WalkVelocity(*(part / scale for part in wanted))

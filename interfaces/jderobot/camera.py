@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from zenoh_ice import generated as ice
 
-from .common import ConfigurationNotExistException, HardwareFailedException
+from .common import ConfigurationNotExistException, HardwareFailedException, InvalidValueException
 from .image import ImageProvider, ImageProviderPrx
 
-__all__ = ["Camera", "CameraDescription", "CameraPrx"]
+__all__ = ["Camera", "CameraDescription", "CameraPrx", "FloorPoint"]
 
 
 class CameraDescription(ice.Struct):
@@ -47,7 +47,19 @@ class CameraDescription(ice.Struct):
     """Pitch in the head's frame in rad, positive looks down."""
 
 
-class CameraPrx(ImageProviderPrx, id="::jderobot::Camera", fingerprint="c2ed1eb981db230a"):
+class FloorPoint(ice.Struct):
+    """A point that a picture shows, in the robot's frame: upright on the floor below the torso, x where that
+    faces, y left.
+    """
+
+    x: float = 0.0
+    """In m; infinite, as all else, of a pixel that shows nothing at that height."""
+    y: float = 0.0
+    distance: float = 0.0
+    """Distance from the camera in m."""
+
+
+class CameraPrx(ImageProviderPrx, id="::jderobot::Camera", fingerprint="67d7c27f7ba88d41"):
     """A camera that can be described, configured, started and stopped."""
 
     @ice.operation(idempotent=True)
@@ -72,6 +84,12 @@ class CameraPrx(ImageProviderPrx, id="::jderobot::Camera", fingerprint="c2ed1eb9
         request.
         """
 
+    @ice.operation(throws=(InvalidValueException, ConfigurationNotExistException), idempotent=True)
+    def getFloorPoint(self, u: float, v: float, height: float) -> FloorPoint:
+        """Return the point at a height in m above the floor that the column u and the row v of the newest
+        image show: at 0 the floor itself.
+        """
+
     @ice.operation()
     def reset(self) -> None:
         """Return to the settings with which the server was started."""
@@ -88,5 +106,7 @@ class Camera(ImageProvider, proxy=CameraPrx):
     def startCameraStreaming(self, current: ice.Current) -> str: ...
     @ice.abstractmethod
     def stopCameraStreaming(self, current: ice.Current) -> None: ...
+    @ice.abstractmethod
+    def getFloorPoint(self, u: float, v: float, height: float, current: ice.Current) -> FloorPoint: ...
     @ice.abstractmethod
     def reset(self, current: ice.Current) -> None: ...

@@ -20,6 +20,8 @@ __all__ = [
     "MotionsPrx",
     "Postures",
     "PosturesPrx",
+    "Walk",
+    "WalkPrx",
 ]
 
 
@@ -59,6 +61,39 @@ class MotionFacts(ice.Struct):
     """Seconds at full pace."""
     start: str = ""
     """The posture in which it begins; empty when it begins in any."""
+
+
+class WalkPrx(ice.ObjectPrx, id="::nao::Walk", fingerprint="964174c418b5436a"):
+    """Walk to a place on the floor."""
+
+    @ice.operation(throws=(InvalidValueException, CommandRefusedException))
+    def walkTo(self, x: float, y: float, heading: float) -> None:
+        """Begin to walk to x and y in m and a heading in rad, in the robot's frame as it stands now; returns
+        at once. A stop of the walk, another command of it and the end of the client end it.
+        """
+
+    @ice.operation(idempotent=True, stop=True)
+    def stop(self) -> None:
+        """End the walk, on both feet; never refused."""
+
+    @ice.stream(idempotent=True)
+    def getWalkState(self) -> ActionState:
+        """Return how the newest walk to a place goes, done once it stands there on both feet; streamed while
+        it moves and whenever it changes.
+        """
+
+
+class Walk(ice.Object, proxy=WalkPrx):
+    """Servant of `WalkPrx`, which describes the operations."""
+
+    getWalkStatePublisher = ice.publisher(WalkPrx.getWalkState)
+
+    @ice.abstractmethod
+    def walkTo(self, x: float, y: float, heading: float, current: ice.Current) -> None: ...
+    @ice.abstractmethod
+    def stop(self, current: ice.Current) -> None: ...
+    @ice.abstractmethod
+    def getWalkState(self, current: ice.Current) -> ActionState: ...
 
 
 class MotionsPrx(ice.ObjectPrx, id="::nao::Motions", fingerprint="7cb5b063368d9991"):

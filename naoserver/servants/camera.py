@@ -9,26 +9,33 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Final
 
+import numpy as np
+
 from interfaces.jderobot import (
     Camera,
     CameraDescription,
     ConfigurationNotExistException,
+    FloorPoint,
     HardwareFailedException,
     ImageData,
     ImageDescription,
 )
 from interfaces.nao import Severity
+from naoserver.body import H25
+from naoserver.capabilities import InertialReading
 from naoserver.errors import HardwareFailure, RobotError
 from naoserver.event_log import EventLog
+from naoserver.kinematics import matrix_of, place_of, torso_place
 from naoserver.options import CameraOptions
 from naoserver.pixel_formats import PIXEL_FORMATS, STREAMED_BYTES_A_PIXEL, STREAMED_FORMAT
-from naoserver.robot import CameraFacts, Frame, Robot
-from naoserver.servants.shared import MOST_QUOTED, to_time
+from naoserver.robot import CameraFacts, Frame, JointReading, Robot
+from naoserver.servants.shared import MOST_QUOTED, require_finite, to_time
 from zenoh_ice import Current
 
 WINDOW: Final = 2.0
 """Seconds over which a rate is measured."""
 _MOST_COUNTED: Final = 1000
+_ON_THE_HEAD: Final = {camera.name for camera in H25.cameras}
 
 
 class RateMeter:
@@ -69,6 +76,8 @@ class CameraI(Camera):
         self._streaming: set[str] = set()
         """The clients that have started streaming. One operation on it at a time, so it needs no lock."""
         self._newest: Frame | None = None
+        self._taken_at: tuple[JointReading, InertialReading | None] | None = None
+        """The joints and the inertial unit when the newest image was taken."""
         self._taking = threading.Lock()  # held while an image is taken: a waiting caller gets that image
         self._meter = RateMeter(robot.clock.now)
 
@@ -153,6 +162,26 @@ class CameraI(Camera):
         """Take no more images for the caller's sake; others that started streaming keep theirs."""
         self._streaming.discard(current.client)
 
+    def getFloorPoint(self, u: float, v: float, height: float, current: Current) -> FloorPoint:
+        """Return what a pixel of the newest image shows at a height in m above the floor.
+
+        All is infinite where it shows nothing there. Raises InvalidValueException, and of a camera that is
+        not on the robot ConfigurationNotExistException.
+        """
+        require_finite(u=u, v=v, height=height)
+        if self.facts.name not in _ON_THE_HEAD:
+            raise ConfigurationNotExistException(f"{self.facts.name} is not on the robot; one of its head is")
+        view, (joints, inertial) = self.getCameraDescription(current), self._taken_at or self._situation()
+        angles = dict(zip(H25.joint_names, joints.positions, strict=True))
+        head = torso_place(angles, inertial) @ place_of("Head", angles)
+        camera = head @ matrix_of((*self.facts.position, 0.0, self.facts.tilt, 0.0))
+        ray = camera[:3, :3] @ (1.0, (view.u0 - u) / view.fdistx, (view.v0 - v) / view.fdisty)
+        way = (height - camera[2, 3]) / ray[2] if ray[2] else math.inf
+        if not 0.0 < way < math.inf:
+            return FloorPoint(math.inf, math.inf, math.inf)
+        x, y, _ = camera[:3, 3] + way * ray
+        return FloorPoint(float(x), float(y), float(way * np.linalg.norm(ray)))
+
     def reset(self, current: Current) -> None:
         """Return to the settings with which the server was started."""
         self._settings = self._options
@@ -209,9 +238,14 @@ class CameraI(Camera):
     def _take(self) -> Frame:
         settings = self._settings
         self._newest = None  # not kept when the next fails
+        self._taken_at = self._situation()
         frame = self._newest = self._robot.capture(self.facts.name, settings.width, settings.height)
         self._meter.count(frame.time)
         return frame
+
+    def _situation(self) -> tuple[JointReading, InertialReading | None]:
+        senses = self._robot.senses
+        return self._robot.read(), senses.read().inertial if senses else None
 
     def _report(self, failure: HardwareFailure) -> None:
         self._events.add(Severity.Error, self.facts.name, str(failure), "camera")

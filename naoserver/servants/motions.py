@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import threading
 from abc import abstractmethod
-from collections.abc import Callable, Mapping
-from operator import attrgetter
+from collections.abc import Mapping
 from typing import Final
 
 from interfaces.nao import ActionState, ActionStatus, MotionFacts, Motions, Postures
@@ -16,8 +15,8 @@ from naoserver.motions.keyframes import Motion
 from naoserver.motions.player import MotionPlayer
 from naoserver.motions.postures import POSTURES, nearest_posture
 from naoserver.motions.routes import MotionRoute, PostureRoute
-from naoserver.servants.shared import StateStream, refusals_raised, require_known, require_positive
-from zenoh_ice import Current, Publisher
+from naoserver.servants.shared import action_stream, refusals_raised, require_known, require_positive
+from zenoh_ice import Current
 
 _FASTEST: Final = 2.0
 MOTION: Final = "motion"
@@ -36,7 +35,7 @@ class MotionsI(Motions):
     def __init__(self, player: MotionPlayer, motions: Mapping[str, Motion]) -> None:
         self._player = player
         self._motions = motions
-        self.stream: Final = _action_stream(lambda: player.progress(MOTION), self.getMotionStatePublisher)
+        self.stream: Final = action_stream(lambda: player.progress(MOTION), self.getMotionStatePublisher)
 
     def getMotions(self, current: Current) -> list[MotionFacts]:
         """Return the motions that can be played."""
@@ -69,7 +68,7 @@ class PosturesI(Postures):
     """Common part of both kinds."""
 
     def __init__(self) -> None:
-        self.stream: Final = _action_stream(self.progress, self.getPostureStatePublisher)
+        self.stream: Final = action_stream(self.progress, self.getPostureStatePublisher)
 
     @property
     @abstractmethod
@@ -220,10 +219,3 @@ class OwnPosturesI(PosturesI):
             if not progress.moving:
                 self._body.claims.release(_OWNER)
         return progress
-
-
-def _action_stream(
-    read: Callable[[], ActionState], publisher: Publisher[ActionState]
-) -> StateStream[ActionState, ActionState]:
-    news = attrgetter("count", "status", "progress")
-    return StateStream(read, publisher, lambda state: state, news=news)

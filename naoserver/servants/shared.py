@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from operator import attrgetter
 from typing import Final, Generic, Protocol, TypeVar
 
 from interfaces.jderobot import CommandRefusedException, InvalidValueException, Time
+from interfaces.nao import ActionState
 from naoserver.errors import CommandRefused, InvalidCommand
 from zenoh_ice import Publisher
 
@@ -70,6 +72,14 @@ class StateStream(Generic[R, V]):
                 return
             self._last, self._sent = state, time
         self._publisher.publish(self._convert(reading), time=time)
+
+
+def action_stream(
+    read: Callable[[], ActionState], publisher: Publisher[ActionState]
+) -> StateStream[ActionState, ActionState]:
+    """Return the stream of an action, which sends every change of it."""
+    news = attrgetter("count", "status", "progress")
+    return StateStream(read, publisher, lambda state: state, news=news)
 
 
 def to_time(seconds: float) -> Time:

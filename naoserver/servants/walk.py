@@ -1,4 +1,4 @@
-"""Servants of the walk, JdeRobot's `Motors` in m/s and rad/s both ways, and of its odometry, `Encoders`."""
+"""Servants of the walk: JdeRobot's `Motors` in m/s and rad/s both ways, its odometry, and to a place."""
 
 from __future__ import annotations
 
@@ -6,10 +6,21 @@ import math
 from typing import Final
 
 from interfaces.jderobot import Encoders, EncodersData, Motors
+from interfaces.nao import ActionState, Walk
 from naoserver.capabilities import Odometry
-from naoserver.servants.shared import StateStream, refusals_raised, require_finite
+from naoserver.servants.shared import (
+    StateStream,
+    action_stream,
+    refusals_raised,
+    require_finite,
+    require_within,
+)
 from naoserver.walk_guard import WalkGuard
+from naoserver.walk_to import WalkTo, Way
 from zenoh_ice import Current
+
+_FARTHEST: Final = 100.0
+"""Distance in m along x and y of a place to walk to."""
 
 
 class MotorsI(Motors):
@@ -55,6 +66,34 @@ class MotorsI(Motors):
     def _drive(self, kind: str, velocity: float, current: Current) -> int:
         with refusals_raised():
             return 1 if self._walk.drive({kind: velocity}, current.client) else 0
+
+
+class WalkI(Walk):
+    """Walk to places."""
+
+    def __init__(self, walk: WalkGuard, walk_to: WalkTo) -> None:
+        self._walk = walk
+        self._walk_to = walk_to
+        self.stream: Final = action_stream(walk_to.state, self.getWalkStatePublisher)
+
+    def walkTo(self, x: float, y: float, heading: float, current: Current) -> None:
+        """Begin to walk to a place in m and rad in the robot's frame as it stands now.
+
+        Raises InvalidValueException, also when the robot cannot walk now, or CommandRefusedException.
+        """
+        require_within(-_FARTHEST, _FARTHEST, x=x, y=y)
+        require_within(-math.tau, math.tau, heading=heading)
+        way = Way((x, y, heading), self._walk.read(), self._walk.limits)
+        with refusals_raised():
+            self._walk_to.begin(way, current.client)
+
+    def stop(self, current: Current) -> None:
+        """End the walk, on both feet."""
+        self._walk_to.stop()
+
+    def getWalkState(self, current: Current) -> ActionState:
+        """Return how the newest walk to a place goes."""
+        return self._walk_to.state()
 
 
 class EncodersI(Encoders):

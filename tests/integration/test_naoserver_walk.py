@@ -5,12 +5,12 @@ import math
 import pytest
 
 from interfaces.jderobot import EncodersPrx, InvalidValueException, MotorsPrx
-from interfaces.nao import HealthPrx, JointsPrx
+from interfaces.nao import ActionStatus, HealthPrx, JointsPrx, WalkPrx
 from naoserver.fake import FakeRobot
 from naoserver.fake.robot import LIMITS
 from naoserver.options import SafetyOptions, ServerOptions
 from tests.support.limits import FOREVER
-from tests.support.robot_server import eventually, served_to_client, wait_for
+from tests.support.robot_server import eventually, served, served_to_client, wait_for
 
 PATIENT = ServerOptions(safety=SafetyOptions(velocity_timeout=FOREVER))
 """For tests in which a velocity is to last."""
@@ -58,6 +58,34 @@ def test_the_odometry_reports_where_it_has_got_to_in_calls_and_as_a_stream(nao):
         (math.cos(here.robottheta), math.sin(here.robottheta)), abs=1e-6
     )
     assert encoders.getEncodersData() == here
+
+
+def test_it_walks_to_a_place_and_streams_how_far_it_is(nao):
+    walk, encoders = nao.proxy(WalkPrx, "Walk"), nao.proxy(EncodersPrx, "Encoders")
+    shares = []
+    walk.getWalkState.subscribe(lambda sample: shares.append(sample.value.progress))
+    walk.walkTo(0.2, 0.0, 0.5)
+    wait_for(walk.getWalkState, lambda state: state.status is ActionStatus.Done)
+    there = encoders.getEncodersData()
+    assert (there.robotx, there.robottheta) == pytest.approx((0.2, 0.5), abs=0.05)
+    eventually(lambda: shares[-1:] == [1.0])
+    assert any(0.0 < share < 1.0 for share in shares)
+
+
+@pytest.mark.parametrize("place", [(math.nan, 0.0, 0.0), (0.0, 101.0, 0.0), (0.0, 0.0, 7.0)])
+def test_a_place_out_of_reach_is_refused(nao, place):
+    with pytest.raises(InvalidValueException):
+        nao.proxy(WalkPrx, "Walk").walkTo(*place)
+
+
+def test_a_walk_to_a_place_ends_with_its_client():
+    with served(FakeRobot(), PATIENT) as server, server.client() as nao:
+        walk, motors = nao.proxy(WalkPrx, "Walk"), nao.proxy(MotorsPrx, "Motors")
+        with server.client() as other:
+            other.proxy(WalkPrx, "Walk").walkTo(5.0, 0.0, 0.0)
+            assert motors.getV() > 0.0
+        wait_for(walk.getWalkState, lambda state: state.status is ActionStatus.Stopped)
+        assert motors.getV() == 0.0
 
 
 def test_the_legs_of_a_robot_that_walks_are_refused_by_the_name_of_the_walk(nao):

@@ -71,6 +71,8 @@ class Rig:
         for _ in range(round(seconds / _STEP)):
             self.clock.advance(_STEP)
             self.assembly.player.tick()
+            if self.assembly.walk_to is not None:
+                self.assembly.walk_to.tick()
             for watched in self.assembly.watched:
                 watched.watch()
 

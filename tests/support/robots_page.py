@@ -155,6 +155,7 @@ _ROWS: Final[Sequence[tuple[str, type[ObjectPrx], Callable[[Served[Any]], str]]]
     ("Head", nao.PoseHeadPrx, _yes),
     ("Cameras", jderobot.CameraPrx, _cameras),
     ("Walk", jderobot.MotorsPrx, _yes),
+    ("Walk to a place", nao.WalkPrx, _yes),
     ("Odometry", jderobot.EncodersPrx, _yes),
     ("Inertial unit", nao.InertialUnitPrx, _yes),
     ("Foot pressure", nao.FootPressurePrx, _yes),

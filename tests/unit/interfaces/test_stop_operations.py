@@ -10,7 +10,7 @@ import pytest
 
 import interfaces
 from interfaces.jderobot import Motors, Pose3DMotors, Pose3DMotorsData
-from interfaces.nao import Joints, Motions, PoseHead, Postures, Speech
+from interfaces.nao import Joints, Motions, PoseHead, Postures, Speech, Walk
 from naoserver.assembly import Assembly
 from naoserver.fake import FakeRobot
 from naoserver.options import SafetyOptions, ServerOptions
@@ -80,6 +80,8 @@ class Rig:
         for _ in range(round(seconds / 0.02)):
             self.clock.advance(0.02)
             self.assembly.player.tick()
+            if self.assembly.walk_to is not None:
+                self.assembly.walk_to.tick()
             for watched in self.assembly.watched:
                 watched.watch()
 
@@ -110,6 +112,7 @@ COMMANDS: dict[type[Object], Callable[[Any, Any], object]] = {
     PoseHead: lambda head, current: head.setPose(1.0, 0.1, 0.05, current),
     Postures: lambda postures, current: postures.goToPosture("Crouch", 0.1, current),
     Speech: lambda voice, current: voice.say("This takes quite some time to be said. " * 20, current),
+    Walk: lambda walk, current: walk.walkTo(5.0, 0.0, 0.0, current),
 }
 """How each actuating interface lets something move for a while."""
 

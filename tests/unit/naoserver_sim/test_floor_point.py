@@ -1,0 +1,77 @@
+"""What a pixel shows on the floor, against the simulation's truth."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from interfaces.jderobot import ConfigurationNotExistException, InvalidValueException
+from naoserver.assembly import Assembly
+from naoserver.options import ServerOptions
+from naoserver_sim.robot import SimulatedRobot
+from zenoh_ice import VirtualClock
+
+pytestmark = pytest.mark.sim
+
+
+class Scene:
+    """A robot that stands somewhere on the floor, leans, and looks aside."""
+
+    def __init__(self):
+        self.clock = VirtualClock()
+        self.robot = SimulatedRobot(clock=self.clock, skin=False)
+        self.cameras: dict[str, Any] = dict(Assembly(self.robot, ServerOptions(), self.clock).servants)
+        self.robot.start()
+        self.robot.stage.place_robot(0.3, -0.2, 0.7)
+        self.robot.command_positions(
+            {"HeadYaw": 0.5, "HeadPitch": 0.3, "LHipPitch": -0.55, "RHipPitch": -0.55},
+            dict.fromkeys(("HeadYaw", "HeadPitch", "LHipPitch", "RHipPitch"), 0.5),
+        )
+        self.clock.advance(3.0)
+
+    def pixel(self, camera, x, y, height):
+        """Return the pixel that shows a point of the robot's frame, and how far that is from the camera."""
+        torso = self.robot.stage.truth().torso
+        cos, sin = math.cos(torso.heading), math.sin(torso.heading)
+        point = (
+            torso.position[0] + cos * x - sin * y,
+            torso.position[1] + sin * x + cos * y,
+            height,
+        )
+        place, axes = self.robot.camera_pose(camera)
+        right, up, back = (np.array(point) - place) @ axes
+        view = self.cameras[camera].getCameraDescription(None)
+        pixel = view.u0 - view.fdistx * right / back, view.v0 + view.fdisty * up / back
+        return pixel, math.hypot(right, up, back)
+
+
+@pytest.fixture(scope="module")
+def scene():
+    scene = Scene()
+    yield scene
+    scene.robot.close()
+
+
+@pytest.mark.parametrize("camera", ["Camera", "CameraBottom"])
+@pytest.mark.parametrize("point", [(0.5, 0.3, 0.0), (1.2, 0.6, 0.0), (0.8, 0.2, 0.06), (2.5, 1.5, 0.0)])
+def test_a_pixel_is_where_it_shows_the_floor_in_the_robots_frame(scene, camera, point):
+    pixel, distance = scene.pixel(camera, *point)
+    found = scene.cameras[camera].getFloorPoint(*pixel, point[2], None)
+    assert (found.x, found.y) == pytest.approx(point[:2], rel=0.03)
+    assert found.distance == pytest.approx(distance, rel=0.03)
+
+
+def test_a_pixel_above_the_horizon_shows_no_floor(scene):
+    found = scene.cameras["Camera"].getFloorPoint(160.0, -400.0, 0.0, None)
+    assert (found.x, found.y, found.distance) == (math.inf, math.inf, math.inf)
+
+
+def test_a_pixel_is_a_finite_number(scene):
+    with pytest.raises(InvalidValueException, match="u is nan"):
+        scene.cameras["Camera"].getFloorPoint(math.nan, 0.0, 0.0, None)
+
+
+def test_a_camera_beside_the_robot_does_not_move_with_it(scene):
+    with pytest.raises(ConfigurationNotExistException, match="CameraOutside is not on the robot"):
+        scene.cameras["CameraOutside"].getFloorPoint(0.0, 0.0, 0.0, None)
