@@ -13,6 +13,7 @@ from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from concurrent.futures import TimeoutError as FutureTimeoutError
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Final, Protocol
 
 import mujoco
@@ -22,6 +23,7 @@ from numpy.typing import NDArray
 from naoserver.errors import HardwareFailure
 from naoserver.robot import CameraFacts, Frame
 from naoserver_sim.appearance import VISUAL_GROUP, Lamps
+from naoserver_sim.image_sensor import ImageSensor
 from naoserver_sim.simulator import Snapshot
 
 _log = logging.getLogger(__name__)
@@ -93,6 +95,7 @@ _FRAME_TIMEOUT: Final = 1.0
 _SETUP_TIMEOUT: Final = 10.0
 _QUEUE_LENGTH: Final = 16
 _MOST_GEOMS: Final = 400
+_SMALL: Final = (32, 24)
 # The passes that a camera image does without: they cost more than all the rest on a machine without a GPU.
 # Shadows are drawn in worlds whose light casts them.
 _FLAGS_OFF: Final = ("REFLECTION", "FOG", "HAZE")
@@ -109,6 +112,8 @@ class _Request:
 class CameraRenderer:
     """Render the newest snapshot as a camera sees it, the lamps as they shine now.
 
+    With a `sensor` the pictures of its cameras are as imperfect as it makes them.
+
     Rendering has its own thread and its own copy of the state: neither it nor the physics waits for the
     other. Without a GL library everything but `capture` works.
     """
@@ -119,11 +124,13 @@ class CameraRenderer:
         cameras: tuple[CameraFacts, ...],
         newest: Callable[[], Snapshot],
         lamps: Lamps,
+        sensor: ImageSensor | None = None,
     ) -> None:
         self._mj = mj
         self._cameras: Mapping[str, CameraFacts] = {camera.name: camera for camera in cameras}
         self._newest = newest
         self._lamps = lamps
+        self._sensor = sensor
         self._requests: queue.Queue[_Request | None] = queue.Queue(_QUEUE_LENGTH)
         self._ready = threading.Event()
         self._failure: str | None = None
@@ -205,10 +212,13 @@ class CameraRenderer:
         try:
             snapshot = self._newest()
             self._lamps.show()
-            pixels = scene.render(snapshot, request.camera, request.width, request.height)
-            request.frame.set_result(
-                Frame(request.camera, snapshot.time, request.width, request.height, pixels)
-            )
+            camera, sensor = request.camera, self._sensor
+            pixels = scene.render(snapshot.qpos, camera, request.width, request.height)
+            if sensor is not None and sensor.sees(camera):
+                turning = scene.turning(snapshot.qvel, camera)
+                measure = partial(scene.brightness, camera)
+                pixels = sensor.develop(pixels, camera, snapshot.time, turning, measure)
+            request.frame.set_result(Frame(camera, snapshot.time, request.width, request.height, pixels))
         except Exception as error:  # noqa: BLE001 - it is the caller's to hear, whatever it is
             request.frame.set_exception(HardwareFailure(f"{request.camera}: rendering failed: {error}"))
 
@@ -247,10 +257,10 @@ class _Scene:
         self._view = mujoco.MjvCamera()
         self._view.type = mujoco.mjtCamera.mjCAMERA_FIXED
 
-    def render(self, snapshot: Snapshot, camera: str, width: int, height: int) -> NDArray[np.uint8]:
+    def render(self, qpos: NDArray[np.float64], camera: str, width: int, height: int) -> NDArray[np.uint8]:
         """Return what a camera sees as (height, width, 3) bytes, row 0 on top."""
         mj, data = self._mj, self._data
-        put_cameras(mj, data, snapshot.qpos)
+        put_cameras(mj, data, qpos)
         self._view.fixedcamid = mj.camera(camera).id
         everything = mujoco.mjtCatBit.mjCAT_ALL
         mujoco.mjv_updateScene(mj, data, self._options, self._perturb, self._view, everything, self._scene)
@@ -259,6 +269,23 @@ class _Scene:
         bottom_up = np.empty((height, width, 3), np.uint8)
         mujoco.mjr_readPixels(bottom_up, None, viewport, self._context)
         return np.ascontiguousarray(bottom_up[::-1])
+
+    def turning(self, qvel: NDArray[np.float64], camera: str) -> NDArray[np.float64]:
+        """Return the turning rate of a camera, as last drawn, in rad/s about right, up and backwards."""
+        velocity = np.zeros(6)
+        self._data.qvel[:] = qvel
+        mujoco.mj_comVel(self._mj, self._data)
+        kind, index = mujoco.mjtObj.mjOBJ_CAMERA, self._mj.camera(camera).id
+        mujoco.mj_objectVelocity(self._mj, self._data, kind, index, velocity, 1)
+        return velocity[:3]
+
+    def brightness(self, camera: str, qpos: NDArray[np.float64]) -> float:
+        """Return the mean value of what a camera sees but the robot, whose lamps may have changed since."""
+        self._options.geomgroup[VISUAL_GROUP] = 0
+        try:
+            return float(self.render(qpos, camera, *_SMALL).mean())
+        finally:
+            self._options.geomgroup[VISUAL_GROUP] = 1
 
     def close(self) -> None:
         """Free what GL holds."""

@@ -80,7 +80,8 @@ def naoserver_sim(
         bool, typer.Option("--skin/--no-skin", help="Show the robot's shell, or its bare blocks.")
     ] = True,
     noise: Annotated[
-        bool, typer.Option("--noise/--no-noise", help="Make the sensors as imperfect as a real robot's.")
+        bool,
+        typer.Option("--noise/--no-noise", help="Make sensors and pictures as imperfect as a real robot's."),
     ] = False,
     seed: Annotated[
         int | None,

@@ -19,6 +19,7 @@ from naoserver.expression import FadingLights, TimedVoice
 from naoserver.robot import FALLEN_TILT, BodyState, Frame, JointReading
 from naoserver_sim.appearance import Lamps
 from naoserver_sim.cameras import CameraRenderer, put_cameras
+from naoserver_sim.image_sensor import ImageSensor, PictureNoise
 from naoserver_sim.model import DeviceIndex, Model, build_model, standing
 from naoserver_sim.motors import SetpointController
 from naoserver_sim.pacing import Pacer
@@ -104,7 +105,7 @@ class SimulatedRobot(SimulatedDevice):
     or commands it, and the same commands at the same times with the same seed give the same trace bit by bit.
 
     `seed` scatters the balls' starting places within the head's reach; without it they start in view. With
-    `noise` the senses are as imperfect and late as those of a real robot, by the seed's random numbers.
+    `noise` senses and pictures are as imperfect as those of a real robot, by the seed's random numbers.
     """
 
     postures: OwnPostures | None = None
@@ -150,7 +151,11 @@ class SimulatedRobot(SimulatedDevice):
         self.lights: Final = FadingLights(self.clock.now)
         self.voice: Final = TimedVoice(self.clock.now)
         self._lamps = Lamps(model.mj, self.lights.colors)
-        self._renderer = CameraRenderer(model.mj, model.cameras, simulator.newest, self._lamps)
+        sensor = None
+        if noise:
+            sensor = ImageSensor(PictureNoise(), H25.cameras, seed, data.qpos)
+            simulator.watchers.append(partial(sensor.look, qpos=data.qpos))
+        self._renderer = CameraRenderer(model.mj, model.cameras, simulator.newest, self._lamps, sensor)
         self.mechanisms: Final = tuple(
             SimulatedDevice(name, simulator, index) for name, index in model.balls.items()
         )

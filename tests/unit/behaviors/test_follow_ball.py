@@ -175,3 +175,26 @@ def test_it_follows_in_rendered_images(behavior: MakeBehavior) -> None:
     b.advance(3.0)
     assert b.active == "follow"
     assert bearing_error(b) < 0.03
+
+
+@pytest.mark.sim
+@pytest.mark.gl
+@pytest.mark.parametrize(
+    "light", ["", "[light]\nbrightness = 0.2\nambient = 0.1\n", "[light]\ncolor = [1.0, 0.65, 0.35]\n"]
+)
+def test_it_follows_in_pictures_like_a_cameras_in_any_light(behavior: MakeBehavior, light: str) -> None:
+    from naoserver_sim.world import parse_world
+
+    ball = '[[carried_balls]]\nname = "BallGreen"\ncolor = [0.02, 0.85, 0.05]\nstart = [0.25, 1.0, 0.5]\n'
+    b = behavior(
+        DOCUMENT, robot="sim", camera="rendered", noise=True, seed=1, world=parse_world(ball + light, "w")
+    )
+    b.robot.ball("green").place(pan=-0.4)
+    b.advance(4.0)
+    b.robot.ball("green").move(pan=0.4, speed=0.3)
+    worst = 0.0
+    for _ in range(20):
+        b.advance(0.1)
+        worst = max(worst, bearing_error(b))
+    assert worst < 0.15
+    assert b.changes("follow_ball") == [(0.0, "follow")]

@@ -1,0 +1,201 @@
+"""What lens and sensor of a camera make of a rendered picture: blur, exposure, color casts and noise.
+
+Pictures are taken as encoded with a gamma of 2.2, so that a gain on their values is a gain on the light. The
+rolling shutter, distortion and vignette of the lens, and automatic white balance are left out.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from naoserver.robot import CameraFacts
+
+Picture = NDArray[np.uint8]
+
+_TICKS: Final = 100
+"""Control ticks in a second."""
+_EVERY: Final = 25
+"""Ticks from one measurement of the brightness to the next."""
+_MEASUREMENTS: Final = 8
+"""Past measurements on which the exposure depends."""
+_SPARE: Final = 8
+"""Older states that are kept, for a picture that is drawn late."""
+_POOL: Final = 1 << 20
+_BLOCK: Final = 1 << 18
+_SHIFTS: Final = ((1, 0), (0, 1), (-1, -1))
+"""A pixel keeps a quarter of its light; six neighbors have an eighth each."""
+_ROUNDED: Final = np.float32(0.5)
+"""What the product with the gain, which is rounded down, loses on average."""
+_HIGHEST: Final = 25
+"""Limit of the noise of a value."""
+_LEVELS: Final = 4
+"""Halvings of the path of motion blur: it has up to 16 steps."""
+
+
+@dataclass(frozen=True, slots=True)
+class PictureNoise:
+    """Imperfections of pictures; standard deviations unless said otherwise."""
+
+    white: float = 3.2
+    """Noise of a value from 0 to 255 at a gain of 1. The data sheet of the MT9M114 (onsemi, rev. 13) gives a
+    ratio of signal to noise of at most 37 dB, with full pixels: shot noise of 255 / 70.8 / 2.2 = 1.6, which
+    the gamma makes the same at each brightness. It is twice that in pixels filled to a quarter (assumed)."""
+    exposure: float = 0.01
+    """Seconds of exposure, which blur what moves past a camera that turns; assumed."""
+    brightness: float = 118.0
+    """Mean value that the exposure aims at; assumed."""
+    least_gain: float = 0.6
+    most_gain: float = 4.0
+    """Limits of the gain by which it gets there; assumed. In dim light the noise is amplified, too."""
+    adaptation: float = 0.5
+    """Time constant in s with which it adapts; assumed."""
+    cast: float = 0.02
+    """Constant relative errors of red and blue; assumed."""
+    drift: float = 0.02
+    """Amplitude of their slow changes; assumed."""
+    period: float = 11.0
+    """Seconds of a slow change of red; blue takes 1.3 times that. Assumed."""
+
+
+class ImageSensor:
+    """Make pictures of some cameras imperfect.
+
+    What becomes of a picture depends on the seed, the camera and the course of the simulation until then,
+    not on which pictures were taken before. `look` belongs to the thread of the physics, `develop` to that
+    of the cameras.
+    """
+
+    def __init__(
+        self,
+        noise: PictureNoise,
+        cameras: tuple[CameraFacts, ...],
+        seed: int | None,
+        qpos: NDArray[np.float64],
+    ) -> None:
+        """Start at the positions `qpos` of the joints."""
+        self._noise = noise
+        self._cameras = {camera.name: (index, camera) for index, camera in enumerate(cameras)}
+        self._seed = int(np.random.SeedSequence(seed).generate_state(1)[0])
+        random = np.random.default_rng(self._seed)
+        self._casts = random.normal(1.0, noise.cast, (len(cameras), 2))
+        self._phases = random.uniform(0.0, math.tau, (len(cameras), 2))
+        # Replaced, never changed: the other thread reads it.
+        self._past: tuple[tuple[int, NDArray[np.float64]], ...] = ((0, qpos.copy()),)
+        self._measured: dict[str, dict[int, float]] = {name: {} for name in self._cameras}
+        self._gains: dict[str, tuple[int, float]] = dict.fromkeys(self._cameras, (-1, 1.0))
+
+    @cached_property
+    def _pool(self) -> NDArray[np.int8]:
+        """Noise enough for several pictures: made for the first, as most robots take none."""
+        random = np.random.default_rng((self._seed, len(self._cameras)))
+        values = _ROUNDED + self._noise.white * random.standard_normal(_POOL, dtype=np.float32)
+        return np.asarray(np.rint(values).clip(-_HIGHEST, _HIGHEST), np.int8)
+
+    def sees(self, camera: str) -> bool:
+        """Return whether it is one of its cameras."""
+        return camera in self._cameras
+
+    def look(self, time: float, qpos: NDArray[np.float64]) -> None:
+        """Keep the positions of the joints at the end of a control tick, if the exposure needs them."""
+        tick = round(time * _TICKS)
+        if tick % _EVERY == 0:
+            self._past = (*self._past[1 - _MEASUREMENTS - _SPARE :], (tick, qpos.copy()))
+
+    def develop(
+        self,
+        picture: Picture,
+        camera: str,
+        time: float,
+        turning: NDArray[np.float64],
+        measure: Callable[[NDArray[np.float64]], float],
+    ) -> Picture:
+        """Return what the camera makes of a picture of `time` in s.
+
+        `turning` is the camera's turning rate in rad/s about its axes right, up and backwards; `measure`
+        returns the mean value that it sees at some positions of the joints.
+        """
+        index, facts = self._cameras[camera]
+        tick = round(time * _TICKS)
+        gain = self._gain(camera, tick, measure)
+        height, width, _ = picture.shape
+        focal = width / 2 / math.tan(facts.horizontal_fov / 2)
+        blurred = _smeared(picture, focal * self._noise.exposure * turning[1::-1])
+        for shift in _SHIFTS:
+            blurred = _mixed(blurred, *shift)
+        colors = gain * self._colors(index, time)
+        # As integers, which are faster: the product of value and gain fills 16 bits.
+        bits = 8 - max(0, math.frexp(colors.max() * (255 + _HIGHEST) / 255)[1])
+        factors = np.tile(np.rint(colors * 2**bits).astype(np.uint16), width)
+        random = np.random.default_rng((self._seed, index, tick))
+        developed = np.empty((height, 3 * width), np.uint8)
+        rows = max(1, _BLOCK // (3 * width))
+        for row in range(0, height, rows):
+            block = blurred[row : row + rows].reshape(-1, 3 * width)
+            begin = random.integers(_POOL - block.size)
+            noise = self._pool[begin : begin + block.size].reshape(block.shape)
+            values = np.add(block, noise, dtype=np.int16)
+            product = values.clip(0, 255 + _HIGHEST, out=values).view(np.uint16)
+            product *= factors
+            product >>= bits
+            developed[row : row + rows] = values.clip(0, 255, out=values)
+        return developed.reshape(picture.shape)
+
+    def _gain(self, camera: str, tick: int, measure: Callable[[NDArray[np.float64]], float]) -> float:
+        """Return the gain of the exposure, which follows the brightness of the last two seconds."""
+        kept = self._past
+        past = [(at, qpos) for at, qpos in kept if at <= tick][-_MEASUREMENTS:] or [kept[0]]
+        newest, gain = self._gains[camera]
+        if newest == past[-1][0]:
+            return gain
+        known = {at: self._measured[camera].get(at) for at, _ in past}
+        values = [measure(qpos) if (value := known[at]) is None else value for at, qpos in past]
+        self._measured[camera] = dict(zip(known, values, strict=True))
+        weights = np.exp(np.arange(1 - len(past), 1) * _EVERY / _TICKS / self._noise.adaptation)
+        mean = max(1.0, float(np.average(values, weights=weights)))
+        gain = min(max(self._noise.brightness / mean, self._noise.least_gain), self._noise.most_gain)
+        self._gains[camera] = past[-1][0], gain
+        return gain
+
+    def _colors(self, index: int, time: float) -> NDArray[np.float64]:
+        """Return the gains of red, green and blue."""
+        angles = math.tau * time / self._noise.period / np.array((1.0, 1.3)) + self._phases[index]
+        red, blue = self._casts[index] + self._noise.drift * np.sin(angles)
+        return np.array((red, 1.0, blue))
+
+
+def _smeared(picture: Picture, path: NDArray[np.float64]) -> Picture:
+    """Return the mean of a picture over a path in pixels, to the right and down, along which it moved."""
+    for level in range(1, _LEVELS + 1):
+        dx, dy = np.rint(path / 2**level).astype(int).tolist()
+        if dx or dy:
+            picture = _mixed(picture, dx, dy)
+    return picture
+
+
+def _mixed(picture: Picture, dx: int, dy: int) -> Picture:
+    """Return the mean of each pixel and that `dx` to the right and `dy` down of it, if there is one."""
+    height, width, _ = picture.shape
+    if abs(dx) >= width or abs(dy) >= height:
+        return picture
+    flat, step = picture.reshape(-1), 3 * (dy * width + dx)
+    begin, end = max(0, -step), len(flat) - max(0, step)
+    here, there = flat[begin:end], flat[begin + step : end + step]
+    mixed = np.empty_like(flat)
+    mixed[:begin], mixed[end:] = flat[:begin], flat[end:]
+    # The mean of two bytes without a carry: half of where they differ, more than what they share.
+    mean = np.bitwise_and(here, there, out=mixed[begin:end])
+    half = here ^ there
+    half >>= 1
+    mean += half
+    result = mixed.reshape(picture.shape)
+    if dx:  # there, the pixels to the right of a row's last are the first of the next
+        beyond = slice(-dx, None) if dx > 0 else slice(None, -dx)
+        result[:, beyond] = picture[:, beyond]
+    return result
