@@ -183,7 +183,10 @@ class _VirtualJobs:
 
 def _simulated(clock: TaskClock, camera: CameraKind, settings: Mapping[str, Any]) -> Robot:
     from naoserver_sim.robot import SimulatedRobot  # load MuJoCo only when it is used
+    from naoserver_sim.world import load_world
 
+    if isinstance(world := settings.get("world"), str):
+        settings = {**settings, "world": load_world(world)}
     robot = SimulatedRobot(clock=clock, **{"skin": camera != "drawn", **settings})
     if camera == "drawn" or (camera == "auto" and not _has_gl()):
         return cast("Robot", _DrawnCameras(robot))

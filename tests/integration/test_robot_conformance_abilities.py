@@ -63,7 +63,7 @@ COMMON = {
     *(f"{hinge.name}{kind}" for hinge in HINGES for kind in ("Motors", "Encoders")),
     *("Battery", "Body", "Camera", "CameraBottom", "Clock", "Encoders", "FootPressure", "Head", "Health"),
     *("InertialUnit", "Leds", "Motions", "Motors", "NeckSpeed", "Postures", "Safety", "Sonar", "Speech"),
-    "Touch",
+    *("Touch", "Walk"),
 }
 BALLS = {f"Ball{color}{kind}" for color in ("Red", "Green") for kind in ("Motors", "Encoders")}
 SIMULATION = {"CameraOutside", "GroundTruth", "Scene"}

@@ -1,4 +1,4 @@
-"""The recipes of docs/how-to: their documents compile without diagnostics, and their tests pass."""
+"""The recipes of docs/how-to, and the tutorial of football: their documents compile without diagnostics, and their tests pass."""
 
 from __future__ import annotations
 
@@ -13,14 +13,18 @@ from visualhfsm.command import app
 
 pytest_plugins = "pytester"
 
-RECIPES = ["see-a-ball", "walk-to-a-place", "wait", "combine"]
+RECIPES = [
+    *("how-to/see-a-ball", "how-to/walk-to-a-place", "how-to/wait", "how-to/combine"),
+    pytest.param("tutorial/football", marks=[pytest.mark.sim, pytest.mark.gl]),
+]
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("recipe", RECIPES)
 def test_the_recipe_works(recipe: str, pytester: pytest.Pytester) -> None:
-    page = (DOCS / "how-to" / f"{recipe}.md").read_text("utf-8")
-    shutil.copy(DOCS.parent / "behaviors" / "follow_ball.xml", pytester.path)
+    page = (DOCS / f"{recipe}.md").read_text("utf-8")
+    for name in ("follow_ball.xml", "score.xml"):
+        shutil.copy(DOCS.parent / "behaviors" / name, pytester.path)
     tests = ""
     for block in blocks_of(page):
         if block.name is not None:

@@ -20,7 +20,7 @@ const circle = (x, y, parent = false, initial = false) => {
 /** @param {string} path */
 const arcs = (path) => svg`<path d=${path} fill="none" stroke="var(--arc)" stroke-width="1.6"></path>`;
 
-/** The templates: the three behaviors of the paper, and an empty document. */
+/** The templates: the three behaviors of the paper, football, and an empty document. */
 const BEGINNINGS = [
   {
     template: "dance",
@@ -42,6 +42,13 @@ const BEGINNINGS = [
     picture: svg`${arcs("M42 22Q90 4 138 22M138 28Q90 40 42 28M30 37V55M150 37V55")}
       ${circle(30, 24, true, true)}${circle(150, 24, true)}
       ${circle(30, 70, true)}${circle(150, 70)}`,
+  },
+  {
+    template: "score",
+    name: "Football",
+    text: "It walks to a ball and kicks it into the goal.",
+    picture: svg`${arcs("M42 36Q66 22 78 34M102 34Q118 22 138 24M102 52Q118 64 138 62M90 58Q56 76 38 54")}
+      ${circle(30, 43, false, true)}${circle(90, 43)}${circle(150, 24)}${circle(150, 62)}`,
   },
   {
     template: "empty",

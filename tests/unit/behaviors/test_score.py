@@ -1,0 +1,88 @@
+"""Football, `score`: it searches, walks behind the ball, and kicks it into the goal, by what it sees."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+from msgspec.structs import replace
+
+from hfsm_pytest import Behavior, MakeBehavior
+from naoserver.capabilities import Truth
+from naoserver_sim.world import load_world
+
+DOCUMENT = "behaviors/score.xml"
+GOAL_LINE = 4.5
+GOAL_WIDTH = 1.5
+
+pytestmark = [pytest.mark.sim, pytest.mark.gl]
+
+
+def play(behavior: MakeBehavior, x: float, y: float, **settings: Any) -> Behavior:
+    """Begin with the ball somewhere on the field."""
+    soccer = load_world("soccer")
+    world = replace(soccer, balls=(replace(soccer.balls[0], position=(x, y)),))
+    return behavior(DOCUMENT, robot="sim", world=world, camera="rendered", **settings)
+
+
+def truth(b: Behavior) -> Truth:
+    assert b.robot.device.stage is not None
+    return b.robot.device.stage.truth()
+
+
+def is_goal(b: Behavior) -> bool:
+    x, y, _ = truth(b).objects["Ball"].position
+    return x > GOAL_LINE and abs(y) < GOAL_WIDTH / 2
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("seed", "x", "y"), [(1, 0.0, 0.0), (2, 0.3, -0.6)])
+def test_it_scores_with_noise(behavior: MakeBehavior, seed: int, x: float, y: float) -> None:
+    b = play(behavior, x, y, seed=seed, noise=True)
+    b.run_until(is_goal, limit=90.0)
+    b.run_until("scored", limit=20.0)
+    assert b.finished
+    assert not b.robot.state.fallen
+
+
+@pytest.mark.parametrize(("x", "y"), [(0.4, 0.5), (-0.4, -0.2), (1.2, -0.3)])
+def test_it_knows_where_the_ball_is_in_the_frame_of_its_start(
+    behavior: MakeBehavior, x: float, y: float
+) -> None:
+    b = play(behavior, x, y)
+    b.run_until("approach", limit=10.0)
+    ball, torso = b.variables("score")["ball"], truth(b).torso.position
+    assert ball.real == pytest.approx(x - torso[0], rel=0.04)
+    assert ball.imag == pytest.approx(y - torso[1], abs=0.04)
+
+
+def test_it_takes_neither_its_toes_nor_the_grass_for_the_ball(behavior: MakeBehavior) -> None:
+    b = play(behavior, -3.0, 0.0)  # behind it
+    b.run_until(lambda: b.robot.head[1] > 0.45, limit=20.0)
+    assert b.active == "search"
+    pixels = b.robot.look("CameraBottom").pixels.astype(int)
+    red, green, blue = pixels[..., 0], pixels[..., 1], pixels[..., 2]
+    assert ((red > 180) & (green < 160) & (blue < 60)).sum() > 100  # the toes are in the picture
+    assert b.component.find_ball() is None
+
+
+def test_it_finds_a_ball_behind_it(behavior: MakeBehavior) -> None:
+    b = play(behavior, -1.7, 0.2)
+    b.run_until("approach", limit=30.0)
+    assert b.calls("Walk.walkTo")
+    assert abs(b.variables("score")["ball"] - complex(-1.7 + 0.74, 0.2)) < 0.15
+
+
+def test_it_kicks_towards_the_goal_with_the_foot_that_is_nearer(behavior: MakeBehavior) -> None:
+    b = play(behavior, -0.35, 0.06)
+    b.run_until("kick", limit=40.0)
+    kick = b.calls("Motions.play")[-1]
+    assert kick.name == "kick_left"
+    assert b.calls("Walk")[-1].target == "Walk.stop"
+    x, y, _ = truth(b).objects["Ball"].position
+    b.advance(8.0)
+    after = truth(b).objects["Ball"].position
+    assert math.dist((x, y), after[:2]) > 1.0
+    bearing = math.atan2(after[1] - y, after[0] - x) - math.atan2(-y, GOAL_LINE - x)
+    assert abs(bearing) < 0.3
