@@ -117,8 +117,10 @@ class Assembly:
     def _add_body(self) -> GuardedDevice:
         body = self._guard(self._robot, self._options.safety, self.gate)
         self.gate.on_stop(body.hold)
+        own = {joint.name for joint in self._robot.joints}
         for hinge in HINGES:
-            self._add_hinge(body, hinge)
+            if own.issuperset(joint for _, joint in hinge.joints):
+                self._add_hinge(body, hinge)
         self._add(NeckSpeed=NeckSpeedI(body), Head=PoseHeadI(body), Body=JointsI(body))
         return body
 

@@ -1,4 +1,4 @@
-"""The facts of the H25 body: joints, links, cameras, postures and what keeps its parts apart.
+"""The facts of the bodies H25 and H21: joints, links, cameras, postures and what keeps its parts apart.
 
 The figures stand with their sources in `nao_h25.json` beside this module. Frames: every link's frame sits at
 its parent joint and is parallel to the torso's when all joints are 0 (x forward, y left, z up).
@@ -7,7 +7,7 @@ its parent joint and is parallel to the torso's when all joints are 0 (x forward
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import resources
 from itertools import pairwise
@@ -128,6 +128,8 @@ class Body:
         """The whole file: also soles, pressure, inertial, sonar and touch sensors, collision shapes."""
         self.joints: Final = convert(facts["joints"], tuple[Joint, ...])
         """The joints in the order of every reading."""
+        self.fixed_joints: Final = convert(facts.get("fixed_joints", ()), tuple[Joint, ...])
+        """Places where a link is fixed to another, at the angle 0."""
         self.joint_names: Final = tuple(joint.name for joint in self.joints)
         self.links: Final = convert(facts["links"], tuple[Link, ...])
         """The rigid parts, the torso first, each after the link that carries it."""
@@ -143,4 +145,28 @@ class Body:
         """The names of the touch sensors: the button on the chest, then head, hands and bumpers."""
 
 
+def _without(body: Body, joints: Collection[str], touch: Collection[str]) -> Body:
+    """Return a body whose `joints` are fixed at the angle 0, and which lacks some touch sensors."""
+    facts = body.facts
+    postures = {
+        name: {joint: angle for joint, angle in angles.items() if joint not in joints}
+        for name, angles in facts["postures"].items()
+    }
+    return Body(
+        {
+            **facts,
+            "joints": [joint for joint in facts["joints"] if joint["name"] not in joints],
+            "fixed_joints": [joint for joint in facts["joints"] if joint["name"] in joints],
+            "postures": postures,
+            "touch": {name: place for name, place in facts["touch"].items() if name not in touch},
+        }
+    )
+
+
 H25: Final = Body(json.loads(resources.files("naoserver").joinpath("nao_h25.json").read_bytes()))
+H21: Final = _without(
+    H25,
+    ("LWristYaw", "RWristYaw", "LHand", "RHand"),
+    [name for name in H25.touch_sensors if name[1:].startswith("Hand")],
+)
+"""The H25 with hands that do not move and feel nothing."""

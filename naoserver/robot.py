@@ -144,7 +144,7 @@ class JointDevice(Protocol):
 
 @runtime_checkable
 class Robot(JointDevice, Protocol):
-    """A robot that can be served. Its 26 joints stand in the order of `naoserver.body.H25.joints`."""
+    """A robot that can be served. Its joints are those of a body, such as `naoserver.body.H25`, in order."""
 
     @property
     def cameras(self) -> tuple[CameraFacts, ...]:

@@ -1,4 +1,4 @@
-"""The H25 body in the model: links, joints, motors, contact shapes, cameras and sensors, made from its facts.
+"""The body in the model: links, joints, motors, contact shapes, cameras and sensors, made from its facts.
 
 Units and frames are those of `naoserver.body`; gains and what touches what stand in scene.xml. What a person
 sees of the body is in `appearance.py`.
@@ -14,7 +14,7 @@ from typing import Any, Final
 import mujoco
 import numpy as np
 
-from naoserver.body import H25, Joint, Link
+from naoserver.body import H25, Body, Joint, Link
 from naoserver.robot import CameraFacts, JointFacts
 
 Links = Mapping[str, mujoco.MjsBody]
@@ -38,22 +38,23 @@ _FORCE_TORQUE_PLACE: Final = sum(
 _NET_FORCE: Final = 3
 
 
-def add_body(spec: mujoco.MjSpec, cameras: tuple[CameraFacts, ...]) -> Links:
+def add_body(spec: mujoco.MjSpec, body: Body, cameras: tuple[CameraFacts, ...]) -> Links:
     """Add the body on a free base with its motors and sensors; returns its links by name."""
     links: dict[str, mujoco.MjsBody] = {}
-    joints = {joint.name: joint for joint in H25.joints}
-    for link in H25.links:
-        links[link.name] = _add_link(spec, links, link, joints.get(link.parent_joint or ""))
+    joints = {joint.name: joint for joint in (*body.joints, *body.fixed_joints)}
+    for link in body.links:
+        joint = joints.get(link.parent_joint or "")
+        links[link.name] = _add_link(spec, links, link, joint, fixed=joint in body.fixed_joints)
     _add_contact_shapes(spec, links)
     for first, second in combinations(links, 2):
         if _pass_through(first, second):
             spec.add_exclude(bodyname1=first, bodyname2=second)
-    followers = {coupling.follower for coupling in H25.couplings}
-    for joint, facts in zip(H25.joints, H25.facts["joints"], strict=True):
+    followers = {coupling.follower for coupling in body.couplings}
+    for joint, facts in zip(body.joints, body.facts["joints"], strict=True):
         if joint.name not in followers:
             lasting = facts.get("motor", {}).get("continuous_torque_out_no_loss")
             add_motor(spec, joint, _kind(joint.name), lasting)
-    for coupling in H25.couplings:
+    for coupling in body.couplings:
         spec.add_equality(
             type=mujoco.mjtEq.mjEQ_JOINT,
             objtype=mujoco.mjtObj.mjOBJ_JOINT,
@@ -107,7 +108,9 @@ def _kind(joint: str) -> str:
     return {"Hand": "hand", "WristYaw": "wrist"}.get(joint[1:], "upper")
 
 
-def _add_link(spec: mujoco.MjSpec, links: Links, link: Link, joint: Joint | None) -> mujoco.MjsBody:
+def _add_link(
+    spec: mujoco.MjSpec, links: Links, link: Link, joint: Joint | None, *, fixed: bool
+) -> mujoco.MjsBody:
     # The fingers: the facts count their mass in the hand, MuJoCo needs some.
     inertial: dict[str, Any] = {"mass": 1e-5, "inertia": [1e-8] * 3}
     if link.mass > 0:
@@ -119,6 +122,8 @@ def _add_link(spec: mujoco.MjSpec, links: Links, link: Link, joint: Joint | None
         added.add_freejoint(name="base")
         return added
     added = links[joint.parent].add_body(name=link.name, pos=joint.origin, explicitinertial=True, **inertial)
+    if fixed:
+        return added
     kind = spec.find_default(_kind(joint.name))
     added.add_joint(kind, name=joint.name, axis=joint.axis, range=[joint.lower, joint.upper])
     return added

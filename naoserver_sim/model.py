@@ -11,7 +11,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from naoserver.body import H25
+from naoserver.body import H25, Body
 from naoserver.robot import CameraFacts, JointFacts
 from naoserver_sim.appearance import add_appearance
 from naoserver_sim.body import TORSO, add_body, sole
@@ -52,6 +52,7 @@ class Model:
     """A compiled model with the indices of its parts."""
 
     mj: mujoco.MjModel
+    body: Body
     robot: DeviceIndex
     world: World
     balls: Mapping[str, DeviceIndex]
@@ -81,21 +82,22 @@ def simulated_cameras() -> tuple[CameraFacts, ...]:
     return (*cameras, SPECTATOR)
 
 
-def build_model(world: World | None = None, *, skin: bool = True) -> Model:
-    """Compile the body, with its skin or as bare blocks, and a world, without one the default world."""
+def build_model(world: World | None = None, *, skin: bool = True, body: Body = H25) -> Model:
+    """Compile a body, with its skin or as bare blocks, and a world, without one the default world."""
     world = world or load_world(DEFAULT_WORLD)
     scene = resources.files("naoserver_sim").joinpath("scene.xml").read_text(encoding="utf-8")
     spec = mujoco.MjSpec.from_string(scene)
     cameras = simulated_cameras()
     add_surroundings(spec, world)
-    links = add_body(spec, cameras[:-1])
+    links = add_body(spec, body, cameras[:-1])
     add_appearance(spec, links, skin=skin)
     add_movables(spec, world)
     mj = spec.compile()
-    leaders = {coupling.follower: coupling.leader for coupling in H25.couplings}
+    leaders = {coupling.follower: coupling.leader for coupling in body.couplings}
     return Model(
         mj=mj,
-        robot=_index(mj, H25.joints, leaders),
+        body=body,
+        robot=_index(mj, body.joints, leaders),
         world=world,
         balls={ball.name: _index(mj, ball.joints, {}) for ball in world.carried_balls},
         loose={name: _free(mj, name, name) for name in world.loose},

@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from naoserver.body import H25
+from naoserver.body import H25, Body
 from naoserver.capabilities import OwnPostures
 from naoserver.errors import RobotError
 from naoserver.expression import FadingLights, TimedVoice
@@ -120,12 +120,13 @@ class SimulatedRobot(SimulatedDevice):
         noise: bool = False,
         posture: str = "STAND_INIT",
         clock: VirtualClock | None = None,
+        body: Body = H25,
     ) -> None:
         world = world or load_world(DEFAULT_WORLD)
         if seed is not None:
             world = scattered(world, np.random.default_rng(seed))
-        model = build_model(world, skin=skin)
-        data = standing(model, H25.postures[posture])
+        model = build_model(world, skin=skin, body=body)
+        data = standing(model, body.postures[posture])
         setpoints = _setpoints(model, data)
         simulator: PacedSimulator | VirtualSimulator
         self.clock: Clock
@@ -153,7 +154,7 @@ class SimulatedRobot(SimulatedDevice):
         self._lamps = Lamps(model.mj, self.lights.colors)
         sensor = None
         if noise:
-            sensor = ImageSensor(PictureNoise(), H25.cameras, seed, data.qpos)
+            sensor = ImageSensor(PictureNoise(), body.cameras, seed, data.qpos)
             simulator.watchers.append(partial(sensor.look, qpos=data.qpos))
         self._renderer = CameraRenderer(model.mj, model.cameras, simulator.newest, self._lamps, sensor)
         self.mechanisms: Final = tuple(

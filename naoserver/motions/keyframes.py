@@ -19,8 +19,8 @@ A joint that a frame does not give is on its way to the next frame that gives it
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cache, cached_property
 from importlib import resources
@@ -79,6 +79,13 @@ class Motion:
     """The posture in which it begins; empty when it begins in any."""
     end: str = ""
     """The posture in which it ends; empty when it ends in the one in which it began."""
+
+    def of(self, joints: Collection[str]) -> Motion:
+        """Return it without the joints that a body lacks. Raises RobotError when it moves no other."""
+        keys = {joint: keys for joint, keys in self.keys.items() if joint in joints}
+        if not keys:
+            raise RobotError(f"{self.name} moves only joints that the robot lacks: {', '.join(self.keys)}")
+        return self if len(keys) == len(self.keys) else replace(self, keys=keys)
 
     @cached_property
     def duration(self) -> float:

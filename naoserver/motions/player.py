@@ -74,6 +74,7 @@ class MotionPlayer:
     ) -> None:
         self.name: Final = "motions"
         self._body = body
+        self._names = [joint.name for joint in body.joints]
         self.robot_time: Final = body.events.robot_time
         self.situation: Final = situation
         """Return how the body is. Raises RobotError when that is unknown."""
@@ -173,7 +174,7 @@ class MotionPlayer:
         self._progress[action.kind] = replace(self.progress(action.kind), progress=part)
         self._check(leg, reading)
         wanted = leg.at((time + _AHEAD) * action.pace, begin)
-        commands = dict(zip(H25.joint_names, reading.commands, strict=True))
+        commands = dict(zip(self._names, reading.commands, strict=True))
         # After a late tick a joint may be too far behind to catch up at once.
         speeds = {
             joint: min(abs(angle - commands[joint]) / _AHEAD, _FASTEST[joint])
@@ -183,13 +184,15 @@ class MotionPlayer:
 
     def _begin_leg(self, action: _Action, leg: Motion | None) -> None:
         """Claim the joints of the next leg and make them stiff. Raises InvalidCommand or CommandRefused."""
+        if leg is not None:
+            leg = leg.of(self._names)
         action.leg = leg
         if leg is None:
             return
         joints = _joints(leg)
         self._body.claims.claim(action.owner, joints, lambda: self._let_go(action))
         action.begin, action.since = self._commands(), self.robot_time()
-        stiffnesses = zip(H25.joint_names, self._body.read().stiffnesses, strict=True)
+        stiffnesses = zip(self._names, self._body.read().stiffnesses, strict=True)
         limp = [joint for joint, stiffness in stiffnesses if stiffness < _STIFF and joint in joints]
         if limp:
             self._body.stiffen(dict.fromkeys(limp, 1.0), _STIFFENING, client=action.client)
@@ -215,12 +218,12 @@ class MotionPlayer:
         ends = {STANCES[posture] for posture in (leg.start, leg.end) if posture}
         if ends and ends <= _UPRIGHT and stance_of(self.situation()) not in _UPRIGHT:
             raise RobotError("the robot has fallen")
-        for joint, stiffness in zip(H25.joint_names, reading.stiffnesses, strict=True):
+        for joint, stiffness in zip(self._names, reading.stiffnesses, strict=True):
             if joint in leg.keys and stiffness <= _LIMP:
                 raise RobotError(f"{joint} has gone limp")
 
     def _commands(self) -> dict[str, float]:
-        return dict(zip(H25.joint_names, self._body.read().commands, strict=True))
+        return dict(zip(self._names, self._body.read().commands, strict=True))
 
 
 def _joints(leg: Motion | None) -> frozenset[str]:

@@ -99,7 +99,7 @@ def situation_of(robot: Robot) -> Situation:
 
     Raises RobotError when such a robot lies, since its pose is unknown.
     """
-    joints = dict(zip(H25.joint_names, robot.read().positions, strict=True))
+    joints = dict(zip((joint.name for joint in robot.joints), robot.read().positions, strict=True))
     if robot.senses is None:
         if robot.state().fallen:
             raise RobotError("the robot has fallen, and has no inertial unit that measures how it lies")

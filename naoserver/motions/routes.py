@@ -136,10 +136,12 @@ def within_stance(
 def change_posture(posture: str, commands: Mapping[str, float], fraction: float) -> Motion:
     """Return the motion from where the joints are into a posture at a fraction of the full pace."""
     seconds = max(
-        abs(POSTURES[posture][joint.name] - commands[joint.name]) / joint.max_velocity for joint in H25.joints
+        abs(POSTURES[posture][joint.name] - commands[joint.name]) / joint.max_velocity
+        for joint in H25.joints
+        if joint.name in commands
     )
     seconds = max(seconds * Interpolation.SMOOTH.peak / (_FRACTION * max(fraction, _SLOWEST)), _SHORTEST)
-    keys = {joint: (Key(seconds, angle),) for joint, angle in POSTURES[posture].items()}
+    keys = {joint: (Key(seconds, angle),) for joint, angle in POSTURES[posture].items() if joint in commands}
     for pair in H25.couplings:
         del keys[pair.follower]
     return Motion(f"to {posture}", MappingProxyType(keys), end=posture)
@@ -151,4 +153,5 @@ _UPRIGHT: Final = (Stance.STANDING, Stance.SITTING)
 
 
 def _is_near(commands: Mapping[str, float], posture: str) -> bool:
-    return all(abs(commands[joint] - angle) <= _SAME for joint, angle in POSTURES[posture].items())
+    angles = POSTURES[posture]
+    return all(abs(command - angles[joint]) <= _SAME for joint, command in commands.items())

@@ -172,7 +172,8 @@ class CameraI(Camera):
         if self.facts.name not in _ON_THE_HEAD:
             raise ConfigurationNotExistException(f"{self.facts.name} is not on the robot; one of its head is")
         view, (joints, inertial) = self.getCameraDescription(current), self._taken_at or self._situation()
-        angles = dict(zip(H25.joint_names, joints.positions, strict=True))
+        names = (joint.name for joint in self._robot.joints)
+        angles = dict(zip(names, joints.positions, strict=True))
         head = torso_place(angles, inertial) @ place_of("Head", angles)
         camera = head @ matrix_of((*self.facts.position, 0.0, self.facts.tilt, 0.0))
         ray = camera[:3, :3] @ (1.0, (view.u0 - u) / view.fdistx, (view.v0 - v) / view.fdisty)

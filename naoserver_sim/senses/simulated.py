@@ -5,14 +5,14 @@ from __future__ import annotations
 import logging
 import math
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from naoserver.body import H25
+from naoserver.body import Body
 from naoserver.capabilities import BatteryReading, SenseReading, SonarReading
 from naoserver.errors import InvalidCommand
 from naoserver_sim.body import BUMPERS
@@ -45,13 +45,13 @@ class Battery:
     the torque; power that the load gives back is lost.
     """
 
-    def __init__(self, robot: DeviceIndex) -> None:
+    def __init__(self, robot: DeviceIndex, body: Body) -> None:
         leading = [
             joint for joint in range(len(robot.joints)) if robot.motors[joint] not in robot.motors[:joint]
         ]
         self._motors = robot.motors[leading]
         self._dofs = robot.dofs[leading]
-        motors = [H25.facts["joints"][joint].get("motor") for joint in leading]
+        motors = [body.facts["joints"][joint].get("motor") for joint in leading]
         self._losses = np.array(
             [m["no_load_speed_out"] / m["stall_torque_out_no_loss"] if m else 0.0 for m in motors]
         )
@@ -129,9 +129,10 @@ _SWITCHES_AT: Final = 1.0
 
 
 class Touch:
-    """Report the pressed sensors at a time. Safe to use from any thread."""
+    """Report which of some sensors are pressed at a time. Safe to use from any thread."""
 
-    def __init__(self) -> None:
+    def __init__(self, names: Sequence[str]) -> None:
+        self._names = names
         self._lock = threading.Lock()
         # The begin and the end of the newest press of each sensor; replaced as a whole.
         self._presses: Mapping[str, tuple[float, float]] = {}
@@ -141,8 +142,8 @@ class Touch:
 
         Raises InvalidCommand when there is none of that name.
         """
-        if sensor not in H25.touch_sensors:
-            name, names = sensor[:_LONGEST_NAME], ", ".join(H25.touch_sensors)
+        if sensor not in self._names:
+            name, names = sensor[:_LONGEST_NAME], ", ".join(self._names)
             raise InvalidCommand("name", f"there is no touch sensor {name!r}; there are {names}")
         end = begin + seconds
         with self._lock:
@@ -170,7 +171,6 @@ class SimulatedSenses:
     from `random`: the same numbers at the same ticks from the same seed.
     """
 
-    touch_names = H25.touch_sensors
     sonar_range = RANGE
 
     def __init__(
@@ -186,10 +186,11 @@ class SimulatedSenses:
         self._random = random
         self.record: Final = SensorRecord(model.mj, self._data, noise, random)
         """The readings of the last ticks, which a controller needs at every tick."""
-        self._battery = Battery(model.robot)
+        self.touch_names: Final = model.body.touch_sensors
+        self._battery = Battery(model.robot, model.body)
         self._sonar = Sonar(model.mj)
         self.sonar_cone: Final = self._sonar.cone
-        self._touch = Touch()
+        self._touch = Touch(self.touch_names)
         self.falls: Final = FallManager(self._go_limp)
         """The detector of falls."""
         self._motors = np.unique(model.robot.motors)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Final
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from naoserver.body import H25
+from naoserver.body import Body
 from naoserver_sim.body import TORSO
 from naoserver_sim.model import DeviceIndex
 from naoserver_sim.motors import SetpointController
@@ -25,19 +25,19 @@ _LEGS: Final = ("Hip", "Knee", "Ankle")
 class Trim:
     """Report how far arms and head move the center of mass, in the torso's frame."""
 
-    def __init__(self, mj: mujoco.MjModel, data: mujoco.MjData) -> None:
+    def __init__(self, mj: mujoco.MjModel, data: mujoco.MjData, body: Body) -> None:
         self._data = data
         self._torso = mj.body(TORSO).id
         upper = [
             link.name
-            for link in H25.links
+            for link in body.links
             if link.parent_joint is not None and not any(part in link.parent_joint for part in _LEGS)
         ]
         self._bodies = np.array([mj.body(name).id for name in upper], dtype=np.intp)
         weights = mj.body_mass[self._bodies]
         self._shares = weights / float(mj.body_subtreemass[self._torso])
         self._share = float(self._shares.sum())
-        self._usual = self._measure_at_rest(mj)
+        self._usual = self._measure_at_rest(mj, body.postures["STAND_INIT"])
         self._x, self._y = 0.0, 0.0
 
     @property
@@ -62,9 +62,9 @@ class Trim:
         axes = data.xmat[self._torso]
         return float(center @ axes[0::3]), float(center @ axes[1::3])
 
-    def _measure_at_rest(self, mj: mujoco.MjModel) -> tuple[float, float]:
+    def _measure_at_rest(self, mj: mujoco.MjModel, posture: Mapping[str, float]) -> tuple[float, float]:
         data = mujoco.MjData(mj)
-        for name, angle in H25.postures["STAND_INIT"].items():
+        for name, angle in posture.items():
             data.joint(name).qpos[0] = angle
         mujoco.mj_kinematics(mj, data)
         return self._measure(data)
@@ -87,7 +87,8 @@ class ArmSwing:
         self._setpoints = setpoints
         # The motors of each arm, left and right; the shoulder's pitch, which swings, comes first.
         self._motors: NDArray[np.intp] = np.array(
-            [[motors[f"{side}{part}"] for part in _PARTS] for side in "LR"], dtype=np.intp
+            [[motors[f"{side}{part}"] for part in _PARTS if f"{side}{part}" in motors] for side in "LR"],
+            dtype=np.intp,
         )
         self._begun = self._commands()
         self._rests = setpoints.setpoints[self._motors[:, 0]]

@@ -84,7 +84,7 @@ class SimulatedWalker:
         motors = [names.index(name) for name in LEG_MOTORS]
         self._joints = model.robot.qpos[joints]
         self._motors: NDArray[np.intp] = model.robot.motors[motors]
-        self._trim = Trim(model.mj, self._data)
+        self._trim = Trim(model.mj, self._data, model.body)
         self._arms = ArmSwing(model.robot, self._setpoints)
         self._controller = WalkController()
         self._odometer = Odometer(Legs())

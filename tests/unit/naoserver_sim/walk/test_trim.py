@@ -21,7 +21,7 @@ def posed(mj, joints):
     for name, angle in (dict(H25.postures["STAND_INIT"]) | joints).items():
         data.joint(name).qpos[0] = angle
     mujoco.mj_kinematics(mj, data)
-    trim = Trim(mj, data)
+    trim = Trim(mj, data, H25)
     trim.begin()
     return trim, data
 
