@@ -90,11 +90,11 @@ class Score(Component, document="score.xml", on_error="stop"):
         """Turn the head to the ball, which then is in the picture of at least one camera."""
         at = self.beside(ball)
         pan = max(-1.2, min(1.2, cmath.phase(at)))
-        self.Head.setPose(pan, max(0.0, min(0.5, math.atan2(0.45, abs(at)) - 0.35)), 0.3)
+        self.Head.setPose(pan, max(0.0, min(0.44, math.atan2(0.45, abs(at)) - 0.35)), 0.3)
 
     def sweep(self, corner):
         """Look around, then turn; return which corner is next."""
-        corners = [(0.0, 0.0), (0.9, 0.0), (-0.9, 0.0), (0.0, 0.5)]  # pan and tilt in rad
+        corners = [(0.0, 0.0), (0.9, 0.0), (-0.9, 0.0), (0.0, 0.44)]  # pan and tilt in rad
         if corner == len(corners):
             if self.Walk.getWalkState().status is ActionStatus.Moving:
                 return corner
@@ -219,7 +219,7 @@ class Score(Component, document="score.xml", on_error="stop"):
             return posture not in (None, ActionStatus.Moving)
 
         def guard_before_the_foot():
-            return seen is not None and self.Head.getPose().tilt > 0.4 and self.can_kick(ball)
+            return seen is not None and self.Head.getPose().tilt > 0.35 and self.can_kick(ball)
 
         def guard_kicked():
             return motion not in (None, ActionStatus.Moving)

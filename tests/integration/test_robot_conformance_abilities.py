@@ -31,6 +31,7 @@ from interfaces.nao import (
     SpeechPrx,
     TouchPrx,
     Vector3,
+    WalkPrx,
 )
 from naoserver.body import H25
 from naoserver.motions.postures import POSTURES
@@ -158,6 +159,18 @@ def test_it_turns_to_the_left_where_it_stands(walking):
     assert motors.setW(0.0) == 0
     assert math.hypot(there.robotx - start.robotx, there.roboty - start.roboty) < 0.08
     assert math.atan2(there.robotsin, there.robotcos) == pytest.approx(there.robottheta, abs=1e-5)
+
+
+def test_it_walks_to_a_place(walking):
+    walk, encoders = walking.proxy(WalkPrx, "Walk"), walking.proxy(EncodersPrx, "Encoders")
+    start = encoders.getEncodersData()
+    walk.walkTo(0.15, 0.0, 0.3)
+    ended = wait_for(walk.getWalkState, lambda state: state.status is not ActionStatus.Moving)
+    assert (ended.status, ended.progress, ended.message) == (ActionStatus.Done, 1.0, "")
+    there = encoders.getEncodersData()
+    way = math.hypot(there.robotx - start.robotx, there.roboty - start.roboty)
+    assert way == pytest.approx(0.15, abs=0.05)
+    assert there.robottheta - start.robottheta == pytest.approx(0.3, abs=0.15)
 
 
 def test_while_it_walks_the_head_is_free_and_the_legs_are_not(walking):

@@ -59,7 +59,7 @@ def test_it_knows_where_the_ball_is_in_the_frame_of_its_start(
 
 def test_it_takes_neither_its_toes_nor_the_grass_for_the_ball(behavior: MakeBehavior) -> None:
     b = play(behavior, -3.0, 0.0)  # behind it
-    b.run_until(lambda: b.robot.head[1] > 0.45, limit=20.0)
+    b.run_until(lambda: b.robot.head[1] > 0.4, limit=20.0)
     assert b.active == "search"
     pixels = b.robot.look("CameraBottom").pixels.astype(int)
     red, green, blue = pixels[..., 0], pixels[..., 1], pixels[..., 2]
