@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import logging
 import math
-import threading
 from collections.abc import Sequence
 from typing import Any, ClassVar, Final
 
@@ -16,19 +15,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hfsm_command import missing_package
-from naoserver.errors import HardwareFailure, InvalidCommand, RobotError
+from naoserver.errors import HardwareFailure, RobotError
 from naoserver.kinematics import angles_of
 from naoserver.robot import CameraFacts, Robot
 from naoserver_qi.access import Access
-from naoserver_qi.arguments import number_within, text
+from naoserver_qi.arguments import number_within
 from naoserver_qi.memory import ALMemory
+from naoserver_qi.sensors import Extractor
 
 _logger = logging.getLogger(__name__)
 
 LOOKING: Final = 0.1
 """Robot seconds between two looks at a picture."""
 _SIZE: Final = (320, 240)
-_MOST_SUBSCRIBERS: Final = 100
+_CAMERAS: Final = ("CameraTop", "CameraBottom")
 _MOST_SEEN: Final = 10
 _SMALLEST: Final = 20
 """Pixels of the smallest thing that is seen."""
@@ -112,59 +112,41 @@ def _contours(mask: Any, smallest: int = _SMALLEST) -> list[Any]:  # noqa: ANN40
     return sorted(large, key=cv2.contourArea, reverse=True)[:_MOST_SEEN]
 
 
-class Detector:
+class Detector(Extractor):
     """Look at pictures of a camera while there are subscribers, and raise an event with what is seen."""
 
     KEY: ClassVar[str]
     """The event, whose value is an empty list when nothing is seen any more."""
 
     def __init__(self, robot: Robot, access: Access, memory: ALMemory) -> None:
+        super().__init__()
         self._robot = robot
         self._access = access
         self._memory = memory
-        self._lock = threading.Lock()
-        self._subscribers: dict[str, tuple[object, object]] = {}  # period and precision, without effect
         self._camera = 0
         self.seen: list[tuple[Region, Any]] = []
         """What was seen in the newest picture: in angles, and what else is known of it."""
         self._failing = False
 
-    def subscribe(self, name: object, period: object = 100, precision: object = 0.0) -> None:
-        """Look for it from now on, for a subscriber."""
-        if not self._robot.cameras:
-            raise HardwareFailure("this robot has no camera")
-        try:
-            import cv2  # noqa: F401 - whether it is there
-        except ModuleNotFoundError as error:
-            raise HardwareFailure(missing_package(error, "vision")) from None
-        with self._lock:
-            if len(self._subscribers) >= _MOST_SUBSCRIBERS:
-                raise InvalidCommand("name", f"there are {_MOST_SUBSCRIBERS} subscribers already")
-            self._subscribers[text(name, "name")] = (period, precision)
-        self._memory.insertData(self.KEY, [])
-
-    def unsubscribe(self, name: object) -> None:
-        """Look for it no more, for a subscriber."""
-        with self._lock:
-            if self._subscribers.pop(text(name, "name"), None) is None:
-                raise InvalidCommand("name", f"{str(name)[:60]!r} has not subscribed")
-
-    def getSubscribersInfo(self) -> list[list[object]]:
-        """Return name, period and precision of each subscriber."""
-        with self._lock:
-            return [[name, *wanted] for name, wanted in self._subscribers.items()]
-
     def setActiveCamera(self, camera: object) -> bool:
         """Look with the top camera, 0, or the bottom one, 1."""
-        self._camera = int(number_within(camera, "camera", 0, len(self._robot.cameras) - 1))
+        self._camera = int(
+            number_within(camera, "camera", 0, min(len(_CAMERAS), len(self._robot.cameras)) - 1)
+        )
         return True
 
     def getActiveCamera(self) -> int:
         """Return the number of the camera."""
         return self._camera
 
-    def _wanted(self) -> bool:
-        return bool(self._subscribers)
+    def _require(self) -> None:
+        if not self._robot.cameras:
+            raise HardwareFailure("this robot has no camera")
+        try:
+            import cv2  # noqa: F401 - whether it is there
+        except ModuleNotFoundError as error:
+            raise HardwareFailure(missing_package(error, "vision")) from None
+        self._memory.insertData(self.KEY, [])
 
     def _look(self) -> None:
         """Take a picture, and raise the event; due every LOOKING while there are subscribers."""
@@ -177,10 +159,8 @@ class Detector:
             self._failing = True
             return
         self._failing = False
-        before, self.seen = (
-            self.seen,
-            [(_in_angles(region, facts), what) for region, what in self._find(frame.pixels)],
-        )
+        before = self.seen
+        self.seen = [(_in_angles(region, facts), what) for region, what in self._find(frame.pixels)]
         if self.seen:
             seconds = math.floor(frame.time)
             stamp = [seconds, int((frame.time - seconds) * 1e6)]
@@ -198,7 +178,7 @@ class Detector:
 
     def _poses(self) -> list[object]:
         """Return where the camera is in the torso's and in the robot's frame."""
-        name = ("CameraTop", "CameraBottom")[self._camera]
+        name = _CAMERAS[self._camera]
         places = [self._access.place(name, frame, measured=True) for frame in (0, 2)]
         return [[*(float(part) for part in place[:3, 3]), *angles_of(place)] for place in places]
 
@@ -238,7 +218,7 @@ class ALLandMarkDetection(Detector):
 
     def _value(self, stamp: list[int], poses: list[object]) -> list[object]:
         marks = [[[0, *region, 0.0], [number]] for region, number in self.seen]
-        return [stamp, marks, *poses, ("CameraTop", "CameraBottom")[self._camera]]
+        return [stamp, marks, *poses, _CAMERAS[self._camera]]
 
 
 class ALFaceDetection(Detector):
