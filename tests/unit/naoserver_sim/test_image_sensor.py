@@ -136,3 +136,21 @@ def test_noise_is_in_the_robots_pictures_and_not_in_the_spectators():
     ]
     sky = exact[0][:30, :100]
     assert noisy[0][:30, :100].std(axis=(0, 1)).min() > sky.std(axis=(0, 1)).max() + 1.0
+
+
+def test_noise_is_another_in_each_picture_and_each_camera():
+    camera = sensor(REAL)
+    first = developed(camera, grey(118))
+    for other in (developed(camera, grey(118), 0.01), developed(camera, grey(118), camera="CameraBottom")):
+        alike = np.corrcoef(first[..., 1].ravel(), other[..., 1].ravel())[0, 1]
+        assert abs(alike) < 0.05
+
+
+def test_a_picture_that_is_drawn_late_is_exposed_as_at_its_time():
+    late, timely = sensor(), sensor()
+    late.look(0.25, np.array([60.0]))
+    pictures = [
+        each.develop(grey(60), "Camera", 0.2, STILL, lambda qpos: float(qpos[0] or 118.0))
+        for each in (late, timely)
+    ]
+    assert np.array_equal(*pictures)
