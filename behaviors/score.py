@@ -142,6 +142,8 @@ class Score(Component, document="score.xml", on_error="stop"):
     def automaton(self) -> Automaton:
         """Return the automaton of the component."""
         ball = seen = None  # x + iy in the frame in which the robot started, in m
+        pose = None
+        still = False  # a picture from a head that turns shows less
         seen_at = 0.0
         corner = 0
         foot = spot = None  # where the ball is to be beside the robot, and where it walks to, both x + iy
@@ -153,8 +155,10 @@ class Score(Component, document="score.xml", on_error="stop"):
             ball = None
 
         def state_search():
-            nonlocal ball, corner
-            ball = self.find_ball()
+            nonlocal ball, corner, pose, still
+            pose = self.Head.getPose()
+            still = abs(pose.panSpeed) + abs(pose.tiltSpeed) < 0.3
+            ball = self.find_ball() if still else None
             if ball is None:
                 corner = self.sweep(corner)
 
@@ -249,32 +253,32 @@ class Score(Component, document="score.xml", on_error="stop"):
 
 
 SOURCE_MAP = (  # lines of this file, where they come from, and which code they are
-    (16, 16, "score.xml:255", "library"),
-    (17, 17, "score.xml:256", "library"),
-    (18, 18, "score.xml:257", "library"),
-    (19, 19, "score.xml:258", "library"),
-    (20, 20, "score.xml:259", "library"),
-    (37, 140, "score.xml:148", "functions", 1),
-    (144, 148, "score.xml:143", "variables", 1),
-    (152, 153, "score.xml:24", "entry", 1, 1),
-    (157, 159, "score.xml:26", "code", 1, 1),
-    (163, 164, "score.xml:35", "entry", 1, 2),
-    (168, 173, "score.xml:37", "code", 1, 2),
-    (176, 176, "score.xml:43", "exit", 1, 2),
-    (179, 179, "score.xml:50", "entry", 1, 3),
-    (183, 183, "score.xml:51", "code", 1, 3),
-    (187, 187, "score.xml:52", "exit", 1, 3),
-    (191, 193, "score.xml:59", "code", 1, 4),
-    (196, 196, "score.xml:68", "entry", 1, 5),
-    (200, 200, "score.xml:69", "code", 1, 5),
-    (204, 204, "score.xml:70", "exit", 1, 5),
-    (207, 207, "score.xml:85", "trigger", 1, 1),
-    (210, 210, "score.xml:93", "trigger", 1, 2),
-    (213, 213, "score.xml:101", "trigger", 1, 3),
-    (216, 216, "score.xml:109", "trigger", 1, 4),
-    (219, 219, "score.xml:117", "trigger", 1, 5),
-    (222, 222, "score.xml:125", "trigger", 1, 6),
-    (225, 225, "score.xml:141", "trigger", 1, 8),
+    (16, 16, "score.xml:259", "library"),
+    (17, 17, "score.xml:260", "library"),
+    (18, 18, "score.xml:261", "library"),
+    (19, 19, "score.xml:262", "library"),
+    (20, 20, "score.xml:263", "library"),
+    (37, 140, "score.xml:152", "functions", 1),
+    (144, 150, "score.xml:145", "variables", 1),
+    (154, 155, "score.xml:24", "entry", 1, 1),
+    (159, 163, "score.xml:26", "code", 1, 1),
+    (167, 168, "score.xml:37", "entry", 1, 2),
+    (172, 177, "score.xml:39", "code", 1, 2),
+    (180, 180, "score.xml:45", "exit", 1, 2),
+    (183, 183, "score.xml:52", "entry", 1, 3),
+    (187, 187, "score.xml:53", "code", 1, 3),
+    (191, 191, "score.xml:54", "exit", 1, 3),
+    (195, 197, "score.xml:61", "code", 1, 4),
+    (200, 200, "score.xml:70", "entry", 1, 5),
+    (204, 204, "score.xml:71", "code", 1, 5),
+    (208, 208, "score.xml:72", "exit", 1, 5),
+    (211, 211, "score.xml:87", "trigger", 1, 1),
+    (214, 214, "score.xml:95", "trigger", 1, 2),
+    (217, 217, "score.xml:103", "trigger", 1, 3),
+    (220, 220, "score.xml:111", "trigger", 1, 4),
+    (223, 223, "score.xml:119", "trigger", 1, 5),
+    (226, 226, "score.xml:127", "trigger", 1, 6),
+    (229, 229, "score.xml:143", "trigger", 1, 8),
 )
 
 if __name__ == "__main__":

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from naoserver.body import H25, Joint
-from naoserver.capabilities import InertialReading
 from naoserver.errors import InvalidCommand
 
 Matrix = NDArray[np.float64]
@@ -66,14 +65,12 @@ def place_of(name: str, angles: Mapping[str, float]) -> Matrix:
     return _frames(name, angles)[-1][1]
 
 
-def torso_place(angles: Mapping[str, float], inertial: InertialReading | None) -> Matrix:
+def torso_place(angles: Mapping[str, float], roll: float = 0.0, pitch: float = 0.0) -> Matrix:
     """Return the place of the torso in the robot's frame: upright on the floor below it, facing as it does.
 
-    Without a reading of the inertial unit it counts as upright. The lower sole stands on the floor.
+    `roll` and `pitch` are its angles to the vertical in rad. The lower sole stands on the floor.
     """
-    torso = np.eye(4)
-    if inertial is not None:
-        torso = rotation((0.0, 1.0, 0.0), inertial.pitch) @ rotation((1.0, 0.0, 0.0), inertial.roll)
+    torso = rotation((0.0, 1.0, 0.0), pitch) @ rotation((1.0, 0.0, 0.0), roll)
     torso[2, 3] = -min(float((torso @ place_of(leg, angles))[2, 3]) for leg in ("LLeg", "RLeg"))
     return torso
 

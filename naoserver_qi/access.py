@@ -80,8 +80,8 @@ class Access:
         place = place_of(name, angles)
         if frame == _TORSO:
             return place
-        senses = self.robot.senses
-        place = torso_place(angles, senses.read().inertial if senses else None) @ place
+        inertial = self.robot.senses.read().inertial if self.robot.senses else None
+        place = torso_place(angles, *((inertial.roll, inertial.pitch) if inertial else ())) @ place
         if frame == _WORLD and self.walk is not None:
             at = self.walk.read()
             floor = rotation((0.0, 0.0, 1.0), at.heading)

@@ -10,6 +10,7 @@ from dataclasses import replace
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from interfaces.jderobot import (
     Camera,
@@ -22,13 +23,12 @@ from interfaces.jderobot import (
 )
 from interfaces.nao import Severity
 from naoserver.body import H25
-from naoserver.capabilities import InertialReading
 from naoserver.errors import HardwareFailure, RobotError
 from naoserver.event_log import EventLog
 from naoserver.kinematics import matrix_of, place_of, torso_place
 from naoserver.options import CameraOptions
 from naoserver.pixel_formats import PIXEL_FORMATS, STREAMED_BYTES_A_PIXEL, STREAMED_FORMAT
-from naoserver.robot import CameraFacts, Frame, JointReading, Robot
+from naoserver.robot import CameraFacts, Frame, Robot
 from naoserver.servants.shared import MOST_QUOTED, require_finite, to_time
 from zenoh_ice import Current
 
@@ -76,8 +76,8 @@ class CameraI(Camera):
         self._streaming: set[str] = set()
         """The clients that have started streaming. One operation on it at a time, so it needs no lock."""
         self._newest: Frame | None = None
-        self._taken_at: tuple[JointReading, InertialReading | None] | None = None
-        """The joints and the inertial unit when the newest image was taken."""
+        self._taken_at: NDArray[np.float64] | None = None
+        """`_situation` when the newest image was taken."""
         self._taking = threading.Lock()  # held while an image is taken: a waiting caller gets that image
         self._meter = RateMeter(robot.clock.now)
 
@@ -171,10 +171,11 @@ class CameraI(Camera):
         require_finite(u=u, v=v, height=height)
         if self.facts.name not in _ON_THE_HEAD:
             raise ConfigurationNotExistException(f"{self.facts.name} is not on the robot; one of its head is")
-        view, (joints, inertial) = self.getCameraDescription(current), self._taken_at or self._situation()
+        view, taken = self.getCameraDescription(current), self._taken_at
+        _, roll, pitch, *positions = self._situation() if taken is None else taken
         names = (joint.name for joint in self._robot.joints)
-        angles = dict(zip(names, joints.positions, strict=True))
-        head = torso_place(angles, inertial) @ place_of("Head", angles)
+        angles = dict(zip(names, positions, strict=True))
+        head = torso_place(angles, roll, pitch) @ place_of("Head", angles)
         camera = head @ matrix_of((*self.facts.position, 0.0, self.facts.tilt, 0.0))
         ray = camera[:3, :3] @ (1.0, (view.u0 - u) / view.fdistx, (view.v0 - v) / view.fdisty)
         way = (height - camera[2, 3]) / ray[2] if ray[2] else math.inf
@@ -239,17 +240,27 @@ class CameraI(Camera):
     def _take(self) -> Frame:
         settings = self._settings
         self._newest = None  # not kept when the next fails
-        self._taken_at = self._situation()
+        before = self._situation()
         frame = self._newest = self._robot.capture(self.facts.name, settings.width, settings.height)
+        self._taken_at = _between(before, self._situation(), frame.time)
         self._meter.count(frame.time)
         return frame
 
-    def _situation(self) -> tuple[JointReading, InertialReading | None]:
-        senses = self._robot.senses
-        return self._robot.read(), senses.read().inertial if senses else None
+    def _situation(self) -> NDArray[np.float64]:
+        """Return the robot time in s, roll and pitch of the torso, and the angles of all joints in rad."""
+        joints, senses = self._robot.read(), self._robot.senses
+        inertial = senses.read().inertial if senses else None
+        tilt = (inertial.roll, inertial.pitch) if inertial else (0.0, 0.0)
+        return np.array([joints.time, *tilt, *joints.positions])
 
     def _report(self, failure: HardwareFailure) -> None:
         self._events.add(Severity.Error, self.facts.name, str(failure), "camera")
+
+
+def _between(before: NDArray[np.float64], after: NDArray[np.float64], time: float) -> NDArray[np.float64]:
+    """Return the situation at a time between two, each of which begins with its own."""
+    share = (time - float(before[0])) / max(float(after[0] - before[0]), 1e-6)
+    return np.asarray(before + min(max(share, 0.0), 1.0) * (after - before), np.float64)
 
 
 def _problem(facts: CameraFacts, settings: CameraOptions) -> str:

@@ -8,6 +8,7 @@ import pytest
 
 from interfaces.jderobot import ConfigurationNotExistException, InvalidValueException
 from naoserver.assembly import Assembly
+from naoserver.fake import FakeRobot
 from naoserver.options import ServerOptions
 from naoserver_sim.robot import SimulatedRobot
 from zenoh_ice import VirtualClock
@@ -75,3 +76,32 @@ def test_a_pixel_is_a_finite_number(scene):
 def test_a_camera_beside_the_robot_does_not_move_with_it(scene):
     with pytest.raises(ConfigurationNotExistException, match="CameraOutside is not on the robot"):
         scene.cameras["CameraOutside"].getFloorPoint(0.0, 0.0, 0.0, None)
+
+
+class SlowCamera(FakeRobot):
+    """Takes its pictures in the middle of 0.2 s."""
+
+    def __init__(self, clock):
+        super().__init__(clock)
+        self.time = clock
+        self.yaw = 0.0
+
+    def capture(self, camera, width, height):
+        self.time.advance(0.1)
+        frame = super().capture(camera, width, height)
+        self.yaw = self.read().positions[0]
+        self.time.advance(0.1)
+        return frame
+
+
+def test_it_is_where_the_picture_showed_it_although_the_head_turns():
+    clock = VirtualClock()
+    robot = SlowCamera(clock)
+    camera: Any = Assembly(robot, ServerOptions(), clock).servants["CameraBottom"]
+    robot.command_velocities({"HeadYaw": 1.0})
+    clock.advance(0.3)
+    view = camera.getCameraDescription(None)
+    camera.getImageData("GRAY8", None)
+    point = camera.getFloorPoint(view.u0, view.v0, 0.0, None)
+    assert robot.yaw > 0.2
+    assert math.atan2(point.y, point.x) == pytest.approx(robot.yaw, abs=0.01)
