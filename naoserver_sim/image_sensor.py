@@ -27,8 +27,10 @@ _MEASUREMENTS: Final = 8
 """Past measurements on which the exposure depends."""
 _SPARE: Final = 8
 """Older states that are kept, for a picture that is drawn late."""
-_POOL: Final = 1 << 20
-_BLOCK: Final = 1 << 18
+_POOL: Final = 1 << 22
+"""Values of noise that are drawn, of which each picture takes some that follow each other."""
+_PERIODS: Final = np.array((11.0, 14.3))
+"""Seconds of a slow change of red and of blue; assumed."""
 _SHIFTS: Final = ((1, 0), (0, 1), (-1, -1))
 """A pixel keeps a quarter of its light; six neighbors have an eighth each."""
 _ROUNDED: Final = np.float32(0.5)
@@ -60,8 +62,6 @@ class PictureNoise:
     """Constant relative errors of red and blue; assumed."""
     drift: float = 0.02
     """Amplitude of their slow changes; assumed."""
-    period: float = 11.0
-    """Seconds of a slow change of red; blue takes 1.3 times that. Assumed."""
 
 
 class ImageSensor:
@@ -88,8 +88,10 @@ class ImageSensor:
         self._phases = random.uniform(0.0, math.tau, (len(cameras), 2))
         # Replaced, never changed: the other thread reads it.
         self._past: tuple[tuple[int, NDArray[np.float64]], ...] = ((0, qpos.copy()),)
-        self._measured: dict[str, dict[int, float]] = {name: {} for name in self._cameras}
-        self._gains: dict[str, tuple[int, float]] = dict.fromkeys(self._cameras, (-1, 1.0))
+        # Of each camera: the newest measurement, all that count, and the gain by them.
+        self._measured: dict[str, tuple[int, dict[int, float], float]] = dict.fromkeys(
+            self._cameras, (-1, {}, 1.0)
+        )
 
     @cached_property
     def _pool(self) -> NDArray[np.int8]:
@@ -129,45 +131,33 @@ class ImageSensor:
         blurred = _smeared(picture, focal * self._noise.exposure * turning[1::-1])
         for shift in _SHIFTS:
             blurred = _mixed(blurred, *shift)
-        colors = gain * self._colors(index, time)
+        angles = math.tau * time / _PERIODS + self._phases[index]
+        red, blue = self._casts[index] + self._noise.drift * np.sin(angles)
+        colors = gain * np.array((red, 1.0, blue))
         # As integers, which are faster: the product of value and gain fills 16 bits.
         bits = 8 - max(0, math.frexp(colors.max() * (255 + _HIGHEST) / 255)[1])
         factors = np.tile(np.rint(colors * 2**bits).astype(np.uint16), width)
-        random = np.random.default_rng((self._seed, index, tick))
-        developed = np.empty((height, 3 * width), np.uint8)
-        rows = max(1, _BLOCK // (3 * width))
-        for row in range(0, height, rows):
-            block = blurred[row : row + rows].reshape(-1, 3 * width)
-            begin = random.integers(_POOL - block.size)
-            noise = self._pool[begin : begin + block.size].reshape(block.shape)
-            values = np.add(block, noise, dtype=np.int16)
-            product = values.clip(0, 255 + _HIGHEST, out=values).view(np.uint16)
-            product *= factors
-            product >>= bits
-            developed[row : row + rows] = values.clip(0, 255, out=values)
-        return developed.reshape(picture.shape)
+        begin = np.random.default_rng((self._seed, index, tick)).integers(_POOL - picture.size)
+        noise = self._pool[begin : begin + picture.size].reshape(height, 3 * width)
+        values = np.add(blurred.reshape(noise.shape), noise, dtype=np.int16)
+        product = values.clip(0, 255 + _HIGHEST, out=values).view(np.uint16)
+        product *= factors
+        product >>= bits
+        return values.clip(0, 255, out=values).astype(np.uint8).reshape(picture.shape)
 
     def _gain(self, camera: str, tick: int, measure: Callable[[NDArray[np.float64]], float]) -> float:
         """Return the gain of the exposure, which follows the brightness of the last two seconds."""
         kept = self._past
-        past = [(at, qpos) for at, qpos in kept if at <= tick][-_MEASUREMENTS:] or [kept[0]]
-        newest, gain = self._gains[camera]
-        if newest == past[-1][0]:
+        past = dict([(at, qpos) for at, qpos in kept if at <= tick][-_MEASUREMENTS:] or kept[:1])
+        newest, before, gain = self._measured[camera]
+        if newest == max(past):
             return gain
-        known = {at: self._measured[camera].get(at) for at, _ in past}
-        values = [measure(qpos) if (value := known[at]) is None else value for at, qpos in past]
-        self._measured[camera] = dict(zip(known, values, strict=True))
+        measured = {at: before[at] if at in before else measure(qpos) for at, qpos in past.items()}
         weights = np.exp(np.arange(1 - len(past), 1) * _EVERY / _TICKS / self._noise.adaptation)
-        mean = max(1.0, float(np.average(values, weights=weights)))
+        mean = max(1.0, float(np.average([*measured.values()], weights=weights)))
         gain = min(max(self._noise.brightness / mean, self._noise.least_gain), self._noise.most_gain)
-        self._gains[camera] = past[-1][0], gain
+        self._measured[camera] = max(past), measured, gain
         return gain
-
-    def _colors(self, index: int, time: float) -> NDArray[np.float64]:
-        """Return the gains of red, green and blue."""
-        angles = math.tau * time / self._noise.period / np.array((1.0, 1.3)) + self._phases[index]
-        red, blue = self._casts[index] + self._noise.drift * np.sin(angles)
-        return np.array((red, 1.0, blue))
 
 
 def _smeared(picture: Picture, path: NDArray[np.float64]) -> Picture:
