@@ -13,13 +13,19 @@ from hypothesis import strategies as st
 
 from naoserver.errors import RobotError
 from naoserver_qi.calls import Faults
+from naoserver_qi.effectors import EffectorMotion
+from naoserver_qi.footsteps import FootSteps
 from naoserver_qi.leds import ALLeds
 from naoserver_qi.life import ALAutonomousLife
 from naoserver_qi.memory import ALMemory
 from naoserver_qi.postures import ALBehaviorManager
-from naoserver_qi.sensors import ALSonar
+from naoserver_qi.sensors import ALSonar, ALTouch
+from naoserver_qi.sound import ALAudioDevice, ALAudioPlayer, ALAudioRecorder, Disk
 from naoserver_qi.speech import ALTextToSpeech
+from naoserver_qi.tracker import ALTracker
 from naoserver_qi.video import ALVideoDevice
+from naoserver_qi.vision import ALColorBlobDetection, ALRedBallDetection
+from naoserver_qi.whole_body import WholeBody
 from tests.support.examples import examples
 from tests.support.qi_service import Rig
 
@@ -30,6 +36,8 @@ SENSIBLE = [
     "Camera",
     "FaceLeds",
     "Stand",
+    "RedBall",
+    "a.wav",
     "Default",
     0,
     1,
@@ -57,8 +65,10 @@ class Ended:
 
 
 @pytest.fixture(scope="module")
-def operations():
+def operations(tmp_path_factory):
     rig = Rig()
+    disk = Disk(tmp_path_factory.mktemp("disk"))
+    recorder = ALAudioRecorder(disk, rig.clock)
     sonar = ALSonar(rig.robot.senses)
     memory = ALMemory(rig.access, sonar._distances)
     services = [
@@ -71,6 +81,16 @@ def operations():
         ALTextToSpeech(rig.robot.voice, memory),
         ALAutonomousLife(memory),
         sonar,
+        ALTouch(rig.robot.senses),
+        ALAudioPlayer(disk, rig.clock),
+        recorder,
+        ALAudioDevice(recorder),
+        EffectorMotion(rig.access, rig.motion),
+        FootSteps(rig.motion),
+        WholeBody(rig.access),
+        ball := ALRedBallDetection(rig.robot, rig.access, memory),
+        ALColorBlobDetection(rig.robot, rig.access, memory),
+        ALTracker(rig.access, rig.motion, rig.walking, {"RedBall": ball}),
     ]
     yield [
         getattr(service, name)
@@ -82,7 +102,7 @@ def operations():
 
 
 @settings(max_examples=examples(50))
-@given(st.lists(FOREIGN, min_size=5, max_size=5))
+@given(st.lists(FOREIGN, min_size=6, max_size=6))
 def test_anything(operations, values):
     for operation in operations:
         parameters = list(inspect.signature(operation).parameters.values())
