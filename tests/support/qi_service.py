@@ -50,11 +50,11 @@ class LongCall:
 
 
 class Rig:
-    """A fake robot in virtual time behind its guards, and ALMotion over them."""
+    """A robot in virtual time, a fake one by default, behind its guards, and ALMotion over them."""
 
-    def __init__(self) -> None:
+    def __init__(self, make_robot: Callable[[SteppedClock], Any] = FakeRobot) -> None:
         self.clock = SteppedClock(limit=EVENT_LIMIT)
-        self.robot = FakeRobot(self.clock)
+        self.robot = make_robot(self.clock)
         self.assembly = Assembly(self.robot, ServerOptions(), VirtualClock())
         self.access = Access(self.robot, self.assembly)
         self.postures = ALRobotPosture(self.access)
