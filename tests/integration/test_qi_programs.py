@@ -332,7 +332,7 @@ def walks_through_several_places(service):
 
 
 @program
-def walks_until_it_is_told_to_stop(service):
+def walks_until_it_is_stopped(service):
     motion = service("ALMotion")
     motion.moveToward(1.0, 0.0, 0.0)
     assert motion.moveIsActive()
