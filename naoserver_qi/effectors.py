@@ -22,8 +22,8 @@ _LEGS: Final = ("LLeg", "RLeg")
 _ALL_AXES: Final = 63
 """The mask of all axes: 1, 2 and 4 for x, y and z, 8, 16 and 32 for the rotations about them."""
 _SPACING: Final = 0.1
-"""Robot seconds between two places of a path whose angles are computed."""
-_MOST_PLACES: Final = 1000
+"""Robot seconds between two places of a path whose angles are computed; more on a path of more places."""
+_MOST_PLACES: Final = 300
 
 _Read = Callable[[object], Matrix]
 """What makes a place of what a client sent."""
@@ -151,9 +151,7 @@ class EffectorMotion:
         for name, (places, _, times) in paths.items():
             check_times(name, times, len(places))
         end = max((times[-1] for _, _, times in paths.values()), default=0.0)
-        count = max(1, round(end / _SPACING))
-        if count > _MOST_PLACES:
-            raise InvalidCommand("times", f"the path takes {end:g} s: at most {_MOST_PLACES * _SPACING:g} s")
+        count = min(max(1, round(end / _SPACING)), _MOST_PLACES)
         joints = _joints_of(paths)
 
         def angles(start: dict[str, float]) -> dict[str, Trajectory]:

@@ -25,7 +25,11 @@ _RAISED: Final = (
     "ALTextToSpeech/CurrentSentence",
     "ALTextToSpeech/TextDone",
     "ALTextToSpeech/TextStarted",
+    "ALTracker/ColorBlobDetected",
     "AutonomousLife/State",
+    "FaceDetected",
+    "LandmarkDetected",
+    "redBallDetected",
 )
 """The events that services raise."""
 

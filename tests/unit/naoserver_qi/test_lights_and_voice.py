@@ -203,10 +203,11 @@ NEVER = "'{}' never happens here unless a program raises it"
 @pytest.mark.parametrize(
     ("name", "warned"),
     [
-        ("FaceDetected", [NEVER.format("FaceDetected")]),
+        ("WordRecognized", [NEVER.format("WordRecognized")]),
         ("FrontTactilTuched", [NEVER.format("FrontTactilTuched")]),
         ("FrontTactilTouched", []),
         ("TouchChanged", []),
+        ("redBallDetected", []),
         ("ALTextToSpeech/TextDone", []),
         ("Program/Event", []),
     ],
