@@ -248,6 +248,15 @@ def test_the_tree_is_walked_with_arrows_and_opens_with_enter(shown: EditorPage) 
     expect(shown.page.get_by_role("treeitem", name="follow", exact=False).first).to_be_visible()
 
 
+def test_keys_in_the_tree_that_come_before_it_is_drawn_again_are_obeyed(shown: EditorPage) -> None:
+    shown.page.get_by_role("treeitem", name="dance_and_follow").focus()
+    shown.page.evaluate(
+        """() => { for (const key of ["ArrowDown", "ArrowDown"]) document.activeElement.dispatchEvent(
+            new KeyboardEvent("keydown", {key, bubbles: true, cancelable: true})); }"""
+    )
+    expect(shown.page.get_by_role("treeitem", name="red")).to_be_focused()
+
+
 # --------------------------------------------------------------------------------------- copy, navigate
 
 

@@ -204,7 +204,7 @@ export class Tree extends PageElement {
   }
 
   /** @param {KeyboardEvent & From<HTMLElement>} event */
-  async #key(event) {
+  #key(event) {
     if (event.ctrlKey || event.altKey || event.metaKey) return;
     const row = this.#row(event);
     if (!row) return;
@@ -246,8 +246,8 @@ export class Tree extends PageElement {
     this.#focused = next.key;
     choose(next);
     this.requestUpdate();
-    await this.updateComplete;
-    /** @type {HTMLElement | null} */ (this.querySelector('[tabindex="0"]'))?.focus();
+    // At once: the next key may come before the tree is drawn again, and must find the row that this one led to.
+    /** @type {HTMLElement | null} */ (this.querySelector(`[data-index="${this.rows.indexOf(next)}"]`))?.focus();
   }
 }
 
