@@ -62,7 +62,7 @@ def place_of(name: str, angles: Mapping[str, float]) -> Matrix:
 
     A joint's frame is that of the link that it moves. Raises InvalidCommand for what there is none of.
     """
-    return _frames(name, angles)[-1][1]
+    return _frames(name, angles)[1]
 
 
 def torso_place(angles: Mapping[str, float], roll: float = 0.0, pitch: float = 0.0) -> Matrix:
@@ -75,8 +75,8 @@ def torso_place(angles: Mapping[str, float], roll: float = 0.0, pitch: float = 0
     return torso
 
 
-def _frames(name: str, angles: Mapping[str, float]) -> list[tuple[Joint | None, Matrix]]:
-    """Return the places of the joints from the torso to a part, and at the end that of the part itself."""
+def _frames(name: str, angles: Mapping[str, float]) -> tuple[list[tuple[Joint, Matrix]], Matrix]:
+    """Return the joints from the torso to a part with their places, and the place of the part itself."""
     joint, offset = PARTS.get(name, (name, np.eye(4)))
     if name != "Torso" and joint not in _JOINTS:
         known = ", ".join(PARTS)
@@ -87,11 +87,11 @@ def _frames(name: str, angles: Mapping[str, float]) -> list[tuple[Joint | None, 
         chain.insert(0, link)
         link = _JOINTS.get(_MOVED_BY.get(link.parent, ""))
     place: Matrix = np.eye(4)
-    frames: list[tuple[Joint | None, Matrix]] = []
+    frames: list[tuple[Joint, Matrix]] = []
     for link in chain:
         place = place @ _shift(link.origin) @ rotation(link.axis, angles[link.name])
         frames.append((link, place))
-    return [*frames, (None, place @ offset)]
+    return frames, place @ offset
 
 
 def angles_of(matrix: Matrix) -> tuple[float, float, float]:
@@ -110,6 +110,11 @@ def matrix_of(place: Sequence[float]) -> Matrix:
     return _shift((x, y, z)) @ turned @ rotation((1.0, 0.0, 0.0), about_x)
 
 
+def numbers_of(place: Matrix) -> list[float]:
+    """Return x, y and z in m and the angles about x, y and z in rad of a transform: undo `matrix_of`."""
+    return [*(float(part) for part in place[:3, 3]), *angles_of(place)]
+
+
 def reach(
     goals: Mapping[str, tuple[Matrix, Sequence[bool]]], angles: Mapping[str, float]
 ) -> dict[str, float]:
@@ -120,9 +125,7 @@ def reach(
     damped least squares (Levenberg, Q. Appl. Math. 2, 1944; Marquardt, SIAM J. Appl. Math. 11, 1963).
     """
     found = dict(angles)
-    moved = list(
-        dict.fromkeys(joint for name in goals for joint, _ in _frames(name, angles) if joint is not None)
-    )
+    moved = list(dict.fromkeys(joint for name in goals for joint, _ in _frames(name, angles)[0]))
     columns = {joint.name: i for i, joint in enumerate(moved)}
     if columns.keys() >= set(_COUPLED):  # one motor
         columns[_COUPLED[1]] = columns[_COUPLED[0]]
@@ -153,10 +156,9 @@ def _errors(
     """Return how far effectors are from their goals, and how each joint's angle changes that."""
     errors, rows = [], []
     for name, (goal, counts) in goals.items():
-        *frames, (_, place) = _frames(name, angles)
+        frames, place = _frames(name, angles)
         effects = np.zeros((6, max(columns.values()) + 1))
         for joint, frame in frames:
-            assert joint is not None
             axis = frame[:3, :3] @ np.array(joint.axis)
             effects[:3, columns[joint.name]] += np.cross(axis, place[:3, 3] - frame[:3, 3])
             effects[3:, columns[joint.name]] += axis
@@ -194,7 +196,7 @@ def center_of_mass(name: str, angles: Mapping[str, float]) -> tuple[float, NDArr
     InvalidCommand for another.
     """
     if name in ("Head", "LArm", "RArm", "LLeg", "RLeg"):
-        chain = {joint.name for joint, _ in _frames(name, angles) if joint is not None}
+        chain = {joint.name for joint, _ in _frames(name, angles)[0]}
         links = [link for link in H25.links if link.parent_joint in chain]
     else:
         links = [link for link in H25.links if name in ("Body", link.parent_joint or "Torso")]

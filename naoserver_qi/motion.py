@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from naoserver.capabilities import WalkVelocity
 from naoserver.errors import InvalidCommand
-from naoserver.kinematics import PARTS, angles_of
+from naoserver.kinematics import PARTS, numbers_of
 from naoserver.naoqi_names import gait_limits
 from naoserver_qi.access import PERIOD, Access, Walking
 from naoserver_qi.arguments import (
@@ -367,7 +367,7 @@ class ALMotion:
     def getPosition(self, name: object, frame: object, useSensorValues: object) -> list[float]:
         """Return x, y and z in m and the angles about x, y and z in rad of a joint, effector or camera."""
         place = self._access.place(text(name, "name"), frame, measured=bool(useSensorValues))
-        return [*(float(value) for value in place[:3, 3]), *angles_of(place)]
+        return numbers_of(place)
 
     def getTransform(self, name: object, frame: object, useSensorValues: object) -> list[float]:
         """Return the 16 entries of a homogeneous transform, row by row, of a joint, effector or camera."""

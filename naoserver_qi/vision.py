@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from hfsm_command import missing_package
 from naoserver.errors import HardwareFailure, RobotError
-from naoserver.kinematics import angles_of
+from naoserver.kinematics import numbers_of
 from naoserver.robot import CameraFacts, Robot
 from naoserver_qi.access import Access
 from naoserver_qi.arguments import number_within
@@ -180,7 +180,7 @@ class Detector(Extractor):
         """Return where the camera is in the torso's and in the robot's frame."""
         name = _CAMERAS[self._camera]
         places = [self._access.place(name, frame, measured=True) for frame in (0, 2)]
-        return [[*(float(part) for part in place[:3, 3]), *angles_of(place)] for place in places]
+        return [numbers_of(place) for place in places]
 
 
 def _in_angles(region: Region, facts: CameraFacts) -> Region:

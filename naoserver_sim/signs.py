@@ -48,15 +48,20 @@ def draw_face() -> Picture:
     return np.asarray(image)
 
 
-def add_sign(spec: mujoco.MjSpec, sign: Sign, name: str) -> None:
-    """Add a board that faces where its heading points, and its picture."""
-    picture = draw_face() if sign.landmark is None else draw_landmark(sign.landmark)
-    texture = spec.add_texture(
-        name=name, type=mujoco.mjtTexture.mjTEXTURE_2D, width=_PIXELS, height=_PIXELS, nchannel=3
-    )
+def add_picture(spec: mujoco.MjSpec, name: str, picture: Picture) -> None:
+    """Add a material of a name that shows a picture: rows from +y to -y, columns from -x to +x, RGB."""
+    height, width, channels = picture.shape
+    flat = mujoco.mjtTexture.mjTEXTURE_2D
+    texture = spec.add_texture(name=name, type=flat, width=width, height=height, nchannel=channels)
     texture.data = picture.tobytes()
     material = spec.add_material(name=name, specular=0.0, shininess=0.0)
     material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = name
+
+
+def add_sign(spec: mujoco.MjSpec, sign: Sign, name: str) -> None:
+    """Add a board that faces where its heading points, and its picture."""
+    picture = draw_face() if sign.landmark is None else draw_landmark(sign.landmark)
+    add_picture(spec, name, picture)
     # Local axes: x to the right of who looks at it, y up, z towards him.
     facing, up = (math.cos(sign.heading), math.sin(sign.heading), 0.0), (0.0, 0.0, 1.0)
     turned = np.column_stack([np.cross(up, facing), up, facing])

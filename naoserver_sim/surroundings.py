@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from naoserver.robot import CameraFacts
 from naoserver_sim.body import add_camera, add_motor
-from naoserver_sim.signs import add_sign
+from naoserver_sim.signs import add_picture, add_sign
 from naoserver_sim.world import BALL_RADIUS, Box, CarriedBall, Field, Light, World
 
 SPECTATOR: Final = CameraFacts(
@@ -48,7 +48,7 @@ def add_surroundings(spec: mujoco.MjSpec, world: World) -> None:
     half = (_FLOOR_HALF, _FLOOR_HALF)
     if field is not None:
         half = (field.length / 2 + field.border, field.width / 2 + field.border)
-        _add_lines(spec, field)
+        add_picture(spec, "field", draw_field(field))
     material = "floor" if field is None else "field"
     plane = mujoco.mjtGeom.mjGEOM_PLANE
     spec.worldbody.add_geom(firm, name="floor", type=plane, size=[*half, 0.1], material=material)
@@ -156,17 +156,6 @@ _POST_RADIUS: Final = 0.05
 _NET: Final = (0.80, 0.82, 0.84, 0.35)
 _NET_THICKNESS: Final = 0.01
 WHITE: Final = (0.96, 0.96, 0.96)
-
-
-def _add_lines(spec: mujoco.MjSpec, field: Field) -> None:
-    """Add the material of the floor with the field's lines."""
-    image = draw_field(field)
-    height, width, channels = image.shape
-    flat = mujoco.mjtTexture.mjTEXTURE_2D
-    texture = spec.add_texture(name="field", type=flat, width=width, height=height, nchannel=channels)
-    texture.data = image.tobytes()
-    material = spec.add_material(name="field", specular=0.0, shininess=0.0)
-    material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "field"
 
 
 def field_lines(field: Field) -> Iterator[tuple[tuple[float, float], tuple[float, float]]]:

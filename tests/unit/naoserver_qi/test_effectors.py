@@ -9,18 +9,14 @@ pytest.importorskip("qi")
 from naoserver.errors import InvalidCommand
 from naoserver_qi.effectors import EffectorMotion
 from naoserver_qi.whole_body import WholeBody
-from tests.support.qi_service import Rig
 
 TORSO, WORLD, ROBOT = 0, 1, 2
 POSITION, ALL = 7, 63
 
 
-@pytest.fixture
-def rig():
-    rig = Rig()
+@pytest.fixture(autouse=True)
+def stands(rig):
     rig.complete(rig.postures.goToPosture, "StandInit", 1.0)
-    yield rig
-    rig.close()
 
 
 @pytest.fixture

@@ -17,7 +17,6 @@ from naoserver.errors import InvalidCommand
 from naoserver.kinematics import angles_of, place_of, rotation
 from naoserver_sim.model import build_model
 from tests.support.examples import examples
-from tests.support.qi_service import Rig
 
 pytestmark = pytest.mark.sim
 TORSO, WORLD, ROBOT = 0, 1, 2
@@ -26,13 +25,6 @@ TORSO, WORLD, ROBOT = 0, 1, 2
 @cache
 def model():
     return build_model(skin=False)
-
-
-@pytest.fixture
-def rig():
-    rig = Rig()
-    yield rig
-    rig.close()
 
 
 @settings(max_examples=examples(40))

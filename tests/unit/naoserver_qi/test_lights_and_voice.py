@@ -10,7 +10,6 @@ from naoserver_qi.leds import ALLeds
 from naoserver_qi.memory import ALMemory
 from naoserver_qi.sensors import ALSonar, ALTouch
 from naoserver_qi.speech import ALAnimatedSpeech, ALTextToSpeech
-from tests.support.qi_service import Rig
 
 KEYS = {
     "InertialSensor/AccelerometerZ": -9.8,
@@ -30,20 +29,8 @@ KEYS = {
 
 
 @pytest.fixture
-def rig():
-    rig = Rig()
-    yield rig
-    rig.close()
-
-
-@pytest.fixture
 def leds(rig):
     return ALLeds(rig.robot.lights)
-
-
-@pytest.fixture
-def memory(rig):
-    return ALMemory(rig.access, ALSonar(None)._distances)
 
 
 @pytest.mark.parametrize(

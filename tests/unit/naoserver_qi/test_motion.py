@@ -11,15 +11,8 @@ from naoserver.capabilities import WalkVelocity
 from naoserver.errors import CommandRefused, HardwareFailure, InvalidCommand
 from naoserver_qi.footsteps import FootSteps
 from naoserver_qi.postures import ALBehaviorManager
-from tests.support.qi_service import LongCall, Rig
+from tests.support.qi_service import LongCall
 from tests.support.robot_server import eventually
-
-
-@pytest.fixture
-def rig():
-    rig = Rig()
-    yield rig
-    rig.close()
 
 
 def test_set_angles_moves_at_the_fraction_of_full_speed(rig):

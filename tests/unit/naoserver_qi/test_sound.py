@@ -8,16 +8,8 @@ pytest.importorskip("qi")
 
 from naoserver.errors import InvalidCommand
 from naoserver_qi.sound import UNKNOWN_LENGTH, ALAudioDevice, ALAudioPlayer, ALAudioRecorder, Disk
-from tests.support.qi_service import Rig
 
 SONG = "/home/nao/song.wav"
-
-
-@pytest.fixture
-def rig():
-    rig = Rig()
-    yield rig
-    rig.close()
 
 
 @pytest.fixture

@@ -12,15 +12,11 @@ from naoserver_qi.memory import ALMemory
 from naoserver_qi.sensors import ALSonar
 from naoserver_qi.tracker import ALTracker
 from naoserver_qi.vision import LOOKING, ALRedBallDetection
-from tests.support.qi_service import Rig
 
 
-@pytest.fixture
-def rig():
-    rig = Rig()
+@pytest.fixture(autouse=True)
+def stands(rig):
     rig.complete(rig.postures.goToPosture, "StandInit", 1.0)
-    yield rig
-    rig.close()
 
 
 @pytest.fixture

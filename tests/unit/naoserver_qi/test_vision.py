@@ -9,8 +9,6 @@ pytest.importorskip("qi")
 pytest.importorskip("cv2")
 
 from naoserver.errors import InvalidCommand
-from naoserver_qi.memory import ALMemory
-from naoserver_qi.sensors import ALSonar
 from naoserver_qi.vision import (
     ALColorBlobDetection,
     ALFaceDetection,
@@ -21,7 +19,6 @@ from naoserver_qi.vision import (
     find_red_ball,
 )
 from naoserver_sim.signs import draw_face, draw_landmark
-from tests.support.qi_service import Rig
 
 
 def picture(drawn=None, left=0, top=0):
@@ -39,18 +36,6 @@ def disc(color, radius=15, *, squeezed=1.0):
     drawn = np.full((size, size, 3), 120, np.uint8)
     drawn[(x * x + (y / squeezed) ** 2) <= radius * radius] = color
     return drawn
-
-
-@pytest.fixture
-def rig():
-    rig = Rig()
-    yield rig
-    rig.close()
-
-
-@pytest.fixture
-def memory(rig):
-    return ALMemory(rig.access, ALSonar(None)._distances)
 
 
 def test_a_red_ball_is_where_it_is():
