@@ -42,8 +42,8 @@ class MemoryLayout:
     """The keys to ask for, and how to read the answer.
 
     `known` are all keys that the robot has. Of several spellings the first that it knows is taken: the
-    inertial unit's changed with NAO5. What it does not have reads as at rest: nothing pressed, nothing near;
-    a charge of the battery that it does not have is not a number.
+    inertial unit's changed with NAO5. Sensors that the robot lacks read as at rest: nothing pressed,
+    nothing near; a charge that it does not report is NaN.
     The signs of the inertial unit are those of a NAO6, or of a Nao before it.
     Raises KeyError, naming it, for a joint that has no position.
     """

@@ -32,7 +32,7 @@ _POOL: Final = 1 << 22
 _PERIODS: Final = np.array((11.0, 14.3))
 """Seconds of a slow change of red and of blue; assumed."""
 _SHIFTS: Final = ((1, 0), (0, 1), (-1, -1))
-"""A pixel keeps a quarter of its light; six neighbors have an eighth each."""
+"""Three of six neighbors; the others lie opposite. A pixel gets an eighth of the light of each."""
 _ROUNDED: Final = np.float32(0.5)
 """What the product with the gain, which is rounded down, loses on average."""
 _HIGHEST: Final = 25

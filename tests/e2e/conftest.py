@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from pathlib import Path
 
 import pytest
 from playwright.sync_api import Browser
 
-from tests.support.browser import chromium_on_demand
-from tests.support.editor import shared_checks
+from tests.support.browser import EditorPage, chromium_on_demand, editor_page
+from tests.support.editor import DOCUMENT, editor, shared_checks
 
 
 @pytest.fixture(scope="package", autouse=True)
@@ -30,3 +31,15 @@ def checks() -> Iterator[None]:
 def browser(open_browser: Callable[[], Browser]) -> Browser:
     """Chromium."""
     return open_browser()
+
+
+@pytest.fixture
+def shown(browser: Browser, tmp_path: Path) -> Iterator[EditorPage]:
+    """The page with a document of two states, `wait` and `go`; other files show others."""
+    root = tmp_path / "root"
+    root.mkdir()
+    file = root / "walk.xml"
+    file.write_text(DOCUMENT, "utf-8")
+    with editor(root, file) as running, editor_page(browser, running) as shown:
+        shown.expect_states("wait", "go")
+        yield shown

@@ -2,14 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from pathlib import Path
+from playwright.sync_api import Locator, expect
 
-import pytest
-from playwright.sync_api import Browser, Locator, expect
-
-from tests.support.browser import EditorPage, editor_page
-from tests.support.editor import DOCUMENT, editor
+from tests.support.browser import EditorPage
 
 WIDTHS = (320, 390, 560, 561, 720, 721, 765, 860, 861, 1100, 1101, 1280, 1920)
 OUTSIDE = """() => [...document.querySelectorAll("hfsm-app *")]
@@ -19,17 +14,6 @@ OUTSIDE = """() => [...document.querySelectorAll("hfsm-app *")]
 ICONS = """() => [...document.querySelectorAll("svg.icon")]
     .filter((each) => each.checkVisibility() && each.getBoundingClientRect().width).length"""
 MOST_ICONS = 25
-
-
-@pytest.fixture
-def shown(browser: Browser, tmp_path: Path) -> Iterator[EditorPage]:
-    root = tmp_path / "root"
-    root.mkdir()
-    file = root / "walk.xml"
-    file.write_text(DOCUMENT, "utf-8")
-    with editor(root, file) as running, editor_page(browser, running) as shown:
-        shown.expect_states("wait", "go")
-        yield shown
 
 
 def title(shown: EditorPage, name: str) -> Locator:

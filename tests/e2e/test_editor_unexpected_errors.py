@@ -3,25 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, Locator, expect
+from playwright.sync_api import Locator, expect
 
-from tests.support.browser import EditorPage, editor_page
-from tests.support.editor import DOCUMENT, editor
+from tests.support.browser import EditorPage
 
 
 @pytest.fixture
-def shown(browser: Browser, tmp_path: Path) -> Iterator[EditorPage]:
-    root = tmp_path / "root"
-    root.mkdir()
-    file = root / "walk.xml"
-    file.write_text(DOCUMENT, "utf-8")
-    with editor(root, file) as running, editor_page(browser, running) as shown:
-        shown.expect_states("wait", "go")
-        yield shown
-        shown.mishaps.clear()  # they are planted
+def shown(shown: EditorPage) -> Iterator[EditorPage]:
+    yield shown
+    shown.mishaps.clear()  # they are planted
 
 
 def alert(shown: EditorPage) -> Locator:

@@ -9,10 +9,9 @@ import {html, nothing} from "lit";
 
 import {MENUS, selectionTitle} from "./actions.js";
 import {PageElement} from "./element.js";
-import {icon} from "./icons.js";
 import {page} from "./page.js";
 import {monitor} from "./monitor/monitor.js";
-import {actionButton} from "./shell.js";
+import {actionButton, menuButton} from "./shell.js";
 
 const menu = () => import("./menu.js");
 
@@ -44,17 +43,7 @@ class Menubar extends PageElement {
             </button>`,
         )}
       </div>
-      <button
-        type="button"
-        class="action bare all-menus"
-        aria-label="Menus"
-        title="Menus"
-        aria-haspopup="menu"
-        aria-expanded="false"
-        @click=${this.#openAll}
-      >
-        ${icon("menu")}
-      </button>`;
+      ${menuButton("Menus", "menu", this.#openAll, {kind: "bare all-menus"})}`;
   }
 
   /** @returns {NodeListOf<HTMLElement>} */
@@ -110,20 +99,10 @@ class Tools extends PageElement {
 
   render() {
     if (!page.document) return nothing;
-    const about = selectionTitle() || "the automaton";
+    const title = `Actions on ${selectionTitle() || "the automaton"} (right mouse button, Shift+F10)`;
     return html`<div class="tools" role="group" aria-label="Drawing tools">
       ${TOOLS.map((id) => actionButton(id, this.context))}
-      <button
-        type="button"
-        class="action more"
-        aria-label="Actions"
-        title="Actions on ${about} (right mouse button, Shift+F10)"
-        aria-haspopup="menu"
-        aria-expanded="false"
-        @click=${this.#more}
-      >
-        ${icon("dots")}<span class="text">Actions</span>
-      </button>
+      ${menuButton("Actions", "dots", this.#more, {kind: "more", title, label: true})}
     </div>`;
   }
 

@@ -55,6 +55,28 @@ export function actionButton(id, context, {label = true, kind = "", words, image
 }
 
 /**
+ * A button that opens a menu.
+ *
+ * @param {string} name
+ * @param {string} image
+ * @param {(event: MouseEvent & From<HTMLElement>) => unknown} open
+ * @param {{kind?: string, title?: string, label?: boolean}} [options] whether the name is shown beside the icon
+ */
+export function menuButton(name, image, open, {kind = "bare", title = name, label = false} = {}) {
+  return html`<button
+    type="button"
+    class="action ${kind}"
+    aria-label=${name}
+    title=${title}
+    aria-haspopup="menu"
+    aria-expanded="false"
+    @click=${open}
+  >
+    ${icon(image)}${label ? html`<span class="text">${name}</span>` : nothing}
+  </button>`;
+}
+
+/**
  * The folder of a document, where another one has the same name.
  *
  * @param {TabState} tab

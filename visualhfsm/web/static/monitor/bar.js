@@ -12,7 +12,7 @@ import {icon} from "../icons.js";
 import {keyOf, spoken} from "../keys.js";
 import {page} from "../page.js";
 import {needsRobot} from "../robot.js";
-import {actionButton} from "../shell.js";
+import {actionButton, menuButton} from "../shell.js";
 import {store} from "../store.js";
 import {clockTime, MonitorElement, spokenSeconds} from "./element.js";
 import {monitor, STATUS} from "./monitor.js";
@@ -42,17 +42,7 @@ class MonitorBar extends MonitorElement {
       <div class="controls">
         <div role="group" aria-label="Run and steer">
           ${actionButton("run", this.context, {label: "short", kind: "primary"})}
-          <button
-            type="button"
-            class="action bare"
-            aria-label="Other ways to run"
-            title="Other ways to run"
-            aria-haspopup="menu"
-            aria-expanded="false"
-            @click=${this.#more}
-          >
-            ${icon("chevron")}
-          </button>
+          ${menuButton("Other ways to run", "chevron", this.#more)}
           ${this.#button("pauseResume", paused ? {image: "resume", words: "Resume"} : {words: "Pause"})}
           ${["stepOne", "stopRun"].map((id) => this.#button(id))}${this.#reload()}${this.#record()}
         </div>
