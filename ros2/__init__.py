@@ -1,0 +1,64 @@
+"""ROS 2 without ROS: a node that speaks the wire format of rmw_zenoh.
+
+with Node("talker") as node:
+    publisher = node.create_publisher("std_msgs/msg/String", "/chatter")
+    publisher.publish(data="hello")
+"""
+
+try:
+    import rosbags.typesys as _rosbags  # noqa: F401
+    import xxhash as _xxhash  # noqa: F401
+except ImportError as error:
+    raise ImportError(f"{error.name} is missing: install it with pip install 'visualhfsm[ros2]'") from error
+
+from .actions import Aborted, ActionClient, ActionServer, Canceled, Goal, ServerGoal, Status
+from .exceptions import (
+    CallError,
+    CallTimeoutError,
+    DefinitionError,
+    GoalRejectedError,
+    InvalidNameError,
+    MessageError,
+    NodeClosedError,
+    RosError,
+    TypeUnknownError,
+)
+from .graph import Graph
+from .messages import Types
+from .node import DEFAULT_SETTINGS, Client, Node, Publisher, Service, Subscription
+from .parameters import Parameters
+from .rosout import RosoutHandler
+from .wire import LATCHED, SENSOR_DATA, Entity, QoS
+
+__all__ = [
+    "DEFAULT_SETTINGS",
+    "LATCHED",
+    "SENSOR_DATA",
+    "Aborted",
+    "ActionClient",
+    "ActionServer",
+    "CallError",
+    "CallTimeoutError",
+    "Canceled",
+    "Client",
+    "DefinitionError",
+    "Entity",
+    "Goal",
+    "GoalRejectedError",
+    "Graph",
+    "InvalidNameError",
+    "MessageError",
+    "Node",
+    "NodeClosedError",
+    "Parameters",
+    "Publisher",
+    "QoS",
+    "RosError",
+    "RosoutHandler",
+    "ServerGoal",
+    "Service",
+    "Status",
+    "Subscription",
+    "TypeUnknownError",
+    "Types",
+]

@@ -1,0 +1,106 @@
+"""Threads that run the callbacks of a node, which Zenoh's threads must not wait for."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Iterable
+from queue import SimpleQueue
+from typing import Final
+
+_JOIN_LIMIT: Final = 2.0  # s
+
+_logger = logging.getLogger(__name__)
+
+Job = Callable[[], object]
+
+
+class Workers:
+    """A few threads, started as they are needed, that run the jobs of all lines."""
+
+    def __init__(self, name: str, most: int = 8) -> None:
+        self.name: Final = name
+        self._most: Final = most
+        self._jobs: Final[SimpleQueue[Job | None]] = SimpleQueue()
+        self._lock: Final = threading.Lock()
+        self._threads: Final[list[threading.Thread]] = []
+        self._free = 0
+        self._closed = False
+
+    def submit(self, job: Job) -> None:
+        """Run a job as soon as a thread is free; after `close` it is dropped."""
+        with self._lock:
+            if self._closed:
+                return
+            if self._free:
+                self._free -= 1
+            elif len(self._threads) < self._most:
+                thread = threading.Thread(target=self._work, name=f"{self.name} callbacks", daemon=True)
+                self._threads.append(thread)
+                thread.start()
+        self._jobs.put(job)
+
+    def close(self) -> None:
+        """End the threads; callbacks that take longer than two seconds are left behind, and reported."""
+        with self._lock:
+            self._closed = True
+            threads = [*self._threads]
+        for _ in threads:
+            self._jobs.put(None)
+        if busy := join_all(threads):
+            _logger.error("%s: %d callbacks are still busy after %g s", self.name, busy, _JOIN_LIMIT)
+
+    def call(self, job: Job) -> None:
+        """Run a job on this thread; its fault is logged, and must not end the others."""
+        try:
+            job()
+        except Exception:
+            _logger.exception("%s: a callback failed", self.name)
+
+    def _work(self) -> None:
+        while (job := self._jobs.get()) is not None and not self._closed:
+            self.call(job)
+            with self._lock:
+                self._free += 1
+
+
+class Line:
+    """Jobs of one subscription or service, which run one after another."""
+
+    def __init__(self, workers: Workers, most: int) -> None:
+        self._workers: Final = workers
+        self._most: Final = most
+        self._jobs: Final[deque[Job]] = deque()
+        self._lock: Final = threading.Lock()
+        self._running = False
+
+    def put(self, job: Job) -> Job | None:
+        """Add a job; return the oldest one, that will not run, when too many wait."""
+        with self._lock:
+            dropped = self._jobs.popleft() if len(self._jobs) >= self._most else None
+            self._jobs.append(job)
+            if self._running:
+                return dropped
+            self._running = True
+        self._workers.submit(self._run)
+        return dropped
+
+    def _run(self) -> None:
+        with self._lock:
+            job = self._jobs.popleft()
+        self._workers.call(job)
+        with self._lock:
+            self._running = bool(self._jobs)
+        if self._running:
+            self._workers.submit(self._run)  # behind the jobs of the others
+
+
+def join_all(threads: Iterable[threading.Thread]) -> int:
+    """Wait up to two seconds for the end of all threads but this one; return how many still run."""
+    deadline = time.monotonic() + _JOIN_LIMIT
+    others = [each for each in threads if each is not threading.current_thread()]
+    for each in others:
+        each.join(max(0.0, deadline - time.monotonic()))
+    return sum(each.is_alive() for each in others)

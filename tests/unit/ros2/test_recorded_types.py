@@ -1,0 +1,88 @@
+"""Bytes and type hashes are those that rclpy, rosidl and Cyclone DDS were recorded to make (tests/data/ros2)."""
+
+from __future__ import annotations
+
+import random
+from typing import Any, Final
+
+import pytest
+
+from ros2 import MessageError, Types
+from tests.support.malformed_cdr import malformed
+from tests.support.ros_peers import recorded_types
+
+RECORDED: Final = recorded_types()
+HASHES: Final[dict[str, str]] = RECORDED["hashes"]
+DEFINITIONS: Final[dict[str, dict[str, Any]]] = RECORDED["definitions"]
+MESSAGES: Final[list[dict[str, Any]]] = RECORDED["cdr"]
+PADDING: Final = 16
+"""Fast CDR estimates the size of a message in advance, and rclpy returns that many bytes: some more than it needs."""
+
+
+@pytest.fixture(scope="module")
+def types() -> Types:
+    types = Types("jazzy")
+    waiting = {name: each["text"] for name, each in DEFINITIONS.items() if name not in types}
+    for name in sorted(waiting, key=lambda name: (name != "duration_msgs/msg/Span", "/msg/" not in name)):
+        types.add(name, waiting[name])
+    return types
+
+
+@pytest.mark.parametrize("name", HASHES)
+def test_hashes_are_those_of_the_wheels(types: Types, name: str) -> None:
+    assert types.hash(name) == HASHES[name]
+
+
+@pytest.mark.parametrize("name", DEFINITIONS)
+def test_hashes_are_those_of_rosidl(types: Types, name: str) -> None:
+    # That of an action as a whole stands in no key.
+    expected = {
+        part: each
+        for part, each in DEFINITIONS[name]["hashes"].items()
+        if "/action/" not in name or part != name
+    }
+    assert {part: types.hash(part) for part in expected} == expected
+
+
+@pytest.mark.parametrize("number", range(len(MESSAGES)), ids=lambda number: MESSAGES[number]["type"])
+def test_bytes_are_those_of_other_implementations(types: Types, number: int) -> None:
+    recorded = MESSAGES[number]
+    data = bytes.fromhex(recorded["cdr"])
+    message = types.make(recorded["type"], recorded["values"])
+    written = types.encode(message)
+    assert written == data[: len(written)]
+    assert len(data) - len(written) < PADDING
+    assert not any(data[len(written) :])
+    assert types.encode(types.decode(data[: len(written)], recorded["type"])) == written
+
+
+def test_padding_may_have_any_bytes(types: Types) -> None:
+    """Fast CDR leaves in padding what is in memory."""
+    data = bytearray(types.encode(types.make("lifecycle_msgs/msg/State", id=3, label="active")))
+    data[5:8] = b"\x55\xaa\x7f"
+    decoded = types.decode(bytes(data), "lifecycle_msgs/msg/State")
+    assert (decoded.id, decoded.label) == (3, "active")
+
+
+@pytest.mark.slow
+def test_malformed_bytes_are_refused_by_name() -> None:
+    """Of 100,000 payloads, cut, changed or random ones, each is decoded or refused with the name of its type."""
+    chance, types = random.Random(17), Types("jazzy")
+    samples = [
+        (each["type"], bytes.fromhex(each["cdr"]))
+        for each in MESSAGES
+        if each["type"] in types and len(each["cdr"]) > 8
+    ]
+    refused, unnamed = 0, []
+    for _ in range(100_000):
+        name, data = chance.choice(samples)
+        try:
+            message = types.decode(malformed(data, chance), name)
+        except MessageError as error:
+            refused += 1
+            if name not in str(error):
+                unnamed.append(str(error))
+        else:
+            assert isinstance(message, types[name])
+    assert not unnamed
+    assert refused > 50_000
