@@ -1,0 +1,243 @@
+"""What ROS asks of the robot: topics, actions and services, each through the servants of the robot server.
+
+So watchdog, lease, emergency stop and the limits of every joint hold as for any other client, and what the
+gateway drove stops when it dies. What is refused is logged, with the joint's name.
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+import time
+from collections import deque
+from collections.abc import Callable, Sequence
+from typing import Any, Final
+
+from interfaces.jderobot import EncodersPrx, MotorsPrx
+from interfaces.nao import (
+    ActionState,
+    ActionStatus,
+    JointsPrx,
+    MotionsPrx,
+    PosturesPrx,
+    SafetyPrx,
+    SpeechPrx,
+    WalkPrx,
+)
+from ros2 import Aborted, ActionServer, Canceled, Node, QoS, ServerGoal
+from zenoh_ice import Communicator, SystemException, UserException
+
+from . import trajectory
+from .description import FOOTPRINT
+from .messages import ODOM, Stamps
+from .telemetry import find, require
+
+_NEWEST: Final = QoS(depth=1)
+_FULL_PACE: Final = 1.0
+_POLL: Final = 0.05
+"""Wall seconds between two looks at a motion, a posture or speech."""
+_QUIET: Final = 1.0
+"""Wall seconds in which the same refusal is logged once."""
+_MOST_REFUSALS: Final = 10
+"""Refusals that are logged in that time."""
+
+_logger = logging.getLogger(__name__)
+
+
+class RefusedError(Exception):
+    """A message of ROS asks for what makes no sense."""
+
+
+class Commands:
+    """Serves a node's commands to a robot, as far as it has what they need."""
+
+    def __init__(self, node: Node, communicator: Communicator, stamps: Stamps) -> None:
+        self._node: Final = node
+        self._refusals: deque[tuple[str, float]] = deque(maxlen=_MOST_REFUSALS)
+        self._body = require(communicator, JointsPrx, "Body")
+        self._names: Final = self._body.getJointNames()
+        self._safety = require(communicator, SafetyPrx, "Safety")
+        motors = find(communicator, MotorsPrx, "Motors")
+        walk, encoders = find(communicator, WalkPrx, "Walk"), find(communicator, EncodersPrx, "Encoders")
+        speech = find(communicator, SpeechPrx, "Speech")
+        postures = find(communicator, PosturesPrx, "Postures")
+        motions = find(communicator, MotionsPrx, "Motions")
+
+        node.create_service("std_srvs/srv/Trigger", "~/emergency_stop", self._stop)
+        node.create_service("std_srvs/srv/Trigger", "~/reset", self._reset)
+        self._listen("naoqi_bridge_msgs/msg/JointAnglesWithSpeed", "joint_angles", self._move)
+        follower = trajectory.TrajectoryFollower(self._body, stamps.robot_time)
+        ActionServer(
+            node, trajectory.TYPE, "joint_trajectory_controller/follow_joint_trajectory", follower.execute
+        )
+        if motors is not None:
+            self._motors = motors
+            self._listen("geometry_msgs/msg/Twist", "cmd_vel", self._drive, _NEWEST)
+        if walk is not None and encoders is not None:
+            self._walk, self._encoders = walk, encoders
+            self._listen("geometry_msgs/msg/PoseStamped", "move_base_simple/goal", self._go, _NEWEST)
+        if speech is not None:
+            self._speech = speech
+            self._listen("std_msgs/msg/String", "speech", lambda message: speech.say(message.data))
+            self._serve("SpeechWithFeedback", "speech_action", self._say)
+        if postures is not None:
+            self._postures = postures
+            self._serve(
+                "BodyPose", "body_pose", lambda goal: self._pose(goal, goal.request.pose_name, _FULL_PACE)
+            )
+            self._serve(
+                "BodyPoseWithSpeed",
+                "body_pose_naoqi",
+                lambda goal: self._pose(goal, goal.request.posture_name, goal.request.speed),
+            )
+        if motions is not None:
+            self._motions = motions
+            self._serve("RunBehavior", "run_behavior", self._play)
+
+    # -- topics ------------------------------------------------------------------------------------------
+
+    def _listen(
+        self,
+        type_name: str,
+        name: str,
+        handle: Callable[[Any], object],
+        qos: QoS = QoS(),  # noqa: B008
+    ) -> None:
+        def receive(message: Any) -> None:  # noqa: ANN401 - its class is made at run time
+            try:
+                handle(message)
+            except (RefusedError, UserException, SystemException) as error:
+                self._refuse(name, str(error))
+
+        self._node.create_subscription(type_name, name, receive, qos)
+
+    def _refuse(self, name: str, why: str) -> None:
+        """Log why a message was refused, the same once and ten in a second: messages may come fast."""
+        now = time.monotonic()
+        recent = [text for text, logged in tuple(self._refusals) if now - logged < _QUIET]
+        if why not in recent and len(recent) < _MOST_REFUSALS:
+            self._refusals.append((why, now))
+            _logger.warning("/%s: refused: %s", name, why)
+
+    def _drive(self, twist: Any) -> None:  # noqa: ANN401
+        """Walk at a velocity until the next; the robot stops by itself 0.5 s after the last."""
+        velocity = {"linear.x": twist.linear.x, "linear.y": twist.linear.y, "angular.z": twist.angular.z}
+        for field, value in velocity.items():
+            if not math.isfinite(value):
+                raise RefusedError(f"{field} is {value}: it must be a finite number")
+        forward, left, turn = velocity.values()
+        motors = self._motors
+        for call in (motors.setV.begin(forward), motors.setL.begin(left), motors.setW.begin(turn)):
+            call.result()  # within the proxy's limit
+
+    def _go(self, message: Any) -> None:  # noqa: ANN401
+        """Walk to a place in the frame odom or base_footprint."""
+        place, turn, frame = message.pose.position, message.pose.orientation, message.header.frame_id
+        sine = 2.0 * (turn.w * turn.z + turn.x * turn.y)
+        heading = math.atan2(sine, 1.0 - 2.0 * (turn.y * turn.y + turn.z * turn.z))
+        x, y = place.x, place.y
+        if not all(map(math.isfinite, (x, y, heading))):
+            raise RefusedError("the place or its orientation is not a finite number")
+        if frame == ODOM:
+            here = self._encoders.getEncodersData()
+            x, y = x - here.robotx, y - here.roboty
+            x, y = here.robotcos * x + here.robotsin * y, here.robotcos * y - here.robotsin * x
+            heading = math.remainder(heading - here.robottheta, math.tau)
+        elif frame != FOOTPRINT:
+            raise RefusedError(f"the frame is {frame[:64]!r}: it must be {ODOM} or {FOOTPRINT}")
+        self._walk.walkTo(x, y, heading)
+
+    def _move(self, message: Any) -> None:  # noqa: ANN401
+        """Send joints to angles at a fraction of their speed, as ALMotion's setAngles and changeAngles do."""
+        given = message.joint_names
+        if len(given) > len(self._names):
+            raise RefusedError(f"{len(given)} joints; there are {len(self._names)}")
+        names = self._chain(given[0]) if len(given) == 1 else given
+        if len(names) != len(message.joint_angles) or len(set(names)) != len(names):
+            raise RefusedError(f"{len(message.joint_angles)} angles for {len(names)} joints, each once")
+        targets = dict(zip(names, message.joint_angles.tolist(), strict=True))
+        for name, angle in targets.items():
+            if name not in self._names:
+                raise RefusedError(f"there is no joint {name[:64]!r}; there are {', '.join(self._names)}")
+            if not math.isfinite(angle):
+                raise RefusedError(f"{name} is {angle}: it must be a finite number")
+        if message.relative:
+            commands = dict(zip(self._names, self._body.getJointState().commands, strict=True))
+            targets = {name: commands[name] + angle for name, angle in targets.items()}
+        self._body.setJointPositions(targets, message.speed)
+
+    def _chain(self, name: str) -> Sequence[str]:
+        """Return the joints of one of NAOqi's chains; a joint is its own."""
+        parts = {
+            "Head": ("Head",),
+            "Arm": ("Shoulder", "Elbow", "Wrist", "Hand"),
+            "Leg": ("Hip", "Knee", "Ankle"),
+        }
+        if name == "Body":
+            return self._names
+        side, part = (name[:1], name[1:]) if name[:1] in ("L", "R") else ("", name)
+        starts = tuple(side + start for start in parts.get(part, ()))
+        return [joint for joint in self._names if starts and joint.startswith(starts)] or [name]
+
+    # -- actions -----------------------------------------------------------------------------------------
+
+    def _serve(self, kind: str, name: str, act: Callable[[ServerGoal], None]) -> None:
+        def execute(goal: ServerGoal) -> None:
+            try:
+                act(goal)
+            except (UserException, SystemException) as error:
+                raise Aborted(str(error)) from error
+
+        ActionServer(self._node, f"naoqi_bridge_msgs/action/{kind}", name, execute)
+
+    def _pose(self, goal: ServerGoal, name: str, fraction: float) -> None:
+        self._postures.goToPosture(name, fraction)
+        _accompany(goal, self._postures.getPostureState, self._postures.stop)
+
+    def _play(self, goal: ServerGoal) -> None:
+        self._motions.play(goal.request.behavior, _FULL_PACE)
+        _accompany(goal, self._motions.getMotionState, self._motions.stop)
+
+    def _say(self, goal: ServerGoal) -> None:
+        before = self._speech.getSpeech()
+        self._speech.say(goal.request.say)
+        while True:
+            now = self._speech.getSpeech()
+            if now.count != before.count and not now.speaking:
+                return
+            if goal.wait(_POLL):
+                self._speech.stop()
+                raise Canceled
+
+    # -- services ----------------------------------------------------------------------------------------
+
+    def _stop(self, _request: object) -> dict[str, object]:
+        return self._answer(lambda: self._safety.emergencyStop("emergency stop from ROS"), "stopped")
+
+    def _reset(self, _request: object) -> dict[str, object]:
+        return self._answer(self._safety.resetEmergencyStop, "commands are accepted again")
+
+    @staticmethod
+    def _answer(act: Callable[[], None], done: str) -> dict[str, object]:
+        try:
+            act()
+        except (UserException, SystemException) as error:
+            _logger.error("%s", error)
+            return {"success": False, "message": str(error)}
+        return {"success": True, "message": done}
+
+
+def _accompany(goal: ServerGoal, state: Callable[[], ActionState], stop: Callable[[], None]) -> None:
+    """Wait for the end of the motion or posture that was just begun; stop it when the goal is cancelled."""
+    own = state().count
+    while True:
+        now = state()
+        if now.count != own:
+            raise Aborted(f"{now.name} was begun instead")
+        if now.status is ActionStatus.Done:
+            return
+        if now.status in (ActionStatus.Stopped, ActionStatus.Failed):
+            raise Aborted(now.message or now.status.name.lower())
+        if goal.wait(_POLL):
+            stop()
+            raise Canceled

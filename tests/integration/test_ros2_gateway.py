@@ -1,0 +1,524 @@
+"""The gateway to ROS: a robot server on one side, a node of ours on the other, over Zenoh on loopback."""
+
+from __future__ import annotations
+
+import math
+import signal
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from io import BytesIO
+from typing import Any
+
+import pytest
+from PIL import Image
+
+from interfaces.jderobot import EncodersPrx, MotorsPrx
+from interfaces.nao import ActionStatus, JointsPrx, SafetyPrx, SpeechPrx, WalkPrx
+from naoserver.body import H21, H25
+from naoserver.fake import FakeRobot
+from naoserver.options import SafetyOptions, ServerOptions
+from naoserver_ros2.command import serve
+from naoserver_ros2.telemetry import Telemetry
+from naoserver_ros2.trajectory import (
+    GOAL_TOLERANCE_VIOLATED,
+    INVALID_GOAL,
+    INVALID_JOINTS,
+    OLD_HEADER_TIMESTAMP,
+    PATH_TOLERANCE_VIOLATED,
+    SUCCESSFUL,
+    TYPE,
+)
+from ros2 import LATCHED, ActionClient, Node, QoS, Status, Subscription
+from tests.support.limits import CALL_LIMIT, END_LIMIT, EVENT_LIMIT, FOREVER, MOVE_LIMIT, START_LIMIT
+from tests.support.processes import ComponentProcess, free_endpoint, module
+from tests.support.robot_server import RobotClient, eventually, served_to_client, wait_for
+from zenoh_ice import Settings, initialize
+
+PATIENT = ServerOptions(safety=SafetyOptions(velocity_timeout=FOREVER))
+"""For tests in which a velocity is to last."""
+RELIABLE = QoS()
+HISTORY = QoS(durability="transient_local", depth=10)
+TRAJECTORY = "/joint_trajectory_controller/follow_joint_trajectory"
+
+
+def newest(subscription: Subscription) -> Any:
+    """Return the newest message of a subscription; wait for the first."""
+    eventually(lambda: subscription.latest() is not None)
+    sample = subscription.latest()
+    assert sample is not None
+    return sample.value
+
+
+@dataclass
+class Robot:
+    """A robot behind the gateway: as a client of ours sees it, and as a node of ROS."""
+
+    nao: RobotClient
+    ros: Node
+    telemetry: Telemetry
+    _logs: Subscription | None = None
+
+    def topic(self, name: str, qos: QoS = RELIABLE) -> Any:
+        """Return a message of a topic."""
+        graph = self.ros.graph
+        assert graph.wait(lambda: name in graph.topics(), EVENT_LIMIT)
+        subscription = self.ros.create_subscription(graph.topics()[name][0], name, qos=qos)
+        value = newest(subscription)
+        subscription.close()
+        return value
+
+    def servant(self, identity: str) -> Any:
+        """Return a servant of the robot server."""
+        return self.nao.assembly.servants[identity]
+
+    def logs(self, words: str) -> bool:
+        """Return whether the newest log on /rosout has some words."""
+        self._logs = self._logs or self.ros.create_subscription(
+            "rcl_interfaces/msg/Log", "/rosout", qos=HISTORY
+        )
+        sample = self._logs.latest()
+        return sample is not None and words in sample.value.msg
+
+    def publisher(self, type_name: str, name: str) -> Any:
+        """Return a publisher whose subscription is there."""
+        publisher = self.ros.create_publisher(type_name, name)
+        eventually(lambda: publisher.subscribers > 0)
+        return publisher
+
+    def action(self, type_name: str, name: str) -> ActionClient:
+        """Return a client of an action that is served."""
+        client = ActionClient(self.ros, type_name, name)
+        client.wait(EVENT_LIMIT)
+        return client
+
+
+def settings(endpoint: str) -> Settings:
+    return Settings(connect=(endpoint,), listen=("tcp/127.0.0.1:0",))
+
+
+@contextmanager
+def gateway(
+    robot: FakeRobot | None = None, options: ServerOptions | None = None, **node: Any
+) -> Iterator[Robot]:
+    """Serve a robot, and show it to ROS from this process."""
+    with (
+        served_to_client(robot or FakeRobot(), options) as nao,
+        nao.client() as other,
+        serve(other.communicator, "nao", settings=settings(nao.endpoint), **node) as telemetry,
+        Node("tester", settings=settings(nao.endpoint)) as ros,
+    ):
+        end = threading.Event()
+
+        def look() -> None:
+            while not end.wait(0.02):
+                telemetry.look()
+
+        thread = threading.Thread(target=look)
+        thread.start()
+        try:
+            ros.graph.wait(lambda: "/nao" in ros.graph.nodes(), EVENT_LIMIT)
+            yield Robot(nao, ros, telemetry)
+        finally:
+            end.set()
+            thread.join(END_LIMIT)
+
+
+@pytest.fixture(scope="module")
+def shared() -> Iterator[Robot]:
+    with gateway() as robot:
+        yield robot
+
+
+# What the robot reports
+
+
+def test_joint_states_are_those_of_the_robot(shared: Robot) -> None:
+    message = shared.topic("/joint_states")
+    assert tuple(message.name) == H25.joint_names
+    expected = [H25.postures["STAND_INIT"][name] for name in message.name]
+    assert [*message.position] == pytest.approx(expected, abs=0.01)
+    assert abs(message.header.stamp.sec - shared.ros.now().sec) < 60
+
+
+def test_the_tree_of_frames_reaches_from_odom_to_the_cameras(shared: Robot) -> None:
+    moving, fixed = shared.topic("/tf"), shared.topic("/tf_static", LATCHED)
+    parents = {each.child_frame_id: each.header.frame_id for each in [*moving.transforms, *fixed.transforms]}
+    way = ["CameraTop_optical_frame"]
+    while way[-1] in parents:
+        way.append(parents[way[-1]])
+    assert way[-1] == "odom"
+    assert {"torso", "base_link"} <= {*way}
+    assert parents["base_footprint"] == "base_link"
+
+
+def test_who_joins_late_gets_the_description(shared: Robot) -> None:
+    assert '<robot name="nao_h25">' in shared.topic("/robot_description", LATCHED).data
+
+
+@pytest.mark.parametrize(
+    ("name", "frame"),
+    [
+        ("/imu/torso", "base_link"),
+        ("/odom", "odom"),
+        ("/sonar/left", "LSonar_frame"),
+        ("/fsr/right", "r_sole"),
+        ("/battery_state", ""),
+        ("/diagnostics", ""),
+        ("/camera/bottom/camera_info", "CameraBottom_optical_frame"),
+    ],
+)
+def test_each_sense_is_a_topic(shared: Robot, name: str, frame: str) -> None:
+    assert shared.topic(name).header.frame_id == frame
+
+
+def test_a_camera_gives_pixels_and_jpeg(shared: Robot) -> None:
+    raw, jpeg = shared.topic("/camera/front/image_raw"), shared.topic("/camera/front/image_raw/compressed")
+    assert (raw.width, raw.height, len(raw.data)) == (320, 240, 320 * 240 * 3)
+    assert Image.open(BytesIO(bytes(jpeg.data))).size == (320, 240)
+
+
+def test_a_camera_takes_images_only_while_somebody_listens(shared: Robot) -> None:
+    camera = shared.servant("CameraBottom")
+    subscription = shared.ros.create_subscription("sensor_msgs/msg/Image", "/camera/bottom/image_raw")
+    eventually(lambda: subscription.latest() is not None)
+    assert camera.wanted
+    subscription.close()
+    eventually(lambda: not camera.wanted)
+
+
+def test_a_touch_is_an_event() -> None:
+    robot = FakeRobot()
+    with gateway(robot) as shown:
+        head = shown.ros.create_subscription("naoqi_bridge_msgs/msg/HeadTouch", "/head_touch")
+        eventually(lambda: shown.servant("Touch").getTouchReadingPublisher.listening)
+        robot.senses.feel(touched=frozenset({"HeadMiddle"}))
+        event = newest(head)
+        assert (event.button, event.state) == (2, 1)
+
+
+def test_a_robot_without_simulation_has_no_clock(shared: Robot) -> None:
+    assert "/clock" not in shared.ros.graph.topics()
+
+
+def test_an_h21_has_no_hands_that_feel() -> None:
+    with gateway(FakeRobot(body=H21)) as robot:
+        assert len(robot.topic("/joint_states").name) == 22
+        assert '<robot name="nao_h21">' in robot.topic("/robot_description", LATCHED).data
+        assert "base_footprint" in {each.child_frame_id for each in robot.topic("/tf").transforms}
+        assert "/head_touch" in robot.ros.graph.topics()
+        assert "/hand_touch" not in robot.ros.graph.topics()
+
+
+def test_names_are_remapped_and_in_the_namespace() -> None:
+    with gateway(namespace="/red", remap={"cmd_vel": "cmd_vel_safe"}) as robot:
+        robot.ros.graph.wait(lambda: "/red/cmd_vel_safe" in robot.ros.graph.topics(), EVENT_LIMIT)
+        assert {"/red/joint_states", "/red/cmd_vel_safe", "/tf"} <= robot.ros.graph.topics().keys()
+
+
+# What ROS asks of it
+
+
+def test_a_velocity_drives_the_walk_and_silence_stops_it() -> None:
+    with gateway() as robot:
+        motors = robot.nao.proxy(MotorsPrx, "Motors")
+        encoders = robot.nao.proxy(EncodersPrx, "Encoders")
+        velocity = robot.publisher("geometry_msgs/msg/Twist", "/cmd_vel")
+        velocity.publish(linear={"x": 0.1, "y": 0.05}, angular={"z": 0.3})
+        eventually(lambda: (motors.getV(), motors.getL(), motors.getW()) == pytest.approx((0.1, 0.05, 0.3)))
+        eventually(lambda: (motors.getV(), motors.getL(), motors.getW()) == (0.0, 0.0, 0.0))
+        assert encoders.getEncodersData().robotx > 0.0
+
+
+def test_a_velocity_that_is_no_number_moves_nothing(shared: Robot) -> None:
+    motors = shared.nao.proxy(MotorsPrx, "Motors")
+    velocity = shared.publisher("geometry_msgs/msg/Twist", "/cmd_vel")
+    velocity.publish(linear={"x": 0.1}, angular={"z": math.nan})
+    eventually(lambda: shared.logs("angular.z is nan"))
+    assert motors.getV() == 0.0
+
+
+@pytest.mark.parametrize("frame", ["odom", "base_footprint"])
+def test_it_walks_to_a_place_in_either_frame(frame: str) -> None:
+    with gateway() as robot:
+        walk, encoders = robot.nao.proxy(WalkPrx, "Walk"), robot.nao.proxy(EncodersPrx, "Encoders")
+        walk.walkTo(0.2, 0.1, 0.5)
+        wait_for(walk.getWalkState, lambda state: state.status is ActionStatus.Done)
+        before = encoders.getEncodersData()
+        ahead = {"x": 0.4, "y": 0.1}
+        turn = {"w": math.cos(0.25), "z": math.sin(0.25)}
+        goal = robot.publisher("geometry_msgs/msg/PoseStamped", "/move_base_simple/goal")
+        goal.publish(header={"frame_id": frame}, pose={"position": ahead, "orientation": turn})
+        state = wait_for(
+            walk.getWalkState, lambda state: state.count == 2 and state.status is ActionStatus.Done
+        )
+        assert state.message == ""
+        there, expected = encoders.getEncodersData(), (0.4, 0.1, 0.5)
+        if frame == "base_footprint":
+            cosine, sine = before.robotcos, before.robotsin
+            x, y = before.robotx + cosine * 0.4 - sine * 0.1, before.roboty + sine * 0.4 + cosine * 0.1
+            expected = x, y, before.robottheta + 0.5
+        assert (there.robotx, there.roboty, there.robottheta) == pytest.approx(expected, abs=0.05)
+
+
+@pytest.mark.parametrize(
+    ("frame", "pose", "words"),
+    [
+        ("map", {}, "'map'"),
+        ("odom", {"position": {"x": math.nan}}, "not a finite number"),
+        ("odom", {"orientation": {"w": 1e200, "y": 1e200, "z": 1e200}}, "not a finite number"),
+        ("odom", {"position": {"x": 1e300}}, "it must be from -100 to 100"),
+    ],
+)
+def test_a_place_that_makes_no_sense_is_refused(
+    shared: Robot, frame: str, pose: dict[str, object], words: str
+) -> None:
+    goal = shared.publisher("geometry_msgs/msg/PoseStamped", "/move_base_simple/goal")
+    goal.publish(header={"frame_id": frame}, pose=pose)
+    eventually(lambda: shared.logs(words))
+
+
+def test_who_holds_the_lease_is_not_disturbed() -> None:
+    with gateway() as robot:
+        robot.nao.proxy(SafetyPrx, "Safety").acquireLease("somebody", 60.0)
+        robot.publisher("geometry_msgs/msg/Twist", "/cmd_vel").publish(linear={"x": 0.1})
+        eventually(lambda: robot.logs("somebody"))
+        assert robot.nao.proxy(MotorsPrx, "Motors").getV() == 0.0
+
+
+def test_the_emergency_stop_latches_until_its_reset() -> None:
+    with gateway() as robot:
+        safety = robot.nao.proxy(SafetyPrx, "Safety")
+        stop, reset = (
+            robot.ros.create_client("std_srvs/srv/Trigger", f"/nao/{name}")
+            for name in ("emergency_stop", "reset")
+        )
+        stop.wait(EVENT_LIMIT)
+        assert stop.call(timeout=CALL_LIMIT).success
+        assert safety.getSafetyState().stopped
+        result = follow(robot, {"HeadYaw": 0.3}).result(MOVE_LIMIT)
+        assert (result.error_code, "emergency stop from ROS" in result.error_string) == (INVALID_GOAL, True)
+        assert reset.call(timeout=CALL_LIMIT).success
+        assert not safety.getSafetyState().stopped
+
+
+@pytest.mark.parametrize(
+    ("names", "angles", "relative", "expected"),
+    [
+        (["HeadYaw", "HeadPitch"], [0.4, 0.2], 0, {"HeadYaw": 0.4, "HeadPitch": 0.2}),
+        (["Head"], [-0.3, 0.1], 0, {"HeadYaw": -0.3, "HeadPitch": 0.1}),
+        (["LElbowYaw"], [0.2], 1, {"LElbowYaw": H25.postures["STAND_INIT"]["LElbowYaw"] + 0.2}),
+    ],
+)
+def test_joints_go_to_angles(
+    shared: Robot, names: list[str], angles: list[float], relative: int, expected: dict[str, float]
+) -> None:
+    body = shared.nao.proxy(JointsPrx, "Body")
+    publisher = shared.publisher("naoqi_bridge_msgs/msg/JointAnglesWithSpeed", "/joint_angles")
+    publisher.publish(joint_names=names, joint_angles=angles, speed=1.0, relative=relative)
+
+    def there() -> bool:
+        positions = dict(zip(H25.joint_names, body.getJointState().positions, strict=True))
+        return all(abs(positions[name] - angle) < 0.02 for name, angle in expected.items())
+
+    eventually(there)
+
+
+@pytest.mark.parametrize(
+    ("fields", "words"),
+    [
+        ({"joint_names": ["Nose", "HeadYaw"], "joint_angles": [0.1, 0.1]}, "'Nose'"),
+        ({"joint_names": ["HeadYaw"], "joint_angles": [math.inf]}, "HeadYaw is inf"),
+        ({"joint_names": ["Body"], "joint_angles": [0.1]}, "1 angles for 26 joints"),
+        ({"joint_names": ["HeadYaw"] * 5000, "joint_angles": [0.1] * 5000}, "5000 joints"),
+    ],
+)
+def test_angles_that_make_no_sense_are_refused_by_name(
+    shared: Robot, fields: dict[str, object], words: str
+) -> None:
+    publisher = shared.publisher("naoqi_bridge_msgs/msg/JointAnglesWithSpeed", "/joint_angles")
+    publisher.publish(**fields, speed=1.0)
+    eventually(lambda: shared.logs(words))
+
+
+def test_it_says_what_it_is_asked_to(shared: Robot) -> None:
+    shared.publisher("std_msgs/msg/String", "/speech").publish(data="hello")
+    speech = shared.nao.proxy(SpeechPrx, "Speech")
+    eventually(lambda: speech.getSpeech().text == "hello")
+    spoken = shared.action("naoqi_bridge_msgs/action/SpeechWithFeedback", "/speech_action").send(say="a word")
+    spoken.result(MOVE_LIMIT)
+    assert (spoken.status, speech.getSpeech().text) == (Status.SUCCEEDED, "a word")
+
+
+def test_a_posture_is_an_action(shared: Robot) -> None:
+    goal = shared.action("naoqi_bridge_msgs/action/BodyPoseWithSpeed", "/body_pose_naoqi").send(
+        posture_name="Crouch", speed=1.0
+    )
+    goal.result(MOVE_LIMIT)
+    assert goal.status is Status.SUCCEEDED
+    unknown = shared.action("naoqi_bridge_msgs/action/BodyPose", "/body_pose").send(pose_name="Fly")
+    unknown.result(MOVE_LIMIT)
+    assert unknown.status is Status.ABORTED
+
+
+def test_a_motion_is_an_action_that_can_be_cancelled() -> None:
+    with gateway() as robot:
+        goal = robot.action("naoqi_bridge_msgs/action/RunBehavior", "/run_behavior").send(behavior="dance")
+        body = robot.nao.proxy(JointsPrx, "Body")
+        start = body.getJointState().positions
+        eventually(lambda: body.getJointState().positions != start)
+        assert goal.cancel(CALL_LIMIT)
+        goal.result(MOVE_LIMIT)
+        assert goal.status is Status.CANCELED
+
+
+# Trajectories
+
+
+def follow(robot: Robot, *points: dict[str, float], seconds: float = 0.5, **fields: Any) -> Any:
+    """Send a trajectory whose points are `seconds` apart."""
+    listed = [
+        {
+            "positions": [*point.values()],
+            "time_from_start": {"sec": int(seconds * index), "nanosec": round(seconds * index % 1 * 1e9)},
+        }
+        for index, point in enumerate(points, 1)
+    ]
+    trajectory = {"joint_names": [*points[0]], "points": listed, **fields.pop("trajectory", {})}
+    return robot.action(TYPE, TRAJECTORY).send(trajectory=trajectory, timeout=CALL_LIMIT, **fields)
+
+
+def test_a_trajectory_is_followed_with_feedback(shared: Robot) -> None:
+    body = shared.nao.proxy(JointsPrx, "Body")
+    tolerance = [{"name": name, "position": 0.05} for name in ("HeadYaw", "RElbowRoll")]
+    goal = follow(
+        shared,
+        {"HeadYaw": 0.5, "RElbowRoll": 0.8},
+        {"HeadYaw": -0.2, "RElbowRoll": 1.2},
+        goal_tolerance=tolerance,
+    )
+    result = goal.result(MOVE_LIMIT)
+    assert (goal.status, result.error_code) == (Status.SUCCEEDED, SUCCESSFUL)
+    reached = dict(zip(H25.joint_names, body.getJointState().positions, strict=True))
+    assert (reached["HeadYaw"], reached["RElbowRoll"]) == pytest.approx((-0.2, 1.2), abs=0.05)
+    feedback = goal.feedback
+    assert feedback.joint_names == ["HeadYaw", "RElbowRoll"]
+    assert feedback.error.positions == pytest.approx(feedback.desired.positions - feedback.actual.positions)
+
+
+def test_a_cancelled_trajectory_holds_where_it_is(shared: Robot) -> None:
+    body = shared.nao.proxy(JointsPrx, "Body")
+    goal = follow(shared, {"LShoulderPitch": 0.0}, seconds=5.0)
+    eventually(lambda: goal.feedback is not None)
+    assert goal.cancel(CALL_LIMIT)
+    goal.result(MOVE_LIMIT)
+    assert goal.status is Status.CANCELED
+    index = H25.joint_names.index("LShoulderPitch")
+    eventually(lambda: abs(body.getJointState().velocities[index]) < 0.01)
+    assert body.getJointState().positions[index] > 0.3
+
+
+@pytest.mark.parametrize(
+    ("fields", "code", "words"),
+    [
+        ({"trajectory": {"joint_names": ["Nose"]}}, INVALID_JOINTS, "Nose"),
+        ({"trajectory": {"header": {"stamp": {"sec": 5}}}}, OLD_HEADER_TIMESTAMP, "s ago"),
+        (
+            {"path_tolerance": [{"name": "HeadYaw", "position": 1e-9}]},
+            PATH_TOLERANCE_VIOLATED,
+            "HeadYaw is at",
+        ),
+        (
+            {
+                "goal_tolerance": [{"name": "HeadYaw", "position": 1e-12}],
+                "goal_time_tolerance": {"nanosec": 100_000_000},
+            },
+            GOAL_TOLERANCE_VIOLATED,
+            "HeadYaw is at",
+        ),
+    ],
+)
+def test_a_trajectory_that_fails_says_why_by_its_code(
+    shared: Robot, fields: dict[str, Any], code: int, words: str
+) -> None:
+    goal = follow(shared, {"HeadYaw": 0.6}, **fields)
+    result = goal.result(MOVE_LIMIT)
+    assert (goal.status, result.error_code) == (Status.ABORTED, code)
+    assert words in result.error_string
+
+
+def test_a_newer_trajectory_takes_the_joints_of_an_older_one(shared: Robot) -> None:
+    older = follow(shared, {"HeadYaw": 1.0, "HeadPitch": 0.1}, seconds=5.0)
+    eventually(lambda: older.feedback is not None)
+    newer = follow(shared, {"HeadPitch": 0.0})
+    assert "a newer trajectory" in older.result(MOVE_LIMIT).error_string
+    assert newer.result(MOVE_LIMIT).error_code == SUCCESSFUL
+
+
+# The command
+
+
+def command(nao: RobotClient, *options: str) -> ComponentProcess:
+    return ComponentProcess(
+        module("naoserver_ros2", "--connect", nao.endpoint, "--realm", nao.realm, *options)
+    )
+
+
+def test_a_killed_gateway_stops_what_it_drove() -> None:
+    with served_to_client(FakeRobot(), PATIENT) as nao, command(nao) as process:
+        process.wait_for(r"^ready: /nao, ")
+        motors = nao.proxy(MotorsPrx, "Motors")
+        with Node("teleop", settings=settings(nao.endpoint)) as ros:
+            velocity = ros.create_publisher("geometry_msgs/msg/Twist", "/cmd_vel")
+            eventually(lambda: velocity.subscribers > 0)
+            velocity.publish(linear={"x": 0.1})
+            eventually(lambda: motors.getV() > 0.0)
+            process.process.kill()
+            eventually(lambda: motors.getV() == 0.0)
+
+
+def test_the_command_ends_cleanly_at_ctrl_c_and_names_what_is_wrong() -> None:
+    with served_to_client(FakeRobot()) as nao:
+        with command(nao, "--domain", "7", "--name", "red") as process:
+            process.wait_for(r"^ready: /red, ", START_LIMIT)
+            process.process.send_signal(signal.SIGINT)
+            assert process.wait() == 130
+            assert process.output.count("\n") == 1, process.output
+        with command(nao, "--name", "no name") as wrong:
+            assert wrong.wait() == 1
+            assert "no name" in wrong.output
+
+
+def test_it_goes_on_when_the_robot_server_was_restarted() -> None:
+    endpoint = free_endpoint()
+    server = module("naoserver.fake", "--listen", endpoint, "--realm", "again")
+    with ComponentProcess(server) as first:
+        first.wait_for("^ready")
+        with (
+            initialize(connect=[endpoint], listen=["tcp/127.0.0.1:0"], realm="again") as communicator,
+            serve(communicator, "nao", settings=settings(endpoint)) as telemetry,
+            Node("tester", settings=settings(endpoint)) as ros,
+        ):
+            states = ros.create_subscription("sensor_msgs/msg/JointState", "/joint_states")
+
+            def goes_on(after: float) -> bool:
+                telemetry.look()
+                sample = states.latest()
+                return sample is not None and sample.wall_time > after
+
+            eventually(lambda: goes_on(0.0))
+            first.process.kill()
+            first.wait()
+            with ComponentProcess(server) as second:
+                second.wait_for("^ready")
+                begun = time.time()
+                eventually(lambda: goes_on(begun))
+
+
+def test_without_a_robot_server_it_says_so() -> None:
+    with ComponentProcess(module("naoserver_ros2", "--connect", free_endpoint())) as process:
+        assert process.wait() == 1
+        assert ": error: nothing answers at " in process.output
+        assert process.output.count("\n") == 1

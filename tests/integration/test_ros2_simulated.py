@@ -1,0 +1,85 @@
+"""The gateway beside the simulated robot: simulated time, a walk that goes somewhere, joints with weight."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from naoserver_ros2.trajectory import SUCCESSFUL, TYPE
+from ros2 import ActionClient, Node, Status
+from tests.support.limits import CALL_LIMIT, MOVE_LIMIT, START_LIMIT
+from tests.support.processes import ComponentProcess, free_endpoint, module
+from tests.support.robot_server import eventually
+from zenoh_ice import Settings
+
+pytestmark = pytest.mark.sim
+
+
+@pytest.fixture(scope="module")
+def ros() -> Iterator[Node]:
+    endpoint = free_endpoint()
+    robot = ComponentProcess(
+        module("naoserver_sim", "--listen", endpoint, "--no-skin"), {"MUJOCO_GL": "disable"}
+    )
+    with robot as server, ComponentProcess(module("naoserver_ros2", "--connect", endpoint)) as gateway:
+        server.wait_for("^ready")
+        gateway.wait_for("^ready")
+        with Node("tester", settings=Settings(connect=(endpoint,), listen=("tcp/127.0.0.1:0",))) as node:
+            assert node.graph.wait(lambda: "/nao" in node.graph.nodes(), START_LIMIT)
+            yield node
+
+
+def following(ros: Node, type_name: str, name: str) -> Any:
+    """Return a subscription that has a message."""
+    subscription = ros.create_subscription(type_name, name)
+    eventually(lambda: subscription.latest() is not None)
+    return subscription
+
+
+def seconds(stamp: Any) -> float:
+    return float(stamp.sec + stamp.nanosec / 1e9)
+
+
+def test_messages_have_the_time_of_the_clock(ros: Node) -> None:
+    clock = following(ros, "rosgraph_msgs/msg/Clock", "/clock")
+    states = following(ros, "sensor_msgs/msg/JointState", "/joint_states")
+    first = seconds(clock.latest().value.clock)
+    eventually(lambda: seconds(clock.latest().value.clock) > first + 0.2)
+    now = seconds(clock.latest().value.clock)
+    assert seconds(states.latest().value.header.stamp) == pytest.approx(now, abs=MOVE_LIMIT)
+    assert now < 3600.0  # since the start, no date
+
+
+def test_a_velocity_takes_it_forwards_and_silence_leaves_it_standing(ros: Node) -> None:
+    odometry = following(ros, "nav_msgs/msg/Odometry", "/odom")
+    velocity = ros.create_publisher("geometry_msgs/msg/Twist", "/cmd_vel")
+    start = odometry.latest().value.pose.pose.position
+
+    def walked() -> bool:
+        velocity.publish(linear={"x": 0.15})
+        return bool(odometry.latest().value.pose.pose.position.x > start.x + 0.1)
+
+    eventually(walked)
+    eventually(lambda: abs(odometry.latest().value.twist.twist.linear.x) < 0.01)
+    place = odometry.latest().value.pose.pose
+    assert place.position.z == pytest.approx(0.3, abs=0.06)  # the torso of a robot that stands
+
+
+def test_a_trajectory_ends_within_its_tolerance(ros: Node) -> None:
+    client = ActionClient(ros, TYPE, "/joint_trajectory_controller/follow_joint_trajectory")
+    client.wait(CALL_LIMIT)
+    points = [
+        {"positions": [0.6, 0.8], "velocities": [0.0, 0.0], "time_from_start": {"sec": 1}},
+        {"positions": [-0.4, 1.2], "velocities": [0.0, 0.0], "time_from_start": {"sec": 2}},
+    ]
+    names = ["HeadYaw", "LShoulderPitch"]
+    goal = client.send(
+        trajectory={"joint_names": names, "points": points},
+        goal_tolerance=[{"name": name, "position": 0.05} for name in names],
+        path_tolerance=[{"name": name, "position": 0.5} for name in names],
+        timeout=CALL_LIMIT,
+    )
+    result = goal.result(MOVE_LIMIT)
+    assert (goal.status, result.error_code, result.error_string) == (Status.SUCCEEDED, SUCCESSFUL, "")
